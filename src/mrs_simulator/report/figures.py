@@ -1,0 +1,447 @@
+"""The figures of a run in the style of the paper's Figures 7 to 10.
+
+Each ``draw_`` function fills a given ``matplotlib.figure.Figure``, so a window shows the same
+drawing that ``figures`` saves.  ``new_figure`` makes one that lays itself out.  Nothing here uses
+pyplot or changes the global ``rcParams`` for good.
+
+Where a ``prediction`` of theory is given it is drawn as a dashed black line.  Theory speaks of hand
+points, so the run's hand points are then drawn in place of its wheel-axle centres.  A prediction is
+an array (m, n, 2) [m] at the run's own times, or a mapping with ``time`` (p,) [s] and ``hand``
+(p, n, 2) [m].
+"""
+
+import functools
+import io
+import os
+import threading
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable, viridis
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+from matplotlib.ticker import MaxNLocator
+
+FORMATS = ("png", "pdf", "svg")
+# Saved files carry no date, so that the same run gives the same bytes.
+METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+
+START_COLOUR = "#d60000"
+TRAJECTORY_COLOUR = "#1a8a34"
+FINAL_COLOUR = "#0b3d91"
+OBSTACLE_COLOUR = "#b8b8b8"
+# Okabe and Ito's colour-blind-safe palette; its yellow is too faint on white, black is for theory.
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
+# Without the pale end, which is too faint on white.
+MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
+MOST_IN_LEGEND = 12  # above it robots are told apart by a colour bar
+MOST_IN_LEGEND_ROW = 6
+
+WIDTH = 6.5  # [in], the text width of a page
+STATES_HEIGHT = 3.4  # [in]
+INPUTS_HEIGHT = 4.4  # [in]
+TRAJECTORIES_HEIGHT = (3.2, 5.8)  # [in], least and most
+
+MOST_POINTS_PER_LINE = 2000
+MOST_POINTS = 120000  # over all lines of one panel
+ROBOT_LENGTH = 0.5  # [m], of the robot drawn at its final pose
+ROBOT_SHARE = (0.012, 0.022)  # its least length as a share of the drawing: always, and with room
+ROBOT_SHAPE = ((0.6, 0.0), (-0.4, 0.38), (-0.2, 0.0), (-0.4, -0.38))  # of length 1, heading along x
+MARGIN = 0.08  # around all that is drawn, as a share of its larger side
+LEAST_EXTENT = 10.0  # [m], of a drawing of robots that stand still
+
+STYLE = {
+    "font.family": "serif",
+    "font.serif": ["STIXGeneral", "DejaVu Serif"],
+    "mathtext.fontset": "stix",
+    "font.size": 10.0,
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "legend.fontsize": 9.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "legend.columnspacing": 1.6,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "savefig.dpi": 200,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "mrs_simulator",
+    "path.simplify": True,
+}
+
+# Two threads that borrowed the global rcParams at once would hand them back in the wrong order.
+_RC_LOCK = threading.RLock()
+
+
+def _styled(function):
+    """Run ``function`` under ``STYLE`` and leave the global ``rcParams`` as they were."""
+
+    @functools.wraps(function)
+    def styled(*args, **kwargs):
+        with _RC_LOCK, matplotlib.rc_context(STYLE):
+            return function(*args, **kwargs)
+
+    return styled
+
+
+def figures(run, out_dir, formats=("png", "pdf"), prediction=None):
+    """Write the four figures of ``run`` into ``out_dir`` and return the paths written.
+
+    ``trajectories``, ``x_states``, ``y_states`` and ``inputs``, each in every one of ``formats``
+    (png, pdf, svg).  A file appears whole or not at all.  Raises ``ValueError`` for another format
+    and for a run without samples.
+    """
+    if not len(run.time):
+        raise ValueError("a run without samples has no figures")
+    for wanted in formats:
+        if wanted not in FORMATS:
+            raise ValueError("figure format {!r}, wanted one of {}".format(wanted, FORMATS))
+    os.makedirs(out_dir, exist_ok=True)
+    paths = []
+    for name, draw, height in _drawings(run, prediction):
+        figure = new_figure(WIDTH, height)
+        draw(figure)
+        paths += [save(figure, os.path.join(out_dir, name + "." + kind)) for kind in formats]
+    return paths
+
+
+def _drawings(run, prediction):
+    """Return ``(file name, function of a figure, height [in])`` of each figure."""
+    return (
+        (
+            "trajectories",
+            lambda figure: draw_trajectories(figure, run, prediction),
+            _trajectories_height(run, prediction),
+        ),
+        ("x_states", lambda figure: draw_states(figure, run, "x", prediction), STATES_HEIGHT),
+        ("y_states", lambda figure: draw_states(figure, run, "y", prediction), STATES_HEIGHT),
+        ("inputs", lambda figure: draw_inputs(figure, run), INPUTS_HEIGHT),
+    )
+
+
+@_styled
+def new_figure(width=WIDTH, height=STATES_HEIGHT):
+    """Return an empty figure of ``width`` by ``height`` [in] that makes room for its labels."""
+    figure = Figure(figsize=(width, height), constrained_layout=True)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+@_styled
+def save(figure, path):
+    """Write ``figure`` to ``path`` in the format of its ending, whole or not at all; return path."""
+    kind = os.path.splitext(path)[1][1:]
+    image, partial = io.BytesIO(), path + ".part"
+    figure.savefig(image, format=kind, metadata=METADATA.get(kind))
+    try:
+        with open(partial, "wb") as file:
+            file.write(image.getvalue())
+        os.replace(partial, path)
+    finally:
+        if os.path.exists(partial):
+            os.remove(partial)
+    return path
+
+
+@_styled
+def draw_trajectories(figure, run, prediction=None):
+    """Draw the robots' paths in the plane on ``figure``, emptied first; return its axes."""
+    figure.clear()
+    axes = figure.add_subplot(1, 1, 1)
+    points = _points(run, prediction)
+    _draw_obstacles(axes, run)
+    _draw_paths(axes, points)
+    if prediction is not None:
+        _draw_predicted_paths(axes, _predicted(run, prediction)[1])
+    low, high = _extent(run, prediction)
+    _draw_final_poses(axes, points[-1], run.pose[-1, :, 2], np.max(high - low))
+    _draw_starts(axes, run.robots, points)
+    _draw_collisions(axes, run)
+    _frame_plane(axes, low, high)
+    return axes
+
+
+@_styled
+def draw_states(figure, run, component, prediction=None):
+    """Draw ``component`` (``"x"`` or ``"y"``) of every robot against time; return the axes."""
+    column = ("x", "y").index(component)
+    figure.clear()
+    axes = figure.add_subplot(1, 1, 1)
+    _draw_curves(axes, run, _points(run, prediction)[:, :, column])
+    if prediction is not None:
+        time, hand = _predicted(run, prediction)
+        _draw_predicted_curves(axes, time, hand[:, :, column])
+    symbol = component if prediction is None else r"\alpha_{}".format(component)
+    axes.set_ylabel("${}$ [m]".format(symbol))
+    _frame_time(axes, run.time)
+    _name_robots(figure, [axes], run.robots)
+    return axes
+
+
+@_styled
+def draw_inputs(figure, run):
+    """Draw the control inputs v and omega of every robot against time; return the two axes."""
+    figure.clear()
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for column, axes in enumerate((upper, lower)):
+        _draw_curves(axes, run, run.command[:, :, column], drawstyle="steps-post")
+        _frame_time(axes, run.time)
+    upper.set_ylabel("$v$ [m/s]")
+    upper.set_xlabel("")
+    lower.set_ylabel(r"$\omega$ [rad/s]")
+    figure.align_ylabels([upper, lower])
+    _name_robots(figure, [upper, lower], run.robots)
+    return upper, lower
+
+
+# Curves against time
+
+
+def _draw_curves(axes, run, values, **style):
+    """Draw one line per column of ``values`` (m, n) against the run's time."""
+    many = values.shape[1] > MOST_IN_LEGEND
+    style.update({"lw": 0.7, "alpha": 0.6} if many else {"lw": 1.3})
+    if len(values) == 1:
+        style["marker"] = "o"
+    colours, most = robot_colours(run.robots), _most_points(values.shape[1])
+    if len(values) > most:
+        # Steps between thinned samples would be longer than the true ones.
+        style["drawstyle"] = "default"
+    for row, robot in enumerate(run.robots):
+        dashes = "-" if many or row < len(PALETTE) else (0, (4, 1, 1, 1))
+        line = thin(run.time, values[:, row], most)
+        axes.plot(*line, color=colours[row], ls=dashes, label="Robot {}".format(robot), **style)
+
+
+def _draw_predicted_curves(axes, time, values):
+    """Draw theory's ``values`` (p, n) at ``time`` (p,) as dashed black lines."""
+    for row, column in enumerate(values.T):
+        label = "_nolegend_" if row else "Theory"
+        line = thin(time, column, _most_points(values.shape[1]))
+        axes.plot(*line, "k", ls=(0, (4, 3)), lw=_sized(values, 0.8, 0.5), label=label)
+
+
+def robot_colours(robots):
+    """Return a colour (r, g, b, a) for each of ``robots`` (n,), their numbers."""
+    if len(robots) <= MOST_IN_LEGEND:
+        chosen = [PALETTE[row % len(PALETTE)] for row in range(len(robots))]
+        return matplotlib.colors.to_rgba_array(chosen)
+    return MANY_ROBOTS(Normalize(np.min(robots), np.max(robots))(np.asarray(robots, dtype=float)))
+
+
+def _name_robots(figure, panels, robots):
+    """Tell which line is which robot: a legend above the first panel, or a colour bar."""
+    if len(robots) <= MOST_IN_LEGEND:
+        _legend_above(panels[0])
+        return
+    least, most = np.min(robots), np.max(robots)
+    scale = ScalarMappable(Normalize(least, most), MANY_ROBOTS)
+    scale.set_array([])
+    ticks = np.unique(np.linspace(least, most, 6).round())
+    figure.colorbar(scale, ax=panels, label="Robot", aspect=30, pad=0.02, ticks=ticks)
+    if any(line.get_label() == "Theory" for line in panels[0].lines):
+        _legend_above(panels[0], ("Theory",))
+
+
+def _frame_time(axes, time):
+    begin, end = float(time[0]), float(time[-1])
+    if end <= begin:
+        begin, end = begin - 0.5, begin + 0.5
+    axes.set_xlim(begin, end)
+    axes.set_xlabel("time [s]")
+
+
+def thin(time, values, most=MOST_POINTS_PER_LINE):
+    """Return ``time`` and ``values`` (m,) with about ``most`` samples, for drawing only.
+
+    Of each stretch of samples the first, lowest, highest and last stay, so no peak is lost.
+    """
+    if len(values) <= most:
+        return time, values
+    stretch = -(-4 * len(values) // most)
+    begins = np.arange(len(values) // stretch) * stretch
+    rest = np.arange(len(begins) * stretch, len(values))
+    table = values[: rest[0] if len(rest) else None].reshape(-1, stretch)
+    peaks = begins + table.argmin(axis=1), begins + table.argmax(axis=1)
+    chosen = np.unique(np.concatenate([begins, begins + stretch - 1, rest, *peaks]))
+    return time[chosen], values[chosen]
+
+
+def _most_points(n):
+    return min(MOST_POINTS_PER_LINE, max(200, MOST_POINTS // n))
+
+
+# Trajectories in the plane
+
+
+def _draw_paths(axes, points):
+    for row, path in enumerate(_thin_paths(points)):
+        axes.plot(
+            *path.T,
+            color=TRAJECTORY_COLOUR,
+            ls=(0, (4, 2)),
+            lw=_sized(points, 1.2, 0.7),
+            label="_nolegend_" if row else "Trajectory",
+        )
+
+
+def _draw_predicted_paths(axes, hand):
+    for row, path in enumerate(_thin_paths(hand)):
+        label = "_nolegend_" if row else "Theory"
+        axes.plot(*path.T, "k", ls=(0, (3, 5)), lw=_sized(hand, 0.9, 0.5), label=label)
+
+
+def _thin_paths(points):
+    """Return the paths (n, p, 2) of ``points`` (m, n, 2), p no more than a drawing needs."""
+    count = min(len(points), _most_points(points.shape[1]))
+    chosen = np.unique(np.linspace(0, len(points) - 1, count).round().astype(int))
+    return points[chosen].transpose(1, 0, 2)
+
+
+def _draw_final_poses(axes, points, theta, extent):
+    """Draw each robot as an arrow head centred on its final point (n, 2), along its heading."""
+    shape = _robot_length(points, extent) * np.array(ROBOT_SHAPE)
+    cos, sin = np.cos(theta), np.sin(theta)
+    turned = np.empty((len(points), len(shape), 2))
+    turned[:, :, 0] = np.outer(cos, shape[:, 0]) - np.outer(sin, shape[:, 1])
+    turned[:, :, 1] = np.outer(sin, shape[:, 0]) + np.outer(cos, shape[:, 1])
+    robots = PolyCollection(turned + points[:, np.newaxis], zorder=4)
+    robots.set(facecolor=FINAL_COLOUR, edgecolor="none")
+    axes.add_collection(robots)
+    # The legend shows a robot, not the coloured box that it makes of a collection.
+    look = {"marker": ROBOT_SHAPE, "ms": 9, "mew": 0, "color": FINAL_COLOUR}
+    axes.plot([], [], ls="", label="Final pose", **look)
+
+
+def _robot_length(points, extent):
+    """Return how long to draw a robot [m]: to scale, or longer where it could not be seen."""
+    least, room = ROBOT_SHARE[0] * extent, ROBOT_SHARE[1] * extent
+    if len(points) > 1:
+        apart = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
+        room = min(room, 0.8 * np.min(apart[np.triu_indices(len(points), 1)]))
+    return max(ROBOT_LENGTH, least, room)
+
+
+def _draw_obstacles(axes, run):
+    """Draw the scenario's boxes and cylinders in grey."""
+    for row, obstacle in enumerate(_obstacles(run)):
+        if hasattr(obstacle, "radius"):
+            patch = Circle((obstacle.x, obstacle.y), obstacle.radius)
+        else:
+            patch = Polygon(_corners(obstacle), closed=True)
+        patch.set(facecolor=OBSTACLE_COLOUR, edgecolor="#7a7a7a", linewidth=0.6)
+        patch.set(zorder=1, label="_nolegend_" if row else "Obstacle")
+        axes.add_patch(patch)
+
+
+def _obstacles(run):
+    return run.scenario.obstacles if run.scenario is not None else ()
+
+
+def _corners(obstacle):
+    """Return the four corners of a box, or of a square around a cylinder, shape (4, 2) [m]."""
+    if hasattr(obstacle, "radius"):
+        yaw, length, width = 0.0, 2.0 * obstacle.radius, 2.0 * obstacle.radius
+    else:
+        yaw, length, width = obstacle.yaw, obstacle.length, obstacle.width
+    along = 0.5 * length * np.array([np.cos(yaw), np.sin(yaw)])
+    across = 0.5 * width * np.array([-np.sin(yaw), np.cos(yaw)])
+    centre = np.array([obstacle.x, obstacle.y])
+    return centre + [along + across, across - along, -along - across, along - across]
+
+
+def _draw_collisions(axes, run):
+    if run.collisions:
+        places = np.array([(collision.x, collision.y) for collision in run.collisions])
+        axes.plot(*places.T, "kx", ms=6, mew=1.4, zorder=6, label="Collision")
+
+
+def _draw_starts(axes, robots, points):
+    """Draw red points at the starts, each with its robot's number on the side away from its path."""
+    style = {"color": START_COLOUR, "zorder": 5}
+    axes.plot(*points[0].T, "o", ms=_sized(points, 4.5, 2.5), label="Start", **style)
+    away = points[0] - points.mean(axis=0)
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    away = np.where(distance > 1e-6, away / np.maximum(distance, 1e-6), [0.0, 1.0])
+    size = _sized(points, 9.0, 5.0)
+    style.update(textcoords="offset points", ha="center", va="center", fontsize=size)
+    style["bbox"] = {"boxstyle": "square,pad=0.02", "fc": "white", "ec": "none", "alpha": 0.7}
+    style["zorder"] = 4.5  # over the paths, under the points
+    for robot, start, side in zip(robots, points[0], away):
+        axes.annotate(str(robot), start, xytext=side * (size + 0.5), **style)
+
+
+def _frame_plane(axes, low, high):
+    margin = MARGIN * np.max(high - low)
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal", adjustable="datalim")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    axes.set_xlabel("$x$ [m]")
+    axes.set_ylabel("$y$ [m]")
+    _legend_above(axes, ("Start", "Trajectory", "Theory", "Final pose", "Obstacle", "Collision"))
+
+
+def _extent(run, prediction):
+    """Return the lowest and highest (x, y) [m] of all that is drawn in the plane."""
+    shown = [_points(run, prediction).reshape(-1, 2)]
+    shown += [_corners(obstacle) for obstacle in _obstacles(run)]
+    if prediction is not None:
+        shown.append(_predicted(run, prediction)[1].reshape(-1, 2))
+    shown = np.concatenate(shown)
+    low, high = np.nanmin(shown, axis=0), np.nanmax(shown, axis=0)
+    lacking = max(0.0, LEAST_EXTENT - np.max(high - low)) / 2.0
+    return low - lacking, high + lacking
+
+
+def _trajectories_height(run, prediction):
+    """Return the height [in] at which a figure of full width shows the plane without waste."""
+    low, high = _extent(run, prediction)
+    width, height = (high - low) + 2.0 * MARGIN * np.max(high - low)
+    return float(np.clip((WIDTH - 0.7) * height / width + 0.8, *TRAJECTORIES_HEIGHT))
+
+
+# What all drawings share
+
+
+def _points(run, prediction):
+    """Return the points to draw, (m, n, 2) [m]: centres, or hand points to hold against theory."""
+    return run.pose[:, :, :2] if prediction is None else run.hand
+
+
+def _predicted(run, prediction):
+    """Return theory's times (p,) [s] and hand points (p, n, 2) [m]."""
+    if isinstance(prediction, dict):
+        return np.asarray(prediction["time"]), np.asarray(prediction["hand"])
+    return run.time, np.asarray(prediction)
+
+
+def _sized(table, few, many):
+    """Return a size between ``few``, for a team that a legend can name, and ``many``, for 50."""
+    return float(np.interp(table.shape[1], [MOST_IN_LEGEND, 50], [few, many]))
+
+
+def _legend_above(axes, labels=None):
+    """Put the legend above ``axes``, where it covers no data; only ``labels``, in order, if given."""
+    handles, names = axes.get_legend_handles_labels()
+    named = dict(zip(names, handles))
+    shown = [(named[name], name) for name in labels or names if name in named]
+    rows = -(-len(shown) // MOST_IN_LEGEND_ROW)
+    columns = -(-len(shown) // rows)
+    # A legend fills column by column; people read row by row.
+    shown = [pair for column in range(columns) for pair in shown[column::columns]]
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
+    axes.legend(*zip(*shown), ncol=columns, **place)

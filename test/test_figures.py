@@ -1,0 +1,292 @@
+"""The figures show the run's own numbers, in the paper's style, for one robot and for a hundred."""
+
+import os
+import stat
+from types import SimpleNamespace
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
+
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.core.recording import Collision, Run
+from mrs_simulator.report import figures as report
+
+NAMES = ("trajectories", "x_states", "y_states", "inputs")
+
+
+def make_run(n=7, m=50, **fields):
+    """Return a run of ``n`` robots on arcs of their own, ``m`` samples at 10 Hz."""
+    time = 0.1 * np.arange(m)
+    row = np.arange(n)
+    pose = np.empty((m, n, 3))
+    pose[:, :, 2] = 0.3 * row + 0.2 * time[:, np.newaxis]
+    pose[:, :, 0] = 2.0 * row + np.sin(pose[:, :, 2])
+    pose[:, :, 1] = (row % 5) - np.cos(pose[:, :, 2])
+    command = np.stack([0.2 + 0.0 * pose[:, :, 0], np.cos(pose[:, :, 0])], axis=2)
+    run = Run(time, row + 1, pose, hand_points(pose, 0.05), command)
+    return run._replace(**fields)
+
+
+def named(axes, label):
+    """Return the one line of ``axes`` with ``label``."""
+    (line,) = [line for line in axes.lines if line.get_label() == label]
+    return line
+
+
+def legend_texts(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def content(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+@pytest.mark.parametrize("n", [1, 7, 100])
+def test_four_figures_are_written_whole_and_valid(tmp_path, n):
+    paths = report.figures(make_run(n), str(tmp_path), ("png", "pdf", "svg"))
+    wanted = [name + "." + kind for name in NAMES for kind in ("png", "pdf", "svg")]
+    assert [os.path.basename(path) for path in paths] == wanted
+    assert sorted(os.listdir(str(tmp_path))) == sorted(wanted)
+    for path in paths:
+        written = content(path)
+        if path.endswith(".png"):
+            assert np.ptp(imread(path)[:, :, :3]) > 0.5
+        elif path.endswith(".pdf"):
+            assert written.startswith(b"%PDF") and written.rstrip().endswith(b"%%EOF")
+        else:
+            assert written.rstrip().endswith(b"</svg>")
+
+
+def test_png_and_pdf_are_written_unless_told_otherwise(tmp_path):
+    paths = report.figures(make_run(2), str(tmp_path / "made" / "here"))
+    assert {os.path.splitext(path)[1] for path in paths} == {".png", ".pdf"}
+    assert len(paths) == 8 and all(os.path.exists(path) for path in paths)
+
+
+def test_pdf_embeds_its_fonts_as_outlines_that_journals_accept(tmp_path):
+    for path in report.figures(make_run(2), str(tmp_path), ("pdf",)):
+        written = content(path)
+        assert b"/FontFile2" in written and b"/Type3" not in written
+
+
+def test_the_same_run_gives_the_same_bytes(tmp_path):
+    kinds = report.FORMATS if matplotlib.__version__ >= "3.4" else ("png", "pdf")
+    first = report.figures(make_run(3), str(tmp_path / "a"), kinds)
+    second = report.figures(make_run(3), str(tmp_path / "b"), kinds)
+    for one, other in zip(first, second):
+        assert content(one) == content(other), one
+
+
+def test_unknown_format_and_empty_run_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="'gif'.*png"):
+        report.figures(make_run(2), str(tmp_path), ("png", "gif"))
+    with pytest.raises(ValueError, match="without samples"):
+        report.figures(make_run(2, m=0), str(tmp_path))
+    assert not os.listdir(str(tmp_path))
+
+
+def test_a_save_that_fails_leaves_the_old_figure_and_no_litter(tmp_path, monkeypatch):
+    path = report.figures(make_run(2), str(tmp_path), ("png",))[0]
+    before = content(path)
+
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="disk full"):
+        report.figures(make_run(5), str(tmp_path), ("png",))
+    assert content(path) == before
+    assert sorted(os.listdir(str(tmp_path))) == sorted(name + ".png" for name in NAMES)
+
+
+def test_files_have_the_usual_permissions(tmp_path):
+    usual = tmp_path / "usual"
+    usual.write_text("")
+    path = report.figures(make_run(1), str(tmp_path), ("pdf",))[0]
+    assert stat.S_IMODE(os.stat(path).st_mode) == stat.S_IMODE(os.stat(str(usual)).st_mode)
+
+
+def test_global_style_is_left_alone(tmp_path):
+    before = matplotlib.rcParams.copy()
+    report.figures(make_run(2), str(tmp_path))
+    assert matplotlib.rcParams.copy() == before
+
+
+@pytest.mark.parametrize("n", [1, 7, 100])
+def test_trajectories_are_dashed_green_and_are_the_runs(n):
+    run = make_run(n)
+    axes = report.draw_trajectories(report.new_figure(), run)
+    for row, line in enumerate(axes.lines[:n]):
+        np.testing.assert_array_equal(line.get_xydata(), run.pose[:, row, :2])
+        red, green, blue = to_rgb(line.get_color())
+        assert green > 2 * red and green > 2 * blue
+        assert line.is_dashed()
+
+
+def test_starts_are_red_points_with_the_robots_numbers():
+    run = make_run(4, robots=np.array([2, 3, 5, 8]))
+    axes = report.draw_trajectories(report.new_figure(), run)
+    starts = named(axes, "Start")
+    np.testing.assert_array_equal(starts.get_xydata(), run.pose[0, :, :2])
+    red, green, blue = to_rgb(starts.get_color())
+    assert red > 0.8 and green < 0.2 and blue < 0.2 and starts.get_marker() == "o"
+    assert [text.get_text() for text in axes.texts] == ["2", "3", "5", "8"]
+
+
+def test_final_poses_point_along_the_headings():
+    run = make_run(3)
+    axes = report.draw_trajectories(report.new_figure(), run)
+    for shape, (x, y, theta) in zip(axes.collections[0].get_paths(), run.pose[-1]):
+        tip = shape.vertices[0] - (x, y)
+        assert np.arctan2(tip[1], tip[0]) == pytest.approx((theta + np.pi) % (2 * np.pi) - np.pi)
+
+
+def test_plane_has_equal_axes_in_metres_and_holds_all_that_is_drawn():
+    wall = Box("wall", 20.0, 3.0, np.pi / 2, 8.0, 1.0, 0.5)
+    scenario = SimpleNamespace(obstacles=(wall, Cylinder("post", -9.0, 0.0, 2.0, 1.0)))
+    figure = report.new_figure()
+    axes = report.draw_trajectories(figure, make_run(3, scenario=scenario))
+    figure.canvas.draw()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [m]", "$y$ [m]")
+    box = axes.get_window_extent()
+    assert box.width / np.ptp(axes.get_xlim()) == pytest.approx(
+        box.height / np.ptp(axes.get_ylim())
+    )
+    assert axes.get_xlim()[0] < -11.0 and axes.get_xlim()[1] > 20.5
+    assert axes.get_ylim()[0] < -2.0 and axes.get_ylim()[1] > 7.0
+
+
+def test_obstacles_and_collisions_are_drawn_and_named():
+    box = Box("box", 1.0, 2.0, np.pi / 2, 4.0, 2.0, 0.5)
+    scenario = SimpleNamespace(obstacles=(box, Cylinder("post", 3.0, 4.0, 0.5, 1.0)))
+    collisions = [Collision(1.0, "robot1", "box", 1.5, 2.5)]
+    run = make_run(2, scenario=scenario, collisions=collisions)
+    axes = report.draw_trajectories(report.new_figure(), run)
+    square, circle = axes.patches
+    corners = {(round(x, 9), round(y, 9)) for x, y in square.get_xy()}
+    assert corners == {(0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0)}
+    assert (tuple(circle.center), circle.radius) == ((3.0, 4.0), 0.5)
+    np.testing.assert_array_equal(named(axes, "Collision").get_xydata(), [[1.5, 2.5]])
+    wanted = ["Start", "Trajectory", "Final pose", "Obstacle", "Collision"]
+    assert legend_texts(axes) == wanted
+
+
+@pytest.mark.parametrize("component, column", [("x", 0), ("y", 1)])
+@pytest.mark.parametrize("n", [1, 7, 100])
+def test_states_are_the_runs_against_time(n, component, column):
+    run = make_run(n)
+    axes = report.draw_states(report.new_figure(), run, component)
+    assert len(axes.lines) == n
+    for row, line in enumerate(axes.lines):
+        np.testing.assert_array_equal(line.get_xdata(), run.time)
+        np.testing.assert_array_equal(line.get_ydata(), run.pose[:, row, column])
+    assert axes.get_ylabel() == "${}$ [m]".format(component)
+    assert axes.get_xlabel() == "time [s]"
+    assert axes.get_xlim() == (run.time[0], run.time[-1])
+
+
+def test_inputs_are_the_runs_held_between_samples():
+    figure, run = report.new_figure(), make_run(7)
+    panels = report.draw_inputs(figure, run)
+    figure.canvas.draw()
+    for column, axes in enumerate(panels):
+        for row, line in enumerate(axes.lines):
+            np.testing.assert_array_equal(line.get_ydata(), run.command[:, row, column])
+            assert line.get_drawstyle() == "steps-post"
+    assert [axes.get_ylabel() for axes in panels] == ["$v$ [m/s]", r"$\omega$ [rad/s]"]
+    assert panels[1].get_xlabel() == "time [s]"
+    upper, lower = (axes.get_window_extent() for axes in panels)
+    assert upper.y0 > lower.y1 and upper.width == pytest.approx(lower.width)
+
+
+@pytest.mark.parametrize("n", [1, 7, 12])
+def test_each_robot_of_a_small_team_has_its_legend_entry_and_look(n):
+    figure = report.new_figure()
+    axes = report.draw_states(figure, make_run(n), "x")
+    assert sorted(legend_texts(axes)) == sorted("Robot {}".format(row + 1) for row in range(n))
+    assert len({(str(line.get_color()), line.is_dashed()) for line in axes.lines}) == n
+    assert figure.axes == [axes]
+
+
+def test_a_large_team_has_a_colour_bar_from_first_to_last_robot():
+    figure = report.new_figure()
+    axes = report.draw_states(figure, make_run(100), "y")
+    assert axes.get_legend() is None
+    (bar,) = [other for other in figure.axes if other is not axes]
+    assert bar.get_ylabel() == "Robot"
+    assert list(bar.get_ylim()) == [1, 100]
+    assert len({tuple(line.get_color()) for line in axes.lines}) == 100
+
+
+@pytest.mark.parametrize("n", [1, 7, 12, 100])
+def test_nothing_is_cut_off_and_the_legend_covers_no_data(n):
+    for draw in (report.draw_trajectories, report.draw_inputs):
+        figure = report.new_figure(height=report.INPUTS_HEIGHT)
+        first = np.ravel(draw(figure, make_run(n)))[0]
+        figure.canvas.draw()
+        drawn = figure.get_tightbbox(figure.canvas.get_renderer())
+        assert drawn.x0 >= 0 and drawn.y0 >= 0
+        assert drawn.x1 <= figure.get_figwidth() and drawn.y1 <= figure.get_figheight()
+        if first.get_legend():
+            inside = first.get_window_extent()
+            assert first.get_legend().get_window_extent().y0 >= inside.y1
+            assert inside.width > 0.7 * figure.bbox.width
+
+
+@pytest.mark.parametrize("as_mapping", [False, True])
+def test_theory_is_a_dashed_black_line_held_against_hand_points(as_mapping):
+    run = make_run(3)
+    theory = run.hand + 0.1
+    given = {"time": run.time, "hand": theory} if as_mapping else theory
+    axes = report.draw_states(report.new_figure(), run, "y", given)
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), run.hand[:, 0, 1])
+    line = named(axes, "Theory")
+    np.testing.assert_array_equal(line.get_ydata(), theory[:, 0, 1])
+    assert to_rgb(line.get_color()) == (0, 0, 0) and line.is_dashed()
+    assert axes.get_ylabel() == r"$\alpha_y$ [m]"
+    assert "Theory" in legend_texts(report.draw_trajectories(report.new_figure(), run, given))
+    crowd = make_run(20)
+    assert legend_texts(report.draw_states(report.new_figure(), crowd, "x", crowd.hand)) == [
+        "Theory"
+    ]
+
+
+@pytest.mark.parametrize("n", [1, 20])
+def test_a_run_of_one_sample_draws(tmp_path, n):
+    run = make_run(n, m=1)
+    assert len(report.figures(run, str(tmp_path), ("png",), run.hand)) == 4
+    axes = report.draw_states(report.new_figure(), run, "x")
+    assert axes.get_xlim()[0] < 0.0 < axes.get_xlim()[1]
+    assert axes.lines[0].get_marker() == "o"
+
+
+def test_robots_that_stand_still_on_one_place_draw(tmp_path):
+    run = make_run(2)
+    report.figures(run._replace(pose=0.0 * run.pose, command=0.0 * run.command), str(tmp_path))
+
+
+def test_long_runs_are_thinned_for_drawing_and_keep_their_peaks_and_ends():
+    time = 0.01 * np.arange(100001)
+    values = np.sin(time)
+    values[54321], values[77777] = 9.0, -9.0
+    thinned_time, thinned = report.thin(time, values)
+    assert len(thinned) <= report.MOST_POINTS_PER_LINE + 200
+    assert {9.0, -9.0} <= set(thinned)
+    assert np.all(np.diff(thinned_time) > 0)
+    assert (thinned_time[0], thinned_time[-1]) == (time[0], time[-1])
+    run = make_run(2, m=9001)
+    path = report.draw_trajectories(report.new_figure(), run).lines[1].get_xydata()
+    assert len(path) <= report.MOST_POINTS_PER_LINE
+    np.testing.assert_array_equal(path[[0, -1]], run.pose[[0, -1], 1, :2])
+
+
+def test_drawing_again_on_the_same_figure_replaces_the_drawing():
+    figure = report.new_figure()
+    report.draw_inputs(figure, make_run(20))
+    axes = report.draw_states(figure, make_run(2), "x")
+    assert figure.axes == [axes]

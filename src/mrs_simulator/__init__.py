@@ -1,0 +1,27 @@
+"""Verify coordination protocols of multi-robot systems, in simulation and on Pioneer robots.
+
+The names below are loaded when first used, so that the core can be imported without ROS.
+"""
+
+import importlib
+
+from mrs_simulator.version import __version__
+
+_HOMES = {
+    "PioneerControl": "mrs_simulator.control.pioneer_control",
+    "Position": "mrs_simulator.control.pioneer_control",
+    "make_twist": "mrs_simulator.control.pioneer_control",
+    "Twist": "geometry_msgs.msg",
+    "Parameter": "mrs_simulator.core.parameters",
+    "run": "mrs_simulator.nodes.pioneer_control",
+    "run_experiment": "mrs_simulator.experiment",
+    "load_scenario": "mrs_simulator.core.scenario",
+}
+
+__all__ = ["__version__"] + sorted(_HOMES)
+
+
+def __getattr__(name):
+    if name not in _HOMES:
+        raise AttributeError("module 'mrs_simulator' has no attribute {!r}".format(name))
+    return getattr(importlib.import_module(_HOMES[name]), name)

@@ -1,0 +1,105 @@
+"""Finding a protocol by its name: a shipped one, ``package.module:Class`` or ``file.py:Class``.
+
+Naming a protocol runs its code, so a name may come from a command line, a launch file or a local
+scenario file, never from a topic or a service.
+"""
+
+import importlib
+import importlib.util
+import os
+import sys
+
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.parameters import unknown_name
+
+SHIPPED = {"formation": PioneerControl}
+
+
+class ProtocolError(ValueError):
+    """A protocol that cannot be had; the message names it and says why."""
+
+
+def load_protocol(name, beside=""):
+    """Return the ``PioneerControl`` subclass called ``name``.
+
+    A relative file is looked up in the current directory, then in the directory of the file
+    ``beside`` (the scenario that names it).  Without ``:Class`` a file must hold exactly one
+    protocol.  Raises ``ProtocolError``.
+    """
+    if name in SHIPPED:
+        return SHIPPED[name]
+    source, _, class_name = name.rpartition(":") if ":" in name else (name, "", "")
+    if source.endswith(".py"):
+        module = _module_from_file(_located(source, beside), name)
+    elif class_name:
+        module = _module_by_name(source, name)
+    else:
+        raise ProtocolError(
+            unknown_name("protocol", name, SHIPPED) + "; or wanted package.module:Class or "
+            "path/to/file.py:Class"
+        )
+    return _class_in(module, class_name, name)
+
+
+def _located(source, beside):
+    source = os.path.expanduser(source)
+    places = [source]
+    if beside and not os.path.isabs(source):
+        places.append(os.path.join(os.path.dirname(os.path.abspath(beside)), source))
+    for place in places:
+        if os.path.isfile(place):
+            return os.path.abspath(place)
+    raise ProtocolError("protocol file {}: not found (looked at {})".format(source, ", ".join(places)))
+
+
+def _module_from_file(path, name):
+    module_name = os.path.splitext(os.path.basename(path))[0]
+    spec = importlib.util.spec_from_file_location("mrs_protocol_" + module_name, path)
+    module = importlib.util.module_from_spec(spec)
+    # A protocol's helpers may lie beside it.
+    sys.path.insert(0, os.path.dirname(path))
+    try:
+        # Registered before it runs, as import does, so that its classes can be pickled.
+        sys.modules[spec.name] = module
+        spec.loader.exec_module(module)
+    except BaseException as error:
+        del sys.modules[spec.name]
+        if not isinstance(error, (Exception, SystemExit)):
+            raise
+        raise ProtocolError(
+            "protocol {}: its file raised {}: {}".format(name, type(error).__name__, error)
+        ) from error
+    finally:
+        sys.path.remove(os.path.dirname(path))
+    return module
+
+
+def _module_by_name(module_name, name):
+    try:
+        return importlib.import_module(module_name)
+    except Exception as error:
+        raise ProtocolError(
+            "protocol {}: importing {} raised {}: {}".format(
+                name, module_name, type(error).__name__, error
+            )
+        ) from error
+
+
+def _class_in(module, class_name, name):
+    found = {
+        key: value
+        for key, value in vars(module).items()
+        if isinstance(value, type)
+        and issubclass(value, PioneerControl)
+        and (value.__module__ == module.__name__ or key == class_name)
+    }
+    if class_name:
+        if class_name not in found:
+            raise ProtocolError(unknown_name("protocol {}: class".format(name), class_name, found))
+        return found[class_name]
+    if len(found) != 1:
+        raise ProtocolError(
+            "protocol {}: {} subclasses of PioneerControl ({}), wanted one, or name it as "
+            "file.py:Class".format(name, len(found), ", ".join(sorted(found)) or "none")
+        )
+    return next(iter(found.values()))

@@ -1,0 +1,173 @@
+"""The paper's discrete-time formation law (6) on hand points, and what theory says of it.
+
+Robot i steers its hand point ``alpha_i`` to a target ``alpha_i*`` that its neighbours define.
+For a straight line parallel to the x axis with separation ``c``, robot i belongs at
+``d_i = ((n - i) c, 0)`` relative to robot n, and
+
+    alpha_i* = sum_j a_ij (alpha_j + d_i - d_j) / sum_j a_ij,
+
+which is ``alpha_{i+1} + (c, 0)`` where i hears only i+1.  A robot that hears nobody stands still.
+"""
+
+import numpy as np
+
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
+from mrs_simulator.core.parameters import Parameter
+
+CLOSURES = ("chain", "cycle", "path", "topology")
+
+
+# The paper's law, described once for scenarios, launch files, ROS and forms.
+PARAMETERS = (
+    Parameter(
+        "k",
+        0.02,
+        low=0.0,
+        high=1.0,
+        open_low=True,
+        open_high=True,
+        meaning="share of the error removed in each step T",
+        why="alpha+ = (1-k) alpha + k alpha* diverges for k <= 0 and overshoots for k >= 1",
+    ),
+    Parameter("T", 0.1, "s", low=0.0, open_low=True, meaning="step of the discrete-time law"),
+    Parameter(
+        "l",
+        DEFAULT_HAND_LENGTH,
+        "m",
+        low=0.0,
+        open_low=True,
+        meaning="from the wheel-axle centre to the hand point",
+        why="the mapping (7) divides by l",
+    ),
+    Parameter("c", 2.0, "m", meaning="separation along the line"),
+    Parameter(
+        "closure",
+        "chain",
+        choices=CLOSURES,
+        meaning="who closes the chain: nobody, robot 1, both neighbours, or the topology",
+    ),
+)
+
+
+def line_offsets(n, c):
+    """Return ``d``, shape (n, 2) [m]: ``d_i = ((n - i) c, 0)``, the line with separation c [m]."""
+    offsets = np.zeros((n, 2))
+    offsets[:, 0] = c * np.arange(n - 1, -1, -1)
+    return offsets
+
+
+def closure_topology(closure, n, topology=None):
+    """Return the graph of a closure of the paper's chain: who defines whose target.
+
+    ``chain``: robot n stands still; ``cycle``: robot n hears robot 1; ``path``: each hears its one
+    or two neighbours; ``topology``: the given graph.  Raises ``ValueError`` if that is missing.
+    """
+    if closure != "topology":
+        return Topology.preset(closure, n)
+    if topology is None:
+        raise ValueError('closure "topology": the scenario has no topology, wanted one')
+    return topology
+
+
+def target_errors(hand, offsets, topology):
+    """Return ``alpha_i - alpha_i*``, shape (n, 2) [m], zero for a robot that hears nobody."""
+    relative = hand - offsets
+    degree = topology.in_degree()[:, np.newaxis]
+    listens = degree > 0.0
+    mean = topology.neighbour_sum(relative) / np.where(listens, degree, 1.0)
+    return np.where(listens, relative - mean, 0.0)
+
+
+def formation_velocity(hand, offsets, topology, k, T):
+    """Return ``u_i = -(k/T)(alpha_i - alpha_i*)``, shape (n, 2) [m/s], law (6) before mapping (7).
+
+    With step ``T`` [s] it gives (5), ``alpha+ = (1-k) alpha + k alpha*``.
+    """
+    return (-k / T) * target_errors(hand, offsets, topology)
+
+
+def predict(hand, offsets, topology, k, steps):
+    """Return the hand points of (5), shape (steps + 1, n, 2) [m], from ``hand`` (n, 2)."""
+    track = np.empty((steps + 1,) + hand.shape)
+    track[0] = hand
+    for t in range(steps):
+        track[t + 1] = track[t] - k * target_errors(track[t], offsets, topology)
+    return track
+
+
+def limit(hand, offsets, topology, k):
+    """Return where (5) goes, shape (n, 2) [m]: ``d + w^T (alpha(0) - d)``, w the left null vector.
+
+    Where the graph has more than one sink, ``w`` becomes a matrix: the limit of
+    ``((1-k) I + k D^-1 A)^t``, found by squaring it until it no longer changes.
+    """
+    n = len(hand)
+    degree = topology.in_degree()
+    walk = topology.adjacency() / np.where(degree > 0.0, degree, 1.0)[:, np.newaxis]
+    step = (1.0 - k) * np.eye(n) + k * walk + k * np.diag((degree == 0.0).astype(float))
+    for _ in range(60):
+        squared = step @ step
+        # Rows sum to one; rounding must not be squared sixty times.
+        squared /= squared.sum(axis=1, keepdims=True)
+        if np.max(np.abs(squared - step)) < 1e-15:
+            break
+        step = squared
+    return offsets + step @ (hand - offsets)
+
+
+def error_norm(hand, offsets, topology):
+    """Return the largest ``|alpha_i - alpha_i*|`` [m] over the robots."""
+    return float(np.max(np.linalg.norm(target_errors(hand, offsets, topology), axis=1)))
+
+
+def settling_index(errors, share):
+    """Return the first index from which ``errors`` (m,) stays below ``share`` of its first value.
+
+    Returns ``len(errors)`` when it never does.
+    """
+    errors = np.asarray(errors)
+    above = np.flatnonzero(errors >= share * errors[0])
+    if errors[0] == 0.0 or not len(above):
+        return 0
+    return int(above[-1]) + 1
+
+
+def predicted_settling(hand, offsets, topology, k, share, most=1000000):
+    """Return the number of steps of (5) until the largest error stays below ``share`` of its start.
+
+    Returns ``None`` if that takes more than ``most`` steps or the error grows.
+    """
+    errors, block = [error_norm(hand, offsets, topology)], 1000
+    while len(errors) <= most:
+        track = predict(hand, offsets, topology, k, block)
+        errors += [error_norm(alpha, offsets, topology) for alpha in track[1:]]
+        hand = track[-1]
+        # The recursion is a contraction once the error is this far below the wanted share.
+        if errors[-1] <= 0.5 * share * errors[0]:
+            return settling_index(errors, share)
+        if not np.isfinite(errors[-1]) or errors[-1] > 1e6 * max(errors[0], 1.0):
+            return None
+    return None
+
+
+def largest_stable_period(k, T, l, e_max, omega_max):  # noqa: E741 - the paper's symbol
+    """Return the longest command period [s] that is safe on a unicycle.
+
+    The held arc contracts for sure while ``Tc <= l / (kappa e_max)``, ``kappa = k/T``, with
+    ``e_max`` [m] the largest error, or while ``omega_max Tc <= 1``: limiting the turn rate bounds
+    the rotation of the error in one period.  The larger of the two is returned.
+    """
+    by_error = l * T / (k * e_max) if e_max > 0.0 else np.inf
+    by_limit = 1.0 / omega_max if omega_max > 0.0 else np.inf
+    return max(by_error, by_limit)
+
+
+def line_gaps(hand):
+    """Return the gaps between consecutive robots along x, shape (n-1,) [m]: ``x_i - x_{i+1}``."""
+    return hand[:-1, 0] - hand[1:, 0]
+
+
+def y_spread(hand):
+    """Return ``max y - min y`` [m] over the robots."""
+    return float(np.ptp(hand[:, 1]))

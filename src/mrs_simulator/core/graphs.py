@@ -1,0 +1,102 @@
+"""Interaction topologies: who hears whom, with which weight.
+
+``a_ij`` is the weight of the edge over which robot i hears robot j.  Edges are written
+``(i, j)`` with robots numbered from 1: "i hears j".
+"""
+
+import numpy as np
+
+PRESETS = ("chain", "cycle", "path", "star", "complete")
+
+
+class Topology:
+    """A weighted graph over robots 1..n, held as an edge list sorted by the hearing robot."""
+
+    def __init__(self, n, edges, directed=True):
+        """Build the graph from ``edges``: ``(i, j)`` or ``(i, j, weight)``, robots from 1.
+
+        An undirected graph adds ``(j, i)`` for each edge.  Raises ``ValueError`` that names the
+        edge for an unknown robot, a self-loop, a duplicate, or a weight that is not positive.
+        """
+        self.n = int(n)
+        self.directed = bool(directed)
+        self.edges = [_checked_edge(edge, self.n) for edge in edges]
+        arcs = {}
+        for i, j, weight in self.edges:
+            for pair in ((i, j),) if directed else ((i, j), (j, i)):
+                if pair in arcs:
+                    raise ValueError("edge {}-{}: given twice, wanted once".format(i, j))
+                arcs[pair] = weight
+        rows = sorted(arcs)
+        self._hears = np.array([i - 1 for i, _ in rows], dtype=int)
+        self._heard = np.array([j - 1 for _, j in rows], dtype=int)
+        self._weight = np.array([arcs[pair] for pair in rows], dtype=float)
+        self.listeners, self._starts = np.unique(self._hears, return_index=True)
+
+    @classmethod
+    def preset(cls, name, n):
+        """Return the graph called ``name``, one of ``PRESETS``, over n robots.
+
+        ``chain``: i hears i+1; ``cycle``: so does n, of robot 1; ``path``: undirected chain;
+        ``star``: undirected, robot 1 in the middle; ``complete``: undirected, all pairs.
+        """
+        chain = [(i, i + 1) for i in range(1, n)]
+        if name == "chain":
+            return cls(n, chain)
+        if name == "cycle":
+            return cls(n, chain + ([(n, 1)] if n > 1 else []))
+        if name == "path":
+            return cls(n, chain, directed=False)
+        if name == "star":
+            return cls(n, [(1, j) for j in range(2, n + 1)], directed=False)
+        if name == "complete":
+            pairs = [(i, j) for i in range(1, n + 1) for j in range(i + 1, n + 1)]
+            return cls(n, pairs, directed=False)
+        raise ValueError("topology preset {!r}: wanted one of {}".format(name, ", ".join(PRESETS)))
+
+    def neighbours(self, robot):
+        """Return the numbers of the robots that ``robot`` (1..n) hears, ascending."""
+        return [int(j) + 1 for j in self._heard[self._hears == robot - 1]]
+
+    def adjacency(self):
+        """Return ``A``, shape (n, n): ``A[i, j] = a_ij``, rows hear columns."""
+        matrix = np.zeros((self.n, self.n))
+        matrix[self._hears, self._heard] = self._weight
+        return matrix
+
+    def laplacian(self):
+        """Return ``L = D - A``, shape (n, n), with ``D = diag(sum_j a_ij)``: rows sum to zero."""
+        adjacency = self.adjacency()
+        return np.diag(adjacency.sum(axis=1)) - adjacency
+
+    def neighbour_sum(self, values):
+        """Return ``sum_j a_ij values_j``, the shape of ``values`` (n, d); no n-by-n matrix is made."""
+        total = np.zeros_like(values)
+        if len(self._hears):
+            heard = self._weight[:, np.newaxis] * values[self._heard]
+            total[self.listeners] = np.add.reduceat(heard, self._starts, axis=0)
+        return total
+
+    def in_degree(self):
+        """Return ``sum_j a_ij``, shape (n,)."""
+        return self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
+
+
+def _checked_edge(edge, n):
+    edge = tuple(edge) if isinstance(edge, (list, tuple)) else (edge,)
+    if len(edge) not in (2, 3):
+        raise ValueError("edge {}: wanted [i, j] or [i, j, weight]".format(list(edge)))
+    for robot in edge[:2]:
+        if isinstance(robot, bool) or not isinstance(robot, int) or not 1 <= robot <= n:
+            raise ValueError(
+                "edge {}: robot {!r}, wanted a whole number from 1 to {}".format(
+                    list(edge), robot, n
+                )
+            )
+    weight = edge[2] if len(edge) == 3 else 1.0
+    number = isinstance(weight, (int, float)) and not isinstance(weight, bool)
+    if not number or not 0.0 < weight < np.inf:
+        raise ValueError("edge {}: weight {!r}, wanted above 0".format(list(edge), weight))
+    if edge[0] == edge[1]:
+        raise ValueError("edge {}: a robot does not hear itself".format(list(edge)))
+    return edge[0], edge[1], float(weight)

@@ -1,0 +1,160 @@
+"""Kinematics of wheeled robots as functions of arrays, one robot per row.
+
+Equation numbers are those of the paper: (1) the unicycle, (2) and (3) its hand point, (7) the
+mapping of a point-mass input to the unicycle.  Angles are in rad, counter-clockwise from the x axis
+of the common frame (REP 103).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+DEFAULT_HAND_LENGTH = 0.05  # [m], the paper's l
+
+
+class Limits(NamedTuple):
+    """What a robot's firmware allows; ``inf`` means no limit."""
+
+    v_max: float  # [m/s]
+    omega_max: float  # [rad/s]
+    v_accel: float  # [m/s^2], also the deceleration
+    omega_accel: float  # [rad/s^2], also the deceleration
+
+    def velocities(self):
+        """Return ``(v_max, omega_max)`` as an array, shape (2,), [m/s, rad/s]."""
+        return np.array([self.v_max, self.omega_max])
+
+    def accelerations(self):
+        """Return ``(v_accel, omega_accel)`` as an array, shape (2,), [m/s^2, rad/s^2]."""
+        return np.array([self.v_accel, self.omega_accel])
+
+
+NO_LIMITS = Limits(np.inf, np.inf, np.inf, np.inf)
+
+
+def wrap_angle(angle):
+    """Return ``angle`` [rad] brought into [-pi, pi), any shape."""
+    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def compose(origin, pose):
+    """Return ``pose`` (n, 3), given in frames at ``origin`` (n, 3), in the frame of ``origin``."""
+    cos, sin = np.cos(origin[:, 2]), np.sin(origin[:, 2])
+    result = np.empty_like(pose)
+    result[:, 0] = origin[:, 0] + cos * pose[:, 0] - sin * pose[:, 1]
+    result[:, 1] = origin[:, 1] + sin * pose[:, 0] + cos * pose[:, 1]
+    result[:, 2] = wrap_angle(origin[:, 2] + pose[:, 2])
+    return result
+
+
+def hand_points(pose, l):  # noqa: E741 - the paper's symbol
+    """Return the hand points, shape (..., 2) [m]: ``alpha = (x + l cos theta, y + l sin theta)``, eq. (2).
+
+    ``pose`` has shape (..., 3) [m, m, rad]; ``l`` [m] is the distance from the wheel-axle centre.
+    """
+    pose = np.asarray(pose, dtype=float)
+    theta = pose[..., 2]
+    hand = np.empty(pose.shape[:-1] + (2,))
+    hand[..., 0] = pose[..., 0] + l * np.cos(theta)
+    hand[..., 1] = pose[..., 1] + l * np.sin(theta)
+    return hand
+
+
+def unicycle_from_point_mass(u, theta, l):  # noqa: E741
+    """Return ``(v, omega)``, shape (n, 2), that moves the hand point with velocity ``u``, eq. (7).
+
+    ``v = cos(theta) ux + sin(theta) uy`` [m/s],
+    ``omega = (-sin(theta) ux + cos(theta) uy) / l`` [rad/s].
+    ``u`` has shape (n, 2) [m/s] in the common frame, ``theta`` shape (n,) [rad], ``l`` > 0 [m].
+    """
+    cos, sin = np.cos(theta), np.sin(theta)
+    command = np.empty((len(u), 2))
+    command[:, 0] = cos * u[:, 0] + sin * u[:, 1]
+    command[:, 1] = (cos * u[:, 1] - sin * u[:, 0]) / l
+    return command
+
+
+def point_mass_from_unicycle(command, theta, l):  # noqa: E741
+    """Return the hand point's velocity, shape (n, 2) [m/s]: ``alpha' = A(theta) (v, omega)``, eq. (3).
+
+    ``A = [[cos, -l sin], [sin, l cos]]``; the inverse of :func:`unicycle_from_point_mass`.
+    """
+    cos, sin = np.cos(theta), np.sin(theta)
+    lateral = l * command[:, 1]
+    u = np.empty((len(command), 2))
+    u[:, 0] = cos * command[:, 0] - sin * lateral
+    u[:, 1] = sin * command[:, 0] + cos * lateral
+    return u
+
+
+def arc(pose, command, duration):
+    """Return the poses, shape (n, 3), after ``duration`` [s] of constant ``(v, omega)``.
+
+    The exact solution of the unicycle (1), ``x' = v cos theta, y' = v sin theta, theta' = omega``:
+    with ``D = omega duration`` the centre moves by ``v duration sin(D/2)/(D/2)`` along
+    ``theta + D/2``.  The heading is not wrapped.
+    """
+    half = 0.5 * duration * command[:, 1]
+    # np.sinc(x) is sin(pi x)/(pi x), exact at zero.
+    chord = duration * command[:, 0] * np.sinc(half / np.pi)
+    middle = pose[:, 2] + half
+    after = np.empty_like(pose)
+    after[:, 0] = pose[:, 0] + chord * np.cos(middle)
+    after[:, 1] = pose[:, 1] + chord * np.sin(middle)
+    after[:, 2] = middle + half
+    return after
+
+
+def clip_commands(command, limits):
+    """Return commands, shape (n, 2), clipped to ``limits`` one by one, as a robot's firmware does."""
+    top = limits.velocities()
+    return np.clip(command, -top, top)
+
+
+def ramp(velocity, target, acceleration, duration):
+    """Return the velocity after ``duration`` [s] of a linear ramp, and the mean velocity over it.
+
+    Every component of ``velocity`` moves towards ``target`` by at most ``acceleration * duration``
+    and then holds.  The mean, ``v1 - (v1 - v0) t_ramp / (2 duration)`` with ``t_ramp = |v1 - v0| /
+    acceleration``, times ``duration`` is the exact distance.  All shapes (n, 2); ``acceleration``
+    may be ``inf``.
+    """
+    reach = acceleration * duration
+    change = np.clip(target - velocity, -reach, reach)
+    after = velocity + change
+    mean = after - change * np.abs(change) / (2.0 * reach)
+    return after, mean
+
+
+def saturate(command, limits, scope="robot"):
+    """Return commands, shape (n, 2), within the velocity ``limits`` and with their direction kept.
+
+    ``scope="robot"``: each robot's ``(v, omega)`` is scaled by one factor of its own, so its path
+    keeps its shape.  ``scope="team"``: all robots by one common factor, which only re-times the
+    whole motion and so keeps invariants such as the centroid.  ``scope="none"``: unchanged.
+
+    Raises ``ValueError`` for another scope.
+    """
+    if scope == "none":
+        return command
+    if scope not in ("robot", "team"):
+        raise ValueError(
+            'saturation scope {!r}: wanted one of "robot", "team", "none"'.format(scope)
+        )
+    excess = np.max(np.abs(command) / limits.velocities(), axis=1, initial=1.0)
+    if scope == "team":
+        return command / excess.max(initial=1.0)
+    return command / excess[:, np.newaxis]
+
+
+def wheel_speeds(command, track):
+    """Return the rim speeds of the left and right wheel, shape (n, 2) [m/s]: ``v -+ omega track/2``."""
+    lateral = 0.5 * track * command[:, 1]
+    return np.stack([command[:, 0] - lateral, command[:, 0] + lateral], axis=1)
+
+
+def body_speeds(wheels, track):
+    """Return ``(v, omega)``, shape (n, 2), of rim speeds (left, right); inverse of ``wheel_speeds``."""
+    left, right = wheels[:, 0], wheels[:, 1]
+    return np.stack([0.5 * (left + right), (right - left) / track], axis=1)

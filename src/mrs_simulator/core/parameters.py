@@ -1,0 +1,86 @@
+"""Parameters of a protocol, described once: for scenarios, launch files, ROS and forms."""
+
+import difflib
+import math
+from typing import Any, NamedTuple, Optional, Tuple
+
+
+class Parameter(NamedTuple):
+    """A parameter's name, default value, unit, allowed range and meaning.
+
+    The default's type (float, int, bool or str) is the parameter's type.  ``low`` and ``high`` are
+    allowed values unless ``open_low`` or ``open_high``; ``why`` gives the reason for the range.
+    """
+
+    name: str
+    default: Any
+    unit: str = ""
+    low: Optional[float] = None
+    high: Optional[float] = None
+    open_low: bool = False
+    open_high: bool = False
+    choices: Tuple[str, ...] = ()
+    meaning: str = ""
+    why: str = ""
+
+    def wanted(self):
+        """Return in words what values are allowed."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        bounds = []
+        if self.low is not None:
+            bounds.append("{} {:g}".format("above" if self.open_low else "at least", self.low))
+        if self.high is not None:
+            bounds.append("{} {:g}".format("below" if self.open_high else "at most", self.high))
+        kind = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+        text = " ".join([kind[type(self.default)], " and ".join(bounds)]).strip()
+        unit = " [{}]".format(self.unit) if self.unit else ""
+        return text + unit + (": " + self.why if self.why else "")
+
+    def checked(self, value):
+        """Return ``value`` as the parameter's type; ``ValueError`` if it is not allowed."""
+        result = self._typed(value)
+        if result is None or not self._in_range(result):
+            raise ValueError("{} = {!r}: wanted {}".format(self.name, value, self.wanted()))
+        return result
+
+    def _typed(self, value):
+        wanted = type(self.default)
+        if wanted is float and isinstance(value, (int, float)) and not isinstance(value, bool):
+            try:
+                return float(value) if math.isfinite(value) else None
+            except OverflowError:
+                return None
+        return value if type(value) is wanted else None
+
+    def _in_range(self, value):
+        if self.choices:
+            return value in self.choices
+        if self.low is not None and (value < self.low or (self.open_low and value == self.low)):
+            return False
+        return self.high is None or not (
+            value > self.high or (self.open_high and value == self.high)
+        )
+
+
+def checked_values(parameters, given, owner="parameters"):
+    """Return a dict with every parameter's value: ``given`` where it is, else the default.
+
+    Raises ``ValueError`` for an unknown name (with the nearest known one) or a bad value.
+    """
+    known = {parameter.name: parameter for parameter in parameters}
+    for name in given:
+        if name not in known:
+            raise ValueError(unknown_name(owner, name, known))
+    return {
+        name: parameter.checked(given.get(name, parameter.default))
+        for name, parameter in known.items()
+    }
+
+
+def unknown_name(owner, name, known):
+    """Return the message for a name that is not ``known``, with the nearest one that is."""
+    near = difflib.get_close_matches(str(name), [str(k) for k in known], n=1)
+    hint = "; did you mean {!r}?".format(near[0]) if near else ""
+    listing = ", ".join(sorted(str(k) for k in known)) or "none"
+    return "{}: unknown {!r}{} (known: {})".format(owner, name, hint, listing)

@@ -1,0 +1,182 @@
+"""Reading YAML files strictly: every key is known, every value checked, every error placed."""
+
+import math
+import os
+import re
+
+import yaml
+
+from mrs_simulator.core.parameters import unknown_name
+
+LARGEST_FILE = 4 * 1024 * 1024  # [bytes], far above any scenario; guards against a wrong file
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be used: says where, what came and what was wanted."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe loader that refuses a key given twice and reads 1e-3 as a number."""
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            try:
+                again = key in seen
+                seen.add(key)
+            except TypeError:
+                raise yaml.constructor.ConstructorError(
+                    None, None, "a key must be a text", key_node.start_mark
+                )
+            if again:
+                raise yaml.constructor.ConstructorError(
+                    None, None, "key {!r} is given twice".format(key), key_node.start_mark
+                )
+        return super().construct_mapping(node, deep=deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
+    list("-+.0123456789"),
+)
+
+
+def load_yaml(path):
+    """Return the content of the YAML file at ``path``; ``ScenarioError`` says what is wrong."""
+    try:
+        if os.path.getsize(path) > LARGEST_FILE:
+            raise ScenarioError("{}: larger than {} bytes".format(path, LARGEST_FILE))
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        if isinstance(error, ScenarioError):
+            raise
+        raise ScenarioError("{}: cannot be read: {}".format(path, _reason(error))) from None
+    return parse_yaml(text, path)
+
+
+def parse_yaml(text, where):
+    """Return the content of YAML ``text``; ``where`` names it in errors."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = ", line {}".format(mark.line + 1) if mark else ""
+        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise ScenarioError("{}{}: not valid YAML: {}".format(where, line, problem)) from None
+    except (ValueError, OverflowError, RecursionError) as error:
+        raise ScenarioError("{}: not valid YAML: {}".format(where, _reason(error))) from None
+
+
+class Section:
+    """A mapping read key by key; ``done`` refuses the keys that nobody asked for."""
+
+    def __init__(self, content, where):
+        """``content`` must be a mapping; ``where`` is the file and key path for errors."""
+        if content is None:
+            content = {}
+        if not isinstance(content, dict):
+            raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
+        self._content = content
+        self._where = where
+        self._asked = []
+
+    def at(self, key):
+        """Return where ``key`` is, for an error message."""
+        return "{}: {}".format(self._where, key) if ": " not in self._where else (
+            "{}.{}".format(self._where, key)
+        )
+
+    def take(self, key, default=None):
+        """Return the raw value of ``key``."""
+        self._asked.append(key)
+        value = self._content.get(key)
+        return default if value is None else value
+
+    def has(self, key):
+        """Return whether ``key`` is given."""
+        return self._content.get(key) is not None
+
+    def number(self, key, default=None, low=None, high=None, above=None):
+        """Return a finite number in [low, high], or above ``above``."""
+        value = self.take(key, default)
+        return number(value, self.at(key), low=low, high=high, above=above)
+
+    def whole(self, key, default=None, low=None, high=None):
+        """Return a whole number in [low, high]."""
+        value = self.take(key, default)
+        fits = isinstance(value, int) and not isinstance(value, bool)
+        fits = fits and (low is None or value >= low) and (high is None or value <= high)
+        if not fits:
+            raise ScenarioError(
+                "{}: {}, wanted a whole number{}".format(self.at(key), shown(value), _range(low, high))
+            )
+        return value
+
+    def text(self, key, default=None, choices=None):
+        """Return a text, one of ``choices`` if given."""
+        value = self.take(key, default)
+        if not isinstance(value, str) or (choices and value not in choices):
+            wanted = "one of " + ", ".join(choices) if choices else "a text"
+            raise ScenarioError("{}: {}, wanted {}".format(self.at(key), shown(value), wanted))
+        return value
+
+    def flag(self, key, default):
+        """Return true or false."""
+        value = self.take(key, default)
+        if not isinstance(value, bool):
+            raise ScenarioError("{}: {}, wanted true or false".format(self.at(key), shown(value)))
+        return value
+
+    def numbers(self, key, count):
+        """Return a list of ``count`` finite numbers."""
+        return number_list(self.take(key), count, self.at(key))
+
+    def done(self):
+        """Refuse the keys that were not asked for, with the nearest known one."""
+        for key in self._content:
+            if key not in self._asked:
+                raise ScenarioError(unknown_name(self._where, key, self._asked))
+
+
+def number(value, where, low=None, high=None, above=None):
+    """Return ``value`` as float if it is a finite number in range; else ``ScenarioError``."""
+    fits = isinstance(value, (int, float)) and not isinstance(value, bool)
+    try:
+        fits = fits and math.isfinite(float(value))
+    except OverflowError:
+        fits = False
+    fits = fits and (low is None or value >= low) and (high is None or value <= high)
+    if not fits or (above is not None and value <= above):
+        limits = _range(low, high) if above is None else " above {:g}".format(above)
+        raise ScenarioError("{}: {}, wanted a number{}".format(where, shown(value), limits))
+    return float(value)
+
+
+def number_list(value, count, where):
+    """Return ``value`` as a list of ``count`` finite floats; else ``ScenarioError``."""
+    if not isinstance(value, list) or len(value) != count:
+        raise ScenarioError("{}: {}, wanted a list of {} numbers".format(where, shown(value), count))
+    return [number(item, "{}[{}]".format(where, index)) for index, item in enumerate(value)]
+
+
+def shown(value):
+    """Return ``value`` as it should appear in an error message, never longer than a line."""
+    if value is None:
+        return "nothing given"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _range(low, high):
+    if low is not None and high is not None:
+        return " from {:g} to {:g}".format(low, high)
+    if low is not None:
+        return " of at least {:g}".format(low)
+    return " of at most {:g}".format(high) if high is not None else ""
+
+
+def _reason(error):
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__

@@ -1,0 +1,156 @@
+"""Recording a run to ``run.csv`` as it happens, and reading it back."""
+
+import csv
+import math
+import os
+from typing import Any, Dict, List, NamedTuple, Optional
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.scenario import Scenario
+
+COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
+
+
+class Collision(NamedTuple):
+    """The begin of a contact: when [s], between whom, where [m] in the common frame."""
+
+    time: float
+    first: str
+    second: str
+    x: float
+    y: float
+
+
+class Run(NamedTuple):
+    """A recorded run: m samples of n robots."""
+
+    time: np.ndarray  # (m,) [s]
+    robots: np.ndarray  # (n,) robots' numbers
+    pose: np.ndarray  # (m, n, 3) [m, m, rad], common frame
+    hand: np.ndarray  # (m, n, 2) [m], hand points
+    command: np.ndarray  # (m, n, 2) [m/s, rad/s], control input held after the sample
+    collisions: List[Collision] = []
+    scenario: Optional[Scenario] = None
+    meta: Dict[str, Any] = {}
+
+
+class RunError(ValueError):
+    """A recording that cannot be read: says which file, where and why."""
+
+
+class Recorder:
+    """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
+
+    def __init__(self, path, robots, hand_length=DEFAULT_HAND_LENGTH):
+        """Open ``path`` for the robots numbered ``robots``; directories are made."""
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+        self.path = path
+        self._robots = [str(robot) for robot in robots]
+        self._hand_length = hand_length
+        self._file = open(path, "w", encoding="ascii", newline="\n")
+        self._file.write(",".join(COLUMNS) + "\n")
+
+    def sample(self, time, pose, command):
+        """Write one sample: ``time`` [s], ``pose`` (n, 3), ``command`` (n, 2).
+
+        Numbers are written with the fewest digits that read back to the same value.
+        """
+        hand = hand_points(pose, self._hand_length)
+        table = np.concatenate([pose, hand, command], axis=1).tolist()
+        stamp = repr(float(time))
+        lines = [
+            ",".join([stamp, robot, *map(repr, row)]) for robot, row in zip(self._robots, table)
+        ]
+        self._file.write("\n".join(lines) + "\n")
+
+    def flush(self):
+        """Hand what is written to the operating system."""
+        self._file.flush()
+
+    def close(self):
+        """Finish the file; closing twice does no harm."""
+        self._file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def read_run_csv(path, scenario=None, collisions=(), meta=None):
+    """Return the ``Run`` in the file at ``path``.
+
+    A last sample that was cut off is left out.  Raises ``RunError`` that names the file and line.
+    """
+    try:
+        with open(path, encoding="ascii", newline="") as file:
+            rows = _number_rows(csv.reader(file), path)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RunError("{}: cannot be read: {}".format(path, error)) from None
+    table = np.array(rows).reshape(-1, len(COLUMNS))
+    robots, samples = _shape_of(table, path)
+    table = table[: samples * len(robots)].reshape(samples, len(robots), len(COLUMNS))
+    if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
+        raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
+    return Run(
+        time=table[:, 0, 0],
+        robots=robots.astype(int),
+        pose=table[:, :, 2:5],
+        hand=table[:, :, 5:7],
+        command=table[:, :, 7:9],
+        collisions=list(collisions),
+        scenario=scenario,
+        meta=dict(meta or {}),
+    )
+
+
+def _number_rows(reader, path):
+    header = next(reader, None)
+    if header != list(COLUMNS):
+        raise RunError(
+            "{}, line 1: {}, wanted the columns {}".format(path, header, ",".join(COLUMNS))
+        )
+    lines = list(reader)
+    rows = []
+    for index, line in enumerate(lines):
+        try:
+            row = [float(value) for value in line]
+            if len(row) != len(COLUMNS) or not all(map(math.isfinite, row)):
+                raise ValueError
+        except ValueError:
+            # The last line of a run that was killed may be half written.
+            if index == len(lines) - 1 and index:
+                break
+            raise RunError(
+                "{}, line {}: {}, wanted {} finite numbers".format(
+                    path, index + 2, ",".join(line)[:60], len(COLUMNS)
+                )
+            ) from None
+        rows.append(row)
+    return rows
+
+
+def _shape_of(table, path):
+    if not len(table):
+        raise RunError("{}: holds no sample".format(path))
+    first = table[table[:, 0] == table[0, 0]]
+    robots = first[:, 1]
+    if len(set(robots)) != len(robots) or np.any(robots != np.round(robots)):
+        raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
+    return robots, len(table) // len(robots)
+
+
+def closest_approach(pose):
+    """Return the least distance [m] between two robots' centres over all samples; inf for one."""
+    n = pose.shape[1]
+    least = np.inf
+    if n < 2:
+        return least
+    upper = np.triu_indices(n, 1)
+    for sample in pose[:, :, :2]:
+        apart = sample[:, np.newaxis] - sample[np.newaxis]
+        least = min(least, float(np.einsum("ijk,ijk->ij", apart, apart)[upper].min()))
+    return math.sqrt(least)

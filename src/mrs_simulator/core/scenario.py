@@ -1,0 +1,356 @@
+"""Scenarios: one YAML file holds a whole experiment.
+
+Every key is checked; what is wrong is said with the file, the key path, what came and what was
+wanted.  Lengths in m, angles in rad, times in s, poses in the common frame.
+"""
+
+import math
+import os
+from typing import Any, Dict, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+import yaml
+
+from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
+from mrs_simulator.core.layouts import LAYOUTS, extend_poses, make_layout
+from mrs_simulator.core.obstacles import Box, Cylinder, wall
+from mrs_simulator.core.reading import (
+    ScenarioError,
+    Section,
+    load_yaml,
+    number_list,
+    parse_yaml,
+    shown,
+)
+
+FIDELITIES = ("kinematic", "dynamic", "point_mass")
+ODOMETRIES = ("world", "wheel")
+SATURATIONS = ("robot", "team", "none")
+LIMIT_PRESETS = ("firmware", "top", "none")
+DEFAULT_KIND = "pioneer3dx"
+DEFAULT_PROTOCOL = "formation"
+LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
+MOST_ROBOTS = 20000
+FARTHEST = 1e6  # [m], a position beyond this is a mistake
+
+
+class Control(NamedTuple):
+    """How the team is controlled: the protocol, its parameters and the rate of commands."""
+
+    protocol: str = DEFAULT_PROTOCOL
+    rate: float = 50.0  # [Hz]
+    parameters: Dict[str, Any] = {}
+    saturation: str = "robot"
+
+
+class Scenario(NamedTuple):
+    """A whole experiment.  ``limits`` is a preset's name, ``Limits``, or None for no limits."""
+
+    poses: np.ndarray  # (n, 3) [m, m, rad], initial poses of the wheel-axle centres
+    kinds: Tuple[str, ...]
+    title: str = ""
+    fidelity: str = "kinematic"
+    limits: Union[str, Limits, None] = "firmware"
+    odometry: str = "world"
+    control: Control = Control()
+    topology: Optional[Topology] = None
+    obstacles: Tuple[Union[Box, Cylinder], ...] = ()
+    duration: float = 60.0  # [s]
+    seed: int = 0
+    speed: float = 1.0  # [-] simulated over wall time; 0 = as fast as possible
+    record_rate: float = 10.0  # [Hz]
+    cmd_vel_timeout: float = 0.6  # [s]
+    step: float = LONGEST_STEP  # [s]
+    path: str = ""
+
+    @property
+    def n(self):
+        """Return the number of robots."""
+        return len(self.poses)
+
+    @property
+    def hand_length(self):
+        """Return the distance l [m] from the wheel-axle centre to the hand point."""
+        return float(self.control.parameters.get("l", DEFAULT_HAND_LENGTH))
+
+    @property
+    def steps_per_command(self):
+        """Return how many steps of the world one command is held."""
+        return max(1, int(round(1.0 / (self.control.rate * self.step))))
+
+    @property
+    def steps_per_record(self):
+        """Return how many steps of the world lie between two recorded samples."""
+        return max(1, int(round(1.0 / (self.record_rate * self.step))))
+
+    def with_robots(self, n):
+        """Return this scenario with n robots: the first n, or more of the same kind placed apart.
+
+        Raises ``ScenarioError`` if its topology lists edges of a robot that is no longer there.
+        """
+        if n == self.n:
+            return self
+        if not 1 <= n <= MOST_ROBOTS:
+            raise ScenarioError("robots = {}: wanted from 1 to {}".format(n, MOST_ROBOTS))
+        size = max(20.0, 3.0 * math.sqrt(n))
+        poses = self.poses[:n] if n < self.n else extend_poses(self.poses, n, size=size, seed=self.seed)
+        kinds = (self.kinds + (self.kinds[-1],) * n)[:n]
+        return self._replace(poses=poses, kinds=kinds, topology=self._topology_for(n))
+
+    def with_protocol(self, protocol):
+        """Return this scenario under another protocol, with that protocol's own parameters.
+
+        The parameters here belong to the protocol they were written for; only l is kept.
+        """
+        if protocol == self.control.protocol:
+            return self
+        kept = {key: value for key, value in self.control.parameters.items() if key == "l"}
+        return self._replace(control=self.control._replace(protocol=protocol, parameters=kept))
+
+    def changed(self, **values):
+        """Return this scenario with top-level keys set anew, checked as in a file."""
+        content = dict(self.to_dict(), **values)
+        return scenario_from_dict(content, "given value")._replace(path=self.path)
+
+    def _topology_for(self, n):
+        if self.topology is None:
+            return None
+        try:
+            return Topology(n, self.topology.edges, self.topology.directed)
+        except ValueError as error:
+            raise ScenarioError("topology with {} robots: {}".format(n, error)) from None
+
+    def to_dict(self):
+        """Return the scenario as plain values that ``scenario_from_dict`` reads back."""
+        result = {
+            "title": self.title,
+            "robots": self.n,
+            "model": self.kinds[0] if len(set(self.kinds)) == 1 else list(self.kinds),
+            "poses": [[float(value) for value in pose] for pose in self.poses],
+            "fidelity": self.fidelity,
+            "limits": _limits_to_plain(self.limits),
+            "odometry": self.odometry,
+            "control": {**self.control._asdict(), "parameters": dict(self.control.parameters)},
+            "obstacles": [_obstacle_to_plain(obstacle) for obstacle in self.obstacles],
+        }
+        for key in ("duration", "seed", "speed", "record_rate", "cmd_vel_timeout", "step"):
+            result[key] = getattr(self, key)
+        if self.topology is not None:
+            edges = [list(edge) for edge in self.topology.edges]
+            result["topology"] = {"edges": edges, "directed": self.topology.directed}
+        return result
+
+    def to_yaml(self):
+        """Return the scenario as YAML text."""
+        return yaml.safe_dump(self.to_dict(), sort_keys=False, default_flow_style=None)
+
+
+def load_scenario(path):
+    """Return the ``Scenario`` in the YAML file at ``path``; ``ScenarioError`` if it is not one."""
+    return scenario_from_dict(load_yaml(path), str(path))._replace(path=os.path.abspath(str(path)))
+
+
+def scenario_from_yaml(text, where="scenario"):
+    """Return the ``Scenario`` in YAML ``text``."""
+    return scenario_from_dict(parse_yaml(text, where), where)
+
+
+def scenario_from_dict(content, where="scenario"):
+    """Return the ``Scenario`` in the mapping ``content``; ``where`` names it in errors."""
+    if not isinstance(content, dict):
+        raise ScenarioError("{}: {}, wanted a mapping of keys".format(where, shown(content)))
+    top = Section(content, where)
+    seed = top.whole("seed", 0, low=0, high=2**32 - 1)
+    poses = _read_poses(top, seed)
+    control = _read_control(top)
+    scenario = Scenario(
+        poses=poses,
+        kinds=_read_kinds(top, len(poses)),
+        title=top.text("title", ""),
+        fidelity=top.text("fidelity", "kinematic", FIDELITIES),
+        limits=_read_limits(top),
+        odometry=top.text("odometry", "world", ODOMETRIES),
+        control=control,
+        topology=_read_topology(top, len(poses)),
+        obstacles=_read_obstacles(top),
+        duration=top.number("duration", 60.0, above=0.0),
+        seed=seed,
+        speed=top.number("speed", 1.0, low=0.0),
+        record_rate=top.number("record_rate", 10.0, above=0.0),
+        cmd_vel_timeout=top.number("cmd_vel_timeout", 0.6, above=0.0),
+        step=_read_step(top, control.rate),
+    )
+    top.done()
+    return scenario
+
+
+def _read_poses(top, seed):
+    given = top.take("poses")
+    if isinstance(given, dict):
+        count = top.whole("robots", low=1, high=MOST_ROBOTS)
+        layout = Section(given, top.at("poses"))
+        name = layout.text("layout", choices=sorted(LAYOUTS))
+        values = {key: given[key] for key in given if key != "layout"}
+        try:
+            return make_layout(name, count, seed=seed, **values)
+        except (ValueError, TypeError) as error:
+            raise ScenarioError("{}: {}".format(top.at("poses"), error)) from None
+    if not isinstance(given, list) or not given or len(given) > MOST_ROBOTS:
+        raise ScenarioError(
+            "{}: {}, wanted a list of [x, y, theta] or a layout".format(
+                top.at("poses"), shown(given)
+            )
+        )
+    rows = [number_list(row, 3, "{}[{}]".format(top.at("poses"), i)) for i, row in enumerate(given)]
+    poses = np.array(rows)
+    far = np.flatnonzero(np.abs(poses).max(axis=1) > FARTHEST)
+    if len(far):
+        raise ScenarioError(
+            "{}[{}]: {}, wanted within {:g} m".format(top.at("poses"), far[0], given[far[0]], FARTHEST)
+        )
+    count = top.whole("robots", len(rows), low=1, high=MOST_ROBOTS)
+    if count != len(rows):
+        raise ScenarioError("{}: {}, but poses has {}".format(top.at("robots"), count, len(rows)))
+    return poses
+
+
+def _read_kinds(top, n):
+    kinds = top.take("model", DEFAULT_KIND)
+    kinds = [kinds] * n if isinstance(kinds, str) else kinds
+    if not isinstance(kinds, list) or len(kinds) != n or not all(isinstance(k, str) for k in kinds):
+        raise ScenarioError(
+            "{}: {}, wanted one kind or a list of {}".format(top.at("model"), shown(kinds), n)
+        )
+    return tuple(kinds)
+
+
+def _read_limits(top):
+    given = top.take("limits", "firmware")
+    if not isinstance(given, dict):
+        preset = top.text("limits", "firmware", LIMIT_PRESETS)
+        return None if preset == "none" else preset
+    section = Section(given, top.at("limits"))
+    top_speeds = [section.number(name, above=0.0) for name in ("v_max", "omega_max")]
+    # A ramp left out is none: the robot answers at once.
+    ramps = [
+        section.number(name, above=0.0) if section.has(name) else section.take(name, math.inf)
+        for name in ("v_accel", "omega_accel")
+    ]
+    section.done()
+    return Limits(*top_speeds, *ramps)
+
+
+def _read_control(top):
+    section = Section(top.take("control", {}), top.at("control"))
+    parameters = section.take("parameters", {})
+    if not isinstance(parameters, dict):
+        raise ScenarioError(
+            "{}: {}, wanted a mapping".format(section.at("parameters"), shown(parameters))
+        )
+    for name, value in parameters.items():
+        if not isinstance(name, str) or not isinstance(value, (int, float, str, bool)):
+            raise ScenarioError(
+                "{}: {}, wanted a number, a text, true or false".format(
+                    section.at("parameters.{}".format(name)), shown(value)
+                )
+            )
+    if "l" in parameters:
+        Section(parameters, section.at("parameters")).number("l", above=0.0)
+    control = Control(
+        protocol=section.text("protocol", DEFAULT_PROTOCOL),
+        rate=section.number("rate", 50.0, low=0.1, high=1000.0),
+        parameters=parameters,
+        saturation=section.text("saturation", "robot", SATURATIONS),
+    )
+    section.done()
+    return control
+
+
+def _read_step(top, rate):
+    period = 1.0 / rate
+    default = period / math.ceil(period / LONGEST_STEP - 1e-9)
+    step = top.number("step", default, low=1e-5, high=1.0)
+    if abs(period / step - round(period / step)) > 1e-6 or step > period * (1.0 + 1e-9):
+        raise ScenarioError(
+            "{}: {:g} s, wanted the command period 1/rate = {:g} s divided by a whole "
+            "number".format(top.at("step"), step, period)
+        )
+    return step
+
+
+def _read_topology(top, n):
+    if not top.has("topology"):
+        top.take("topology")
+        return None
+    section = Section(top.take("topology"), top.at("topology"))
+    try:
+        if section.has("preset"):
+            return Topology.preset(section.text("preset", choices=PRESETS), n)
+        edges = section.take("edges", [])
+        if not isinstance(edges, list):
+            raise ValueError("edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges)))
+        return Topology(n, edges, section.flag("directed", True))
+    except ScenarioError:
+        raise
+    except ValueError as error:
+        raise ScenarioError("{}: {}".format(top.at("topology"), error)) from None
+    finally:
+        section.done()
+
+
+def _read_obstacles(top):
+    given = top.take("obstacles", [])
+    if not isinstance(given, list):
+        raise ScenarioError("{}: {}, wanted a list".format(top.at("obstacles"), shown(given)))
+    obstacles, names = [], set()
+    for index, item in enumerate(given):
+        obstacle = _read_obstacle(item, "{}[{}]".format(top.at("obstacles"), index), index)
+        if obstacle.name in names:
+            raise ScenarioError(
+                "{}[{}]: the name {!r} is taken".format(top.at("obstacles"), index, obstacle.name)
+            )
+        names.add(obstacle.name)
+        obstacles.append(obstacle)
+    return tuple(obstacles)
+
+
+def _read_obstacle(item, where, index):
+    section = Section(item, where)
+    shape = section.text("type", choices=("box", "cylinder", "wall"))
+    name = section.text("name", "{}{}".format(shape, index + 1))
+    height = section.number("height", 0.5, above=0.0)
+    if shape == "wall":
+        start, end = section.numbers("from", 2), section.numbers("to", 2)
+        thickness = section.number("thickness", 0.1, above=0.0)
+        try:
+            obstacle = wall(name, start, end, thickness, height)
+        except ValueError as error:
+            raise ScenarioError("{}: {}".format(where, error)) from None
+    elif shape == "cylinder":
+        x, y = section.numbers("center", 2)
+        obstacle = Cylinder(name, x, y, section.number("radius", above=0.0), height)
+    else:
+        x, y = section.numbers("center", 2)
+        length, width = section.numbers("size", 2)
+        if length <= 0.0 or width <= 0.0:
+            raise ScenarioError("{}.size: {}, wanted above 0".format(where, [length, width]))
+        obstacle = Box(name, x, y, section.number("yaw", 0.0), length, width, height)
+    section.done()
+    return obstacle
+
+
+def _limits_to_plain(limits):
+    if limits is None:
+        return "none"
+    if isinstance(limits, str):
+        return limits
+    return {name: value for name, value in limits._asdict().items() if value < math.inf}
+
+
+def _obstacle_to_plain(obstacle):
+    plain = {"name": obstacle.name, "center": [obstacle.x, obstacle.y], "height": obstacle.height}
+    if isinstance(obstacle, Cylinder):
+        return {"type": "cylinder", "radius": obstacle.radius, **plain}
+    size = [obstacle.length, obstacle.width]
+    return {"type": "box", "size": size, "yaw": obstacle.yaw, **plain}

@@ -1,0 +1,168 @@
+"""Headless experiments: the world and the control in lockstep in one process, without a master."""
+
+import argparse
+import os
+import signal
+import sys
+import time
+import traceback
+
+import numpy as np
+
+from mrs_simulator.control.loading import load_protocol
+from mrs_simulator.core.recording import Recorder, read_run_csv
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.report.report import write_report, write_scenario
+from mrs_simulator.world.world import World
+
+PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
+
+
+class LawFailed(RuntimeError):
+    """The protocol raised, or returned no usable commands; the run ends there."""
+
+
+def make_control(scenario, limits, protocol=None):
+    """Return the scenario's control of its robots, kept within ``limits``."""
+    protocol = protocol or load_protocol(scenario.control.protocol, beside=scenario.path)
+    return protocol(
+        numbers=range(1, scenario.n + 1),
+        topology=scenario.topology,
+        limits=limits,
+        saturation=scenario.control.saturation,
+        parameters=scenario.control.parameters,
+    )
+
+
+class Experiment:
+    """A world and a control; ``run`` closes the loop between them."""
+
+    def __init__(self, scenario, protocol=None):
+        """``protocol``: a ``PioneerControl`` subclass, by default the one the scenario names."""
+        self.scenario = scenario
+        self.world = World.from_scenario(scenario)
+        self.control = make_control(scenario, self.world.limits, protocol)
+        self.collisions = []
+        # A point mass has no heading that could turn too far.
+        unicycles = scenario.fidelity != "point_mass"
+        period = 1.0 / scenario.control.rate
+        self.warnings = self.control.warnings(scenario.poses, period) if unicycles else []
+
+    def samples(self):
+        """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
+
+        ``time`` [s], ``pose`` (n, 3) in the common frame, ``command`` (n, 2) held from then on.
+        Raises ``LawFailed`` after all robots were told to stop.
+        """
+        scenario, world = self.scenario, self.world
+        rows = np.arange(scenario.n)
+        steps = int(round(scenario.duration / scenario.step))
+        for step in range(steps + 1):
+            if step % scenario.steps_per_command == 0:
+                world.set_commands(rows, self._command(world.estimate()))
+            if step % scenario.steps_per_record == 0:
+                yield world.time, world.pose, world.command
+            if step < steps:
+                world.step()
+                self.collisions.extend(world.take_collisions())
+
+    def _command(self, pose):
+        try:
+            return self.control.commands(pose)
+        except Exception as error:
+            self.world.set_commands(np.arange(self.scenario.n), np.zeros((self.scenario.n, 2)))
+            raise LawFailed(
+                "at {:.3f} s the law failed: {}: {}".format(
+                    self.world.time, type(error).__name__, error
+                )
+            ) from error
+
+
+def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf")):
+    """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
+
+    Writes ``run.csv`` as it goes, then the figures, ``scenario.yaml`` and ``verdict.json``.  A run
+    that is interrupted or whose law fails is reported as far as it went; ``verdict["ended"]``
+    says which.
+    """
+    experiment = Experiment(scenario, protocol)
+    csv_path = os.path.join(out, "run.csv")
+    started, ended = time.monotonic(), "complete"
+    with Recorder(csv_path, range(1, scenario.n + 1), scenario.hand_length) as recorder:
+        write_scenario(scenario, out)
+        try:
+            for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
+                recorder.sample(stamp, pose, command)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+        except LawFailed as error:
+            ended = str(error)
+            traceback.print_exception(type(error.__cause__), error.__cause__, error.__cause__.__traceback__)
+    wall = time.monotonic() - started
+    meta = {
+        "real_time_factor": experiment.world.time / wall,
+        "closest_approach": experiment.world.closest_approach,
+        "warnings": experiment.warnings,
+        "ended": ended,
+    }
+    experiment.world.close()
+    run = read_run_csv(csv_path, scenario, experiment.collisions, meta)
+    return write_report(run, out, formats)
+
+
+def _with_progress(samples, scenario, wanted):
+    if not wanted:
+        return samples
+    from tqdm import tqdm  # only a terminal needs it
+
+    total = int(scenario.duration / scenario.step) // scenario.steps_per_record + 1
+    return tqdm(samples, total=total, unit="sample", delay=PROGRESS_AFTER, leave=False)
+
+
+def main(argv=None):
+    """Run the command ``experiment``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    arguments = _arguments(argv)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        scenario = _scenario(arguments)
+        verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
+    except (ValueError, OSError) as error:
+        print("experiment: {}".format(error), file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    print(verdict_text(verdict))
+    print("  figures and data: {}".format(os.path.abspath(arguments.out)))
+    sys.exit({"complete": 0 if verdict["passed"] else 1, "interrupted": 130}.get(verdict["ended"], 1))
+
+
+def _scenario(arguments):
+    scenario = load_scenario(arguments.scenario)
+    if arguments.robots is not None:
+        scenario = scenario.with_robots(arguments.robots)
+    if arguments.protocol:
+        scenario = scenario.with_protocol(arguments.protocol)
+    given = {name: getattr(arguments, name) for name in ("duration", "fidelity", "seed")}
+    given = {name: value for name, value in given.items() if value is not None}
+    return scenario.changed(**given) if given else scenario
+
+
+def _arguments(argv):
+    parser = argparse.ArgumentParser(
+        prog="experiment",
+        description="Run a scenario headless, as fast as possible, and write run.csv, "
+        "figures and verdict.json. Needs no ROS master.",
+    )
+    parser.add_argument("scenario", help="YAML file of the scenario")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    parser.add_argument("--robots", type=int, metavar="N", help="number of robots")
+    parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
+    parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
+    parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
+    parser.add_argument("--seed", type=int)
+    return parser.parse_args(argv)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+"""What a node takes from its own command line alone.
+
+Names of protocols and files select code and places to write.  They come from the command line
+(``--protocol NAME``, or ``_protocol:=NAME`` as rosrun users write it), never from the parameter
+server, where anybody on the network could have put them.
+"""
+
+import argparse
+import os
+import sys
+
+import rospkg
+
+from mrs_simulator.core.scenario import load_scenario
+
+DEFAULT_SCENARIO = "paper.yaml"
+
+
+def parse(description, names, argv=None):
+    """Return the local arguments called ``names`` as attributes, "" where not given.
+
+    roslaunch's ``__name:=`` and the ``_parameter:=`` and ``topic:=`` of others are left to rospy.
+    """
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for name, meaning in names.items():
+        parser.add_argument("--" + name, default="", help=meaning)
+    plain = []
+    for argument in sys.argv[1:] if argv is None else argv:
+        name, assigned, value = argument.partition(":=")
+        if assigned and name.lstrip("_") in names and name.startswith("_"):
+            plain += ["--" + name.lstrip("_"), value]
+        elif not assigned:
+            plain.append(argument)
+    return parser.parse_args(plain)
+
+
+def scenario_from(arguments):
+    """Return the scenario that the arguments name; the paper's by default.
+
+    A name without a directory is also looked for among the shipped ones.
+    """
+    name = arguments.scenario or DEFAULT_SCENARIO
+    if not os.path.exists(name) and os.path.basename(name) == name:
+        shipped = os.path.join(shipped_scenarios(), name)
+        name = shipped if os.path.exists(shipped) else name
+    scenario = load_scenario(name)
+    protocol = getattr(arguments, "protocol", "")
+    scenario = scenario.with_protocol(protocol) if protocol else scenario
+    robots = getattr(arguments, "robots", "")
+    if robots and robots != "0":
+        try:
+            count = int(robots)
+        except ValueError:
+            raise ValueError("robots = {!r}: wanted a whole number".format(robots)) from None
+        scenario = scenario.with_robots(count)
+    given = {key: getattr(arguments, key, "") for key in ("fidelity", "odometry")}
+    given = {key: value for key, value in given.items() if value}
+    return scenario.changed(**given) if given else scenario
+
+
+def shipped_scenarios():
+    """Return the directory of the shipped scenarios."""
+    return os.path.join(rospkg.RosPack().get_path("mrs_simulator"), "scenarios")

@@ -1,0 +1,122 @@
+"""The stage's per-robot topics: odometry out, commands in."""
+
+import math
+import threading
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import TransformStamped, Twist
+from nav_msgs.msg import Odometry
+
+# Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
+# them; what a planar robot does not measure is marked as unknown by a very large value.
+UNKNOWN = 1e6
+POSE_VARIANCE = {"world": (1e-6, 1e-6, 1e-6), "wheel": (1e-3, 1e-3, 1e-2)}
+TWIST_VARIANCE = (1e-6, 1e-6, 1e-6)
+
+
+class Inbox:
+    """The newest command of each robot, put by subscriber threads, taken by the main loop."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._commands = {}
+
+    def put(self, twist, row):
+        """Keep ``twist`` as the newest command of robot ``row``."""
+        with self._lock:
+            self._commands[row] = (twist.linear.x, twist.angular.z)
+
+    def take(self):
+        """Return ``(rows, commands)``, ascending, shape (m,) and (m, 2), and forget them."""
+        with self._lock:
+            taken, self._commands = self._commands, {}
+        rows = sorted(taken)
+        return rows, np.array([taken[row] for row in rows]).reshape(-1, 2)
+
+
+class RobotLink:
+    """``/robotN/odom`` and ``/robotN/cmd_vel`` of one robot."""
+
+    def __init__(self, row, inbox, odometry, frames):
+        """``odometry``: "world" or "wheel"; ``frames``: :class:`Frames`."""
+        name = "/robot{}".format(row + 1)
+        self._publisher = rospy.Publisher(name + "/odom", Odometry, queue_size=1, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber(
+            name + "/cmd_vel", Twist, inbox.put, callback_args=row, queue_size=1, tcp_nodelay=True
+        )
+        self._message = Odometry()
+        self._message.header.frame_id = frames.odom(row + 1)
+        self._message.child_frame_id = frames.base(row + 1)
+        self._message.pose.covariance = covariance(POSE_VARIANCE[odometry])
+        self._message.twist.covariance = covariance(TWIST_VARIANCE)
+
+    @property
+    def listened_to(self):
+        """Return whether anybody subscribes to the odometry."""
+        return self._publisher.get_num_connections() > 0
+
+    @property
+    def commanded(self):
+        """Return whether anybody publishes commands."""
+        return self._subscriber.get_num_connections() > 0
+
+    def publish(self, stamp, pose, twist):
+        """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens."""
+        if not self.listened_to:
+            return
+        message = self._message
+        message.header.stamp = stamp
+        x, y, theta = pose
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation.z = math.sin(0.5 * theta)
+        message.pose.pose.orientation.w = math.cos(0.5 * theta)
+        message.twist.twist.linear.x, message.twist.twist.linear.y = twist[0], twist[1]
+        message.twist.twist.angular.z = twist[2]
+        self._publisher.publish(message)
+
+    def close(self):
+        """Withdraw both topics."""
+        self._publisher.unregister()
+        self._subscriber.unregister()
+
+
+class Frames:
+    """Frame names, from the parameters ``~world_frame``, ``~odom_frame``, ``~base_frame``.
+
+    ``{}`` in a pattern stands for the robot's number; no name begins with a slash (tf2).
+    """
+
+    def __init__(self, world="world", odom="robot{}/odom", base="robot{}/base_link"):
+        for name, pattern in (("odom_frame", odom), ("base_frame", base)):
+            if pattern.count("{}") != 1:
+                raise ValueError(
+                    "{} = {!r}: wanted one {{}} for the robot's number".format(name, pattern)
+                )
+        self.world = world.lstrip("/")
+        self._odom, self._base = odom.lstrip("/"), base.lstrip("/")
+
+    def odom(self, robot):
+        """Return the odometry frame of robot number ``robot``."""
+        return self._odom.replace("{}", str(robot))
+
+    def base(self, robot):
+        """Return the base frame of robot number ``robot``."""
+        return self._base.replace("{}", str(robot))
+
+
+def covariance(variances):
+    """Return the row-major 6x6 covariance with these variances of x, y and yaw."""
+    matrix = np.diag([variances[0], variances[1], UNKNOWN, UNKNOWN, UNKNOWN, variances[2]])
+    return matrix.ravel().tolist()
+
+
+def transform(stamp, parent, child, pose):
+    """Return the transform of frame ``child`` at ``pose`` (x, y, theta) in ``parent``."""
+    message = TransformStamped()
+    message.header.stamp, message.header.frame_id = stamp, parent
+    message.child_frame_id = child
+    message.transform.translation.x, message.transform.translation.y = pose[0], pose[1]
+    message.transform.rotation.z = math.sin(0.5 * pose[2])
+    message.transform.rotation.w = math.cos(0.5 * pose[2])
+    return message

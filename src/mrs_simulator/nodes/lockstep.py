@@ -1,0 +1,35 @@
+"""Lockstep: simulated time waits until every controlled robot has answered its odometry."""
+
+import time
+
+
+class Lockstep:
+    """Keeps which robots have yet to answer, and when it is time to name the silent ones."""
+
+    def __init__(self, timeout, clock=time.monotonic):
+        """``timeout`` [s] of wall time after which silence is reported; ``clock`` in s."""
+        self.timeout = timeout
+        self._clock = clock
+        self._waiting = set()
+        self._since = clock()
+
+    def expect(self, rows):
+        """Begin to wait for an answer of each robot in ``rows``."""
+        self._waiting = set(rows)
+        self._since = self._clock()
+
+    def answered(self, rows):
+        """Count the answers of the robots in ``rows``."""
+        self._waiting.difference_update(rows)
+
+    @property
+    def waiting_for(self):
+        """Return the rows of the robots that have not answered, ascending."""
+        return sorted(self._waiting)
+
+    def overdue(self):
+        """Return whether the time limit has passed; it then starts anew."""
+        if self._waiting and self._clock() - self._since > self.timeout:
+            self._since = self._clock()
+            return True
+        return False

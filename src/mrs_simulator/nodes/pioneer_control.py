@@ -1,0 +1,256 @@
+"""The control node: odometry in, the protocol's law, velocity commands out."""
+
+import sys
+import threading
+import time
+import traceback
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+
+from mrs_simulator.control.loading import SHIPPED, load_protocol
+from mrs_simulator.control.pioneer_control import make_twist
+from mrs_simulator.core.kinematics import compose
+from mrs_simulator.msg import ControlStatus
+from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.odometry_inbox import OdometryInbox
+from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.nodes.reconfigure import ParameterServer
+from mrs_simulator.world.robots import limits_of_team
+
+NAP = 0.05  # [s] of wall time, the longest wait of the main loop
+CLOCK_SILENCE = 1.0  # [s] of wall time without /clock after which the simulator counts as dead
+STATUS_PERIOD = 0.5  # [s] of wall time
+REPORT_PERIOD = 5.0  # [s] of wall time between reports of the same trouble
+FLUSH = 0.1  # [s] of wall time for the last zeros to leave
+
+LOCAL = {
+    "scenario": "YAML file of the scenario (default: the paper's)",
+    "protocol": "a shipped one, package.module:Class or file.py:Class (default: the scenario's)",
+    "robots": "number of robots (default: the scenario's)",
+    "odometry": "world or wheel (default: the scenario's)",
+}
+
+
+class ControlNode:
+    """Runs one protocol over ROS; whatever goes wrong, the robots are told to stop."""
+
+    def __init__(self, scenario, protocol):
+        """``protocol``: a ``PioneerControl`` subclass."""
+        self.scenario = scenario
+        rate = number_parameter("~rate", scenario.control.rate, above=0.0)
+        self.period = 1.0 / rate
+        saturation = text_parameter(
+            "~saturation", scenario.control.saturation, ("robot", "team", "none")
+        )
+        self.control = protocol(
+            numbers=range(1, scenario.n + 1),
+            topology=scenario.topology,
+            limits=limits_of_team(scenario.kinds, scenario.limits),
+            saturation=saturation,
+            parameters=scenario.control.parameters,
+        )
+        self.lockstep = flag_parameter("~lockstep", False)
+        self.running = flag_parameter("~autostart", True)
+        self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
+        self.trouble = "" if self.running else "not started"
+        self._lock = threading.RLock()
+        self._next, self._answered, self._warned = None, None, False
+        self._command = np.zeros((scenario.n, 2))
+        self._compute_time = 0.0
+        self._last = {"status": 0.0, "report": 0.0, "clock": time.monotonic()}
+        self._simulated = rospy.get_param("/use_sim_time", False)
+        self._open_topics()
+
+    def _open_topics(self):
+        self._publishers = [
+            rospy.Publisher("/robot{}/cmd_vel".format(n), Twist, queue_size=1, tcp_nodelay=True)
+            for n in self.control.numbers
+        ]
+        self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
+        self.inbox = OdometryInbox(self.control.numbers)
+        if self._simulated:
+            self._clock = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
+        self._services = [
+            rospy.Service("~start", Trigger, self._on_start),
+            rospy.Service("~stop", Trigger, self._on_stop),
+        ]
+        self._reconfigure = ParameterServer(self.control, self._lock)
+        rospy.on_shutdown(self._on_shutdown)
+
+    # The main loop -------------------------------------------------------------------------------
+
+    def spin(self):
+        """Run until ROS shuts down."""
+        while not rospy.is_shutdown():
+            self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
+            with self._lock:
+                self._turn()
+            self._publish_status()
+
+    def _turn(self):
+        trouble = self._what_is_missing()
+        if trouble:
+            self._hold(trouble)
+        elif self.lockstep:
+            self._answer()
+        elif self._due():
+            self._act()
+
+    def _what_is_missing(self):
+        """Return why no command can be given now, or ""."""
+        if self._simulated and time.monotonic() - self._last["clock"] > CLOCK_SILENCE:
+            return "/clock is silent: no simulator is running"
+        stale = self.inbox.stale(rospy.get_time(), self.odom_timeout)
+        if not stale:
+            return ""
+        shown = ", ".join(
+            "robot{} ({})".format(number, "never heard" if age == np.inf else "%.1f s" % age)
+            for number, age in list(stale.items())[:8]
+        )
+        more = ", and {} more".format(len(stale) - 8) if len(stale) > 8 else ""
+        return "no fresh odometry of {}{}".format(shown, more)
+
+    def _due(self):
+        now = rospy.get_time()
+        # Waiting longer than this means that the clock went back: a simulator was started again.
+        if self._next is not None and 1e-6 < self._next - now <= 2.0 * self.period:
+            return False
+        late = self._next is None or now - self._next > self.period
+        self._next = (now if late else self._next) + self.period
+        return True
+
+    def _answer(self):
+        """Lockstep: one command for each robot and each odometry, and again if it comes again."""
+        stamp = self.inbox.complete()
+        if stamp is None:
+            return
+        repeated = self.inbox.take_repeated()
+        if stamp != self._answered:
+            self._answered = stamp
+            self._act()
+        elif repeated:
+            self._send(self._command)
+
+    def _act(self):
+        if not self.running:
+            if self.lockstep:
+                self._send(np.zeros_like(self._command))
+            return
+        pose = self._common_frame(self.inbox.pose())
+        self._warn_once(pose)
+        started = time.perf_counter()
+        try:
+            command = self.control.commands(pose)
+        except Exception as error:
+            rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
+            self._stop("the law failed: {}: {}".format(type(error).__name__, error))
+            return
+        self._compute_time = time.perf_counter() - started
+        if self.trouble:
+            rospy.loginfo("pioneer_control: running (%s)", type(self.control).__name__)
+        self.trouble = ""
+        self._send(command)
+
+    def _common_frame(self, pose):
+        """Wheel odometry starts at zero where the robot stood: the scenario says where that was."""
+        if self.scenario.odometry == "world":
+            return pose
+        return compose(self.scenario.poses, pose)
+
+    def _warn_once(self, pose):
+        if not self._warned:
+            self._warned = True
+            for warning in self.control.warnings(pose, self.period):
+                rospy.logwarn("pioneer_control: %s", warning)
+
+    def _hold(self, trouble):
+        """Tell the robots to stop as long as something is missing."""
+        moving = bool(np.any(self._command))
+        if moving or time.monotonic() - self._last["report"] > REPORT_PERIOD:
+            self._last["report"] = time.monotonic()
+            text = "robots stopped: " if moving else "waiting: "
+            (rospy.logerr if moving else rospy.loginfo)("pioneer_control: %s%s", text, trouble)
+        self.trouble = self.trouble if not self.running else trouble
+        if moving:
+            self._send(np.zeros_like(self._command))
+
+    def _stop(self, reason):
+        self.running, self.trouble = False, reason
+        self._send(np.zeros_like(self._command))
+
+    def _send(self, command):
+        self._command = command
+        for publisher, (v, omega) in zip(self._publishers, command.tolist()):
+            publisher.publish(make_twist(v, omega))
+
+    # Services and events -------------------------------------------------------------------------
+
+    def _on_start(self, _):
+        with self._lock:
+            self.running, self._next, self._warned = True, None, False
+            self.trouble = self._what_is_missing()
+            return True, self.trouble or "running"
+
+    def _on_stop(self, _):
+        with self._lock:
+            self._stop("stopped by request")
+            return True, "stopped, zero commands sent"
+
+    def _on_clock(self, _):
+        self._last["clock"] = time.monotonic()
+
+    def _on_shutdown(self):
+        with self._lock:
+            self.running = False
+            self._send(np.zeros_like(self._command))
+        time.sleep(FLUSH)
+
+    def _publish_status(self):
+        if time.monotonic() - self._last["status"] < STATUS_PERIOD:
+            return
+        self._last["status"] = time.monotonic()
+        message = ControlStatus(
+            protocol=type(self.control).__name__,
+            running=self.running,
+            trouble=self.trouble,
+            stale=list(self.inbox.stale(rospy.get_time(), self.odom_timeout)),
+            period=self.period,
+            compute_time=self._compute_time,
+        )
+        message.header.stamp = rospy.get_rostime()
+        self._status.publish(message)
+
+
+def run(protocol=None, argv=None):
+    """Run the control node with ``protocol``, a ``PioneerControl`` subclass.
+
+    A user's file ends with ``run(MyLaw)``; without a class the command line or the scenario names it.
+    """
+    argv = sys.argv[1:] if argv is None else argv
+    local = {k: v for k, v in LOCAL.items() if protocol is None or k != "protocol"}
+    try:
+        arguments = parse("Control of a team of robots over ROS.", local, argv)
+        scenario = scenario_from(arguments)
+        if protocol is None:
+            protocol = load_protocol(scenario.control.protocol, beside=scenario.path)
+        elif protocol is not SHIPPED.get(scenario.control.protocol):
+            scenario = scenario.with_protocol(protocol.__name__)
+        rospy.init_node("pioneer_control")
+        node = ControlNode(scenario, protocol)
+    except (ValueError, OSError) as error:
+        print("pioneer_control: {}".format(error), file=sys.stderr)
+        sys.exit(2)
+    node.spin()
+
+
+def main():
+    """Run the node ``pioneer_control``."""
+    run()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""dynamic_reconfigure for any protocol, made from the protocol's own parameter description."""
+
+import rospy
+from dynamic_reconfigure.server import Server
+
+WIDEST = 1e9  # dynamic_reconfigure wants finite bounds; this stands for none
+_TYPES = {float: "double", int: "int", bool: "bool", str: "str"}
+
+
+class ParameterServer:
+    """Offers a control's parameters to rqt_reconfigure and dynparam while it runs."""
+
+    def __init__(self, control, lock):
+        """Serve ``control.PARAMETERS`` from their present values; changes are made under ``lock``."""
+        self._control = control
+        self._lock = lock
+        self._server = Server(_config_type(control), self._on_change)
+
+    def _on_change(self, config, _level):
+        names = [parameter.name for parameter in self._control.PARAMETERS]
+        try:
+            with self._lock:
+                self._control.set_parameters({name: config[name] for name in names})
+        except ValueError as error:
+            rospy.logerr("pioneer_control: refused: %s", error)
+        # What is in force goes back to whoever asked, so that a refusal shows.
+        config.update(self._control.parameters)
+        return config
+
+
+def _config_type(control):
+    """Return an object with what ``Server`` reads of a generated configuration module."""
+    described = [_described(parameter, control.parameters) for parameter in control.PARAMETERS]
+
+    class ConfigType:
+        defaults = {entry["name"]: entry["default"] for entry in described}
+        min = {entry["name"]: entry["min"] for entry in described}
+        max = {entry["name"]: entry["max"] for entry in described}
+        level = {entry["name"]: entry["level"] for entry in described}
+        type = {entry["name"]: entry["type"] for entry in described}
+        config_description = {
+            "name": "Default",
+            "type": "",
+            "state": True,
+            "cstate": "true",
+            "id": 0,
+            "parent": 0,
+            "parameters": described,
+            "groups": [],
+            "upper": "DEFAULT",
+            "lower": "groups",
+            "class": "Default",
+            "parentclass": "",
+            "parentname": "Default",
+            "field": "default",
+        }
+
+    return ConfigType
+
+
+def _described(parameter, values):
+    kind = type(parameter.default)
+    unit = " [{}]".format(parameter.unit) if parameter.unit else ""
+    return {
+        "name": parameter.name,
+        "type": _TYPES[kind],
+        "default": values[parameter.name],
+        "min": _bound(kind, parameter.low, -WIDEST),
+        "max": _bound(kind, parameter.high, WIDEST),
+        "level": 1,
+        "description": parameter.meaning + unit,
+        "edit_method": _choice_method(parameter.choices),
+        "srcline": 0,
+        "srcfile": "",
+        "cconsttype": "",
+        "ctype": "",
+    }
+
+
+def _bound(kind, given, otherwise):
+    if kind is bool:
+        return otherwise > 0
+    if kind is str:
+        return ""
+    return kind(otherwise if given is None else given)
+
+
+def _choice_method(choices):
+    if not choices:
+        return ""
+    entries = [
+        {"name": choice, "value": choice, "type": "str", "description": choice, "ctype": "",
+         "cconsttype": "", "srcline": 0, "srcfile": ""}
+        for choice in choices
+    ]
+    return str({"enum": entries, "enum_description": "one of " + ", ".join(choices)})

@@ -1,0 +1,350 @@
+"""The stage node: a world of robots behind ROS topics and services."""
+
+import sys
+import time
+
+import rospy
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+
+from mrs_simulator.msg import Collision, StageStatus, TeamState
+from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.links import Frames, Inbox, RobotLink, transform
+from mrs_simulator.nodes.lockstep import Lockstep
+from mrs_simulator.nodes.pacing import Pacer
+from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.nodes.requests import Requests
+from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
+from mrs_simulator.world.world import World
+
+CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
+IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
+IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated time stands still
+STATUS_PERIOD = 0.2  # [s] of wall time
+WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
+MOST_STEPS = 1000000  # [-] of one request
+
+LOCAL = {
+    "scenario": "YAML file of the scenario (default: the paper's)",
+    "robots": "number of robots (default: the scenario's)",
+    "fidelity": "kinematic, dynamic or point_mass (default: the scenario's)",
+    "odometry": "world or wheel (default: the scenario's)",
+}
+
+
+class Stage:
+    """Owns the world and the clock; one thread, the main loop, touches them."""
+
+    def __init__(self, scenario):
+        """Open the world of ``scenario`` and every topic and service."""
+        self.scenario = scenario
+        timeout = number_parameter("~cmd_vel_timeout", scenario.cmd_vel_timeout, above=0.0)
+        self.world = World.from_scenario(scenario._replace(cmd_vel_timeout=timeout))
+        self.frames = Frames(
+            text_parameter("~world_frame", "world"),
+            text_parameter("~odom_frame", "robot{}/odom"),
+            text_parameter("~base_frame", "robot{}/base_link"),
+        )
+        self.lockstep = None
+        if flag_parameter("~lockstep", False):
+            self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
+        self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
+        self.paused = flag_parameter("~paused", False)
+        self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
+        self._wait_for_recorder = flag_parameter("~wait_for_recorder", False)
+        odom_rate = number_parameter("~odom_rate", 50.0, above=0.0)
+        self._steps_per_odom = max(1, int(round(1.0 / (odom_rate * self.world.step_size))))
+        self._started = False
+        self._steps_asked = 0
+        self._step = 0
+        self._collisions = 0
+        self._last = {"clock": 0.0, "status": 0.0, "report": time.monotonic()}
+        self.inbox = Inbox()
+        self.links = []
+        self.requests = Requests()
+        self._open_topics()
+        self._link_robots()
+        self._open_services()
+
+    def _open_topics(self):
+        def publisher(name, kind, queue_size=100, latch=False):
+            return rospy.Publisher(name, kind, queue_size=queue_size, latch=latch, tcp_nodelay=True)
+
+        self._clock = publisher("/clock", Clock, queue_size=1)
+        self._tf = publisher("/tf", TFMessage)
+        self._tf_static = publisher("/tf_static", TFMessage, latch=True)
+        # A recorder must not miss a state: the queue is long.
+        self._state = publisher("~state", TeamState, queue_size=1000)
+        self._status = publisher("~status", StageStatus, queue_size=1)
+        self._collision = publisher("~collisions", Collision, queue_size=1000)
+        self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
+
+    def _open_services(self):
+        def service(name, kind, handler):
+            return rospy.Service(name, kind, lambda request: self.requests.ask(
+                lambda: handler(request)
+            ))
+
+        self._services = [
+            service("~pause", SetBool, self._on_pause),
+            service("~step", StepStage, self._on_step),
+            service("~reset", Trigger, self._on_reset),
+            service("~set_speed", SetSpeed, self._on_set_speed),
+            service("~set_team", SetTeam, self._on_set_team),
+        ]
+
+    def _link_robots(self):
+        n = self.world.n
+        while len(self.links) > n:
+            self.links.pop().close()
+        for row in range(len(self.links), n):
+            self.links.append(RobotLink(row, self.inbox, self.scenario.odometry, self.frames))
+        self._scenario.publish(String(data=self.scenario.to_yaml()))
+        self._publish_static_transforms()
+
+    # The main loop -------------------------------------------------------------------------------
+
+    def spin(self):
+        """Run until ROS shuts down."""
+        self._publish_clock()
+        self._publish_odometry()
+        while not rospy.is_shutdown():
+            self.requests.serve()
+            self._take_commands()
+            if self._may_step():
+                self._advance()
+            else:
+                self._idle()
+        self.world.close()
+
+    def _may_step(self):
+        if not self._started:
+            self._started = self._ready()
+            return False
+        if self.paused and not self._steps_asked:
+            return False
+        if self.lockstep and self.lockstep.waiting_for:
+            return False
+        return self.paused or self.pacer.wait() == 0.0
+
+    def _ready(self):
+        waits = []
+        if self._wait_for_control:
+            silent = [link for link in self.links if not link.commanded]
+            if silent:
+                waits.append("commands for {} of {} robots".format(len(silent), len(self.links)))
+        if self.lockstep and not all(link.listened_to for link in self.links):
+            waits.append("a listener to each robot's odometry")
+        if self._wait_for_recorder and not self._state.get_num_connections():
+            waits.append("a recorder on {}".format(self._state.resolved_name))
+        if waits:
+            self._report("waiting for " + " and ".join(waits))
+            return False
+        rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
+        self.pacer.resume()
+        self._expect_answers()
+        return True
+
+    def _take_commands(self):
+        rows, commands = self.inbox.take()
+        if len(rows) and rows[-1] < self.world.n:
+            self.world.set_commands(rows, commands)
+            if self.lockstep:
+                self.lockstep.answered(rows)
+
+    def _advance(self):
+        self._publish_state()
+        self.world.step()
+        self._step += 1
+        self.pacer.stepped(self.world.step_size)
+        self._steps_asked = max(0, self._steps_asked - 1)
+        self._publish_clock()
+        for collision in self.world.take_collisions():
+            self._publish_collision(collision)
+        if self._step % self._steps_per_odom == 0:
+            self._expect_answers()
+            self._publish_odometry()
+        self._publish_status()
+
+    def _idle(self):
+        self.pacer.measure()
+        now = time.monotonic()
+        if now - self._last["clock"] > IDLE_CLOCK:
+            self._publish_clock()
+            if self._started and self.paused:
+                self._publish_state()
+            elif not self._started:
+                self._publish_odometry()
+        if self.lockstep and self._started and not self.paused and self.lockstep.overdue():
+            self._report_silence()
+        self._publish_status()
+        if self.paused or not self._started or self.lockstep:
+            time.sleep(0.001 if self.lockstep and self._started and not self.paused else IDLE)
+        else:
+            time.sleep(min(IDLE, self.pacer.wait()))
+
+    def _expect_answers(self):
+        if self.lockstep:
+            self.lockstep.expect(range(self.world.n))
+
+    def _report_silence(self):
+        robots = ", ".join("robot{}".format(row + 1) for row in self.lockstep.waiting_for)
+        rospy.logerr(
+            "stage: no command from %s within %g s of the odometry at %.3f s; simulated time waits",
+            robots,
+            self.lockstep.timeout,
+            self.world.time,
+        )
+        self._publish_odometry()
+
+    def _report(self, text):
+        if time.monotonic() - self._last["report"] > WAIT_REPORT:
+            self._last["report"] = time.monotonic()
+            rospy.loginfo("stage: %s", text)
+
+    # Services ------------------------------------------------------------------------------------
+
+    def _on_pause(self, request):
+        self.paused = request.data
+        self._steps_asked = 0
+        self.pacer.resume()
+        return "paused" if self.paused else "running"
+
+    def _on_step(self, request):
+        if not self.paused:
+            raise ValueError("the stage is running; pause it before stepping")
+        if not 1 <= request.steps <= MOST_STEPS:
+            raise ValueError("steps = {}: wanted from 1 to {}".format(request.steps, MOST_STEPS))
+        self._steps_asked += request.steps
+        return "stepping {} times {:g} s".format(request.steps, self.world.step_size)
+
+    def _on_reset(self, _):
+        self.world.reset()
+        self._after_change()
+        return "{} robots back at their initial poses".format(self.world.n)
+
+    def _on_set_speed(self, request):
+        if not 0.0 <= request.speed < float("inf"):
+            raise ValueError("speed = {}: wanted 0 or a positive number".format(request.speed))
+        self.pacer.set_speed(request.speed)
+        return "speed {:g}".format(request.speed) if request.speed else "as fast as possible"
+
+    def _on_set_team(self, request):
+        kinds = [robot.kind or "pioneer3dx" for robot in request.robots]
+        poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in request.robots]
+        team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
+        self.world.set_team(kinds, poses)
+        self.scenario = team
+        self._after_change()
+        return "{} robots".format(self.world.n)
+
+    def _after_change(self):
+        self.inbox.take()
+        self._link_robots()
+        # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
+        # back between two different states.
+        self.world.step()
+        self.world.take_collisions()
+        self._publish_clock()
+        self._expect_answers()
+        self._publish_odometry()
+
+    # Messages ------------------------------------------------------------------------------------
+
+    def _stamp(self):
+        return rospy.Time.from_sec(CLOCK_START + self.world.time)
+
+    def _publish_clock(self):
+        self._last["clock"] = time.monotonic()
+        self._clock.publish(Clock(clock=self._stamp()))
+
+    def _publish_odometry(self):
+        stamp = self._stamp()
+        poses, twists = self.world.odometry().tolist(), self.world.twist.tolist()
+        for link, pose, twist in zip(self.links, poses, twists):
+            link.publish(stamp, pose, twist)
+        if self._tf.get_num_connections():
+            frames = self.frames
+            moves = [
+                transform(stamp, frames.odom(robot), frames.base(robot), pose)
+                for robot, pose in enumerate(poses, 1)
+            ]
+            self._tf.publish(TFMessage(transforms=moves))
+
+    def _publish_static_transforms(self):
+        frames, stamp = self.frames, self._stamp()
+        origins = self.world.odometry_origins().tolist()
+        self._tf_static.publish(
+            TFMessage(
+                transforms=[
+                    transform(stamp, frames.world, frames.odom(robot), origin)
+                    for robot, origin in enumerate(origins, 1)
+                ]
+            )
+        )
+
+    def _publish_state(self):
+        if not self._state.get_num_connections():
+            return
+        world, message = self.world, TeamState()
+        message.header.stamp, message.header.frame_id = self._stamp(), self.frames.world
+        message.robot = list(range(1, world.n + 1))
+        message.x, message.y, message.theta = world.pose.T.tolist()
+        message.vx, message.vy, message.omega = world.twist.T.tolist()
+        message.command_v, message.command_omega = world.command.T.tolist()
+        message.commanded = world.commanded.tolist()
+        self._state.publish(message)
+
+    def _publish_collision(self, collision):
+        self._collisions += 1
+        message = Collision(first=collision.first, second=collision.second)
+        message.header.stamp = rospy.Time.from_sec(CLOCK_START + collision.time)
+        message.header.frame_id = self.frames.world
+        message.x, message.y = collision.x, collision.y
+        self._collision.publish(message)
+        rospy.logwarn(
+            "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m", *collision[1:3],
+            collision.time, *collision[3:]
+        )
+
+    def _publish_status(self):
+        now = time.monotonic()
+        if now - self._last["status"] < STATUS_PERIOD:
+            return
+        self._last["status"] = now
+        world = self.world
+        waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
+        message = StageStatus(
+            fidelity=self.scenario.fidelity,
+            robots=world.n,
+            speed=self.pacer.speed,
+            real_time_factor=self.pacer.real_time_factor,
+            paused=self.paused,
+            lockstep=self.lockstep is not None,
+            waiting_for=[row + 1 for row in waiting],
+            timed_out=[row + 1 for row, late in enumerate(world.timed_out.tolist()) if late],
+            refused=world.refused.tolist(),
+            collisions=self._collisions,
+            closest_approach=world.closest_approach,
+        )
+        message.header.stamp = self._stamp()
+        self._status.publish(message)
+
+
+def main():
+    """Run the node ``stage``."""
+    try:
+        arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
+        scenario = scenario_from(arguments)
+        rospy.init_node("stage")
+        stage = Stage(scenario)
+    except (ValueError, OSError) as error:
+        print("stage: {}".format(error), file=sys.stderr)
+        sys.exit(2)
+    stage.spin()
+
+
+if __name__ == "__main__":
+    main()

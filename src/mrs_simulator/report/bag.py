@@ -1,0 +1,112 @@
+"""Reading a run from a rosbag: of the stage's states, or of the robots' own odometry and commands."""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.recording import Collision, Run, RunError
+from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
+
+STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
+
+
+def read_bag(path, scenario=None):
+    """Return the ``Run`` in the bag at ``path``, from the first command on.
+
+    The states of ``/stage/state`` are used, else ``/robotN/odom`` and ``/robotN/cmd_vel`` (on real
+    robots): the newest of each at every odometry of the first robot.  ``scenario`` is needed for
+    what a bag does not say; by default the bag's own, which is read as data only.  Raises
+    ``RunError``.
+    """
+    import rosbag  # ROS only where a bag is read
+
+    try:
+        with rosbag.Bag(path) as bag:
+            topics = bag.get_type_and_topic_info().topics
+            scenario = scenario or _scenario_in(bag)
+            reader = _from_states if STATE in topics else _from_robots
+            time, robots, pose, command = reader(bag, topics)
+            collisions = _collisions(bag)
+    except (OSError, rosbag.ROSBagException, ScenarioError) as error:
+        raise RunError("{}: cannot be read: {}".format(path, error)) from None
+    if not len(time):
+        raise RunError("{}: holds no sample in which a robot is commanded".format(path))
+    keep = _every(time, scenario.record_rate if scenario else None)
+    start, l = time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH  # noqa: E741
+    return Run(
+        time=np.round(time[keep] - start, 9),
+        robots=np.array(robots),
+        pose=pose[keep],
+        hand=hand_points(pose[keep], l),
+        command=command[keep],
+        collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
+        scenario=scenario,
+    )
+
+
+def _scenario_in(bag):
+    for _, message, _ in bag.read_messages([SCENARIO]):
+        return scenario_from_yaml(message.data, SCENARIO)
+    return None
+
+
+def _from_states(bag, _topics):
+    rows, robots = [], None
+    for _, state, _ in bag.read_messages([STATE]):
+        if not rows and not any(state.commanded):
+            continue
+        robots = robots or list(state.robot)
+        if list(state.robot) != robots:
+            break  # another team: another run
+        columns = (state.x, state.y, state.theta, state.command_v, state.command_omega)
+        rows.append((state.header.stamp.to_sec(), np.array(columns).T))
+    return _tables(rows, robots)
+
+
+def _from_robots(bag, topics):
+    robots = sorted(
+        int(topic[6:-5])
+        for topic in topics
+        if topic.startswith("/robot") and topic.endswith("/odom") and topic[6:-5].isdigit()
+    )
+    names = {"/robot{}/{}".format(n, end): n for n in robots for end in ("odom", "cmd_vel")}
+    newest, commanded, rows = {n: [math.nan] * 5 for n in robots}, False, []
+    for topic, message, _ in bag.read_messages(list(names)):
+        entry = newest[names[topic]]
+        if topic.endswith("cmd_vel"):
+            entry[3:], commanded = [message.linear.x, message.angular.z], True
+            continue
+        position, turn = message.pose.pose.position, message.pose.pose.orientation
+        entry[:3] = position.x, position.y, 2.0 * math.atan2(turn.z, turn.w)
+        if commanded and names[topic] == robots[0]:
+            table = np.array([newest[n] for n in robots])
+            table[:, 3:] = np.nan_to_num(table[:, 3:])
+            if np.isfinite(table).all():
+                rows.append((message.header.stamp.to_sec(), table))
+    return _tables(rows, robots)
+
+
+def _tables(rows, robots):
+    time = np.array([stamp for stamp, _ in rows])
+    table = np.array([values for _, values in rows]).reshape(len(rows), -1, 5)
+    return time, robots, table[:, :, :3], table[:, :, 3:]
+
+
+def _collisions(bag):
+    return [
+        Collision(m.header.stamp.to_sec(), m.first, m.second, m.x, m.y)
+        for _, m, _ in bag.read_messages([COLLISIONS])
+    ]
+
+
+def _every(time, rate):
+    """Return the indices of samples at least 1/rate [s] apart; all if ``rate`` is None."""
+    if rate is None:
+        return np.arange(len(time))
+    keep, following = [], -math.inf
+    for index, stamp in enumerate(time):
+        if stamp >= following - 1e-6:
+            keep.append(index)
+            following = stamp + 1.0 / rate
+    return np.array(keep)

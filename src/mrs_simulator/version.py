@@ -1,0 +1,3 @@
+"""The version of mrs_simulator, the same as in package.xml."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,132 @@
+"""The robots' bodies among obstacles: which touch, and how they are kept apart."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.world.collisions import (
+    Footprint,
+    Rectangles,
+    VerletList,
+    circle_overlap,
+    footprints_at,
+    rectangle_overlap,
+)
+from mrs_simulator.world.robots import robot_kind
+
+PASSES = 4  # [-] rounds of pushing apart in one step
+
+
+class Contact(NamedTuple):
+    """Two bodies that overlap: names, where [m], how deep [m]."""
+
+    first: str
+    second: str
+    x: float
+    y: float
+    depth: float
+
+
+class Bodies:
+    """Robots of one footprint among fixed obstacles."""
+
+    def __init__(self, kinds, obstacles=()):
+        """``kinds``: the robots' kinds; ``obstacles``: ``Box`` and ``Cylinder``."""
+        module = robot_kind(kinds[0])
+        self.footprint = Footprint(module.FRONT, module.REAR, module.WIDTH)
+        self.obstacles = tuple(obstacles)
+        self._list = VerletList(2.0 * self.footprint.reach)
+
+    def moved_elsewhere(self):
+        """To be called when robots were put to new places."""
+        self._list.clear()
+
+    def near_pairs(self, pose):
+        """Return the rows of all pairs of robots that may touch soon."""
+        return self._list.pairs(pose[:, :2])
+
+    def overlaps(self, pose):
+        """Return the robot pairs that overlap: rows (m,), (m,), depth (m,), direction (m, 2)."""
+        first, second = self.near_pairs(pose)
+        if not len(first):
+            return first, second, np.empty(0), np.empty((0, 2))
+        apart = pose[second, :2] - pose[first, :2]
+        near = np.einsum("ij,ij->i", apart, apart) < self._list.reach**2
+        first, second = first[near], second[near]
+        if not len(first):
+            return first, second, np.empty(0), np.empty((0, 2))
+        a = footprints_at(pose[first], self.footprint)
+        b = footprints_at(pose[second], self.footprint)
+        depth, direction = rectangle_overlap(a, b)
+        hit = depth > 0.0
+        return first[hit], second[hit], depth[hit], direction[hit]
+
+    def obstacle_overlaps(self, pose):
+        """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
+        for obstacle in self.obstacles:
+            rows = np.flatnonzero(self._within_reach(obstacle, pose))
+            if not len(rows):
+                continue
+            depth, direction = self._overlap_with(obstacle, pose[rows])
+            hit = depth > 0.0
+            if hit.any():
+                yield obstacle, rows[hit], depth[hit], direction[hit]
+
+    def _within_reach(self, obstacle, pose):
+        far = _size(obstacle) + self.footprint.reach
+        return np.max(np.abs(pose[:, :2] - [obstacle.x, obstacle.y]), axis=1) < far
+
+    def _overlap_with(self, obstacle, pose):
+        own = footprints_at(pose, self.footprint)
+        middle = np.broadcast_to(np.array([obstacle.x, obstacle.y]), (len(pose), 2))
+        if isinstance(obstacle, Cylinder):
+            return circle_overlap(own, middle, obstacle.radius)
+        axis = np.array([np.cos(obstacle.yaw), np.sin(obstacle.yaw)])
+        half = np.array([0.5 * obstacle.length, 0.5 * obstacle.width])
+        return rectangle_overlap(own, Rectangles(middle, np.broadcast_to(axis, middle.shape), half))
+
+    def separate(self, pose):
+        """Push overlapping bodies of ``pose`` (n, 3) apart, in place; return the contacts found.
+
+        Robots give way by half of the depth each, an obstacle not at all; headings stay.
+        """
+        contacts = []
+        for turn in range(PASSES):
+            first, second, depth, direction = self.overlaps(pose)
+            push = 0.5 * depth[:, np.newaxis] * direction
+            if turn == 0:
+                contacts += self._robot_contacts(pose, first, second, depth, direction)
+            np.subtract.at(pose[:, :2], first, push)
+            np.add.at(pose[:, :2], second, push)
+            touched = len(first) > 0
+            for obstacle, rows, deep, toward in self.obstacle_overlaps(pose):
+                if turn == 0:
+                    contacts += self._obstacle_contacts(obstacle, pose, rows, deep, toward)
+                pose[rows, :2] -= deep[:, np.newaxis] * toward
+                touched = True
+            if not touched:
+                break
+        return contacts
+
+    def _robot_contacts(self, pose, first, second, depth, direction):
+        middle = 0.5 * (pose[first, :2] + pose[second, :2])
+        return [
+            Contact("robot{}".format(i + 1), "robot{}".format(j + 1), x, y, deep)
+            for i, j, (x, y), deep in zip(
+                first.tolist(), second.tolist(), middle.tolist(), depth.tolist()
+            )
+        ]
+
+    def _obstacle_contacts(self, obstacle, pose, rows, depth, direction):
+        where = pose[rows, :2] + (0.5 * self.footprint.width) * direction
+        return [
+            Contact("robot{}".format(i + 1), obstacle.name, x, y, deep)
+            for i, (x, y), deep in zip(rows.tolist(), where.tolist(), depth.tolist())
+        ]
+
+
+def _size(obstacle):
+    if isinstance(obstacle, Cylinder):
+        return obstacle.radius
+    return float(np.hypot(0.5 * obstacle.length, 0.5 * obstacle.width))

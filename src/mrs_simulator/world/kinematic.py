@@ -1,0 +1,107 @@
+"""Motion without forces: exact arcs of unicycles, and point masses for pure theory."""
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import (
+    arc,
+    clip_commands,
+    point_mass_from_unicycle,
+    ramp,
+    wheel_speeds,
+    wrap_angle,
+)
+from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.robots import limits_of_team, robot_kind
+
+
+class KinematicMotion:
+    """Unicycles (1) integrated exactly, with the firmware's limits, bodies kept apart."""
+
+    def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02):
+        """``poses`` (n, 3); ``limits`` as in ``robots.limits_of``; ``step`` [s] of one advance."""
+        self.step = step
+        self.limits = limits_of_team(kinds, limits)
+        self._track = robot_kind(kinds[0]).WHEEL_TRACK
+        self._bodies = Bodies(kinds, obstacles)
+        self.reset(np.asarray(poses, dtype=float))
+
+    def reset(self, poses):
+        """Put the robots at rest at ``poses`` (n, 3)."""
+        self.pose = np.array(poses, dtype=float)
+        self.twist = np.zeros_like(self.pose)
+        self.wheel_travel = np.zeros((len(self.pose), 2))
+        self._velocity = np.zeros((len(self.pose), 2))
+        self._contacts = []
+        self._bodies.moved_elsewhere()
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, 2) [m/s, rad/s].
+
+        Velocities are clipped and ramped as the firmware does; the arc is that of the mean
+        velocity over the step, exact while ``v`` and ``omega`` hold.
+        """
+        target = clip_commands(command, self.limits)
+        self._velocity, mean = ramp(
+            self._velocity, target, self.limits.accelerations(), self.step
+        )
+        self.wheel_travel += self.step * wheel_speeds(mean, self._track)
+        before = self.pose
+        free = arc(before, mean, self.step)
+        self.pose = free.copy()
+        self._contacts = self._bodies.separate(self.pose)
+        if self._contacts:
+            self._feel_contacts(before, free)
+        self.pose[:, 2] = wrap_angle(self.pose[:, 2])
+        self.twist[:, 0], self.twist[:, 2] = self._velocity[:, 0], self._velocity[:, 1]
+
+    def _feel_contacts(self, before, free):
+        """A robot that was pushed has the forward speed with which it really moved."""
+        pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)
+        moved = (self.pose[pushed, :2] - before[pushed, :2]) / self.step
+        theta = before[pushed, 2]
+        speed = np.cos(theta) * moved[:, 0] + np.sin(theta) * moved[:, 1]
+        own = self._velocity[pushed, 0]
+        # No faster than its wheels turn, and never the other way.
+        self._velocity[pushed, 0] = np.sign(own) * np.clip(np.sign(own) * speed, 0.0, np.abs(own))
+
+    def contacts(self):
+        """Return the contacts of the last step: ``(first, second, x, y)`` each."""
+        return [contact[:4] for contact in self._contacts]
+
+    def close(self):
+        """Nothing is held."""
+
+
+class PointMassMotion:
+    """Hand points as point masses: ``alpha' = A(theta) (v, omega)``, (3), with the heading frozen.
+
+    No limits and no bodies: the world of the theorems.  A command held for one step moves the hand
+    point by exactly ``step * alpha'``.
+    """
+
+    def __init__(self, kinds, poses, hand_length, step=0.02):
+        """``hand_length`` [m] is l, the hand point's distance from the centre."""
+        self.step = step
+        self.limits = limits_of_team(kinds, None)
+        self._hand_length = hand_length
+        self.reset(poses)
+
+    def reset(self, poses):
+        """Put the robots at rest at ``poses`` (n, 3)."""
+        self.pose = np.array(poses, dtype=float)
+        self.twist = np.zeros_like(self.pose)
+        self.wheel_travel = np.zeros((len(self.pose), 2))
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, 2); body twist ``(v, l omega, 0)``."""
+        u = point_mass_from_unicycle(command, self.pose[:, 2], self._hand_length)
+        self.pose[:, :2] += self.step * u
+        self.twist[:, 0] = command[:, 0]
+        self.twist[:, 1] = self._hand_length * command[:, 1]
+
+    def contacts(self):
+        """Return no contacts: points have no bodies."""
+        return []
+
+    def close(self):
+        """Nothing is held."""

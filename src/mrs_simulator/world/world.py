@@ -1,0 +1,297 @@
+"""The world: n robots, their commands and watchdogs, moved step by step.
+
+>>> import numpy as np
+>>> world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]], limits=None)
+>>> world.set_commands([0], np.array([[0.5, 0.0]]))
+>>> for _ in range(25): world.step()
+>>> bool(abs(world.pose[0, 0] - 0.25) < 1e-12)
+True
+"""
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import compose
+from mrs_simulator.core.recording import Collision
+from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FIDELITIES
+from mrs_simulator.world import odometry
+from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.collisions import close_pairs
+from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
+from mrs_simulator.world.robots import robot_kind
+
+FORGET = 0.1  # [s] without contact after which touching again is a new collision
+
+
+class WorldError(ValueError):
+    """Something the world cannot be; the message names it, what came and what was wanted."""
+
+
+class World:
+    """Robots in the plane.  All arrays hold one robot per row."""
+
+    def __init__(
+        self,
+        kinds,
+        poses,
+        obstacles=(),
+        fidelity="kinematic",
+        limits="firmware",
+        step=0.02,
+        cmd_vel_timeout=0.6,
+        hand_length=DEFAULT_HAND_LENGTH,
+        odometry_kind="world",
+        seed=0,
+        view=False,
+    ):
+        """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
+
+        ``limits`` as in ``robots.limits_of``; ``step`` [s]; ``cmd_vel_timeout`` [s] of simulated
+        time; ``view``: open pybullet's window.  Raises ``WorldError``.
+        """
+        self.step_size = step
+        self.fidelity = fidelity
+        self.obstacles = tuple(obstacles)
+        self._limits = limits
+        self._cmd_vel_timeout = cmd_vel_timeout
+        self._hand_length = hand_length
+        self._odometry_kind = odometry_kind
+        self._seed = seed
+        self._view = view
+        self._step = 0
+        self._motion = None
+        self.set_team(kinds, poses)
+
+    @classmethod
+    def from_scenario(cls, scenario, view=False):
+        """Return the world that ``scenario`` describes."""
+        return cls(
+            scenario.kinds,
+            scenario.poses,
+            obstacles=scenario.obstacles,
+            fidelity=scenario.fidelity,
+            limits=scenario.limits,
+            step=scenario.step,
+            cmd_vel_timeout=scenario.cmd_vel_timeout,
+            hand_length=scenario.hand_length,
+            odometry_kind=scenario.odometry,
+            seed=scenario.seed,
+            view=view,
+        )
+
+    def set_team(self, kinds, poses):
+        """Replace all robots by new ones at rest; all or, with a ``WorldError``, none."""
+        kinds, poses = checked_team(kinds, poses)
+        if self.fidelity != "point_mass":
+            refuse_overlaps(kinds, poses, self.obstacles)
+        motion = self._new_motion(kinds, poses)
+        if self._motion is not None:
+            self._motion.close()
+        self._motion, self.kinds, self._start = motion, kinds, poses
+        self._odometry = self._new_odometry(kinds)
+        self.refused = np.zeros(len(poses), dtype=int)
+        self._fresh_start()
+
+    def _new_motion(self, kinds, poses):
+        if self.fidelity == "point_mass":
+            return PointMassMotion(kinds, poses, self._hand_length, self.step_size)
+        if self.fidelity == "kinematic":
+            return KinematicMotion(kinds, poses, self.obstacles, self._limits, self.step_size)
+        if self.fidelity != "dynamic":
+            raise WorldError(
+                "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
+            )
+        from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
+
+        return DynamicMotion(
+            kinds, poses, self.obstacles, self._limits, self.step_size, gui=self._view
+        )
+
+    def _new_odometry(self, kinds):
+        # Wheels that roll in pybullet slip by themselves.
+        slips = self.fidelity == "kinematic"
+        return odometry.WheelOdometry(
+            len(kinds),
+            robot_kind(kinds[0]).WHEEL_TRACK,
+            mismatch=odometry.WHEEL_MISMATCH if slips else 0.0,
+            slip=odometry.WHEEL_SLIP if slips else 0.0,
+            seed=self._seed,
+        )
+
+    def reset(self):
+        """Put all robots back to their initial poses, at rest; time goes on."""
+        self._motion.reset(self._start)
+        self._odometry.reset(self.n)
+        self._fresh_start()
+
+    def _fresh_start(self):
+        self._target = np.zeros((self.n, 2))
+        self._heard = np.full(self.n, -1)  # the step of the last accepted command, -1 for none
+        self.commanded = np.zeros(self.n, dtype=bool)
+        self._touching = {}
+        self._new_collisions = []
+        self.closest_approach = self.closest_distance()
+
+    # What is so ----------------------------------------------------------------------------------
+
+    @property
+    def n(self):
+        """Return the number of robots."""
+        return len(self.kinds)
+
+    @property
+    def time(self):
+        """Return the simulated time [s]: whole steps, without drift."""
+        return self._step * self.step_size
+
+    @property
+    def limits(self):
+        """Return the ``Limits`` in force."""
+        return self._motion.limits
+
+    @property
+    def pose(self):
+        """Return the true poses in the common frame, (n, 3) [m, m, rad]."""
+        return self._motion.pose
+
+    @property
+    def twist(self):
+        """Return the true body twists, (n, 3): vx, vy [m/s], omega [rad/s]."""
+        return self._motion.twist
+
+    @property
+    def command(self):
+        """Return the commands in force, (n, 2) [m/s, rad/s]."""
+        return self._target
+
+    @property
+    def timed_out(self):
+        """Return which robots, (n,) bool, were commanded once and have been silent for too long."""
+        return (self._heard >= 0) & ~self.commanded
+
+    def odometry(self):
+        """Return what the robots' odometry says, (n, 3), each in its own odometry frame."""
+        return self.pose if self._odometry_kind == "world" else self._odometry.pose
+
+    def odometry_origins(self):
+        """Return where the odometry frames lie in the common frame, (n, 3)."""
+        return np.zeros((self.n, 3)) if self._odometry_kind == "world" else self._start
+
+    def estimate(self):
+        """Return the poses in the common frame as odometry gives them, (n, 3)."""
+        if self._odometry_kind == "world":
+            return self.pose
+        return compose(self._start, self._odometry.pose)
+
+    def closest_distance(self):
+        """Return the least distance [m] between two robots' centres now; inf for one robot."""
+        return _least_distance(self.pose[:, :2])
+
+    # What happens --------------------------------------------------------------------------------
+
+    def set_commands(self, rows, commands):
+        """Give robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s].
+
+        One that is not finite is refused and counted in ``refused``; that robot keeps its last
+        command until its own watchdog stops it.
+        """
+        rows, commands = np.asarray(rows, dtype=int), np.asarray(commands, dtype=float)
+        finite = np.isfinite(commands).all(axis=1)
+        if not finite.all():
+            np.add.at(self.refused, rows[~finite], 1)
+            rows, commands = rows[finite], commands[finite]
+        self._target[rows] = commands
+        self._heard[rows] = self._step
+        self.commanded[rows] = True
+
+    def step(self):
+        """Advance by one step: watchdogs, motion, odometry, collisions."""
+        self._watch()
+        self._motion.advance(self._target)
+        self._step += 1
+        if self._odometry_kind == "wheel":
+            self._odometry.update(self._motion.wheel_travel)
+        contacts = self._motion.contacts()
+        if contacts or self._touching:
+            self._note_contacts(contacts)
+
+    def _watch(self):
+        silent = (self._step - self._heard) * self.step_size > self._cmd_vel_timeout
+        late = silent & self.commanded
+        if late.any():
+            self._target[late] = 0.0
+            self.commanded[late] = False
+
+    def _note_contacts(self, contacts):
+        now = self._step
+        for first, second, x, y in contacts:
+            last = self._touching.get((first, second))
+            if last is None or (now - last) * self.step_size > FORGET:
+                self._new_collisions.append(Collision(self.time, first, second, x, y))
+            self._touching[first, second] = now
+        # Robots in contact are as close as robots come.
+        self.closest_approach = min(self.closest_approach, self.closest_distance())
+
+    def take_collisions(self):
+        """Return the collisions begun since the last call."""
+        taken, self._new_collisions = self._new_collisions, []
+        return taken
+
+    def close(self):
+        """Give back what the motion holds."""
+        self._motion.close()
+
+
+def checked_team(kinds, poses):
+    """Return ``kinds`` as a tuple and ``poses`` as (n, 3) floats; ``WorldError`` if they are not."""
+    kinds = tuple(kinds)
+    for kind in kinds:
+        try:
+            robot_kind(kind)
+        except ValueError as error:
+            raise WorldError(str(error)) from None
+    poses = np.array(poses, dtype=float)
+    if poses.shape != (len(kinds), 3) or not len(kinds):
+        raise WorldError(
+            "poses of shape {}: wanted one [x, y, theta] for each of {} robots, at least one".format(
+                poses.shape, len(kinds)
+            )
+        )
+    bad = np.flatnonzero(~np.isfinite(poses).all(axis=1))
+    if len(bad):
+        raise WorldError(
+            "robot{}: pose {}, wanted finite numbers".format(bad[0] + 1, poses[bad[0]].tolist())
+        )
+    return kinds, poses
+
+
+def refuse_overlaps(kinds, poses, obstacles):
+    """Raise ``WorldError`` that names the first robots, or robot and obstacle, that overlap."""
+    bodies = Bodies(kinds, obstacles)
+    first, second, depth, _ = bodies.overlaps(poses)
+    if len(first):
+        i, j = first[0], second[0]
+        raise WorldError(
+            "robot{} and robot{} overlap: centres {:.3f} m apart, bodies {:.3f} m into each other; "
+            "wanted them apart".format(
+                i + 1, j + 1, np.linalg.norm(poses[i, :2] - poses[j, :2]), depth[0]
+            )
+        )
+    for obstacle, rows, _, _ in bodies.obstacle_overlaps(poses):
+        raise WorldError("robot{} overlaps obstacle {}; wanted them apart".format(
+            rows[0] + 1, obstacle.name
+        ))
+
+
+def _least_distance(position):
+    n = len(position)
+    if n < 2:
+        return np.inf
+    # Some pair of n points in a box is no farther apart than this; so no pair beyond it is needed.
+    span = np.ptp(position, axis=0)
+    bound = 2.0 * np.sqrt((span[0] * span[1] + 1e-9) / n) + 2.0 * max(span) / n + 1e-9
+    first, second = close_pairs(position, bound)
+    while not len(first):
+        bound *= 2.0
+        first, second = close_pairs(position, bound)
+    apart = position[second] - position[first]
+    return float(np.sqrt(np.einsum("ij,ij->i", apart, apart).min()))

@@ -1,0 +1,116 @@
+"""A ROS master of the test's own, and nodes that end with it."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import xmlrpc.client
+
+import pytest
+
+START_LIMIT = 30.0  # [s]
+STOP_LIMIT = 10.0  # [s]
+
+
+def free_port():
+    """Return a port of this host that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def wait_until(condition, limit=20.0, nap=0.02):
+    """Return the condition's first true value; fail the test after ``limit`` [s]."""
+    end = time.monotonic() + limit
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(nap)
+    pytest.fail("not within {:g} s: {}".format(limit, getattr(condition, "__name__", condition)))
+
+
+class Ros:
+    """A master on a free port and the processes started under it."""
+
+    def __init__(self, directory):
+        self.directory = directory
+        self.processes = []
+        self.uri = "http://127.0.0.1:{}".format(free_port())
+        self.environment = dict(
+            os.environ,
+            ROS_MASTER_URI=self.uri,
+            ROS_HOSTNAME="127.0.0.1",
+            ROS_LOG_DIR=directory,
+            PYTHONUNBUFFERED="1",
+        )
+        self.environment.pop("ROS_IP", None)
+        self.master = self.start("master", ["rosmaster", "--core", "-p", self.uri.rpartition(":")[2]])
+        wait_until(self._master_answers, START_LIMIT)
+        xmlrpc.client.ServerProxy(self.uri).setParam("/test", "/use_sim_time", True)
+
+    def _master_answers(self):
+        with contextlib.suppress(OSError):
+            return xmlrpc.client.ServerProxy(self.uri).getPid("/test")[0] == 1
+        return False
+
+    def start(self, name, command):
+        """Start a process of the test's own; its output goes to a file."""
+        log = open(os.path.join(self.directory, name + ".log"), "ab")
+        process = subprocess.Popen(
+            command, env=self.environment, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
+        )
+        process.log = log.name
+        log.close()
+        self.processes.append(process)
+        return process
+
+    def node(self, script, *arguments, name=None):
+        """Start a node of the package, as rosrun would."""
+        return self.start(name or script, ["rosrun", "mrs_simulator", script, *map(str, arguments)])
+
+    def call(self, *arguments, limit=30.0):
+        """Run a ROS command to its end; return its output."""
+        return subprocess.run(
+            arguments, env=self.environment, timeout=limit, check=True, stdout=subprocess.PIPE
+        ).stdout.decode()
+
+    def python(self, code, *arguments, limit=60.0):
+        """Run a piece of Python as a ROS program; return its output."""
+        return self.call(sys.executable, "-c", code, *map(str, arguments), limit=limit)
+
+    def stop(self, process):
+        """End a process: politely first, then for certain."""
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(STOP_LIMIT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait(STOP_LIMIT)
+
+    def close(self):
+        """End everything, the master last."""
+        for process in reversed(self.processes):
+            self.stop(process)
+
+
+def log_of(process):
+    """Return what a process has printed so far."""
+    with open(process.log, encoding="utf-8", errors="replace") as file:
+        return file.read()
+
+
+@pytest.fixture
+def ros():
+    """A :class:`Ros` that ends with the test."""
+    with tempfile.TemporaryDirectory(prefix="mrs_simulator_test_") as directory:
+        running = Ros(directory)
+        try:
+            yield running
+        finally:
+            running.close()

@@ -1,0 +1,189 @@
+"""The control hook: what it gets, what it may return, what is refused."""
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Twist
+
+from mrs_simulator import Parameter, PioneerControl, make_twist
+from mrs_simulator.control.loading import ProtocolError, load_protocol
+from mrs_simulator.control.pioneer_control import ControlError
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import Limits, hand_points
+
+POSE = np.array([[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0]])
+LIMITS = Limits(0.75, 1.745, 0.3, 1.745)
+
+
+class Forward(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {number: make_twist(0.1 * number, 0.0) for number in pos_map}
+
+
+class Rendezvous(PioneerControl):
+    PARAMETERS = (Parameter("gain", 0.5, "1/s", low=0.0, meaning="of the consensus"),)
+
+    def pointMassLaw(self, hand):
+        return self.gain * (self.topology.neighbour_sum(hand) - hand * self.topology.in_degree()[:, None])
+
+
+def returning(value):
+    class Law(PioneerControl):
+        def calculateControlLaw(self, pos_map):
+            return value
+
+    return Law(range(1, 4))
+
+
+def test_the_hook_gets_numbers_and_positions():
+    seen = {}
+
+    class Watch(PioneerControl):
+        def calculateControlLaw(self, pos_map):
+            seen.update(pos_map)
+            return [Twist() for _ in pos_map]
+
+    Watch(range(1, 4)).commands(POSE)
+    assert list(seen) == [1, 2, 3]
+    assert (seen[2].x, seen[2].y, seen[2].theta) == (4.95, -2.0, 0.0)
+
+
+def test_twists_by_number_or_in_order():
+    expected = [[0.1, 0.0], [0.2, 0.0], [0.3, 0.0]]
+    np.testing.assert_allclose(Forward(range(1, 4)).commands(POSE), expected)
+    in_order = returning([make_twist(v, 0.0) for v in (0.1, 0.2, 0.3)])
+    np.testing.assert_allclose(in_order.commands(POSE), expected)
+
+
+def test_default_law_is_the_papers():
+    control = PioneerControl(range(1, 4))
+    # u_1 = -0.2 (3, -3): v = -0.6, omega = 0.6/0.05
+    np.testing.assert_allclose(control.commands(POSE)[0], [-0.6, 12.0])
+    np.testing.assert_allclose(control.commands(POSE)[2], [0.0, 0.0])
+
+
+def test_hook_and_arrays_agree_to_the_bit():
+    control = PioneerControl(range(1, 4), limits=LIMITS)
+    twists = control.calculateControlLaw(dict(zip(control.numbers, POSE)))
+    by_hook = np.array([[twists[n].linear.x, twists[n].angular.z] for n in (1, 2, 3)])
+    unlimited = PioneerControl(range(1, 4)).commands(POSE)
+    np.testing.assert_array_equal(by_hook, unlimited)
+
+
+def test_commands_keep_within_limits_and_keep_their_direction():
+    free = PioneerControl(range(1, 4)).commands(POSE)
+    for saturation in ("robot", "team"):
+        kept = PioneerControl(range(1, 4), limits=LIMITS, saturation=saturation).commands(POSE)
+        assert np.all(np.abs(kept) <= np.array([0.75, 1.745]) + 1e-12)
+        np.testing.assert_allclose(kept[:, 0] * free[:, 1], kept[:, 1] * free[:, 0], atol=1e-12)
+
+
+def test_array_route_with_own_parameter_and_topology():
+    control = Rendezvous(range(1, 4), Topology.preset("path", 3), parameters={"gain": 2.0})
+    u = -2.0 * Topology.preset("path", 3).laplacian() @ hand_points(POSE, 0.05)
+    expected = np.stack([u[:, 0], u[:, 1] / 0.05], axis=1)
+    np.testing.assert_allclose(control.commands(POSE), expected)
+    assert [parameter.name for parameter in Rendezvous.PARAMETERS] == ["gain", "l"]
+
+
+@pytest.mark.parametrize(
+    "value, said",
+    [
+        (None, "returned NoneType, wanted 3 Twists"),
+        ([Twist()], "returned list of 1, wanted 3 Twists"),
+        ({1: Twist(), 2: Twist()}, "Twists for robots 1, 2, wanted 1, 2, 3"),
+        ({1: Twist(), 2: Twist(), 4: Twist()}, "robots 1, 2, 4, wanted 1, 2, 3"),
+        ([Twist(), Twist(), 3.0], "returned float for robot 3"),
+        ([make_twist(0.0, 0.0), make_twist(float("nan"), 0.0), Twist()], "robot 2 v = nan"),
+        ([make_twist(0.0, float("inf")), Twist(), Twist()], "robot 1 v = 0.0 m/s, omega = inf"),
+    ],
+)
+def test_wrong_returns_are_named(value, said):
+    with pytest.raises(ControlError, match=said):
+        returning(value).commands(POSE)
+
+
+def test_wrong_shape_of_the_array_route():
+    class Wrong(PioneerControl):
+        def pointMassLaw(self, hand):
+            return hand[:2]
+
+    with pytest.raises(ControlError, match=r"shape \(2, 2\), wanted \(3, 2\)"):
+        Wrong(range(1, 4)).commands(POSE)
+
+
+@pytest.mark.parametrize("k, said", [(0.0, "diverges for k <= 0"), (-0.1, "k = -0.1"), (1.0, "overshoots")])
+def test_impossible_gains_are_refused_with_the_reason(k, said):
+    with pytest.raises(ValueError, match=said):
+        PioneerControl(range(1, 4), parameters={"k": k})
+
+
+@pytest.mark.parametrize("given", [{"T": 0.0}, {"l": -1.0}, {"c": float("nan")}, {"closure": "ring"}])
+def test_other_parameters_are_checked(given):
+    with pytest.raises(ValueError, match=next(iter(given))):
+        PioneerControl(range(1, 4), parameters=given)
+
+
+def test_an_unknown_parameter_names_the_nearest():
+    with pytest.raises(ValueError, match="did you mean 'closure'"):
+        PioneerControl(range(1, 4), parameters={"closur": "chain"})
+
+
+def test_a_refused_change_leaves_everything_as_it_was():
+    control = PioneerControl(range(1, 4), parameters={"k": 0.05})
+    with pytest.raises(ValueError):
+        control.set_parameters({"k": 0.1, "T": -1.0})
+    assert (control.k, control.T) == (0.05, 0.1)
+
+
+def test_literal_numbers_warn_and_the_defaults_do_not():
+    literal = PioneerControl(range(1, 4))
+    assert "spin" in literal.warnings(POSE, 0.1)[0]
+    assert literal.warnings(POSE, 0.02) == []
+    assert PioneerControl(range(1, 4), limits=LIMITS).warnings(POSE, 0.1) == []
+
+
+def test_a_parameter_may_not_hide_what_the_class_uses():
+    with pytest.raises(TypeError, match="may not be called 'limits'"):
+
+        class Hides(PioneerControl):
+            PARAMETERS = (Parameter("limits", 1.0),)
+
+
+LAW = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Turn(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.0, 0.5) for i in pos_map}
+"""
+
+
+def test_protocols_are_found_by_file_module_and_name(tmp_path, monkeypatch):
+    (tmp_path / "turn.py").write_text(LAW)
+    beside = str(tmp_path / "scenario.yaml")
+    for name in ("turn.py", "turn.py:Turn", str(tmp_path / "turn.py")):
+        found = load_protocol(name, beside)
+        np.testing.assert_array_equal(found([1]).commands(POSE[:1]), [[0.0, 0.5]])
+    assert load_protocol("formation") is PioneerControl
+    assert load_protocol("mrs_simulator.control.pioneer_control:PioneerControl") is PioneerControl
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("formatoin", "did you mean 'formation'"),
+        ("nowhere.py", "not found"),
+        ("no_such_module:Law", "importing no_such_module raised"),
+        ("mrs_simulator.control.pioneer_control:Pioneer", "did you mean 'PioneerControl'"),
+        ("json:JSONDecoder", "unknown 'JSONDecoder'"),
+    ],
+)
+def test_protocols_that_cannot_be_had(name, said):
+    with pytest.raises(ProtocolError, match=said):
+        load_protocol(name)
+
+
+def test_a_protocol_file_that_fails_says_so(tmp_path):
+    (tmp_path / "broken.py").write_text("raise RuntimeError('half done')")
+    with pytest.raises(ProtocolError, match="RuntimeError: half done"):
+        load_protocol(str(tmp_path / "broken.py"))

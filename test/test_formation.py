@@ -1,0 +1,100 @@
+"""The paper's law agrees with its closed forms."""
+
+from math import comb
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core import formation
+from mrs_simulator.core.graphs import Topology
+
+K, C = 0.02, 2.0
+PRINTED = np.array([[10.0, -5.0], [5.0, -2.0], [2.0, 8.0], [-5.0, 12.3]])
+SEVEN = np.vstack([PRINTED, [[-1.0, 6.0], [0.0, -5.0], [-10.0, 4.0]]])
+
+
+def law(closure, hand):
+    return formation.line_offsets(len(hand), C), formation.closure_topology(closure, len(hand))
+
+
+@pytest.mark.parametrize(
+    "closure, alpha_1, final_y, steps",
+    [
+        ("chain", (1.0, 12.3), 12.3, (287, 348, 393)),
+        ("cycle", (6.0, 3.325), 3.325, (126, 178, 210)),
+        ("path", (6.0 + 1.0 / 6.0, 3.0 + 1.3 / 6.0), 3.0 + 1.3 / 6.0, (268, 359, 428)),
+    ],
+)
+def test_printed_robots_end_and_settle_as_typed_out(closure, alpha_1, final_y, steps):
+    offsets, topology = law(closure, PRINTED)
+    final = formation.limit(PRINTED, offsets, topology, K)
+    np.testing.assert_allclose(final[0], alpha_1, atol=1e-9)
+    np.testing.assert_allclose(final[:, 1], final_y, atol=1e-9)
+    np.testing.assert_allclose(formation.line_gaps(final), C, atol=1e-9)
+    found = [
+        formation.predicted_settling(PRINTED, offsets, topology, K, share)
+        for share in (0.05, 0.02, 0.01)
+    ]
+    assert tuple(found) == steps
+
+
+def test_chain_follows_the_binomial_law():
+    offsets, topology = law("chain", SEVEN)
+    track = formation.predict(SEVEN, offsets, topology, K, 300)
+    start = formation.target_errors(SEVEN, offsets, topology)
+    for t in (0, 1, 17, 300):
+        for i in range(6):
+            binomial = sum(
+                comb(t, j) * K**j * (1.0 - K) ** (t - j) * start[i + j] for j in range(6 - i)
+            )
+            error = formation.target_errors(track[t], offsets, topology)[i]
+            np.testing.assert_allclose(error, binomial, atol=1e-12)
+
+
+def test_cycle_keeps_the_centroid_and_contracts_at_its_rate():
+    offsets, topology = law("cycle", SEVEN)
+    track = formation.predict(SEVEN, offsets, topology, K, 3000)
+    np.testing.assert_allclose(track[-1].mean(axis=0), SEVEN.mean(axis=0), atol=1e-9)
+    errors = [formation.error_norm(hand, offsets, topology) for hand in track[2000:]]
+    rate = (errors[-1] / errors[0]) ** (1.0 / (len(errors) - 1))
+    expected = np.sqrt(1.0 - 2.0 * K * (1.0 - K) * (1.0 - np.cos(2.0 * np.pi / 7.0)))
+    assert rate == pytest.approx(expected, rel=1e-4)
+
+
+def test_path_keeps_its_weighted_mean_and_contracts_at_its_rate():
+    offsets, topology = law("path", SEVEN)
+    weights = np.array([1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 1.0]) / 12.0
+    track = formation.predict(SEVEN, offsets, topology, K, 3000)
+    np.testing.assert_allclose(weights @ (track[-1] - SEVEN), 0.0, atol=1e-9)
+    errors = [formation.error_norm(hand, offsets, topology) for hand in track[2000:]]
+    rate = (errors[-1] / errors[0]) ** (1.0 / (len(errors) - 1))
+    assert rate == pytest.approx(1.0 - K * (1.0 - np.cos(np.pi / 6.0)), rel=1e-5)
+
+
+def test_target_of_the_chain_is_the_next_robot_plus_c():
+    offsets, topology = law("chain", PRINTED)
+    errors = formation.target_errors(PRINTED, offsets, topology)
+    expected = [[3.0, -3.0], [1.0, -10.0], [5.0, -4.3], [0.0, 0.0]]
+    np.testing.assert_allclose(errors, expected, atol=1e-12)
+    u = formation.formation_velocity(PRINTED, offsets, topology, K, 0.1)
+    np.testing.assert_allclose(u, -0.2 * np.array(expected), atol=1e-12)
+
+
+def test_a_topology_of_ones_own_replaces_the_closure():
+    star = Topology.preset("star", 4)
+    assert formation.closure_topology("topology", 4, star) is star
+    with pytest.raises(ValueError, match="no topology"):
+        formation.closure_topology("topology", 4, None)
+
+
+def test_longest_safe_period():
+    # l/(kappa e_max) = 0.05/(0.2 * 10) = 0.025 s
+    assert formation.largest_stable_period(0.02, 0.1, 0.05, 10.0, np.inf) == pytest.approx(0.025)
+    assert formation.largest_stable_period(0.02, 0.1, 0.05, 10.0, 2.0) == pytest.approx(0.5)
+
+
+def test_one_robot_has_nothing_to_do():
+    hand = np.array([[1.0, 2.0]])
+    offsets, topology = law("cycle", hand)
+    np.testing.assert_array_equal(formation.target_errors(hand, offsets, topology), [[0.0, 0.0]])
+    np.testing.assert_array_equal(formation.limit(hand, offsets, topology, K), hand)

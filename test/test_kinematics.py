@@ -1,0 +1,96 @@
+"""Kinematics: the paper's equations with typed-out numbers."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core import kinematics as kin
+
+LIMITS = kin.Limits(0.75, 1.5, 0.3, 2.0)
+
+
+def test_hand_point_lies_l_ahead():
+    pose = np.array([[1.0, 2.0, math.pi / 2.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(kin.hand_points(pose, 0.05), [[1.0, 2.05], [0.05, 0.0]])
+
+
+def test_mapping_of_a_point_mass_input():
+    # Facing +y, wanted +x: all of it is turning right, omega = -ux/l.
+    u = np.array([[0.1, 0.0], [0.1, 0.2]])
+    command = kin.unicycle_from_point_mass(u, np.array([math.pi / 2.0, 0.0]), 0.05)
+    np.testing.assert_allclose(command, [[0.0, -2.0], [0.1, 4.0]], atol=1e-12)
+
+
+def test_mapping_and_its_inverse():
+    draw = np.random.default_rng(1)
+    u, theta = draw.normal(size=(20, 2)), draw.uniform(-4, 4, 20)
+    command = kin.unicycle_from_point_mass(u, theta, 0.07)
+    np.testing.assert_allclose(kin.point_mass_from_unicycle(command, theta, 0.07), u, atol=1e-12)
+
+
+def test_arc_of_a_quarter_circle():
+    pose = np.array([[0.0, 0.0, 0.0]])
+    command = np.array([[math.pi / 2.0, math.pi / 2.0]])  # radius 1 m, a quarter in 1 s
+    np.testing.assert_allclose(kin.arc(pose, command, 1.0), [[1.0, 1.0, math.pi / 2.0]], atol=1e-12)
+
+
+def test_arc_without_turning_is_a_line():
+    pose = np.array([[1.0, 1.0, math.pi / 6.0]])
+    after = kin.arc(pose, np.array([[2.0, 0.0]]), 0.5)
+    expected = [[1.0 + math.cos(math.pi / 6.0), 1.5, math.pi / 6.0]]
+    np.testing.assert_allclose(after, expected, atol=1e-12)
+
+
+def test_held_arc_turns_the_hand_error_as_stated():
+    # alpha+ = alpha* + [I - kappa Tc sinc(D/2) R(D/2)] (alpha - alpha*)
+    kappa, period, l = 0.2, 0.1, 0.05
+    pose, error = np.array([[3.0, -1.0, 0.0]]), np.array([[0.4, 1.5]])
+    command = kin.unicycle_from_point_mass(-kappa * error, pose[:, 2], l)
+    moved = kin.hand_points(kin.arc(pose, command, period), l) - kin.hand_points(pose, l)
+    half = 0.5 * command[0, 1] * period
+    turn = np.array([[math.cos(half), -math.sin(half)], [math.sin(half), math.cos(half)]])
+    expected = -kappa * period * math.sin(half) / half * turn @ error[0]
+    np.testing.assert_allclose(moved[0], expected, atol=1e-12)
+
+
+def test_ramp_reaches_its_target_and_covers_the_exact_distance():
+    velocity = np.array([[0.0, 0.0]])
+    after, mean = kin.ramp(velocity, np.array([[0.75, 0.1]]), LIMITS.accelerations(), 1.0)
+    np.testing.assert_allclose(after, [[0.3, 0.1]])
+    # 0.3 m/s^2 for 1 s covers 0.15 m; 2 rad/s^2 reaches 0.1 in 0.05 s: 0.0025 + 0.095 rad
+    np.testing.assert_allclose(mean, [[0.15, 0.0975]])
+
+
+def test_ramp_without_limits_is_immediate():
+    target = np.array([[0.5, -1.0]])
+    after, mean = kin.ramp(np.zeros((1, 2)), target, kin.NO_LIMITS.accelerations(), 0.02)
+    np.testing.assert_array_equal(after, target)
+    np.testing.assert_array_equal(mean, target)
+
+
+def test_saturation_keeps_each_path_or_the_whole_motion():
+    command = np.array([[1.5, 0.3], [0.1, -3.0], [0.1, 0.1]])
+    robot = kin.saturate(command, LIMITS, "robot")
+    np.testing.assert_allclose(robot, [[0.75, 0.15], [0.05, -1.5], [0.1, 0.1]])
+    team = kin.saturate(command, LIMITS, "team")
+    np.testing.assert_allclose(team, command / 2.0)
+    np.testing.assert_array_equal(kin.saturate(command, LIMITS, "none"), command)
+    np.testing.assert_array_equal(kin.saturate(command, kin.NO_LIMITS, "robot"), command)
+    with pytest.raises(ValueError, match="wanted one of"):
+        kin.saturate(command, LIMITS, "each")
+
+
+def test_wheels_and_body():
+    wheels = kin.wheel_speeds(np.array([[0.5, 1.0]]), 0.4)
+    np.testing.assert_allclose(wheels, [[0.3, 0.7]])
+    np.testing.assert_allclose(kin.body_speeds(wheels, 0.4), [[0.5, 1.0]])
+
+
+def test_compose_and_wrap():
+    origin = np.array([[1.0, 2.0, math.pi / 2.0]])
+    pose = np.array([[1.0, 0.0, math.pi]])
+    np.testing.assert_allclose(
+        kin.compose(origin, pose), [[1.0, 3.0, -math.pi / 2.0]], atol=1e-12
+    )
+    np.testing.assert_allclose(kin.wrap_angle([math.pi, -math.pi, 7.0]), [-math.pi, -math.pi, 7.0 - 2.0 * math.pi])

@@ -1,0 +1,149 @@
+"""Recording and reading back, and the verdict on what was recorded."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrs_simulator.core import formation, verdict
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.recording import COLUMNS, Collision, Recorder, Run, RunError, closest_approach, read_run_csv
+from mrs_simulator.core.scenario import scenario_from_dict
+
+PRINTED = [[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0], [-5.05, 12.3, 0.0]]
+
+
+def recorded(tmp_path, samples=3, n=2):
+    path = str(tmp_path / "run.csv")
+    draw = np.random.default_rng(0)
+    poses, commands = draw.normal(size=(samples, n, 3)), draw.normal(size=(samples, n, 2))
+    with Recorder(path, range(1, n + 1), 0.05) as recorder:
+        for index in range(samples):
+            recorder.sample(0.1 * index, poses[index], commands[index])
+    return path, poses, commands
+
+
+def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
+    path, poses, commands = recorded(tmp_path)
+    run = read_run_csv(path)
+    np.testing.assert_array_equal(run.pose, poses)
+    np.testing.assert_array_equal(run.command, commands)
+    np.testing.assert_array_equal(run.hand, hand_points(poses, 0.05))
+    np.testing.assert_array_equal(run.time, [0.0, 0.1, 0.2])
+    with open(path) as file:
+        assert file.readline() == "time,robot,x,y,theta,alpha_x,alpha_y,v,omega\n"
+
+
+def test_a_run_cut_off_anywhere_keeps_its_whole_samples(tmp_path):
+    path, poses, _ = recorded(tmp_path)
+    with open(path, "rb") as file:
+        content = file.read()
+    one = content.index(b"\n0.1,") + 1
+    for end in range(one, len(content)):
+        with open(path, "wb") as file:
+            file.write(content[:end])
+        run = read_run_csv(path)
+        np.testing.assert_array_equal(run.pose[0], poses[0])
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("a,b\n1,2\n", "line 1: .*wanted the columns"),
+        ("", "line 1: None"),
+        (",".join(COLUMNS) + "\n", "holds no sample"),
+        (",".join(COLUMNS) + "\n0,1,x,0,0,0,0,0,0\n0,2,0,0,0,0,0,0,0\n", "line 2: 0,1,x"),
+        (",".join(COLUMNS) + "\n0,1,nan,0,0,0,0,0,0\n0,2,0,0,0,0,0,0,0\n", "finite numbers"),
+        (",".join(COLUMNS) + "\n0,1,0,0,0,0,0,0,0\n0,1,0,0,0,0,0,0,0\n", "wanted each number once"),
+        (",".join(COLUMNS) + "\n0,1,0,0,0,0,0,0,0\n1,2,0,0,0,0,0,0,0\n", "each time once"),
+    ],
+)
+def test_files_that_are_no_recording(tmp_path, text, said):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(RunError, match=said):
+        read_run_csv(str(path))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.binary(max_size=120))
+def test_any_bytes_are_read_or_refused(tmp_path_factory, content):
+    path = tmp_path_factory.mktemp("fuzz") / "run.csv"
+    path.write_bytes(",".join(COLUMNS).encode() + b"\n" + content)
+    try:
+        read_run_csv(str(path))
+    except RunError:
+        pass
+
+
+def theory_run(duration=90.0, k=0.02, collisions=(), change=None):
+    """The paper's four robots as the closed recursion moves them, one sample per step."""
+    scenario = scenario_from_dict(
+        {
+            "poses": PRINTED,
+            "fidelity": "point_mass",
+            "limits": "none",
+            "duration": duration,
+            "control": {"rate": 10, "parameters": {"k": 0.02}},
+        }
+    )
+    steps = int(round(duration * 10))
+    offsets = formation.line_offsets(4, 2.0)
+    hand = formation.predict(
+        hand_points(scenario.poses, 0.05), offsets, formation.closure_topology("chain", 4), k, steps
+    )
+    if change is not None:
+        hand = change(hand)
+    pose = np.concatenate([hand, np.zeros_like(hand[:, :, :1])], axis=2)
+    time = 0.1 * np.arange(steps + 1)
+    return Run(time, np.arange(1, 5), pose, hand, np.zeros_like(hand), list(collisions), scenario)
+
+
+def test_a_run_as_predicted_passes_with_typed_out_measures():
+    result = verdict.judge(theory_run())
+    assert result["passed"], verdict.verdict_text(result)
+    assert result["settle_time"] == pytest.approx(34.8)
+    assert result["min_distance"] == pytest.approx(2.0, abs=1e-3)
+    np.testing.assert_allclose(result["final_gaps"], 2.0, atol=1e-3)
+    assert set(result["checks"][0]) == {"name", "predicted", "measured", "tolerance", "passed"}
+
+
+@pytest.mark.parametrize(
+    "run, failed",
+    [
+        (theory_run(duration=30.0), "final gap, the worst [m]"),
+        (theory_run(k=0.01), "settling time [s]"),
+        (theory_run(collisions=[Collision(1.0, "robot1", "robot2", 0.0, 0.0)]), "collisions"),
+        (theory_run(change=lambda hand: hand + [0.0, 1.0]), None),
+        (theory_run(change=lambda hand: hand * [1.0, 1.0 + 0.001 * np.arange(4)][1][:, None]), "y spread [m]"),
+        (theory_run()._replace(meta={"ended": "interrupted"}), "ended"),
+    ],
+)
+def test_a_run_that_is_not_as_predicted_fails(run, failed):
+    result = verdict.judge(run)
+    names = [check["name"] for check in result["checks"] if not check["passed"]]
+    if failed is None:
+        assert not names
+    else:
+        assert failed in names and not result["passed"]
+
+
+def test_a_verdict_is_valid_json(tmp_path):
+    path = str(tmp_path / "verdict.json")
+    alone = scenario_from_dict({"poses": [[0, 0, 0]], "duration": 1.0})
+    run = Run(np.array([0.0, 1.0]), np.array([1]), np.zeros((2, 1, 3)), np.zeros((2, 1, 2)), np.zeros((2, 1, 2)), [], alone)
+    verdict.write_verdict(verdict.judge(run), path)
+    with open(path) as file:
+        read = json.load(file)
+    assert read["min_distance"] is None and read["final_gaps"] == [] and read["passed"]
+
+
+def test_closest_approach():
+    pose = np.zeros((2, 3, 3))
+    pose[0, :, 0] = [0.0, 3.0, 7.0]
+    pose[1, :, 0] = [0.0, 2.5, 7.0]
+    assert closest_approach(pose) == 2.5
+    assert closest_approach(pose[:, :1]) == math.inf

@@ -49,7 +49,9 @@ class Ros:
             PYTHONUNBUFFERED="1",
         )
         self.environment.pop("ROS_IP", None)
-        self.master = self.start("master", ["rosmaster", "--core", "-p", self.uri.rpartition(":")[2]])
+        self.master = self.start(
+            "master", ["rosmaster", "--core", "-p", self.uri.rpartition(":")[2]]
+        )
         wait_until(self._master_answers, START_LIMIT)
         xmlrpc.client.ServerProxy(self.uri).setParam("/test", "/use_sim_time", True)
 
@@ -62,7 +64,11 @@ class Ros:
         """Start a process of the test's own; its output goes to a file."""
         log = open(os.path.join(self.directory, name + ".log"), "ab")
         process = subprocess.Popen(
-            command, env=self.environment, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
+            command,
+            env=self.environment,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
         )
         process.log = log.name
         log.close()

@@ -23,7 +23,9 @@ class Rendezvous(PioneerControl):
     PARAMETERS = (Parameter("gain", 0.5, "1/s", low=0.0, meaning="of the consensus"),)
 
     def pointMassLaw(self, hand):
-        return self.gain * (self.topology.neighbour_sum(hand) - hand * self.topology.in_degree()[:, None])
+        return self.gain * (
+            self.topology.neighbour_sum(hand) - hand * self.topology.in_degree()[:, None]
+        )
 
 
 def returning(value):
@@ -111,13 +113,17 @@ def test_wrong_shape_of_the_array_route():
         Wrong(range(1, 4)).commands(POSE)
 
 
-@pytest.mark.parametrize("k, said", [(0.0, "diverges for k <= 0"), (-0.1, "k = -0.1"), (1.0, "overshoots")])
+@pytest.mark.parametrize(
+    "k, said", [(0.0, "diverges for k <= 0"), (-0.1, "k = -0.1"), (1.0, "overshoots")]
+)
 def test_impossible_gains_are_refused_with_the_reason(k, said):
     with pytest.raises(ValueError, match=said):
         PioneerControl(range(1, 4), parameters={"k": k})
 
 
-@pytest.mark.parametrize("given", [{"T": 0.0}, {"l": -1.0}, {"c": float("nan")}, {"closure": "ring"}])
+@pytest.mark.parametrize(
+    "given", [{"T": 0.0}, {"l": -1.0}, {"c": float("nan")}, {"closure": "ring"}]
+)
 def test_other_parameters_are_checked(given):
     with pytest.raises(ValueError, match=next(iter(given))):
         PioneerControl(range(1, 4), parameters=given)

@@ -90,7 +90,7 @@ def test_wheels_and_body():
 def test_compose_and_wrap():
     origin = np.array([[1.0, 2.0, math.pi / 2.0]])
     pose = np.array([[1.0, 0.0, math.pi]])
+    np.testing.assert_allclose(kin.compose(origin, pose), [[1.0, 3.0, -math.pi / 2.0]], atol=1e-12)
     np.testing.assert_allclose(
-        kin.compose(origin, pose), [[1.0, 3.0, -math.pi / 2.0]], atol=1e-12
+        kin.wrap_angle([math.pi, -math.pi, 7.0]), [-math.pi, -math.pi, 7.0 - 2.0 * math.pi]
     )
-    np.testing.assert_allclose(kin.wrap_angle([math.pi, -math.pi, 7.0]), [-math.pi, -math.pi, 7.0 - 2.0 * math.pi])

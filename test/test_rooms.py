@@ -9,12 +9,24 @@ import mrs_simulator.core
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(mrs_simulator.core.__file__)))
 
-ROS = {"rospy", "rosbag", "rosgraph", "rosgraph_msgs", "rospkg", "dynamic_reconfigure", "tf2_msgs", "tf2_ros"}
+ROS = {
+    "rospy",
+    "rosbag",
+    "rosgraph",
+    "rosgraph_msgs",
+    "rospkg",
+    "dynamic_reconfigure",
+    "tf2_msgs",
+    "tf2_ros",
+}
 MESSAGES = {"geometry_msgs", "nav_msgs", "std_msgs", "std_srvs"}
 QT = {"python_qt_binding", "PyQt5"}
 # What a room may not import: outside packages, and rooms of this package.
 FORBIDDEN = {
-    "core": (ROS | MESSAGES | QT | {"pybullet", "matplotlib"}, {"world", "control", "report", "nodes"}),
+    "core": (
+        ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
+        {"world", "control", "report", "nodes"},
+    ),
     "world": (ROS | MESSAGES | QT | {"matplotlib"}, {"control", "report", "nodes"}),
     "control": (ROS | QT | {"pybullet", "matplotlib"}, {"world", "report", "nodes"}),
     "report": ((ROS - {"rosbag"}) | MESSAGES | QT | {"pybullet"}, {"world", "control", "nodes"}),

@@ -98,7 +98,9 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
             ended = "interrupted"
         except LawFailed as error:
             ended = str(error)
-            traceback.print_exception(type(error.__cause__), error.__cause__, error.__cause__.__traceback__)
+            traceback.print_exception(
+                type(error.__cause__), error.__cause__, error.__cause__.__traceback__
+            )
     wall = time.monotonic() - started
     meta = {
         "real_time_factor": experiment.world.time / wall,
@@ -134,7 +136,9 @@ def main(argv=None):
         sys.exit(130)
     print(verdict_text(verdict))
     print("  figures and data: {}".format(os.path.abspath(arguments.out)))
-    sys.exit({"complete": 0 if verdict["passed"] else 1, "interrupted": 130}.get(verdict["ended"], 1))
+    sys.exit(
+        {"complete": 0 if verdict["passed"] else 1, "interrupted": 130}.get(verdict["ended"], 1)
+    )
 
 
 def _scenario(arguments):

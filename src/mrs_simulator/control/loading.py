@@ -49,7 +49,9 @@ def _located(source, beside):
     for place in places:
         if os.path.isfile(place):
             return os.path.abspath(place)
-    raise ProtocolError("protocol file {}: not found (looked at {})".format(source, ", ".join(places)))
+    raise ProtocolError(
+        "protocol file {}: not found (looked at {})".format(source, ", ".join(places))
+    )
 
 
 def _module_from_file(path, name):

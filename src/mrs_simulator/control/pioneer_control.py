@@ -207,4 +207,3 @@ def _listed(numbers):
 def _described(value):
     count = " of {}".format(len(value)) if isinstance(value, (list, tuple)) else ""
     return "{}{}".format(type(value).__name__, count)
-

@@ -151,7 +151,7 @@ def predicted_settling(hand, offsets, topology, k, share, most=1000000):
     return None
 
 
-def largest_stable_period(k, T, l, e_max, omega_max):  # noqa: E741 - the paper's symbol
+def largest_stable_period(k, T, l, e_max, omega_max):
     """Return the longest command period [s] that is safe on a unicycle.
 
     The held arc contracts for sure while ``Tc <= l / (kappa e_max)``, ``kappa = k/T``, with

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-
 DEFAULT_HAND_LENGTH = 0.05  # [m], the paper's l
 
 
@@ -48,7 +47,7 @@ def compose(origin, pose):
     return result
 
 
-def hand_points(pose, l):  # noqa: E741 - the paper's symbol
+def hand_points(pose, l):
     """Return the hand points, shape (..., 2) [m]: ``alpha = (x + l cos theta, y + l sin theta)``, eq. (2).
 
     ``pose`` has shape (..., 3) [m, m, rad]; ``l`` [m] is the distance from the wheel-axle centre.
@@ -61,7 +60,7 @@ def hand_points(pose, l):  # noqa: E741 - the paper's symbol
     return hand
 
 
-def unicycle_from_point_mass(u, theta, l):  # noqa: E741
+def unicycle_from_point_mass(u, theta, l):
     """Return ``(v, omega)``, shape (n, 2), that moves the hand point with velocity ``u``, eq. (7).
 
     ``v = cos(theta) ux + sin(theta) uy`` [m/s],
@@ -75,7 +74,7 @@ def unicycle_from_point_mass(u, theta, l):  # noqa: E741
     return command
 
 
-def point_mass_from_unicycle(command, theta, l):  # noqa: E741
+def point_mass_from_unicycle(command, theta, l):
     """Return the hand point's velocity, shape (n, 2) [m/s]: ``alpha' = A(theta) (v, omega)``, eq. (3).
 
     ``A = [[cos, -l sin], [sin, l cos]]``; the inverse of :func:`unicycle_from_point_mass`.

@@ -28,7 +28,7 @@ class _Loader(yaml.SafeLoader):
             except TypeError:
                 raise yaml.constructor.ConstructorError(
                     None, None, "a key must be a text", key_node.start_mark
-                )
+                ) from None
             if again:
                 raise yaml.constructor.ConstructorError(
                     None, None, "key {!r} is given twice".format(key), key_node.start_mark
@@ -85,8 +85,10 @@ class Section:
 
     def at(self, key):
         """Return where ``key`` is, for an error message."""
-        return "{}: {}".format(self._where, key) if ": " not in self._where else (
-            "{}.{}".format(self._where, key)
+        return (
+            "{}: {}".format(self._where, key)
+            if ": " not in self._where
+            else ("{}.{}".format(self._where, key))
         )
 
     def take(self, key, default=None):
@@ -111,7 +113,9 @@ class Section:
         fits = fits and (low is None or value >= low) and (high is None or value <= high)
         if not fits:
             raise ScenarioError(
-                "{}: {}, wanted a whole number{}".format(self.at(key), shown(value), _range(low, high))
+                "{}: {}, wanted a whole number{}".format(
+                    self.at(key), shown(value), _range(low, high)
+                )
             )
         return value
 
@@ -158,7 +162,9 @@ def number(value, where, low=None, high=None, above=None):
 def number_list(value, count, where):
     """Return ``value`` as a list of ``count`` finite floats; else ``ScenarioError``."""
     if not isinstance(value, list) or len(value) != count:
-        raise ScenarioError("{}: {}, wanted a list of {} numbers".format(where, shown(value), count))
+        raise ScenarioError(
+            "{}: {}, wanted a list of {} numbers".format(where, shown(value), count)
+        )
     return [number(item, "{}[{}]".format(where, index)) for index, item in enumerate(value)]
 
 

@@ -94,7 +94,9 @@ class Scenario(NamedTuple):
         if not 1 <= n <= MOST_ROBOTS:
             raise ScenarioError("robots = {}: wanted from 1 to {}".format(n, MOST_ROBOTS))
         size = max(20.0, 3.0 * math.sqrt(n))
-        poses = self.poses[:n] if n < self.n else extend_poses(self.poses, n, size=size, seed=self.seed)
+        poses = (
+            self.poses[:n] if n < self.n else extend_poses(self.poses, n, size=size, seed=self.seed)
+        )
         kinds = (self.kinds + (self.kinds[-1],) * n)[:n]
         return self._replace(poses=poses, kinds=kinds, topology=self._topology_for(n))
 
@@ -207,7 +209,9 @@ def _read_poses(top, seed):
     far = np.flatnonzero(np.abs(poses).max(axis=1) > FARTHEST)
     if len(far):
         raise ScenarioError(
-            "{}[{}]: {}, wanted within {:g} m".format(top.at("poses"), far[0], given[far[0]], FARTHEST)
+            "{}[{}]: {}, wanted within {:g} m".format(
+                top.at("poses"), far[0], given[far[0]], FARTHEST
+            )
         )
     count = top.whole("robots", len(rows), low=1, high=MOST_ROBOTS)
     if count != len(rows):
@@ -289,7 +293,9 @@ def _read_topology(top, n):
             return Topology.preset(section.text("preset", choices=PRESETS), n)
         edges = section.take("edges", [])
         if not isinstance(edges, list):
-            raise ValueError("edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges)))
+            raise ValueError(
+                "edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges))
+            )
         return Topology(n, edges, section.flag("directed", True))
     except ScenarioError:
         raise

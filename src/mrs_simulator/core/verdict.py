@@ -17,6 +17,7 @@ from mrs_simulator.version import __version__
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
+
 class Check(NamedTuple):
     """One comparison: passed if ``|measured - predicted| <= tolerance``."""
 
@@ -103,9 +104,7 @@ def _judge_formation(run):
     predicted = formation.predicted_settling(start, offsets, topology, law["k"], SETTLED)
     if predicted is not None:
         allowed = max(tolerance.settling * predicted, SETTLE_STEPS) * law["T"]
-        checks.append(
-            close_check("settling time [s]", predicted * law["T"], settle_time, allowed)
-        )
+        checks.append(close_check("settling time [s]", predicted * law["T"], settle_time, allowed))
     if _keeps_its_place(scenario, law["closure"]):
         place = formation.limit(start, offsets, topology, law["k"])
         away = float(np.max(np.linalg.norm(end - place, axis=1)))
@@ -155,9 +154,7 @@ def verdict_text(verdict):
     for check in verdict["checks"]:
         cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
         lines.append(
-            "  {:32} {:>12} {:>12} {:>10}  {}".format(
-                check["name"], *cells, _word(check["passed"])
-            )
+            "  {:32} {:>12} {:>12} {:>10}  {}".format(check["name"], *cells, _word(check["passed"]))
         )
     if verdict["final_gaps"]:
         gaps = verdict["final_gaps"]

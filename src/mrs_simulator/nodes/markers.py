@@ -81,7 +81,9 @@ def _robot(number, x, y, theta):
     wheels = []
     for side in (0.5, -0.5):
         wheel = _marker(
-            Marker.CUBE, (2.0 * pioneer3dx.WHEEL_RADIUS, WHEEL_WIDTH, 2.0 * pioneer3dx.WHEEL_RADIUS), BLACK
+            Marker.CUBE,
+            (2.0 * pioneer3dx.WHEEL_RADIUS, WHEEL_WIDTH, 2.0 * pioneer3dx.WHEEL_RADIUS),
+            BLACK,
         )
         _place(wheel, x, y, theta, 0.0, side * pioneer3dx.WHEEL_TRACK, pioneer3dx.WHEEL_RADIUS)
         wheels.append(wheel)

@@ -108,7 +108,9 @@ class ControlNode:
         if not stale:
             return ""
         shown = ", ".join(
-            "robot{} ({})".format(number, "never heard" if age == np.inf else "%.1f s" % age)
+            "robot{} ({})".format(
+                number, "never heard" if age == np.inf else "{:.1f} s".format(age)
+            )
             for number, age in list(stale.items())[:8]
         )
         more = ", and {} more".format(len(stale) - 8) if len(stale) > 8 else ""

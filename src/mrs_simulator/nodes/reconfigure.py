@@ -89,8 +89,16 @@ def _choice_method(choices):
     if not choices:
         return ""
     entries = [
-        {"name": choice, "value": choice, "type": "str", "description": choice, "ctype": "",
-         "cconsttype": "", "srcline": 0, "srcfile": ""}
+        {
+            "name": choice,
+            "value": choice,
+            "type": "str",
+            "description": choice,
+            "ctype": "",
+            "cconsttype": "",
+            "srcline": 0,
+            "srcfile": "",
+        }
         for choice in choices
     ]
     return str({"enum": entries, "enum_description": "one of " + ", ".join(choices)})

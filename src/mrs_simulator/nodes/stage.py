@@ -83,9 +83,9 @@ class Stage:
 
     def _open_services(self):
         def service(name, kind, handler):
-            return rospy.Service(name, kind, lambda request: self.requests.ask(
-                lambda: handler(request)
-            ))
+            return rospy.Service(
+                name, kind, lambda request: self.requests.ask(lambda: handler(request))
+            )
 
         self._services = [
             service("~pause", SetBool, self._on_pause),
@@ -305,8 +305,10 @@ class Stage:
         message.x, message.y = collision.x, collision.y
         self._collision.publish(message)
         rospy.logwarn(
-            "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m", *collision[1:3],
-            collision.time, *collision[3:]
+            "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m",
+            *collision[1:3],
+            collision.time,
+            *collision[3:],
         )
 
     def _publish_status(self):

@@ -33,7 +33,7 @@ def read_bag(path, scenario=None):
     if not len(time):
         raise RunError("{}: holds no sample in which a robot is commanded".format(path))
     keep = _every(time, scenario.record_rate if scenario else None)
-    start, l = time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH  # noqa: E741
+    start, l = time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     return Run(
         time=np.round(time[keep] - start, 9),
         robots=np.array(robots),

@@ -59,7 +59,12 @@ def rectangle_overlap(a, b):
     """
     apart = b.middle - a.middle
     least, direction = None, None
-    for axis, own, other in ((a.axis, a, b), (_left(a.axis), a, b), (b.axis, b, a), (_left(b.axis), b, a)):
+    for axis, own, other in (
+        (a.axis, a, b),
+        (_left(a.axis), a, b),
+        (b.axis, b, a),
+        (_left(b.axis), b, a),
+    ):
         along = np.einsum("ij,ij->i", apart, axis)
         overlap = _extent(own, axis) + _extent(other, axis) - np.abs(along)
         outward = axis * np.where(along < 0.0, -1.0, 1.0)[:, np.newaxis]
@@ -87,7 +92,9 @@ def circle_overlap(a, middle, radius):
     outward = np.zeros_like(local)
     rows = np.arange(len(local))
     outward[rows, through] = np.where(local[rows, through] < 0.0, -1.0, 1.0)
-    unit = np.where(inside[:, np.newaxis], outward, gap / np.where(inside, 1.0, distance)[:, np.newaxis])
+    unit = np.where(
+        inside[:, np.newaxis], outward, gap / np.where(inside, 1.0, distance)[:, np.newaxis]
+    )
     depth = radius - np.where(inside, -room[rows, through], distance)
     return depth, unit[:, :1] * a.axis + unit[:, 1:] * side
 

@@ -41,9 +41,7 @@ class KinematicMotion:
         velocity over the step, exact while ``v`` and ``omega`` hold.
         """
         target = clip_commands(command, self.limits)
-        self._velocity, mean = ramp(
-            self._velocity, target, self.limits.accelerations(), self.step
-        )
+        self._velocity, mean = ramp(self._velocity, target, self.limits.accelerations(), self.step)
         self.wheel_travel += self.step * wheel_speeds(mean, self._track)
         before = self.pose
         free = arc(before, mean, self.step)

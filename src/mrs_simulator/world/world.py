@@ -277,9 +277,9 @@ def refuse_overlaps(kinds, poses, obstacles):
             )
         )
     for obstacle, rows, _, _ in bodies.obstacle_overlaps(poses):
-        raise WorldError("robot{} overlaps obstacle {}; wanted them apart".format(
-            rows[0] + 1, obstacle.name
-        ))
+        raise WorldError(
+            "robot{} overlaps obstacle {}; wanted them apart".format(rows[0] + 1, obstacle.name)
+        )
 
 
 def _least_distance(position):

@@ -39,3 +39,9 @@ TOP_LIMITS = Limits(
     v_accel=2.0,  # [m/s^2]
     omega_accel=math.radians(300.0),  # [rad/s^2]
 )
+
+# The model's contact with the ground; the caster has none to speak of.
+WHEEL_FRICTION = 0.9  # [-] rubber on a laboratory floor
+WHEEL_TORQUE = 6.0  # [N m] at a wheel, enough for the top acceleration with room to spare
+WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
+CASTER_LINK = "caster"

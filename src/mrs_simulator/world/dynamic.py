@@ -1,0 +1,235 @@
+"""Motion with forces: driven wheels, caster, contact and friction in pybullet."""
+
+import numpy as np
+import pybullet
+
+from mrs_simulator.core.kinematics import (
+    clip_commands,
+    ramp,
+    wheel_speeds,
+    wrap_angle,
+)
+from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.world.robots import limits_of_team, robot_kind
+
+GRAVITY = 9.81  # [m/s^2]
+SUBSTEP = 0.005  # [s] the longest step of the solver
+ITERATIONS = 10  # [-] of the solver in one substep
+GROUND_FRICTION = 1.0  # [-] pybullet multiplies the two friction coefficients
+SETTLING = 40  # [-] substeps in which a robot put on the ground comes to rest
+NO_RAMP = 1e3  # [m/s^2, rad/s^2] stands for no ramp: motors have torque, not infinite acceleration
+
+
+class DynamicMotion:
+    """Robots as rigid bodies on their wheels, in a pybullet world of their own."""
+
+    def __init__(
+        self,
+        kinds,
+        poses,
+        obstacles=(),
+        limits="firmware",
+        step=0.02,
+        gui=False,
+        substep=SUBSTEP,
+        iterations=ITERATIONS,
+    ):
+        """``poses`` (n, 3); ``step`` [s] of one advance; ``gui``: pybullet's window.
+
+        ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.
+        """
+        self.step = step
+        self.limits = limits_of_team(kinds, limits)
+        self._kind = robot_kind(kinds[0])
+        self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        self._substeps = max(1, int(np.ceil(step / substep - 1e-9)))
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=step / self._substeps,
+            numSolverIterations=iterations,
+            numSubSteps=0,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
+        pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self._client)
+        pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0, physicsClientId=self._client)
+        self._names = {self._add_ground(): "ground"}
+        for obstacle in obstacles:
+            self._names[self._add_obstacle(obstacle)] = obstacle.name
+        self._bodies = [self._add_robot(row, pose) for row, pose in enumerate(poses)]
+        self._rest()
+        self.reset(poses)
+
+    def _add_ground(self):
+        shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=self._client)
+        ground = pybullet.createMultiBody(0.0, shape, physicsClientId=self._client)
+        pybullet.changeDynamics(
+            ground, -1, lateralFriction=GROUND_FRICTION, physicsClientId=self._client
+        )
+        return ground
+
+    def _add_obstacle(self, obstacle):
+        if isinstance(obstacle, Cylinder):
+            form = dict(shapeType=pybullet.GEOM_CYLINDER, radius=obstacle.radius)
+            tall, yaw = dict(height=obstacle.height), dict(length=obstacle.height)
+            shape = pybullet.createCollisionShape(physicsClientId=self._client, **form, **tall)
+            visual = pybullet.createVisualShape(physicsClientId=self._client, **form, **yaw)
+            turn = [0.0, 0.0, 0.0, 1.0]
+        else:
+            half = [0.5 * obstacle.length, 0.5 * obstacle.width, 0.5 * obstacle.height]
+            form = dict(shapeType=pybullet.GEOM_BOX, halfExtents=half)
+            shape = pybullet.createCollisionShape(physicsClientId=self._client, **form)
+            visual = pybullet.createVisualShape(physicsClientId=self._client, **form)
+            turn = pybullet.getQuaternionFromEuler([0.0, 0.0, obstacle.yaw])
+        return pybullet.createMultiBody(
+            0.0,
+            shape,
+            visual,
+            [obstacle.x, obstacle.y, 0.5 * obstacle.height],
+            turn,
+            physicsClientId=self._client,
+        )
+
+    def _add_robot(self, row, pose):
+        body = pybullet.loadURDF(
+            self._kind.URDF,
+            [pose[0], pose[1], self._kind.WHEEL_RADIUS],
+            pybullet.getQuaternionFromEuler([0.0, 0.0, pose[2]]),
+            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+            physicsClientId=self._client,
+        )
+        if row == 0:
+            self._learn_model(body)
+        client = {"physicsClientId": self._client}
+        for link in range(-1, self._links):
+            friction = self._kind.WHEEL_FRICTION if link in self._wheels else 0.0
+            # Damping on its own: given together, pybullet forgets a friction of zero.
+            pybullet.changeDynamics(
+                body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, **client
+            )
+            pybullet.changeDynamics(body, link, lateralFriction=friction, **client)
+        pybullet.changeDynamics(
+            body, -1, activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING, **client
+        )
+        self._names[body] = "robot{}".format(row + 1)
+        return body
+
+    def _learn_model(self, body):
+        self._links = pybullet.getNumJoints(body, physicsClientId=self._client)
+        joints = [
+            pybullet.getJointInfo(body, joint, physicsClientId=self._client)[1].decode()
+            for joint in range(self._links)
+        ]
+        self._wheels = [joints.index(name) for name in self._kind.WHEEL_JOINTS]
+        # pybullet speaks of the centre of mass; base_link lies this far from it.
+        info = pybullet.getDynamicsInfo(body, -1, physicsClientId=self._client)
+        self._mass_centre = np.array(info[3])
+
+    def _rest(self):
+        """Let the first robot sink onto its wheels; all are put down at that height and tilt."""
+        body = self._bodies[0]
+        self._drive([body], np.zeros((1, 2)))
+        for _ in range(SETTLING):
+            pybullet.stepSimulation(physicsClientId=self._client)
+        position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
+        self._height, self._tilt = position[2], (roll, pitch)
+
+    def reset(self, poses):
+        """Put the robots at rest at ``poses`` (n, 3)."""
+        poses = np.array(poses, dtype=float)
+        for body, (x, y, theta) in zip(self._bodies, poses.tolist()):
+            turn = pybullet.getQuaternionFromEuler([*self._tilt, theta])
+            ahead = self._mass_centre[0]
+            place = [x + ahead * np.cos(theta), y + ahead * np.sin(theta), self._height]
+            pybullet.resetBasePositionAndOrientation(
+                body, place, turn, physicsClientId=self._client
+            )
+            pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+            for wheel in self._wheels:
+                pybullet.resetJointState(body, wheel, 0.0, 0.0, physicsClientId=self._client)
+        n = len(poses)
+        self.pose, self.twist = poses, np.zeros((n, 3))
+        self.wheel_travel = np.zeros((n, 2))
+        self._velocity = np.zeros((n, 2))
+        self._driven = np.full((n, 2), np.nan)
+        self._drive(self._bodies, np.zeros((n, 2)))
+        self._driven[:] = 0.0
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, 2) [m/s, rad/s].
+
+        Velocities are clipped and ramped once a step as the firmware does, and held by the wheels'
+        motors while the solver takes its substeps.
+        """
+        target = clip_commands(command, self.limits)
+        reach = np.minimum(self.limits.accelerations(), NO_RAMP)
+        self._velocity, _ = ramp(self._velocity, target, reach, self.step)
+        speeds = wheel_speeds(self._velocity, self._kind.WHEEL_TRACK) / self._kind.WHEEL_RADIUS
+        changed = np.flatnonzero(np.any(speeds != self._driven, axis=1))
+        self._drive([self._bodies[row] for row in changed], speeds[changed])
+        self._driven[changed] = speeds[changed]
+        for _ in range(self._substeps):
+            pybullet.stepSimulation(physicsClientId=self._client)
+        self._read()
+
+    def _drive(self, bodies, speeds):
+        torque = [self._kind.WHEEL_TORQUE] * 2
+        for body, speed in zip(bodies, speeds.tolist()):
+            pybullet.setJointMotorControlArray(
+                body,
+                self._wheels,
+                pybullet.VELOCITY_CONTROL,
+                targetVelocities=speed,
+                velocityGains=[1.0, 1.0],
+                forces=torque,
+                physicsClientId=self._client,
+            )
+
+    def _read(self):
+        client, wheels = self._client, self._wheels
+        places, velocities, angles = [], [], []
+        for body in self._bodies:
+            position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+            places.append(position + turn)
+            linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)
+            velocities.append(linear + angular)
+            left, right = pybullet.getJointStates(body, wheels, physicsClientId=client)
+            angles.append((left[0], right[0]))
+        self._take_in(np.array(places), np.array(velocities), np.array(angles))
+
+    def _take_in(self, place, velocity, angles):
+        x, y, z, w = place[:, 3:].T
+        theta = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        cos, sin, ahead = np.cos(theta), np.sin(theta), self._mass_centre[0]
+        pose, twist = np.empty((len(place), 3)), np.empty((len(place), 3))
+        pose[:, 0], pose[:, 1] = place[:, 0] - ahead * cos, place[:, 1] - ahead * sin
+        pose[:, 2] = wrap_angle(theta)
+        omega = velocity[:, 5]
+        twist[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
+        twist[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0] - ahead * omega
+        twist[:, 2] = omega
+        self.pose, self.twist = pose, twist
+        self.wheel_travel = angles * self._kind.WHEEL_RADIUS
+
+    def contacts(self):
+        """Return the contacts after the last step: ``(first, second, x, y)`` each."""
+        found = {}
+        for point in pybullet.getContactPoints(physicsClientId=self._client):
+            names = self._names[point[1]], self._names[point[2]]
+            # On the ground, or not quite touching.
+            if "ground" in names or point[8] > 0.0:
+                continue
+            first, second = sorted(names, key=_robots_first)
+            found.setdefault((first, second), (first, second, point[5][0], point[5][1]))
+        return list(found.values())
+
+    def close(self):
+        """Disconnect from pybullet; closing twice does no harm."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+
+def _robots_first(name):
+    number = name[5:]
+    return (0, int(number)) if name.startswith("robot") and number.isdigit() else (1, 0)

@@ -3,6 +3,7 @@
 import csv
 import math
 import os
+import time
 from typing import Any, Dict, List, NamedTuple, Optional
 
 import numpy as np
@@ -11,6 +12,7 @@ from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.scenario import Scenario
 
 COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
+FLUSH_PERIOD = 0.2  # [s] of wall time; a run that is killed loses no more than this
 
 
 class Collision(NamedTuple):
@@ -51,23 +53,24 @@ class Recorder:
         self._hand_length = hand_length
         self._file = open(path, "w", encoding="ascii", newline="\n")
         self._file.write(",".join(COLUMNS) + "\n")
+        self._flushed = -math.inf
 
-    def sample(self, time, pose, command):
-        """Write one sample: ``time`` [s], ``pose`` (n, 3), ``command`` (n, 2).
+    def sample(self, stamp, pose, command):
+        """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, 2).
 
         Numbers are written with the fewest digits that read back to the same value.
         """
         hand = hand_points(pose, self._hand_length)
         table = np.concatenate([pose, hand, command], axis=1).tolist()
-        stamp = repr(float(time))
+        stamp = repr(float(stamp))
         lines = [
             ",".join([stamp, robot, *map(repr, row)]) for robot, row in zip(self._robots, table)
         ]
         self._file.write("\n".join(lines) + "\n")
-
-    def flush(self):
-        """Hand what is written to the operating system."""
-        self._file.flush()
+        now = time.monotonic()
+        if now - self._flushed > FLUSH_PERIOD:
+            self._flushed = now
+            self._file.flush()
 
     def close(self):
         """Finish the file; closing twice does no harm."""

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import platform
+import sys
 from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
@@ -176,3 +177,15 @@ def _cell(value):
     if value is None:
         return "-"
     return "{:.4f}".format(value) if isinstance(value, float) else str(value)
+
+
+def main():
+    """Print the verdict in the file that the command line names; exits with 0 passed, 1 failed."""
+    with open(sys.argv[1], encoding="utf-8") as file:
+        verdict = json.load(file)
+    print(verdict_text(verdict))
+    sys.exit(0 if verdict["passed"] else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -14,6 +14,7 @@ import rospkg
 from mrs_simulator.core.scenario import load_scenario
 
 DEFAULT_SCENARIO = "paper.yaml"
+DIRECTORY_MEANING = "where relative file names begin (default: the current directory)"
 
 
 def parse(description, names, argv=None):
@@ -24,7 +25,7 @@ def parse(description, names, argv=None):
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    for name, meaning in names.items():
+    for name, meaning in dict(names, directory=DIRECTORY_MEANING).items():
         parser.add_argument("--" + name, default="", help=meaning)
     plain = []
     for argument in sys.argv[1:] if argv is None else argv:
@@ -33,7 +34,11 @@ def parse(description, names, argv=None):
             plain += ["--" + name.lstrip("_"), value]
         elif not assigned:
             plain.append(argument)
-    return parser.parse_args(plain)
+    arguments = parser.parse_args(plain)
+    # roslaunch starts nodes in a directory of its own; on another machine there may be none like it.
+    if os.path.isdir(arguments.directory):
+        os.chdir(arguments.directory)
+    return arguments
 
 
 def scenario_from(arguments):

@@ -27,11 +27,12 @@ class Inbox:
         with self._lock:
             self._commands[row] = (twist.linear.x, twist.angular.z)
 
-    def take(self):
-        """Return ``(rows, commands)``, ascending, shape (m,) and (m, 2), and forget them."""
+    def take(self, n):
+        """Return ``(rows, commands)`` of the first n robots, ascending, (m,) and (m, 2); forget all."""
         with self._lock:
             taken, self._commands = self._commands, {}
-        rows = sorted(taken)
+        # A late message may still come for a robot that has been taken away.
+        rows = sorted(row for row in taken if row < n)
         return rows, np.array([taken[row] for row in rows]).reshape(-1, 2)
 
 

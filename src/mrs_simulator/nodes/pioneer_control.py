@@ -85,6 +85,12 @@ class ControlNode:
 
     def spin(self):
         """Run until ROS shuts down."""
+        rospy.loginfo(
+            "pioneer_control: %s for %d robots, a command every %g s",
+            type(self.control).__name__,
+            self.scenario.n,
+            self.period,
+        )
         while not rospy.is_shutdown():
             self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
             with self._lock:

@@ -3,6 +3,7 @@
 import sys
 import time
 
+import numpy as np
 import rospy
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
@@ -23,7 +24,9 @@ CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time 
 IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
 IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated time stands still
 STATUS_PERIOD = 0.2  # [s] of wall time
+VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
+MOST_NAMED = 8  # [-] robots named in one message
 MOST_STEPS = 1000000  # [-] of one request
 
 LOCAL = {
@@ -60,13 +63,22 @@ class Stage:
         self._steps_asked = 0
         self._step = 0
         self._collisions = 0
-        self._last = {"clock": 0.0, "status": 0.0, "report": time.monotonic()}
+        self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self._last = {"clock": 0.0, "status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox = Inbox()
         self.links = []
         self.requests = Requests()
         self._open_topics()
         self._link_robots()
         self._open_services()
+        self.view = None
+        if flag_parameter("~view", False):
+            self._open_view()
+
+    def _open_view(self):
+        from mrs_simulator.world.view import View  # pybullet only where it is used
+
+        self.view = View(self.world.kinds, self.world.pose, self.world.obstacles, window=True)
 
     def _open_topics(self):
         def publisher(name, kind, queue_size=100, latch=False):
@@ -117,7 +129,19 @@ class Stage:
                 self._advance()
             else:
                 self._idle()
+            self._show()
         self.world.close()
+
+    def _show(self):
+        """Bring pybullet's window up to date at a display's rate."""
+        now = time.monotonic()
+        if self.view is None or now - self._last["view"] < VIEW_PERIOD:
+            return
+        self._last["view"] = now
+        if self.view.open:
+            self.view.show(self.world.pose)
+        else:
+            self.view = None  # the user closed it
 
     def _may_step(self):
         if not self._started:
@@ -148,8 +172,8 @@ class Stage:
         return True
 
     def _take_commands(self):
-        rows, commands = self.inbox.take()
-        if len(rows) and rows[-1] < self.world.n:
+        rows, commands = self.inbox.take(self.world.n)
+        if len(rows):
             self.world.set_commands(rows, commands)
             if self.lockstep:
                 self.lockstep.answered(rows)
@@ -190,10 +214,9 @@ class Stage:
             self.lockstep.expect(range(self.world.n))
 
     def _report_silence(self):
-        robots = ", ".join("robot{}".format(row + 1) for row in self.lockstep.waiting_for)
         rospy.logerr(
             "stage: no command from %s within %g s of the odometry at %.3f s; simulated time waits",
-            robots,
+            named(self.lockstep.waiting_for),
             self.lockstep.timeout,
             self.world.time,
         )
@@ -238,11 +261,16 @@ class Stage:
         self.world.set_team(kinds, poses)
         self.scenario = team
         self._after_change()
+        if self.view is not None:
+            self.view.close()
+            self._open_view()
         return "{} robots".format(self.world.n)
 
     def _after_change(self):
-        self.inbox.take()
         self._link_robots()
+        # What was said to the robots before is not meant for these.
+        self.inbox.take(self.world.n)
+        self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
         # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
         # back between two different states.
         self.world.step()
@@ -254,7 +282,7 @@ class Stage:
     # Messages ------------------------------------------------------------------------------------
 
     def _stamp(self):
-        return rospy.Time.from_sec(CLOCK_START + self.world.time)
+        return stamp_at(self.world.time)
 
     def _publish_clock(self):
         self._last["clock"] = time.monotonic()
@@ -300,7 +328,7 @@ class Stage:
     def _publish_collision(self, collision):
         self._collisions += 1
         message = Collision(first=collision.first, second=collision.second)
-        message.header.stamp = rospy.Time.from_sec(CLOCK_START + collision.time)
+        message.header.stamp = stamp_at(collision.time)
         message.header.frame_id = self.frames.world
         message.x, message.y = collision.x, collision.y
         self._collision.publish(message)
@@ -311,12 +339,29 @@ class Stage:
             *collision[3:],
         )
 
+    def _say_what_changed(self):
+        """Log the robots whose watchdog has stopped them, and commands that were refused."""
+        silent = set(np.flatnonzero(self.world.timed_out).tolist())
+        new = sorted(silent - self._silent)
+        if new:
+            rospy.logwarn(
+                "stage: %s stopped: no command for %g s", named(new), self.world.cmd_vel_timeout
+            )
+        self._silent = silent
+        refused = np.flatnonzero(self.world.refused > self._refused).tolist()
+        if refused:
+            rospy.logwarn_throttle(
+                5.0, "stage: refused commands for {}: not finite".format(named(refused))
+            )
+            self._refused = self.world.refused.copy()
+
     def _publish_status(self):
         now = time.monotonic()
         if now - self._last["status"] < STATUS_PERIOD:
             return
         self._last["status"] = now
         world = self.world
+        self._say_what_changed()
         waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
         message = StageStatus(
             fidelity=self.scenario.fidelity,
@@ -326,13 +371,25 @@ class Stage:
             paused=self.paused,
             lockstep=self.lockstep is not None,
             waiting_for=[row + 1 for row in waiting],
-            timed_out=[row + 1 for row, late in enumerate(world.timed_out.tolist()) if late],
+            timed_out=[row + 1 for row in sorted(self._silent)],
             refused=world.refused.tolist(),
             collisions=self._collisions,
-            closest_approach=world.closest_approach,
+            closest_approach=world.measure_closest_approach(),
         )
         message.header.stamp = self._stamp()
         self._status.publish(message)
+
+
+def named(rows):
+    """Return robots of ``rows`` for a message: all of a few, else the first and how many."""
+    shown = ", ".join("robot{}".format(row + 1) for row in rows[:MOST_NAMED])
+    more = len(rows) - MOST_NAMED
+    return shown + (" and {} more".format(more) if more > 0 else "")
+
+
+def stamp_at(simulated):
+    """Return the stamp of simulated time [s]: whole nanoseconds, so that equal times are equal."""
+    return rospy.Time(*divmod(int(round((CLOCK_START + simulated) * 1e9)), 10**9))
 
 
 def main():
@@ -342,7 +399,7 @@ def main():
         scenario = scenario_from(arguments)
         rospy.init_node("stage")
         stage = Stage(scenario)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, RuntimeError) as error:
         print("stage: {}".format(error), file=sys.stderr)
         sys.exit(2)
     stage.spin()

@@ -9,8 +9,8 @@ from mrs_simulator.core.kinematics import (
     wheel_speeds,
     wrap_angle,
 )
-from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.world.robots import limits_of_team, robot_kind
+from mrs_simulator.world.scene import add_ground, add_obstacle, add_robot, mass_centre
 
 GRAVITY = 9.81  # [m/s^2]
 SUBSTEP = 0.005  # [s] the longest step of the solver
@@ -30,18 +30,17 @@ class DynamicMotion:
         obstacles=(),
         limits="firmware",
         step=0.02,
-        gui=False,
         substep=SUBSTEP,
         iterations=ITERATIONS,
     ):
-        """``poses`` (n, 3); ``step`` [s] of one advance; ``gui``: pybullet's window.
+        """``poses`` (n, 3); ``step`` [s] of one advance.
 
         ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.
         """
         self.step = step
         self.limits = limits_of_team(kinds, limits)
         self._kind = robot_kind(kinds[0])
-        self._client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        self._client = pybullet.connect(pybullet.DIRECT)
         self._substeps = max(1, int(np.ceil(step / substep - 1e-9)))
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=step / self._substeps,
@@ -51,52 +50,19 @@ class DynamicMotion:
             physicsClientId=self._client,
         )
         pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self._client)
-        pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0, physicsClientId=self._client)
-        self._names = {self._add_ground(): "ground"}
+        ground = add_ground(self._client)
+        pybullet.changeDynamics(
+            ground, -1, lateralFriction=GROUND_FRICTION, physicsClientId=self._client
+        )
+        self._names = {ground: "ground"}
         for obstacle in obstacles:
-            self._names[self._add_obstacle(obstacle)] = obstacle.name
+            self._names[add_obstacle(self._client, obstacle)] = obstacle.name
         self._bodies = [self._add_robot(row, pose) for row, pose in enumerate(poses)]
         self._rest()
         self.reset(poses)
 
-    def _add_ground(self):
-        shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=self._client)
-        ground = pybullet.createMultiBody(0.0, shape, physicsClientId=self._client)
-        pybullet.changeDynamics(
-            ground, -1, lateralFriction=GROUND_FRICTION, physicsClientId=self._client
-        )
-        return ground
-
-    def _add_obstacle(self, obstacle):
-        if isinstance(obstacle, Cylinder):
-            form = dict(shapeType=pybullet.GEOM_CYLINDER, radius=obstacle.radius)
-            tall, yaw = dict(height=obstacle.height), dict(length=obstacle.height)
-            shape = pybullet.createCollisionShape(physicsClientId=self._client, **form, **tall)
-            visual = pybullet.createVisualShape(physicsClientId=self._client, **form, **yaw)
-            turn = [0.0, 0.0, 0.0, 1.0]
-        else:
-            half = [0.5 * obstacle.length, 0.5 * obstacle.width, 0.5 * obstacle.height]
-            form = dict(shapeType=pybullet.GEOM_BOX, halfExtents=half)
-            shape = pybullet.createCollisionShape(physicsClientId=self._client, **form)
-            visual = pybullet.createVisualShape(physicsClientId=self._client, **form)
-            turn = pybullet.getQuaternionFromEuler([0.0, 0.0, obstacle.yaw])
-        return pybullet.createMultiBody(
-            0.0,
-            shape,
-            visual,
-            [obstacle.x, obstacle.y, 0.5 * obstacle.height],
-            turn,
-            physicsClientId=self._client,
-        )
-
     def _add_robot(self, row, pose):
-        body = pybullet.loadURDF(
-            self._kind.URDF,
-            [pose[0], pose[1], self._kind.WHEEL_RADIUS],
-            pybullet.getQuaternionFromEuler([0.0, 0.0, pose[2]]),
-            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
-            physicsClientId=self._client,
-        )
+        body = add_robot(self._client, self._kind, pose)
         if row == 0:
             self._learn_model(body)
         client = {"physicsClientId": self._client}
@@ -121,8 +87,7 @@ class DynamicMotion:
         ]
         self._wheels = [joints.index(name) for name in self._kind.WHEEL_JOINTS]
         # pybullet speaks of the centre of mass; base_link lies this far from it.
-        info = pybullet.getDynamicsInfo(body, -1, physicsClientId=self._client)
-        self._mass_centre = np.array(info[3])
+        self._mass_centre = mass_centre(self._client, body)
 
     def _rest(self):
         """Let the first robot sink onto its wheels; all are put down at that height and tilt."""

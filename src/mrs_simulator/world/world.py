@@ -41,28 +41,26 @@ class World:
         hand_length=DEFAULT_HAND_LENGTH,
         odometry_kind="world",
         seed=0,
-        view=False,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
         ``limits`` as in ``robots.limits_of``; ``step`` [s]; ``cmd_vel_timeout`` [s] of simulated
-        time; ``view``: open pybullet's window.  Raises ``WorldError``.
+        time.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
         self.obstacles = tuple(obstacles)
         self._limits = limits
-        self._cmd_vel_timeout = cmd_vel_timeout
+        self.cmd_vel_timeout = cmd_vel_timeout
         self._hand_length = hand_length
         self._odometry_kind = odometry_kind
         self._seed = seed
-        self._view = view
         self._step = 0
         self._motion = None
         self.set_team(kinds, poses)
 
     @classmethod
-    def from_scenario(cls, scenario, view=False):
+    def from_scenario(cls, scenario):
         """Return the world that ``scenario`` describes."""
         return cls(
             scenario.kinds,
@@ -75,7 +73,6 @@ class World:
             hand_length=scenario.hand_length,
             odometry_kind=scenario.odometry,
             seed=scenario.seed,
-            view=view,
         )
 
     def set_team(self, kinds, poses):
@@ -102,9 +99,7 @@ class World:
             )
         from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
 
-        return DynamicMotion(
-            kinds, poses, self.obstacles, self._limits, self.step_size, gui=self._view
-        )
+        return DynamicMotion(kinds, poses, self.obstacles, self._limits, self.step_size)
 
     def _new_odometry(self, kinds):
         # Wheels that roll in pybullet slip by themselves.
@@ -215,7 +210,7 @@ class World:
             self._note_contacts(contacts)
 
     def _watch(self):
-        silent = (self._step - self._heard) * self.step_size > self._cmd_vel_timeout
+        silent = (self._step - self._heard) * self.step_size > self.cmd_vel_timeout
         late = silent & self.commanded
         if late.any():
             self._target[late] = 0.0
@@ -229,7 +224,12 @@ class World:
                 self._new_collisions.append(Collision(self.time, first, second, x, y))
             self._touching[first, second] = now
         # Robots in contact are as close as robots come.
+        self.measure_closest_approach()
+
+    def measure_closest_approach(self):
+        """Return the least distance [m] between two centres seen so far, now included."""
         self.closest_approach = min(self.closest_approach, self.closest_distance())
+        return self.closest_approach
 
     def take_collisions(self):
         """Return the collisions begun since the last call."""

@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# Sets up what is missing, runs the paper's experiment over ROS and says how it went.
+set -u
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+
+usage() {
+  cat <<'TEXT'
+Usage: ./demo.sh [--headless] [--scenario FILE] [--out DIR] [--speed S]
+
+Runs the stage, the control node and the recorder under a ROS master of their own, on this host only:
+seven Pioneers form the paper's straight line. Ends with a verdict against theory, figures and data.
+
+  --headless       open no window, even if there is a display
+  --scenario FILE  the experiment (default: scenarios/paper_dynamic.yaml)
+  --out DIR        where figures, run.csv and verdict.json go (default: runs/<scenario>)
+  --speed S        simulated over wall time, 0: as fast as possible (default: 5)
+  --help           this text
+
+Exits with 0 if the run agrees with theory, 1 if not, 2 if the run could not be made.
+TEXT
+}
+
+wrong() {
+  printf 'demo.sh: %s\n\n' "$1" >&2
+  usage >&2
+  exit 2
+}
+
+headless=false scenario="$root/scenarios/paper_dynamic.yaml" out="" speed=5
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --headless) headless=true ;;
+    --help | -h) usage; exit 0 ;;
+    --scenario | --out | --speed)
+      [ $# -ge 2 ] && [ -n "$2" ] || wrong "$1: nothing given"
+      printf -v "${1#--}" '%s' "$2"
+      shift
+      ;;
+    *) wrong "unknown option $1" ;;
+  esac
+  shift
+done
+[ -f "$scenario" ] || wrong "--scenario $scenario: no such file"
+[[ $speed =~ ^([0-9]+\.?[0-9]*|\.[0-9]+)$ ]] || wrong "--speed $speed: wanted 0 or a positive number"
+scenario=$(realpath "$scenario")
+out=$(realpath -m "${out:-$root/runs/$(basename "${scenario%.*}")}")
+
+set -u
+. "$root/tools/prepare.sh"
+prepare
+private_ros
+
+mkdir -p "$out" || fail "making $out" "choose another directory with --out"
+rm -f "$out/run.csv" "$out/verdict.json"
+export ROS_LOG_DIR="$out/log"
+
+# roslaunch ends every node that it started; this ends roslaunch, and waits until it is gone.
+launch=""
+end() {
+  [ -n "$launch" ] || return
+  kill -INT "$launch" 2>/dev/null
+  for _ in $(seq 300); do
+    kill -0 "$launch" 2>/dev/null || break
+    sleep 0.1
+  done
+  kill -KILL -- "-$launch" 2>/dev/null
+  wait "$launch" 2>/dev/null
+  launch=""
+}
+trap end EXIT
+trap 'echo; echo "stopped; what was recorded is in $out"; exit 130' INT TERM HUP
+
+printf -- '== running %s at %s x real time\n' "$(basename "$scenario")" "$speed"
+# A process group of its own: Ctrl-C comes here, and from here to roslaunch.
+set -m
+roslaunch -p "$port" mrs_simulator simulation.launch scenario:="$scenario" out:="$out" speed:="$speed" \
+  >"$out/launch.log" 2>&1 </dev/null &
+launch=$!
+set +m
+
+duration=$(sed -n 's/^duration: *\([0-9.]*\).*/\1/p' "$scenario")
+shown=-1
+while kill -0 "$launch" 2>/dev/null && [ ! -f "$out/verdict.json" ]; do
+  sleep 0.5
+  now=$(tail -n 1 "$out/run.csv" 2>/dev/null | cut -d, -f1)
+  now=${now%%.*}
+  # A line each ten simulated seconds.
+  if [[ $now =~ ^[0-9]+$ ]] && [ $((now / 10)) != "$shown" ]; then
+    shown=$((now / 10))
+    printf '   simulated %s of %s s\n' "$now" "${duration:-?}"
+  fi
+done
+wait "$launch"
+launch=""
+
+if [ ! -f "$out/verdict.json" ]; then
+  tail -n 25 "$out/launch.log" >&2
+  printf '\nFailed: the run ended without a verdict; all of the output: %s\n' "$out/launch.log" >&2
+  exit 2
+fi
+echo
+python3 -m mrs_simulator.core.verdict "$out/verdict.json"
+passed=$?
+echo "  figures and data: $out"
+exit $passed

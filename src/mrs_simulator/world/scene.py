@@ -1,0 +1,50 @@
+"""Bodies in a pybullet world: ground, obstacles, robots."""
+
+import numpy as np
+import pybullet
+
+from mrs_simulator.core.obstacles import Cylinder
+
+OBSTACLE_COLOUR = [0.55, 0.55, 0.6, 1.0]  # [-] red, green, blue, opacity
+
+
+def add_ground(client):
+    """Return the body of a level ground plane without a picture of its own."""
+    shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+    return pybullet.createMultiBody(0.0, shape, physicsClientId=client)
+
+
+def add_obstacle(client, obstacle):
+    """Return the fixed body of a ``Box`` or ``Cylinder``."""
+    height = obstacle.height
+    if isinstance(obstacle, Cylinder):
+        form, yaw = {"shapeType": pybullet.GEOM_CYLINDER, "radius": obstacle.radius}, 0.0
+        solid, seen = dict(form, height=height), dict(form, length=height)
+    else:
+        half = [0.5 * obstacle.length, 0.5 * obstacle.width, 0.5 * height]
+        solid = seen = {"shapeType": pybullet.GEOM_BOX, "halfExtents": half}
+        yaw = obstacle.yaw
+    return pybullet.createMultiBody(
+        0.0,
+        pybullet.createCollisionShape(physicsClientId=client, **solid),
+        pybullet.createVisualShape(physicsClientId=client, rgbaColor=OBSTACLE_COLOUR, **seen),
+        [obstacle.x, obstacle.y, 0.5 * height],
+        pybullet.getQuaternionFromEuler([0.0, 0.0, yaw]),
+        physicsClientId=client,
+    )
+
+
+def add_robot(client, kind, pose):
+    """Return the body of a robot whose module is ``kind``, its axle centre at ``pose`` (x, y, theta)."""
+    return pybullet.loadURDF(
+        kind.URDF,
+        [pose[0], pose[1], kind.WHEEL_RADIUS],
+        pybullet.getQuaternionFromEuler([0.0, 0.0, pose[2]]),
+        flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+        physicsClientId=client,
+    )
+
+
+def mass_centre(client, body):
+    """Return where pybullet's origin of ``body``, its centre of mass, lies in base_link, (3,) [m]."""
+    return np.array(pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[3])

@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Sets up what is missing, then checks the style and runs all tests; arguments go to pytest.
+set -u
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+. "$root/tools/prepare.sh"
+prepare dev
+cd "$root" || exit 1
+
+failed=()
+check() { # name, command...
+  local name=$1
+  shift
+  printf -- '== %s\n' "$name"
+  "$@" || failed+=("$name")
+}
+
+check "ruff lint" ruff check --no-cache .
+check "ruff format" ruff format --no-cache --check .
+check "Python 3.8" vermin --no-tips --violations -t=3.8- src test benchmarks setup.py
+check "catkin_lint" catkin_lint --quiet --strict -W2 .
+private_ros
+check "tests" python3 -m pytest "$@"
+
+[ ${#failed[@]} = 0 ] && echo "all passed" && exit 0
+printf 'failed: %s\n' "${failed[@]}" >&2
+exit 1

@@ -1,0 +1,163 @@
+# Sets up whatever is missing: ROS, a virtual environment, the build. Sourced by demo.sh and test.sh
+# with the repository's root in $root; "prepare dev" also sets up what the tests need.
+# shellcheck shell=bash
+
+log="${root:?}/build/setup.log"
+
+# ROS 1 as Debian packages it; where a name is a command's, its package is.
+debian_packages=(
+  python3 python3-venv python3-numpy python3-matplotlib python3-yaml python3-setuptools
+  catkin python3-catkin-pkg cmake make
+  ros-message-generation ros-message-runtime ros-std-msgs ros-geometry-msgs ros-nav-msgs
+  python3-rospy python3-roslaunch python3-rosmaster python3-rosbag rosbash rosout
+  libstd-msgs-dev libgeometry-msgs-dev
+  python3-rosnode python3-rosparam python3-rostopic python3-rosservice python3-rosmsg python3-rospkg
+  python3-std-msgs python3-std-srvs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs
+  python3-rosgraph-msgs python3-tf2-msgs python3-visualization-msgs
+  python3-dynamic-reconfigure python3-python-qt-binding python3-pyqt5
+)
+debian_dev_packages=(catkin-lint)
+
+noetic_packages=(
+  python3-venv
+  ros-noetic-ros-base ros-noetic-dynamic-reconfigure ros-noetic-python-qt-binding
+  ros-noetic-visualization-msgs ros-noetic-tf2-msgs
+)
+noetic_dev_packages=(python3-catkin-lint)
+
+fail() { # what failed, what to do
+  printf '\n%s\n%s\n' "Failed: $1" "$2" >&2
+  exit 1
+}
+
+# Runs a command with its output in the log; on failure shows the end of it.
+logged() { # step, advice, command...
+  local step=$1 advice=$2
+  shift 2
+  printf -- '== %s\n' "$step"
+  {
+    printf '\n== %s: %s\n' "$step" "$*"
+    "$@"
+  } >>"$log" 2>&1 || {
+    tail -n 25 "$log" >&2
+    fail "$step" "$advice (all of the output: $log)"
+  }
+}
+
+as_root() {
+  if [ "$(id -u)" = 0 ]; then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    echo "neither root nor sudo" >&2
+    return 1
+  fi
+}
+
+missing_packages() {
+  local package
+  for package in "$@"; do
+    # A query prints nothing for a package that dpkg has never heard of.
+    case "$(dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2>/dev/null)" in
+      ii*) ;;
+      *) echo "$package" ;;
+    esac
+  done
+}
+
+apt_progress() { # turns apt's status lines into a few lines of progress
+  awk -F: '
+    ($1 == "dlstatus" || $1 == "pmstatus") && int($3 / 10) != shown[$1] {
+      shown[$1] = int($3 / 10)
+      printf "   %s %d %%\n", ($1 == "dlstatus" ? "downloading" : "installing "), $3
+      fflush()
+    }'
+}
+
+install_packages() {
+  local missing
+  mapfile -t missing < <(missing_packages "$@")
+  [ ${#missing[@]} = 0 ] && return
+  printf -- '== %d system packages are missing: %s\n' ${#missing[@]} "${missing[*]}"
+  local advice="see $log; check the network and the package sources, then run this again"
+  as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
+  # The status goes to the terminal as a few lines, everything else to the log.
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
+    -o APT::Status-Fd=1 -o Dpkg::Use-Pty=0 "${missing[@]}" 2>>"$log" | tee -a "$log" | apt_progress
+  [ "${PIPESTATUS[0]}" = 0 ] || {
+    tail -n 25 "$log" >&2
+    fail "installing system packages" "$advice"
+  }
+}
+
+find_ros() { # the system's packages, and the interpreter that sees them
+  python=/usr/bin/python3
+  if [ -f /opt/ros/noetic/setup.bash ]; then
+    install_packages "${noetic_packages[@]}" ${1:+"${noetic_dev_packages[@]}"}
+    # ROS's own set-up reads variables that may be unset.
+    set +u
+    . /opt/ros/noetic/setup.bash
+    set -u
+  elif grep -qsE '^(ID|VERSION_CODENAME)=(ubuntu|focal)$' /etc/os-release; then
+    fail "looking for ROS Noetic in /opt/ros/noetic" \
+      "on Ubuntu 20.04 install it first, as the ROS wiki's page noetic/Installation/Ubuntu says"
+  elif command -v apt-get >/dev/null; then
+    install_packages "${debian_packages[@]}" ${1:+"${debian_dev_packages[@]}"}
+  else
+    fail "looking for ROS 1" "wanted Debian 12, or Ubuntu 20.04 with ROS Noetic"
+  fi
+}
+
+# A stamp holds what a step was done with; the step is done again when that changes.
+done_with() { [ -f "$1" ] && [ "$(cat "$1")" = "$2" ]; }
+
+make_environment() {
+  local wanted=("$root/requirements.txt" ${1:+"$root/requirements-dev.txt"}) key options=()
+  key="$root $($python -V) $(cat "${wanted[@]}" | cksum)"
+  done_with "$root/.venv/prepared${1:+-$1}" "$key" && return
+  [ -x "$root/.venv/bin/python" ] && "$root/.venv/bin/python" -c '' 2>/dev/null ||
+    logged "making the virtual environment .venv" "remove .venv and run this again" \
+      "$python" -m venv --clear --system-site-packages "$root/.venv"
+  for file in "${wanted[@]}"; do options+=(-r "$file"); done
+  echo "== installing Python packages into .venv"
+  # Without a word of what is there already; pip shows its own progress.
+  "$root/.venv/bin/python" -m pip install --disable-pip-version-check --no-input "${options[@]}" \
+    2>&1 | tee -a "$log" | grep -vE --line-buffered '^(Requirement already|  Using cached)'
+  [ "${PIPESTATUS[0]}" = 0 ] ||
+    fail "installing Python packages" "see $log; check the network, then run this again"
+  echo "$key" >"$root/.venv/prepared${1:+-$1}"
+}
+
+build_package() {
+  local key
+  key="$root $(cd "$root" && cat CMakeLists.txt package.xml setup.py msg/* srv/* env-hooks/* | cksum)"
+  done_with "$root/build/prepared" "$key" && return
+  logged "configuring the catkin package" "see the error above" \
+    cmake -S "$root" -B "$root/build" -DPYTHON_EXECUTABLE="$root/.venv/bin/python" \
+    -DCATKIN_ENABLE_TESTING=OFF
+  logged "building messages and services" "see the error above" make -C "$root/build"
+  echo "$key" >"$root/build/prepared"
+}
+
+prepare() { # [dev]
+  mkdir -p "$root/build"
+  find_ros "${1:-}"
+  make_environment "${1:-}"
+  build_package
+  set +u
+  . "$root/build/devel/setup.bash"
+  set -u
+}
+
+# A master and nodes of one's own, on this host alone: ROS 1 has no authentication.
+private_ros() {
+  unset ROS_IP ROS_NAMESPACE
+  export ROS_HOSTNAME=localhost
+  port=$("$root/.venv/bin/python" -c '
+import socket
+with socket.socket() as probe:
+    probe.bind(("127.0.0.1", 0))
+    print(probe.getsockname()[1])')
+  export ROS_MASTER_URI="http://localhost:$port"
+}

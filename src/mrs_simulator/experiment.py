@@ -9,7 +9,7 @@ import traceback
 
 import numpy as np
 
-from mrs_simulator.control.loading import load_protocol
+from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
@@ -23,9 +23,8 @@ class LawFailed(RuntimeError):
     """The protocol raised, or returned no usable commands; the run ends there."""
 
 
-def make_control(scenario, limits, protocol=None):
-    """Return the scenario's control of its robots, kept within ``limits``."""
-    protocol = protocol or load_protocol(scenario.control.protocol, beside=scenario.path)
+def make_control(scenario, limits, protocol):
+    """Return the control of the scenario's robots by ``protocol``, kept within ``limits``."""
     return protocol(
         numbers=range(1, scenario.n + 1),
         topology=scenario.topology,
@@ -40,6 +39,7 @@ class Experiment:
 
     def __init__(self, scenario, protocol=None):
         """``protocol``: a ``PioneerControl`` subclass, by default the one the scenario names."""
+        scenario, protocol = choose_protocol(scenario, protocol)
         self.scenario = scenario
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, self.world.limits, protocol)
@@ -87,6 +87,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     says which.
     """
     experiment = Experiment(scenario, protocol)
+    scenario = experiment.scenario
     csv_path = os.path.join(out, "run.csv")
     started, ended = time.monotonic(), "complete"
     with Recorder(csv_path, range(1, scenario.n + 1), scenario.hand_length) as recorder:

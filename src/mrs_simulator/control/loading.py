@@ -41,6 +41,20 @@ def load_protocol(name, beside=""):
     return _class_in(module, class_name, name)
 
 
+def choose_protocol(scenario, protocol=None):
+    """Return ``(scenario, protocol)``: the class that is to run, and the scenario that names it.
+
+    Without ``protocol`` it is the one that the scenario names.  A class of one's own takes its
+    defaults where the scenario's parameters were written for another protocol.
+    """
+    if protocol is None:
+        return scenario, load_protocol(scenario.control.protocol, beside=scenario.path)
+    named = scenario.control.protocol
+    if protocol is not SHIPPED.get(named) and named.rpartition(":")[2] != protocol.__name__:
+        scenario = scenario.with_protocol(protocol.__name__)
+    return scenario, protocol
+
+
 def _located(source, beside):
     source = os.path.expanduser(source)
     places = [source]

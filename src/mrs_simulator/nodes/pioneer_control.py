@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from mrs_simulator.control.loading import SHIPPED, load_protocol
+from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.pioneer_control import make_twist
 from mrs_simulator.core.kinematics import compose
 from mrs_simulator.msg import ControlStatus
@@ -242,11 +242,7 @@ def run(protocol=None, argv=None):
     local = {k: v for k, v in LOCAL.items() if protocol is None or k != "protocol"}
     try:
         arguments = parse("Control of a team of robots over ROS.", local, argv)
-        scenario = scenario_from(arguments)
-        if protocol is None:
-            protocol = load_protocol(scenario.control.protocol, beside=scenario.path)
-        elif protocol is not SHIPPED.get(scenario.control.protocol):
-            scenario = scenario.with_protocol(protocol.__name__)
+        scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
         rospy.init_node("pioneer_control")
         node = ControlNode(scenario, protocol)
     except (ValueError, OSError) as error:

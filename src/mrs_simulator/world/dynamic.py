@@ -67,12 +67,18 @@ class DynamicMotion:
             self._learn_model(body)
         client = {"physicsClientId": self._client}
         for link in range(-1, self._links):
-            friction = self._kind.WHEEL_FRICTION if link in self._wheels else 0.0
+            wheel = link in self._wheels
             # Damping on its own: given together, pybullet forgets a friction of zero.
             pybullet.changeDynamics(
                 body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, **client
             )
-            pybullet.changeDynamics(body, link, lateralFriction=friction, **client)
+            pybullet.changeDynamics(
+                body,
+                link,
+                lateralFriction=self._kind.WHEEL_FRICTION if wheel else 0.0,
+                spinningFriction=self._kind.WHEEL_SPIN_FRICTION if wheel else 0.0,
+                **client,
+            )
         pybullet.changeDynamics(
             body, -1, activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING, **client
         )

@@ -210,7 +210,7 @@ class World:
             self._note_contacts(contacts)
 
     def _watch(self):
-        silent = (self._step - self._heard) * self.step_size > self.cmd_vel_timeout
+        silent = (self._step - self._heard) * self.step_size > self.cmd_vel_timeout - 1e-9
         late = silent & self.commanded
         if late.any():
             self._target[late] = 0.0

@@ -42,6 +42,7 @@ TOP_LIMITS = Limits(
 
 # The model's contact with the ground; the caster has none to speak of.
 WHEEL_FRICTION = 0.9  # [-] rubber on a laboratory floor
+WHEEL_SPIN_FRICTION = 0.001  # [m] a tyre's patch of contact resists turning on the spot a little
 WHEEL_TORQUE = 6.0  # [N m] at a wheel, enough for the top acceleration with room to spare
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
 CASTER_LINK = "caster"

@@ -1,0 +1,107 @@
+"""Overlaps of footprints, and the list of pairs against all pairs."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.collisions import (
+    Footprint,
+    Rectangles,
+    VerletList,
+    circle_overlap,
+    close_pairs,
+    footprints_at,
+    rectangle_overlap,
+)
+
+
+def rectangle(x, y, theta, half):
+    axis = np.array([[np.cos(theta), np.sin(theta)]])
+    return Rectangles(np.array([[x, y]]), axis, np.array(half))
+
+
+def test_squares_side_by_side():
+    depth, direction = rectangle_overlap(rectangle(0, 0, 0, [1, 1]), rectangle(1.5, 0.2, 0, [1, 1]))
+    assert depth[0] == pytest.approx(0.5)
+    np.testing.assert_allclose(direction, [[1.0, 0.0]])
+
+
+def test_a_turned_square_reaches_farther():
+    # Half a diagonal, sqrt 2, plus half a side, 1: they touch at 2.4142.
+    turned = rectangle(2.4, 0, np.pi / 4, [1, 1])
+    assert rectangle_overlap(rectangle(0, 0, 0, [1, 1]), turned)[0][0] == pytest.approx(
+        np.sqrt(2) + 1 - 2.4
+    )
+    apart = rectangle(2.42, 0, np.pi / 4, [1, 1])
+    assert rectangle_overlap(rectangle(0, 0, 0, [1, 1]), apart)[0][0] < 0.0
+
+
+@pytest.mark.parametrize(
+    "x, y, depth, direction",
+    [
+        (1.3, 0.0, 0.2, (1.0, 0.0)),  # beside a side
+        (0.0, -1.7, -0.2, (0.0, -1.0)),
+        (1.3, 1.4, 0.0, (0.6, 0.8)),  # beside a corner, at distance 0.5
+        (0.9, 0.1, 0.6, (1.0, 0.0)),  # inside: out through the nearest side
+    ],
+)
+def test_circle_against_a_square(x, y, depth, direction):
+    found, toward = circle_overlap(rectangle(0, 0, 0, [1, 1]), np.array([[x, y]]), 0.5)
+    assert found[0] == pytest.approx(depth, abs=1e-12)
+    np.testing.assert_allclose(toward, [direction], atol=1e-12)
+
+
+def test_the_footprint_lies_behind_the_axle():
+    rows = footprints_at(np.array([[1.0, 2.0, np.pi / 2]]), Footprint(0.21, 0.301, 0.425))
+    np.testing.assert_allclose(rows.middle, [[1.0, 2.0 - 0.0455]])
+    np.testing.assert_allclose(rows.half, [0.2555, 0.2125])
+
+
+def all_pairs(position, distance):
+    n = len(position)
+    return [
+        (i, j)
+        for i in range(n)
+        for j in range(i + 1, n)
+        if np.linalg.norm(position[i] - position[j]) < distance
+    ]
+
+
+@pytest.mark.parametrize("n", [1, 2, 40, 300, 700])
+def test_close_pairs_are_all_of_them(n):
+    position = np.random.default_rng(n).uniform(-10.0, 10.0, (n, 2))
+    first, second = close_pairs(position, 1.3)
+    assert list(zip(first.tolist(), second.tolist())) == all_pairs(position, 1.3)
+
+
+def test_the_list_of_pairs_misses_none_while_robots_move():
+    draw = np.random.default_rng(1)
+    position = draw.uniform(-8.0, 8.0, (300, 2))
+    listed = VerletList(0.7)
+    for _ in range(60):
+        position += draw.normal(0.0, 0.05, position.shape)
+        pairs = set(zip(*map(np.ndarray.tolist, listed.pairs(position))))
+        assert set(all_pairs(position, 0.7)) <= pairs
+
+
+def test_overlapping_robots_are_pushed_apart_by_half_each():
+    bodies = Bodies(("pioneer3dx",) * 2)
+    pose = np.array([[0.0, 0.0, 0.0], [0.0, 0.4, 0.0]])
+    contacts = bodies.separate(pose)
+    assert [contact[:2] for contact in contacts] == [("robot1", "robot2")]
+    assert contacts[0].depth == pytest.approx(0.025)
+    np.testing.assert_allclose(pose[:, 1], [-0.0125, 0.4125])
+    assert not bodies.separate(pose)
+
+
+@pytest.mark.parametrize(
+    "obstacle", [Box("crate", 0.6, 0.0, 0.0, 1.0, 1.0, 0.5), Cylinder("post", 0.5, 0.0, 0.4, 0.5)]
+)
+def test_a_robot_is_pushed_out_of_an_obstacle(obstacle):
+    bodies = Bodies(("pioneer3dx",), [obstacle])
+    pose = np.zeros((1, 3))
+    contacts = bodies.separate(pose)
+    assert contacts[0][:2] == ("robot1", obstacle.name)
+    assert pose[0, 0] < -0.1 + 1e-9
+    assert not bodies.separate(pose)

@@ -1,0 +1,244 @@
+"""Headless experiments: the six points that a run of the paper's experiment must show, and the rest."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from math import comb
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experiment
+from mrs_simulator.core import formation
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.experiment import Experiment, main
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def shipped(name, **changes):
+    scenario = load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml"))
+    return scenario.changed(**changes) if changes else scenario
+
+
+def with_control(scenario, **changes):
+    control = dict(scenario.control._asdict(), **changes)
+    return scenario.changed(control=control)
+
+
+def samples(scenario):
+    """Run to the end; return times (m,) and hand points (m, n, 2)."""
+    experiment = Experiment(scenario)
+    taken = [(stamp, hand_points(pose, 0.05)) for stamp, pose, _ in experiment.samples()]
+    experiment.world.close()
+    assert experiment.collisions == []
+    times, hands = zip(*taken)
+    return np.array(times), np.array(hands)
+
+
+def chain_theory(scenario, steps):
+    """Return the closed form for ``chain``, (steps + 1, n, 2): the binomial law of the edge errors."""
+    n, k, c = scenario.n, 0.02, np.array([2.0, 0.0])
+    start = hand_points(scenario.poses, 0.05)
+    edge = start[:-1] - start[1:] - c
+    track = np.empty((steps + 1, n, 2))
+    track[:, -1] = start[-1]
+    for t in range(steps + 1):
+        for i in range(n - 2, -1, -1):
+            weights = [comb(t, j) * k**j * (1 - k) ** (t - j) for j in range(min(t, n - 2 - i) + 1)]
+            error = sum(w * edge[i + j] for j, w in enumerate(weights))
+            track[t, i] = track[t, i + 1] + c + error
+    return track
+
+
+def matrix_theory(scenario, closure, steps):
+    """Return ``d + M^t (alpha(0) - d)``, (steps + 1, n, 2), with M typed out for the closure."""
+    n, k = scenario.n, 0.02
+    heard = np.zeros((n, n))
+    for i in range(n):
+        if closure == "cycle":
+            heard[i, (i + 1) % n] = 1.0
+        else:
+            beside = [j for j in (i - 1, i + 1) if 0 <= j < n]
+            heard[i, beside] = 1.0 / len(beside)
+    place = np.stack([2.0 * np.arange(n - 1, -1, -1), np.zeros(n)], axis=1)
+    step = (1 - k) * np.eye(n) + k * heard
+    away = hand_points(scenario.poses, 0.05) - place
+    return np.array([place + np.linalg.matrix_power(step, t) @ away for t in range(steps + 1)])
+
+
+# 1. Point masses follow the closed forms to 1e-9.
+
+
+@pytest.mark.parametrize("closure", ["chain", "cycle", "path"])
+def test_point_masses_follow_the_closed_form(closure):
+    scenario = shipped("paper_theory")
+    law = dict(scenario.control.parameters, closure=closure)
+    _, hands = samples(with_control(scenario, parameters=law))
+    steps = len(hands) - 1
+    if closure == "chain":
+        expected = chain_theory(scenario, steps)
+    else:
+        expected = matrix_theory(scenario, closure, steps)
+    np.testing.assert_allclose(hands, expected, rtol=0.0, atol=1e-9)
+
+
+# 2. Unicycles without limits, ten commands and more per T, keep within 0.1 m of theory.
+
+
+@pytest.mark.parametrize("name", ["paper", "paper_four"])
+def test_unlimited_unicycles_keep_close_to_theory(name):
+    scenario = shipped(name, limits="none", step=0.01)
+    scenario = with_control(scenario, rate=100.0, saturation="none")
+    times, hands = samples(scenario)
+    assert np.linalg.norm(hands - chain_theory(scenario, len(times) - 1), axis=2).max() < 0.1
+    np.testing.assert_allclose(formation.line_gaps(hands[-1]), 2.0, atol=1e-3)
+
+
+# 3. Limits on, 50 Hz; 4. full dynamics: the verdict has these tolerances.
+
+
+@pytest.mark.parametrize(
+    "name, gap, spread",
+    [("paper", 0.01, 0.01), ("paper_four", 0.01, 0.01), ("paper_dynamic", 0.05, 0.05)],
+)
+def test_the_papers_experiment_passes_its_verdict(tmp_path, name, gap, spread):
+    verdict = run_experiment(shipped(name), str(tmp_path), formats=())
+    assert verdict["passed"], verdict
+    np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=gap)
+    assert verdict["y_spread"] < spread
+    assert verdict["min_distance"] > 0.6
+    if name != "paper_dynamic":
+        (settling,) = [c for c in verdict["checks"] if c["name"].startswith("settling")]
+        assert settling["tolerance"] == pytest.approx(max(0.05 * settling["predicted"], 2.0))
+
+
+# 5. The literal preset warns, and fails as it must.
+
+
+def test_the_literal_preset_warns_and_fails(tmp_path):
+    verdict = run_experiment(shipped("paper_literal"), str(tmp_path), formats=())
+    assert not verdict["passed"]
+    assert "spin for ever" in verdict["warnings"][0]
+
+
+# 6. Impossible gains are refused with the reason.
+
+
+@pytest.mark.parametrize("k, said", [(0.0, "diverges"), (-0.1, "diverges"), (1.0, "overshoots")])
+def test_impossible_gains_are_refused(tmp_path, k, said):
+    scenario = shipped("paper")
+    law = dict(scenario.control.parameters, k=k)
+    with pytest.raises(ValueError, match=said):
+        run_experiment(with_control(scenario, parameters=law), str(tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_writes_everything(tmp_path):
+    verdict = run_experiment(shipped("paper_four", duration=2.0), str(tmp_path))
+    drawn = ["trajectories", "x_states", "y_states", "inputs"]
+    expected = ["run.csv", "scenario.yaml", "verdict.json"]
+    expected += [name + ending for name in drawn for ending in (".png", ".pdf")]
+    assert sorted(os.listdir(str(tmp_path))) == sorted(expected)
+    assert json.load(open(str(tmp_path / "verdict.json"))) == verdict
+    wanted = (
+        "passed checks settle_time final_gaps y_spread min_distance real_time_factor seed versions"
+    )
+    assert set(wanted.split()) <= set(verdict)
+    assert set(verdict["checks"][0]) == {"name", "predicted", "measured", "tolerance", "passed"}
+    run = read_run_csv(str(tmp_path / "run.csv"))
+    assert run.time[-1] == pytest.approx(2.0) and list(run.robots) == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("name", ["paper", "paper_dynamic"])
+def test_the_same_seed_gives_the_same_bytes(tmp_path, name):
+    scenario = shipped(name, duration=5.0, odometry="wheel", seed=7)
+    made = []
+    for out in ("one", "two"):
+        run_experiment(scenario, str(tmp_path / out), formats=())
+        made.append((tmp_path / out / "run.csv").read_bytes())
+    assert made[0] == made[1]
+    if name == "paper":
+        run_experiment(scenario.changed(seed=8), str(tmp_path / "three"), formats=())
+        assert (tmp_path / "three" / "run.csv").read_bytes() != made[0]
+
+
+class FailsLater(PioneerControl):
+    calls = 0
+
+    def calculateControlLaw(self, pos_map):
+        FailsLater.calls += 1
+        if FailsLater.calls > 50:
+            raise ZeroDivisionError("no neighbours")
+        return {number: make_twist(0.1, 0.0) for number in pos_map}
+
+
+def test_a_law_that_fails_stops_the_robots_and_keeps_the_run(tmp_path, capfd):
+    FailsLater.calls = 0
+    verdict = run_experiment(shipped("paper_four"), str(tmp_path), FailsLater, formats=())
+    assert not verdict["passed"]
+    assert "ZeroDivisionError: no neighbours" in verdict["ended"]
+    assert "in calculateControlLaw" in capfd.readouterr().err
+    assert read_run_csv(str(tmp_path / "run.csv")).time[-1] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
+def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code):
+    scenario = os.path.join(ROOT, "scenarios", "paper_dynamic.yaml")
+    command = [sys.executable, "-m", "mrs_simulator.experiment", scenario, "--out", str(tmp_path)]
+    process = subprocess.Popen(
+        command + ["--duration", "5000"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    try:
+        end = time.monotonic() + 60
+        table = tmp_path / "run.csv"
+        while time.monotonic() < end and not (table.exists() and table.stat().st_size > 5000):
+            time.sleep(0.05)
+        process.send_signal(number)
+        output = process.communicate(timeout=60)[0].decode()
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == code
+    assert "interrupted" in output
+    verdict = json.loads((tmp_path / "verdict.json").read_text())
+    assert verdict["ended"] == "interrupted" and not verdict["passed"]
+    assert len(read_run_csv(str(tmp_path / "run.csv")).time) > 5
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["nowhere.yaml"], "nowhere.yaml"),
+        (["{paper}", "--robots", "0"], "robots = 0"),
+        (["{paper}", "--duration", "-1"], "duration"),
+        (["{paper}", "--fidelity", "kinematics"], "kinematics"),
+        (["{paper}", "--protocol", "formatoin"], "did you mean 'formation'"),
+    ],
+)
+def test_bad_arguments_are_said_in_one_line(tmp_path, capsys, arguments, said):
+    paper = os.path.join(ROOT, "scenarios", "paper.yaml")
+    arguments = [argument.format(paper=paper) for argument in arguments]
+    with pytest.raises(SystemExit) as ended:
+        main(arguments + ["--out", str(tmp_path)])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert said in error and error.count("\n") == 1
+
+
+def test_overlapping_robots_are_refused_before_anything_is_written(tmp_path):
+    scenario = shipped("paper_four")
+    poses = scenario.poses.copy()
+    poses[1] = poses[0] + 0.1
+    with pytest.raises(ValueError, match="robot1 and robot2 overlap"):
+        run_experiment(scenario._replace(poses=poses), str(tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_more_robots_than_the_scenario_lists(tmp_path):
+    verdict = run_experiment(shipped("paper").with_robots(30)._replace(duration=1.0), str(tmp_path))
+    assert verdict["robots"] == 30

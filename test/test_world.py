@@ -1,0 +1,150 @@
+"""The world: exact motion, limits, watchdogs, collisions, teams, odometry."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.kinematics import Limits
+from mrs_simulator.core.layouts import make_layout
+from mrs_simulator.core.obstacles import Box
+from mrs_simulator.world.robots import pioneer3dx
+from mrs_simulator.world.world import World, WorldError
+
+ONE = ("pioneer3dx",)
+
+
+def drive(world, command, seconds):
+    """Give all robots ``command`` at each step for ``seconds``."""
+    rows = np.arange(world.n)
+    for _ in range(int(round(seconds / world.step_size))):
+        world.set_commands(rows, np.broadcast_to(command, (world.n, 2)))
+        world.step()
+    return world
+
+
+def test_a_held_command_is_an_exact_arc():
+    world = drive(World(ONE, [[1.0, 2.0, 0.3]], limits=None), [0.5, 0.8], 2.0)
+    # x' = v cos theta, y' = v sin theta, theta' = omega, integrated by hand.
+    theta = 0.3 + 0.8 * 2.0
+    radius = 0.5 / 0.8
+    expected = [
+        1.0 + radius * (np.sin(theta) - np.sin(0.3)),
+        2.0 - radius * (np.cos(theta) - np.cos(0.3)),
+        theta,
+    ]
+    np.testing.assert_allclose(world.pose[0], expected, atol=1e-12)
+    np.testing.assert_allclose(world.twist[0], [0.5, 0.0, 0.8])
+
+
+def test_limits_are_the_firmwares():
+    world = drive(World(ONE, [[0.0, 0.0, 0.0]]), [5.0, 0.0], 1.0)
+    assert world.twist[0, 0] == pytest.approx(0.3)  # 0.3 m/s^2 for 1 s
+    drive(world, [5.0, 0.0], 4.0)
+    assert world.twist[0, 0] == pytest.approx(0.75)
+
+
+def test_acceleration_covers_the_distance_that_it_must():
+    # v^2/(2 a) while it speeds up: 0.75^2/0.6 = 0.9375 m in 2.5 s.
+    world = drive(World(ONE, [[0.0, 0.0, 0.0]]), [5.0, 0.0], 2.5)
+    assert world.pose[0, 0] == pytest.approx(0.9375, abs=1e-9)
+
+
+def test_each_robot_is_stopped_by_its_own_watchdog():
+    world = World(ONE * 2, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]], limits=None)
+    world.set_commands([0, 1], np.array([[0.5, 0.0], [0.5, 0.0]]))
+    for _ in range(50):
+        world.set_commands([1], np.array([[0.5, 0.0]]))
+        world.step()
+    assert world.timed_out.tolist() == [True, False]
+    assert world.pose[0, 0] == pytest.approx(0.5 * 0.6)
+    assert world.pose[1, 0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("bad", [[np.nan, 0.0], [0.0, np.inf], [-np.inf, np.nan]])
+def test_commands_that_are_not_finite_are_refused_and_counted(bad):
+    world = World(ONE * 2, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]], limits=None)
+    world.set_commands([0, 1], np.array([bad, [0.5, 0.0]]))
+    world.step()
+    assert world.refused.tolist() == [1, 0]
+    assert world.pose[0].tolist() == [0.0, 0.0, 0.0]
+    assert world.pose[1, 0] > 0.0
+
+
+def test_a_collision_is_told_once_and_blocks_the_way():
+    world = World(ONE * 2, [[0.0, 0.0, 0.0], [1.0, 0.0, np.pi]], limits=None)
+    drive(world, [0.5, 0.0], 2.0)
+    (collision,) = world.take_collisions()
+    # Fronts 0.21 m ahead of each centre: they meet 0.29 m from each start.
+    assert collision.time == pytest.approx(0.58, abs=0.021)
+    assert collision[1:3] == ("robot1", "robot2")
+    assert (collision.x, collision.y) == pytest.approx((0.5, 0.0), abs=0.01)
+    assert world.closest_distance() == pytest.approx(0.42, abs=1e-6)
+    assert world.closest_approach <= world.closest_distance()
+    assert world.take_collisions() == []
+
+
+def test_a_robot_does_not_enter_an_obstacle():
+    world = World(ONE, [[0.0, 0.0, 0.0]], [Box("crate", 1.5, 0.0, 0.0, 1.0, 1.0, 0.5)], limits=None)
+    drive(world, [0.5, 0.0], 4.0)
+    assert world.take_collisions()[0][1:3] == ("robot1", "crate")
+    assert world.pose[0, 0] <= 1.0 - pioneer3dx.FRONT + 1e-9
+
+
+def test_overlapping_robots_are_refused_by_name():
+    poses = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.2, 0.1, 0.0]]
+    with pytest.raises(WorldError, match="robot2 and robot3 overlap: centres 0.224 m apart"):
+        World(ONE * 3, poses)
+    with pytest.raises(WorldError, match="robot1 overlaps obstacle crate"):
+        World(ONE, poses[:1], [Box("crate", 0.3, 0.0, 0.0, 0.2, 0.2, 0.5)])
+    assert World(ONE * 3, poses, fidelity="point_mass").n == 3  # points have no bodies
+
+
+@pytest.mark.parametrize(
+    "kinds, poses, said",
+    [
+        (ONE, [[0.0, 0.0]], r"shape \(1, 2\)"),
+        ((), [], "at least one"),
+        (ONE * 2, [[0.0, 0.0, 0.0], [2.0, np.nan, 0.0]], "robot2: pose .*nan"),
+        (("pioneer3at",), [[0.0, 0.0, 0.0]], "did you mean 'pioneer3dx'"),
+    ],
+)
+def test_a_team_that_cannot_be_leaves_the_old_one(kinds, poses, said):
+    world = World(ONE, [[1.0, 0.0, 0.0]])
+    with pytest.raises(WorldError, match=said):
+        world.set_team(kinds, poses)
+    assert world.pose.tolist() == [[1.0, 0.0, 0.0]]
+
+
+def test_reset_puts_robots_back_at_rest_and_time_goes_on():
+    world = drive(World(ONE, [[1.0, 2.0, 3.0]]), [0.5, 0.1], 1.0)
+    world.reset()
+    assert world.pose.tolist() == [[1.0, 2.0, 3.0]]
+    assert not world.twist.any() and not world.commanded.any()
+    assert world.time == pytest.approx(1.0)
+    world.step()
+    assert world.pose.tolist() == [[1.0, 2.0, 3.0]]
+
+
+def test_wheel_odometry_starts_at_zero_and_drifts():
+    start = [[4.0, -1.0, 1.0], [8.0, 1.0, -2.0]]
+    world = World(ONE * 2, start, odometry_kind="wheel", seed=3)
+    assert not world.odometry().any()
+    np.testing.assert_array_equal(world.odometry_origins(), start)
+    drive(world, [0.5, 0.3], 10.0)
+    error = world.estimate() - world.pose
+    assert 1e-5 < np.abs(error[:, :2]).max() < 0.5
+    assert np.abs(world.odometry()[:, 0]).max() < 5.0
+    again = drive(World(ONE * 2, start, odometry_kind="wheel", seed=3), [0.5, 0.3], 10.0)
+    np.testing.assert_array_equal(world.odometry(), again.odometry())
+
+
+def test_point_masses_keep_their_heading():
+    world = drive(World(ONE, [[0.0, 0.0, 0.0]], fidelity="point_mass"), [0.5, 2.0], 1.0)
+    np.testing.assert_allclose(world.pose[0], [0.5, 0.05 * 2.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 50, 200, 1000])
+def test_any_number_of_robots_drives(n):
+    poses = make_layout("grid", n, spacing=1.5)
+    world = drive(World(ONE * n, poses, limits=Limits(1.0, 1.0, np.inf, np.inf)), [0.2, 0.1], 0.2)
+    np.testing.assert_allclose(world.pose[:, 2] - poses[:, 2], 0.02)
+    assert world.take_collisions() == []

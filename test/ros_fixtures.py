@@ -1,7 +1,9 @@
 """A ROS master of the test's own, and nodes that end with it."""
 
 import contextlib
+import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -79,6 +81,20 @@ class Ros:
         """Start a node of the package, as rosrun would."""
         return self.start(name or script, ["rosrun", "mrs_simulator", script, *map(str, arguments)])
 
+    def probe(self):
+        """Start a :class:`Probe`."""
+        process = subprocess.Popen(
+            [
+                sys.executable,
+                os.path.join(os.path.dirname(os.path.abspath(__file__)), "ros_probe.py"),
+            ],
+            env=self.environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+        self.processes.append(process)
+        return Probe(process)
+
     def call(self, *arguments, limit=30.0):
         """Run a ROS command to its end; return its output."""
         return subprocess.run(
@@ -103,6 +119,41 @@ class Ros:
         """End everything, the master last."""
         for process in reversed(self.processes):
             self.stop(process)
+
+
+class Probe:
+    """A listening node in a process of its own; ``ask`` gets the value of an expression there."""
+
+    def __init__(self, process):
+        self._process = process
+        assert self._line() == "ready\n"
+
+    def _line(self, limit=30.0):
+        ready, _, _ = select.select([self._process.stdout], [], [], limit)
+        assert ready, "the probe did not answer within {:g} s".format(limit)
+        return self._process.stdout.readline().decode()
+
+    def ask(self, expression):
+        """Return the expression's value, made of plain values."""
+        self._process.stdin.write(expression.encode() + b"\n")
+        self._process.stdin.flush()
+        answer = json.loads(self._line())
+        assert "error" not in answer, "{}: {}".format(expression, answer["error"])
+        return answer["value"]
+
+    def wait(self, expression, limit=30.0):
+        """Return the expression's first true value; fail the test after ``limit`` [s]."""
+
+        def value():
+            return self.ask(expression)
+
+        value.__name__ = expression
+        return wait_until(value, limit)
+
+    def wait_simulated(self, seconds, limit=60.0):
+        """Wait until simulated time has gone on by ``seconds``."""
+        begin = self.wait("now()")
+        self.wait("now() >= {!r}".format(begin + seconds), limit)
 
 
 def log_of(process):

@@ -12,6 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.msg import TeamState
+from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.parameters import number_parameter
 from mrs_simulator.world.robots import pioneer3dx
 
@@ -111,7 +112,7 @@ def _place(marker, x, y, theta, ahead, left, up):
 
 def main():
     """Run the node ``markers``."""
-    rospy.init_node("markers")
+    start_node("markers")
     try:
         markers = Markers()
     except ValueError as error:

@@ -16,6 +16,7 @@ from mrs_simulator.control.pioneer_control import make_twist
 from mrs_simulator.core.kinematics import compose
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.odometry_inbox import OdometryInbox
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.reconfigure import ParameterServer
@@ -243,7 +244,7 @@ def run(protocol=None, argv=None):
     try:
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
-        rospy.init_node("pioneer_control")
+        start_node("pioneer_control")
         node = ControlNode(scenario, protocol)
     except (ValueError, OSError) as error:
         print("pioneer_control: {}".format(error), file=sys.stderr)

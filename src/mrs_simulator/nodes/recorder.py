@@ -13,6 +13,7 @@ from mrs_simulator.core import recording
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.parameters import number_parameter
 from mrs_simulator.report.report import write_report, write_scenario
 
@@ -137,7 +138,7 @@ def main():
         scenario = scenario_from(arguments)
         if not arguments.out:
             raise ValueError("--out: nothing given, wanted a directory for the results")
-        rospy.init_node("record")
+        start_node("record")
         recorder = RunRecorder(scenario, os.path.abspath(arguments.out))
     except (ValueError, OSError) as error:
         print("record: {}".format(error), file=sys.stderr)

@@ -12,6 +12,7 @@ from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.links import Frames, Inbox, RobotLink, transform
 from mrs_simulator.nodes.lockstep import Lockstep
 from mrs_simulator.nodes.pacing import Pacer
@@ -397,7 +398,7 @@ def main():
     try:
         arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
         scenario = scenario_from(arguments)
-        rospy.init_node("stage")
+        start_node("stage")
         stage = Stage(scenario)
     except (ValueError, OSError, RuntimeError) as error:
         print("stage: {}".format(error), file=sys.stderr)

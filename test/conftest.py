@@ -1,0 +1,3 @@
+"""Fixtures that all tests share."""
+
+from ros_fixtures import ros  # noqa: F401

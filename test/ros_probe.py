@@ -1,0 +1,150 @@
+"""A node for tests: listens to the simulator, drives robots, answers expressions on its input.
+
+One line of input is a Python expression over the names below; one line of output its value as JSON.
+"""
+
+import contextlib
+import json
+import signal
+import sys
+import threading
+
+import rospy
+from geometry_msgs.msg import Pose2D, Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+
+from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, TeamState
+from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
+
+newest, counts, transforms, collisions = {}, {}, {}, []
+clock_went_back = False
+driven = {}
+
+
+def keep(message, name):
+    newest[name] = message
+    counts[name] = counts.get(name, 0) + 1
+
+
+def on_clock(message):
+    global clock_went_back
+    last = newest.get("clock")
+    clock_went_back = clock_went_back or (last is not None and message.clock < last.clock)
+    keep(message, "clock")
+
+
+def on_transforms(message):
+    for move in message.transforms:
+        transforms[move.child_frame_id] = move
+
+
+def on_collision(message):
+    collisions.append([message.first, message.second, message.x, message.y])
+
+
+def listen(name, kind):
+    subscribers.append(rospy.Subscriber(name, kind, keep, name, queue_size=1, tcp_nodelay=True))
+    return True
+
+
+def now():
+    return newest["clock"].clock.to_sec() if "clock" in newest else None
+
+
+def plain(name):
+    """Return the newest message called ``name`` as plain values, {} before the first."""
+    message = newest.get(name)
+    if message is None:
+        return {}
+    values = {key: getattr(message, key) for key in message.__slots__ if key != "header"}
+    return {k: list(v) if isinstance(v, (tuple, list)) else v for k, v in values.items()}
+
+
+def state(key):
+    return plain("/stage/state").get(key)
+
+
+def status(key):
+    return plain("/stage/status").get(key)
+
+
+def control(key):
+    return plain("/pioneer_control/status").get(key)
+
+
+def odom(robot):
+    m = newest.get("/robot{}/odom".format(robot))
+    return m and {
+        "stamp": m.header.stamp.to_nsec(),
+        "frame": m.header.frame_id,
+        "child": m.child_frame_id,
+        "pose": [m.pose.pose.position.x, m.pose.pose.position.y, m.pose.pose.orientation.z],
+        "twist": [m.twist.twist.linear.x, m.twist.twist.linear.y, m.twist.twist.angular.z],
+        "covariance": list(m.pose.covariance),
+    }
+
+
+def sent(robot):
+    m = newest.get("/robot{}/cmd_vel".format(robot))
+    return m and [m.linear.x, m.angular.z]
+
+
+def drive(robots, v, omega):
+    """Command the robots until told otherwise, at 20 Hz of wall time."""
+    message = Twist()
+    message.linear.x, message.angular.z = v, omega
+    for robot in robots:
+        name = "/robot{}/cmd_vel".format(robot)
+        old = driven.get(robot)
+        publisher = old[0] if old else rospy.Publisher(name, Twist, queue_size=1, tcp_nodelay=True)
+        driven[robot] = (publisher, message)
+    return True
+
+
+def release():
+    driven.clear()
+    return True
+
+
+def repeat():
+    while not rospy.core._shutdown_flag:
+        for publisher, message in list(driven.values()):
+            with contextlib.suppress(rospy.ROSException):  # closing
+                publisher.publish(message)
+        threading.Event().wait(0.05)
+
+
+def call(name, kind, *arguments):
+    answer = rospy.ServiceProxy(name, kind)(*arguments)
+    return [answer.success, answer.message]
+
+
+def set_team(poses):
+    robots = [RobotSpec(kind="", pose=Pose2D(*pose)) for pose in poses]
+    return call("/stage/set_team", SetTeam, robots)
+
+
+rospy.init_node("probe", anonymous=True, disable_signals=True)
+subscribers = [
+    rospy.Subscriber("/clock", Clock, on_clock, queue_size=100),
+    rospy.Subscriber("/tf", TFMessage, on_transforms),
+    rospy.Subscriber("/tf_static", TFMessage, on_transforms),
+    rospy.Subscriber("/stage/collisions", Collision, on_collision),
+]
+listen("/stage/state", TeamState)
+listen("/stage/status", StageStatus)
+listen("/pioneer_control/status", ControlStatus)
+threading.Thread(target=repeat, daemon=True).start()
+SERVICES = (SetBool, SetSpeed, StepStage, Trigger, Odometry)  # for expressions
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+print("ready", flush=True)
+for line in sys.stdin:
+    try:
+        answer = {"value": eval(line)}  # from this test's own pipe
+        text = json.dumps(answer)
+    except Exception as error:
+        text = json.dumps({"error": "{}: {}".format(type(error).__name__, error)})
+    print(text, flush=True)

@@ -1,0 +1,231 @@
+"""The control node over ROS: it drives, it stops, and it says why."""
+
+import os
+import signal
+
+import pytest
+from ros_fixtures import log_of, wait_until
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+FORWARD = """
+from mrs_simulator import PioneerControl, make_twist, run
+
+class Forward(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.3, 0.0) for i in pos_map}
+
+if __name__ == "__main__":
+    run(Forward)
+"""
+BROKEN = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Raises(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: 1.0 / 0.0 for i in pos_map}
+
+class Nan(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(float("nan"), 0.0) for i in pos_map}
+
+class TooFew(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return [make_twist(0.3, 0.0)]
+
+class TurnsNan(PioneerControl):
+    calls = 0
+    def calculateControlLaw(self, pos_map):
+        self.calls += 1
+        return {i: make_twist(0.3 if self.calls < 50 else float("nan"), 0.0) for i in pos_map}
+"""
+
+
+@pytest.fixture
+def law(tmp_path):
+    """Write a file of laws; return its path."""
+
+    def write(text):
+        path = tmp_path / "my_law.py"
+        path.write_text(text)
+        return str(path)
+
+    return write
+
+
+def moving(probe, n):
+    """Wait until n robots move."""
+    probe.wait("len(state('vx') or []) == {} and min(map(abs, state('vx'))) > 0.1".format(n))
+
+
+def at_rest(probe, limit=30.0):
+    """Wait until every robot stands."""
+    probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0", limit)
+
+
+def test_the_shipped_law_drives_and_stops_by_service(ros):
+    ros.node("stage", "--robots", 3)
+    control = ros.node("pioneer_control", "--robots", 3)
+    probe = ros.probe()
+    probe.wait("max(map(abs, state('vx') or [0])) > 0.1")
+    assert probe.wait("control('protocol')") == "PioneerControl"
+    assert probe.ask("call('/pioneer_control/stop', Trigger)")[0] is True
+    at_rest(probe)
+    probe.wait("control('trouble') == 'stopped by request'")
+    assert probe.ask("call('/pioneer_control/start', Trigger)")[0] is True
+    probe.wait("max(map(abs, state('vx'))) > 0.1")
+    assert "PioneerControl for 3 robots, a command every 0.02 s" in log_of(control)
+
+
+def test_a_law_runs_as_a_script_of_its_own(ros, law):
+    ros.node("stage", "--robots", 2)
+    ros.start("control", ["python3", law(FORWARD), "--robots", "2"])
+    moving(ros.probe(), 2)
+
+
+def test_a_law_is_named_by_its_file(ros, law):
+    ros.node("stage", "--robots", 2)
+    ros.node("pioneer_control", "--robots", 2, "_protocol:=" + law(FORWARD) + ":Forward")
+    moving(ros.probe(), 2)
+
+
+def test_autostart_can_wait_for_the_service(ros, law):
+    ros.node("stage", "--robots", 2)
+    ros.node("pioneer_control", "--robots", 2, "--protocol", law(FORWARD), "_autostart:=false")
+    probe = ros.probe()
+    probe.wait("control('trouble') == 'not started'")
+    probe.wait_simulated(0.5)
+    assert probe.ask("max(map(abs, state('vx')))") == 0.0
+    probe.ask("call('/pioneer_control/start', Trigger)")
+    moving(probe, 2)
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("Raises", "ZeroDivisionError"),
+        ("Nan", "the law gave robot 1 v = nan"),
+        ("TooFew", "returned list of 1, wanted 2 Twists"),
+    ],
+)
+def test_a_broken_law_never_moves_a_robot(ros, law, name, said):
+    ros.node("stage", "--robots", 2)
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(BROKEN) + ":" + name)
+    probe = ros.probe()
+    probe.wait("'the law failed' in (control('trouble') or '')")
+    assert said in probe.ask("control('trouble')") and said in log_of(control)
+    assert "Traceback" in log_of(control)
+    probe.wait_simulated(0.5)
+    assert probe.ask("[state('x')[0], max(map(abs, state('vx') + state('omega')))]") == [
+        pytest.approx(9.95, abs=1e-12),
+        0.0,
+    ]
+    assert control.poll() is None
+
+
+def test_a_law_that_breaks_on_the_way_stops_the_robots(ros, law):
+    ros.node("stage", "--robots", 2)
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(BROKEN) + ":TurnsNan")
+    probe = ros.probe()
+    moving(probe, 2)
+    probe.wait("'the law failed' in (control('trouble') or '')")
+    at_rest(probe)
+    assert probe.ask("status('refused')") == [0, 0]  # it was not the stage that stopped them
+    assert control.poll() is None
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_robots_stop_when_the_node_ends(ros, law, number):
+    ros.node("stage", "--robots", 2, "_cmd_vel_timeout:=1000")
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(FORWARD))
+    probe = ros.probe()
+    moving(probe, 2)
+    control.send_signal(number)
+    at_rest(probe)  # by its last zeros: the watchdog is not due for 1000 s
+    assert control.wait(20) is not None
+
+
+def test_killing_the_control_node_stops_every_robot_within_the_watchdogs_time(ros, law):
+    stage = ros.node("stage", "--robots", 3)
+    control = ros.node("pioneer_control", "--robots", 3, "--protocol", law(FORWARD))
+    probe = ros.probe()
+    moving(probe, 3)
+    control.kill()
+    killed = probe.ask("now()")
+    at_rest(probe, limit=10.0)
+    stopped = probe.ask("now()")
+    # The bound is the watchdog's 0.6 s of simulated time, and the latency of this test's own look.
+    assert stopped - killed < 0.6 + 0.5
+    probe.wait("status('timed_out') == [1, 2, 3]")
+    assert "robot1, robot2, robot3 stopped: no command for 0.6 s" in wait_until(
+        lambda: "stopped" in log_of(stage) and log_of(stage)
+    )
+
+
+def test_killing_the_stage_stops_the_commands(ros, law):
+    stage = ros.node("stage", "--robots", 2)
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(FORWARD))
+    probe = ros.probe()
+    probe.ask("listen('/robot1/cmd_vel', Twist)")
+    probe.wait("(sent(1) or [0])[0] > 0.1")
+    moving(probe, 2)
+    stage.kill()
+    probe.wait("sent(1) == [0.0, 0.0]")
+    seen = probe.ask("counts['/robot1/cmd_vel']")
+    wait_until(lambda: "robots stopped" in log_of(control))
+    assert "is silent" in log_of(control) or "no fresh odometry of robot1" in log_of(control)
+    assert probe.ask("counts['/robot1/cmd_vel']") <= seen + 1
+    # A stage started again is driven again, though its clock begins anew.
+    stage.wait(10)
+    ros.node("stage", "--robots", 2, name="again")
+    probe.wait("sent(1)[0] > 0.1")
+
+
+def test_missing_odometry_is_named(ros, law):
+    ros.node("stage", "--robots", 2)
+    control = ros.node("pioneer_control", "--robots", 3, "--protocol", law(FORWARD))
+    probe = ros.probe()
+    probe.wait("'no fresh odometry of robot3 (never heard)' in (control('trouble') or '')")
+    assert probe.ask("control('stale')") == [3]
+    probe.wait_simulated(0.5)
+    assert probe.ask("max(map(abs, state('vx')))") == 0.0
+    assert "robot3" in log_of(control)
+
+
+def test_parameters_change_while_running(ros):
+    ros.node("stage", "--robots", 2)
+    ros.node("pioneer_control", "--robots", 2)
+    code = """
+import rospy
+from dynamic_reconfigure.client import Client
+rospy.init_node("changes")
+client = Client("pioneer_control", timeout=20)
+print(sorted(k for k in client.get_configuration() if k != "groups"))
+print(client.update_configuration({"k": 0.05, "closure": "cycle"})["k"])
+print(client.update_configuration({"k": 0.0})["k"])
+print(client.update_configuration({"c": 1.5})["c"], client.get_configuration()["closure"])
+"""
+    said = ros.python(code).splitlines()
+    assert said == ["['T', 'c', 'closure', 'k', 'l']", "0.05", "0.05", "1.5 cycle"]
+
+
+def test_the_warning_is_given(ros):
+    scenario = os.path.join(ROOT, "scenarios", "paper_literal.yaml")
+    ros.node("stage", "--scenario", scenario)
+    control = ros.node("pioneer_control", "--scenario", scenario)
+    assert "may spin for ever" in wait_until(lambda: "spin" in log_of(control) and log_of(control))
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--protocol", "formatoin"], "did you mean 'formation'"),
+        (["--protocol", "nowhere.py:Law"], "nowhere.py"),
+        (["--scenario", "nowhere.yaml"], "nowhere.yaml"),
+        (["_rate:=0"], "rate = 0: wanted a number above 0"),
+        (["_odom_timeout:=soon"], "odom_timeout = 'soon'"),
+    ],
+)
+def test_bad_arguments_are_said(ros, arguments, said):
+    control = ros.node("pioneer_control", *arguments)
+    assert control.wait(30) == 2
+    assert said in log_of(control) and "Traceback" not in log_of(control)

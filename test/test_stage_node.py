@@ -1,0 +1,172 @@
+"""The stage over ROS: topics, frames, clock, services, watchdogs, any number of robots."""
+
+import math
+
+import pytest
+from ros_fixtures import log_of, wait_until
+
+
+def start(ros, *arguments, name="stage"):
+    """Start a stage and a probe that has seen its clock."""
+    stage = ros.node("stage", *arguments, name=name)
+    probe = ros.probe()
+    probe.wait("now()")
+    return stage, probe
+
+
+def test_a_single_robot_has_its_namespace_frames_and_true_odometry(ros):
+    _, probe = start(ros, "--robots", 1, "_speed:=5")
+    probe.ask("listen('/robot1/odom', Odometry)")
+    probe.ask("drive([1], 0.3, 0.2)")
+    odom = probe.wait("(odom(1) or {}).get('twist', [0])[0] > 0.25 and odom(1)")
+    assert (odom["frame"], odom["child"]) == ("robot1/odom", "robot1/base_link")
+    assert odom["twist"] == pytest.approx([0.3, 0.0, 0.2], abs=0.06)
+    assert odom["covariance"][0] > 0.0 and odom["covariance"][14] > 1e3
+    assert odom["stamp"] % 20000000 == 0  # whole steps of 20 ms
+    probe.wait("'robot1/base_link' in transforms and 'robot1/odom' in transforms")
+    links = [
+        probe.ask(
+            "[transforms[f'robot1/{x}'].header.frame_id, transforms[f'robot1/{x}'].child_frame_id]".replace(
+                "{x}", child
+            )
+        )
+        for child in ("odom", "base_link")
+    ]
+    assert links == [["world", "robot1/odom"], ["robot1/odom", "robot1/base_link"]]
+
+
+def test_frame_names_are_parameters_and_wheel_odometry_starts_at_zero(ros):
+    arguments = ["--robots", 1, "--odometry", "wheel", "_world_frame:=/map"]
+    _, probe = start(ros, *arguments, "_odom_frame:=odom_{}", "_base_frame:=base_{}")
+    probe.ask("listen('/robot1/odom', Odometry)")
+    odom = probe.wait("odom(1)")
+    assert (odom["frame"], odom["child"]) == ("odom_1", "base_1")
+    assert odom["pose"] == [0.0, 0.0, 0.0]
+    probe.wait("'odom_1' in transforms")
+    assert probe.ask("transforms['odom_1'].header.frame_id") == "map"
+    origin = probe.ask("transforms['odom_1'].transform.translation.x")
+    assert origin == pytest.approx(9.95)  # where the scenario puts the first robot
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 50, 200])
+def test_any_number_spawns_and_drives(ros, n):
+    _, probe = start(ros, "--robots", n, "_speed:=2")
+    probe.wait("state('robot') == list(range(1, {} + 1))".format(n))
+    before = probe.ask("{k: state(k) for k in 'xy'}")
+    probe.ask("drive(range(1, {} + 1), 0.2, 0.0)".format(n))
+    probe.wait("min(state('vx') or [0]) > 0.15", limit=60)
+    probe.wait_simulated(0.5)
+    after = probe.ask("{k: state(k) for k in 'xy'}")
+    moved = [
+        math.hypot(x - a, y - b)
+        for x, a, y, b in zip(after["x"], before["x"], after["y"], before["y"])
+    ]
+    assert min(moved) > 0.05
+
+
+def test_the_dynamic_stage_drives(ros):
+    _, probe = start(ros, "--robots", 2, "--fidelity", "dynamic", "_speed:=2")
+    probe.ask("drive([1, 2], 0.2, 0.0)")
+    probe.wait("min(state('vx') or [0]) > 0.15")
+    assert probe.wait("status('fidelity')") == "dynamic"
+
+
+def test_silence_stops_each_robot_by_its_own_clock(ros):
+    stage, probe = start(ros, "--robots", 2)
+    probe.ask("drive([1, 2], 0.3, 0.0)")
+    probe.wait("min(state('vx') or [0]) > 0.2")
+    probe.ask("driven.pop(1) and None")
+    probe.wait("status('timed_out') == [1]")
+    probe.wait("state('vx')[0] == 0.0")
+    assert probe.ask("state('vx')[1]") > 0.2
+    assert "robot1 stopped: no command for 0.6 s" in wait_until(
+        lambda: "stopped" in log_of(stage) and log_of(stage)
+    )
+
+
+def test_commands_that_are_not_finite_are_refused_counted_and_said(ros):
+    stage, probe = start(ros, "--robots", 2)
+    probe.ask("drive([1], float('nan'), 0.0) and drive([2], 0.0, float('inf'))")
+    probe.wait("min(status('refused') or [0]) >= 3")
+    assert probe.wait("state('x') and [state('x')[0], state('vx'), state('omega')]") == [
+        pytest.approx(9.95),
+        [0.0, 0.0],
+        [0.0, 0.0],
+    ]
+    assert "refused commands for robot1, robot2: not finite" in log_of(stage)
+
+
+def test_pause_step_reset_and_speed(ros):
+    _, probe = start(ros, "--robots", 2)
+    probe.ask("drive([1, 2], 0.3, 0.0)")
+    probe.wait("min(state('vx') or [0]) > 0.1")
+    assert probe.ask("call('/stage/step', StepStage, 5)")[0] is False
+    assert probe.ask("call('/stage/pause', SetBool, True)") == [True, "paused"]
+    # While paused the time stands and the clock keeps coming.
+    then = probe.wait("status('paused') and now()")
+    seen = probe.ask("counts['clock']")
+    probe.wait("counts['clock'] > {} + 5".format(seen))
+    assert probe.ask("now()") == then
+    assert probe.ask("call('/stage/step', StepStage, 5)")[0] is True
+    probe.wait("abs(now() - {!r} - 0.1) < 1e-6".format(then))
+    assert probe.ask("call('/stage/step', StepStage, 0)")[0] is False
+    # Reset: robots back at once, time goes on.
+    probe.ask("release()")
+    assert probe.ask("call('/stage/reset', Trigger)")[0] is True
+    assert probe.wait(
+        "now() > {!r} + 0.1 and state('vx') == [0.0, 0.0] and state('x')".format(then)
+    )[0] == pytest.approx(9.95)
+    assert probe.ask("call('/stage/set_speed', SetSpeed, 20.0)") == [True, "speed 20"]
+    assert probe.ask("call('/stage/set_speed', SetSpeed, -1.0)")[0] is False
+    assert probe.ask("call('/stage/pause', SetBool, False)") == [True, "running"]
+    probe.wait("status('real_time_factor') > 5.0")
+    assert probe.ask("clock_went_back") is False
+
+
+def test_the_team_is_set_all_at_once_or_not_at_all(ros):
+    _, probe = start(ros, "--robots", 2)
+    done, said = probe.ask("set_team([[0, 0, 0], [5, 0, 0], [5.1, 0.1, 0]])")
+    assert not done and "robot2 and robot3 overlap" in said
+    assert probe.ask("set_team([[0, 0, 0], [float('nan'), 0, 0]])")[0] is False
+    assert probe.ask("set_team([])")[0] is False
+    assert probe.wait("state('robot')") == [1, 2]
+    assert probe.ask("set_team([[0, 0, 0], [5, 0, 0], [0, 5, 1.5]])") == [True, "3 robots"]
+    probe.wait("state('robot') == [1, 2, 3]")
+    probe.ask("listen('/robot3/odom', Odometry)")
+    assert probe.wait("odom(3)")["pose"][:2] == [0.0, 5.0]
+    assert probe.ask("set_team([[0, 0, 0]])") == [True, "1 robots"]
+    probe.wait("state('robot') == [1]")
+    assert probe.ask("'/robot3/odom' in dict(rospy.get_published_topics())") is False
+    assert probe.ask("clock_went_back") is False
+
+
+def test_collisions_are_published_once(ros):
+    stage, probe = start(ros, "--robots", 2)
+    probe.ask("set_team([[0, 0, 0], [1, 0, 3.14159265]])")
+    probe.ask("drive([1, 2], 0.5, 0.0)")
+    probe.wait("collisions")
+    probe.wait("status('collisions') == 1")
+    first = probe.ask("collisions[0][:3]")
+    assert first == ["robot1", "robot2", pytest.approx(0.5, abs=0.02)]
+    assert probe.ask("status('closest_approach')") == pytest.approx(0.42, abs=0.02)
+    assert probe.ask("len(collisions)") == 1
+    assert "collision of robot1 and robot2" in log_of(stage)
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--scenario", "nowhere.yaml"], "nowhere.yaml"),
+        (["--robots", "some"], "robots = 'some'"),
+        (["--fidelity", "kinematik"], "'kinematik', wanted one of kinematic"),
+        (["_cmd_vel_timeout:=-1"], "cmd_vel_timeout = -1: wanted a number above 0"),
+        (["_speed:=fast"], "speed = 'fast'"),
+        (["_odom_frame:=odom"], "odom_frame = 'odom': wanted one {}"),
+        (["_paused:=3"], "paused = 3: wanted true or false"),
+        (["--colour", "red"], "--colour"),
+    ],
+)
+def test_bad_arguments_and_parameters_are_said(ros, arguments, said):
+    stage = ros.node("stage", *arguments)
+    assert stage.wait(30) == 2
+    assert said in log_of(stage) and "Traceback" not in log_of(stage)

@@ -62,11 +62,12 @@ class Ros:
             return xmlrpc.client.ServerProxy(self.uri).getPid("/test")[0] == 1
         return False
 
-    def start(self, name, command):
+    def start(self, name, command, directory=None):
         """Start a process of the test's own; its output goes to a file."""
         log = open(os.path.join(self.directory, name + ".log"), "ab")
         process = subprocess.Popen(
             command,
+            cwd=directory,
             env=self.environment,
             stdout=log,
             stderr=subprocess.STDOUT,

@@ -14,6 +14,15 @@ import rospkg
 from mrs_simulator.core.scenario import load_scenario
 
 DEFAULT_SCENARIO = "paper.yaml"
+# What selects and changes the scenario: the same for all nodes of a run.
+RUN_ARGUMENTS = {
+    "scenario": "YAML file of the scenario (default: the paper's)",
+    "protocol": "a shipped one, package.module:Class or file.py:Class (default: the scenario's)",
+    "robots": "number of robots (default: the scenario's)",
+    "fidelity": "kinematic, dynamic or point_mass (default: the scenario's)",
+    "odometry": "world or wheel (default: the scenario's)",
+    "duration": "simulated seconds of the run (default: the scenario's)",
+}
 DIRECTORY_MEANING = "where relative file names begin (default: the current directory)"
 
 
@@ -53,16 +62,21 @@ def scenario_from(arguments):
     scenario = load_scenario(name)
     protocol = getattr(arguments, "protocol", "")
     scenario = scenario.with_protocol(protocol) if protocol else scenario
-    robots = getattr(arguments, "robots", "")
-    if robots and robots != "0":
-        try:
-            count = int(robots)
-        except ValueError:
-            raise ValueError("robots = {!r}: wanted a whole number".format(robots)) from None
-        scenario = scenario.with_robots(count)
+    robots = _number(arguments, "robots", int)
+    if robots:
+        scenario = scenario.with_robots(robots)
     given = {key: getattr(arguments, key, "") for key in ("fidelity", "odometry")}
+    given["duration"] = _number(arguments, "duration", float)
     given = {key: value for key, value in given.items() if value}
     return scenario.changed(**given) if given else scenario
+
+
+def _number(arguments, name, kind):
+    text = getattr(arguments, name, "")
+    try:
+        return kind(text or 0)
+    except ValueError:
+        raise ValueError("{} = {!r}: wanted a number".format(name, text)) from None
 
 
 def shipped_scenarios():

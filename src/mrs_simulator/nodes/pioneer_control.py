@@ -15,7 +15,7 @@ from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.pioneer_control import make_twist
 from mrs_simulator.core.kinematics import compose
 from mrs_simulator.msg import ControlStatus
-from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.odometry_inbox import OdometryInbox
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
@@ -27,13 +27,6 @@ CLOCK_SILENCE = 1.0  # [s] of wall time without /clock after which the simulator
 STATUS_PERIOD = 0.5  # [s] of wall time
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of the same trouble
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
-
-LOCAL = {
-    "scenario": "YAML file of the scenario (default: the paper's)",
-    "protocol": "a shipped one, package.module:Class or file.py:Class (default: the scenario's)",
-    "robots": "number of robots (default: the scenario's)",
-    "odometry": "world or wheel (default: the scenario's)",
-}
 
 
 class ControlNode:
@@ -240,7 +233,7 @@ def run(protocol=None, argv=None):
     A user's file ends with ``run(MyLaw)``; without a class the command line or the scenario names it.
     """
     argv = sys.argv[1:] if argv is None else argv
-    local = {k: v for k, v in LOCAL.items() if protocol is None or k != "protocol"}
+    local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
     try:
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)

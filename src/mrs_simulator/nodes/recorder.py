@@ -12,7 +12,7 @@ import rospy
 from mrs_simulator.core import recording
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.msg import Collision, StageStatus, TeamState
-from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.parameters import number_parameter
 from mrs_simulator.report.report import write_report, write_scenario
@@ -20,14 +20,7 @@ from mrs_simulator.report.report import write_report, write_scenario
 SILENCE = 10.0  # [s] of wall time without a state after which the run counts as ended
 NAP = 0.2  # [s] of wall time
 
-LOCAL = {
-    "scenario": "YAML file of the scenario (default: the paper's)",
-    "protocol": "the protocol, if not the scenario's",
-    "robots": "number of robots (default: the scenario's)",
-    "fidelity": "kinematic, dynamic or point_mass (default: the scenario's)",
-    "odometry": "world or wheel (default: the scenario's)",
-    "out": "directory for run.csv, figures and verdict.json",
-}
+LOCAL = dict(RUN_ARGUMENTS, out="directory for run.csv, figures and verdict.json")
 
 
 class RunRecorder:
@@ -36,7 +29,7 @@ class RunRecorder:
     def __init__(self, scenario, out):
         """Write to the directory ``out``."""
         self.scenario, self.out = scenario, out
-        self.duration = number_parameter("~duration", scenario.duration, above=0.0)
+        self.silence = number_parameter("~silence", SILENCE, above=0.0)
         self.csv_path = os.path.join(out, "run.csv")
         numbers = range(1, scenario.n + 1)
         self._file = recording.Recorder(self.csv_path, numbers, scenario.hand_length)
@@ -61,14 +54,14 @@ class RunRecorder:
             try:
                 state = self._queue.get(timeout=NAP)
             except queue.Empty:
-                if self._start is not None and time.monotonic() - heard > SILENCE:
+                if self._start is not None and time.monotonic() - heard > self.silence:
                     self.ended = "the stage fell silent"
-                    rospy.logerr("record: no state for %g s; the run ends here", SILENCE)
+                    rospy.logerr("record: no state for %g s; the run ends here", self.silence)
                     return
                 continue
             heard = time.monotonic()
             self._take(state)
-            if self.elapsed >= self.duration - 1e-6:
+            if self.elapsed >= self.scenario.duration - 1e-6:
                 self.ended = "complete"
                 return
 
@@ -99,7 +92,7 @@ class RunRecorder:
             away = np.max(np.abs(begun - self.scenario.poses[:, :2]))
             if away > 0.05:
                 rospy.logwarn("record: robots began %.2f m away from the scenario's poses", away)
-        rospy.loginfo("record: recording %g s to %s", self.duration, self.csv_path)
+        rospy.loginfo("record: recording %g s to %s", self.scenario.duration, self.csv_path)
 
     def _on_collision(self, message):
         if self._start is not None:
@@ -120,7 +113,7 @@ class RunRecorder:
         wall = time.monotonic() - self._wall_start
         run = recording.read_run_csv(
             self.csv_path,
-            self.scenario._replace(duration=self.duration),
+            self.scenario,
             self._collisions,
             {
                 "real_time_factor": self.elapsed / wall,

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, StageStatus, TeamState
-from mrs_simulator.nodes.arguments import parse, scenario_from
+from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.links import Frames, Inbox, RobotLink, transform
 from mrs_simulator.nodes.lockstep import Lockstep
@@ -29,13 +29,6 @@ VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
 MOST_NAMED = 8  # [-] robots named in one message
 MOST_STEPS = 1000000  # [-] of one request
-
-LOCAL = {
-    "scenario": "YAML file of the scenario (default: the paper's)",
-    "robots": "number of robots (default: the scenario's)",
-    "fidelity": "kinematic, dynamic or point_mass (default: the scenario's)",
-    "odometry": "world or wheel (default: the scenario's)",
-}
 
 
 class Stage:
@@ -57,7 +50,7 @@ class Stage:
         self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
         self.paused = flag_parameter("~paused", False)
         self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
-        self._wait_for_recorder = flag_parameter("~wait_for_recorder", False)
+        self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
         odom_rate = number_parameter("~odom_rate", 50.0, above=0.0)
         self._steps_per_odom = max(1, int(round(1.0 / (odom_rate * self.world.step_size))))
         self._started = False
@@ -162,8 +155,9 @@ class Stage:
                 waits.append("commands for {} of {} robots".format(len(silent), len(self.links)))
         if self.lockstep and not all(link.listened_to for link in self.links):
             waits.append("a listener to each robot's odometry")
-        if self._wait_for_recorder and not self._state.get_num_connections():
-            waits.append("a recorder on {}".format(self._state.resolved_name))
+        missing = self._recorders_wanted - self._state.get_num_connections()
+        if missing > 0:
+            waits.append("{:g} recorders on {}".format(missing, self._state.resolved_name))
         if waits:
             self._report("waiting for " + " and ".join(waits))
             return False
@@ -396,7 +390,7 @@ def stamp_at(simulated):
 def main():
     """Run the node ``stage``."""
     try:
-        arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
+        arguments = parse("The stage: a world of robots behind ROS topics.", RUN_ARGUMENTS)
         scenario = scenario_from(arguments)
         start_node("stage")
         stage = Stage(scenario)

@@ -1,0 +1,174 @@
+"""Whole runs over ROS: the launch file, lockstep, recorder, rosbag, and what theory says of them."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from ros_fixtures import log_of, wait_until
+
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.report.report import main as report
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+LAW = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Circle(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.3, 0.1 * i) for i in pos_map}
+"""
+
+
+def launch(ros, out, *arguments, limit=240, name="launch", directory=None):
+    """Run the launch file to its end; return the verdict."""
+    command = ["roslaunch", "mrs_simulator", "simulation.launch", "out:=" + str(out)]
+    process = ros.start(name, command + list(arguments), directory)
+    process.wait(limit)
+    path = os.path.join(directory or "", str(out), "verdict.json")
+    assert os.path.exists(path), log_of(process)
+    with open(path) as file:
+        return json.load(file)
+
+
+def scenario(name):
+    return "scenario:=" + os.path.join(ROOT, "scenarios", name + ".yaml")
+
+
+@contextlib.contextmanager
+def busy_cores():
+    """Keep every core busy with twice as many processes."""
+    code = "while True: pass"
+    burners = [
+        subprocess.Popen([sys.executable, "-c", code]) for _ in range(2 * (os.cpu_count() or 1))
+    ]
+    try:
+        yield
+    finally:
+        for burner in burners:
+            burner.kill()
+            burner.wait()
+
+
+@pytest.mark.parametrize("name, gap", [("paper", 0.01), ("paper_dynamic", 0.05)])
+def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
+    verdict = launch(ros, tmp_path, scenario(name), "lockstep:=true", "speed:=0")
+    assert verdict["passed"], verdict
+    np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=gap)
+    assert verdict["y_spread"] < gap
+    assert sorted(os.listdir(str(tmp_path))) == sorted(
+        ["run.csv", "scenario.yaml", "verdict.json"]
+        + [
+            f + e
+            for f in ("trajectories", "x_states", "y_states", "inputs")
+            for e in (".png", ".pdf")
+        ]
+    )
+
+
+def test_paced_by_the_clock_it_forms_too(ros, tmp_path):
+    """Without lockstep the load of the machine shifts samples; the formation stands all the same."""
+    verdict = launch(ros, tmp_path, scenario("paper_four"), "speed:=10")
+    checks = {check["name"]: check for check in verdict["checks"]}
+    assert checks["final gap, the worst [m]"]["passed"] and checks["y spread [m]"]["passed"]
+    assert verdict["ended"] == "complete"
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_lockstep_gives_the_same_bytes_on_idle_and_on_busy_cores(ros, tmp_path, fidelity):
+    arguments = ["lockstep:=true", "speed:=0", "duration:=4", "fidelity:=" + fidelity]
+    launch(ros, tmp_path / "idle", *arguments)
+    with busy_cores():
+        launch(ros, tmp_path / "busy", *arguments, name="busy")
+    idle, busy = ((tmp_path / x / "run.csv").read_bytes() for x in ("idle", "busy"))
+    assert idle.count(b"\n") == 1 + 7 * 41
+    assert idle == busy
+
+
+def test_lockstep_names_the_silent_robot(ros):
+    stage = ros.node("stage", "--robots", 2, "_lockstep:=true", "_lockstep_timeout:=0.5")
+    control = ros.node("pioneer_control", "--robots", 2, "_lockstep:=true")
+    probe = ros.probe()
+    probe.wait("(now() or 0) > 1.2")
+    control.send_signal(signal.SIGSTOP)
+    try:
+        said = wait_until(lambda: "no command from" in log_of(stage) and log_of(stage))
+        assert "no command from robot1, robot2 within 0.5 s" in said
+        probe.wait("status('waiting_for') == [1, 2]")
+        then = probe.ask("now()")
+    finally:
+        control.send_signal(signal.SIGCONT)
+    probe.wait("now() > {!r} + 0.1".format(then))  # it goes on where it stood
+
+
+def test_a_protocol_beside_the_user_and_a_bag_of_the_run(ros, tmp_path, capsys):
+    (tmp_path / "my_law.py").write_text(LAW)
+    arguments = [
+        "robots:=3",
+        "protocol:=my_law.py:Circle",
+        "speed:=4",
+        "duration:=6",
+        "record:=true",
+    ]
+    ros.environment["PWD"] = str(tmp_path)
+    verdict = launch(ros, "out", *arguments, directory=str(tmp_path))
+    assert verdict["passed"] and verdict["robots"] == 3
+    run = read_run_csv(str(tmp_path / "out" / "run.csv"))
+    np.testing.assert_allclose(run.command[-1], [[0.3, 0.1], [0.3, 0.2], [0.3, 0.3]])
+    # The same figures and verdict from the bag, which brings its own scenario.
+    bag = tmp_path / "out" / "run.bag"
+    wait_until(bag.exists)
+    with pytest.raises(SystemExit) as ended:
+        report([str(bag), "--out", str(tmp_path / "again")])
+    assert ended.value.code == 0
+    assert (tmp_path / "again" / "trajectories.pdf").exists()
+    again = json.loads((tmp_path / "again" / "verdict.json").read_text())
+    assert again["min_distance"] == pytest.approx(verdict["min_distance"], abs=0.01)
+
+
+def test_a_report_of_a_csv_is_that_of_the_run(tmp_path, capsys):
+    from mrs_simulator import load_scenario, run_experiment
+
+    four = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
+    verdict = run_experiment(four, str(tmp_path / "run"), formats=())
+    with pytest.raises(SystemExit) as ended:
+        report([str(tmp_path / "run" / "run.csv"), "--out", str(tmp_path / "report")])
+    assert ended.value.code == 0
+    again = json.loads((tmp_path / "report" / "verdict.json").read_text())
+    same = ("passed", "settle_time", "final_gaps", "y_spread", "checks", "seed")
+    assert {key: again[key] for key in same} == {key: verdict[key] for key in same}
+    assert (tmp_path / "report" / "inputs.png").exists()
+
+
+def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
+    stage = ros.node("stage", "_wait_for_recorders:=1", "_speed:=5")
+    ros.node("pioneer_control")
+    record = ros.node("record", "--out", tmp_path, "_silence:=2")
+    table = tmp_path / "run.csv"
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100, 30)
+    stage.kill()
+    assert record.wait(60) == 1
+    verdict = json.loads((tmp_path / "verdict.json").read_text())
+    assert verdict["ended"] == "the stage fell silent" and not verdict["passed"]
+    assert len(read_run_csv(str(table)).time) > 10
+
+
+def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
+    ros.node("stage", "_wait_for_recorders:=1", "_speed:=5")
+    ros.node("pioneer_control")
+    record = ros.node("record", "--out", tmp_path)
+    table = tmp_path / "run.csv"
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100, 30)
+    record.send_signal(signal.SIGINT)
+    assert record.wait(60) == 1
+    assert json.loads((tmp_path / "verdict.json").read_text())["ended"] == "interrupted"
+    assert (tmp_path / "trajectories.png").exists()
+
+
+def test_messages_and_services_are_shown(ros):
+    assert "float64[] theta" in ros.call("rosmsg", "show", "mrs_simulator/TeamState")
+    assert "geometry_msgs/Pose2D pose" in ros.call("rossrv", "show", "mrs_simulator/SetTeam")

@@ -72,9 +72,10 @@ trap end EXIT
 trap 'echo; echo "stopped; what was recorded is in $out"; exit 130' INT TERM HUP
 
 printf -- '== running %s at %s x real time\n' "$(basename "$scenario")" "$speed"
+# In lockstep, so that the run is the same whatever else the machine is doing.
 # A process group of its own: Ctrl-C comes here, and from here to roslaunch.
 set -m
-roslaunch -p "$port" mrs_simulator simulation.launch scenario:="$scenario" out:="$out" speed:="$speed" \
+roslaunch -p "$port" mrs_simulator simulation.launch scenario:="$scenario" out:="$out" speed:="$speed" lockstep:=true \
   >"$out/launch.log" 2>&1 </dev/null &
 launch=$!
 set +m

@@ -82,6 +82,15 @@ def test_a_law_runs_as_a_script_of_its_own(ros, law):
     moving(ros.probe(), 2)
 
 
+def test_the_readmes_protocol_is_ten_lines_and_runs(ros, law):
+    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+        code = file.read().partition("```python\n")[2].partition("```")[0]
+    assert len(code.splitlines()) <= 10
+    ros.node("stage", "--robots", 3)
+    ros.start("control", ["python3", law(code), "--robots", "3"])
+    moving(ros.probe(), 3)
+
+
 def test_a_law_is_named_by_its_file(ros, law):
     ros.node("stage", "--robots", 2)
     ros.node("pioneer_control", "--robots", 2, "_protocol:=" + law(FORWARD) + ":Forward")

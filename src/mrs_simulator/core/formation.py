@@ -30,17 +30,20 @@ PARAMETERS = (
         meaning="share of the error removed in each step T",
         why="alpha+ = (1-k) alpha + k alpha* diverges for k <= 0 and overshoots for k >= 1",
     ),
-    Parameter("T", 0.1, "s", low=0.0, open_low=True, meaning="step of the discrete-time law"),
+    Parameter(
+        "T", 0.1, "s", low=0.0, high=1e3, open_low=True, meaning="step of the discrete-time law"
+    ),
     Parameter(
         "l",
         DEFAULT_HAND_LENGTH,
         "m",
         low=0.0,
+        high=10.0,
         open_low=True,
         meaning="from the wheel-axle centre to the hand point",
         why="the mapping (7) divides by l",
     ),
-    Parameter("c", 2.0, "m", meaning="separation along the line"),
+    Parameter("c", 2.0, "m", low=-1e3, high=1e3, meaning="separation along the line"),
     Parameter(
         "closure",
         "chain",

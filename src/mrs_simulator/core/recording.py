@@ -9,7 +9,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
-from mrs_simulator.core.scenario import Scenario
+from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
 
 COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
 FLUSH_PERIOD = 0.2  # [s] of wall time; a run that is killed loses no more than this
@@ -141,7 +141,8 @@ def _shape_of(table, path):
         raise RunError("{}: holds no sample".format(path))
     first = table[table[:, 0] == table[0, 0]]
     robots = first[:, 1]
-    if len(set(robots)) != len(robots) or np.any(robots != np.round(robots)):
+    whole = (robots == np.round(robots)) & (robots >= 1) & (robots <= MOST_ROBOTS)
+    if len(set(robots)) != len(robots) or not whole.all():
         raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
     return robots, len(table) // len(robots)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import compose
 from mrs_simulator.core.recording import Collision
-from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FIDELITIES
+from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.collisions import close_pairs
@@ -256,10 +256,13 @@ def checked_team(kinds, poses):
                 poses.shape, len(kinds)
             )
         )
-    bad = np.flatnonzero(~np.isfinite(poses).all(axis=1))
+    # A comparison with nan is false.
+    bad = np.flatnonzero(~(np.abs(poses) <= FARTHEST).all(axis=1))
     if len(bad):
         raise WorldError(
-            "robot{}: pose {}, wanted finite numbers".format(bad[0] + 1, poses[bad[0]].tolist())
+            "robot{}: pose {}, wanted finite numbers within {:g} m".format(
+                bad[0] + 1, poses[bad[0]].tolist(), FARTHEST
+            )
         )
     return kinds, poses
 

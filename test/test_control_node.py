@@ -54,7 +54,7 @@ def law(tmp_path):
 
 def moving(probe, n):
     """Wait until n robots move."""
-    probe.wait("len(state('vx') or []) == {} and min(map(abs, state('vx'))) > 0.1".format(n))
+    probe.wait("len(state('vx') or []) == {} and min(map(abs, state('vx'))) > 0.05".format(n))
 
 
 def at_rest(probe, limit=30.0):

@@ -82,9 +82,11 @@ install_packages() {
   printf -- '== %d system packages are missing: %s\n' ${#missing[@]} "${missing[*]}"
   local advice="see $log; check the network and the package sources, then run this again"
   as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
-  # The status goes to the terminal as a few lines, everything else to the log.
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
-    -o APT::Status-Fd=1 -o Dpkg::Use-Pty=0 "${missing[@]}" 2>>"$log" | tee -a "$log" | apt_progress
+  # The status has a channel of its own and goes to the terminal as a few lines, the rest to the log.
+  {
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
+      -o APT::Status-Fd=3 -o Dpkg::Use-Pty=0 "${missing[@]}" 3>&1 1>>"$log" 2>&1 </dev/null
+  } | apt_progress
   [ "${PIPESTATUS[0]}" = 0 ] || {
     tail -n 25 "$log" >&2
     fail "installing system packages" "$advice"

@@ -17,7 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, TeamState
-from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
+from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 newest, counts, transforms, collisions = {}, {}, {}, []
 clock_went_back = False
@@ -138,7 +138,7 @@ listen("/stage/state", TeamState)
 listen("/stage/status", StageStatus)
 listen("/pioneer_control/status", ControlStatus)
 threading.Thread(target=repeat, daemon=True).start()
-SERVICES = (SetBool, SetSpeed, StepStage, Trigger, Odometry)  # for expressions
+SERVICES = (SetBool, SetSpeed, SetTopology, StepStage, Trigger, Odometry)  # for expressions
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 print("ready", flush=True)
 for line in sys.stdin:

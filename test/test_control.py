@@ -142,10 +142,20 @@ def test_a_refused_change_leaves_everything_as_it_was():
 
 
 def test_literal_numbers_warn_and_the_defaults_do_not():
-    literal = PioneerControl(range(1, 4))
-    assert "spin" in literal.warnings(POSE, 0.1)[0]
-    assert literal.warnings(POSE, 0.02) == []
-    assert PioneerControl(range(1, 4), limits=LIMITS).warnings(POSE, 0.1) == []
+    assert "spin" in PioneerControl(range(1, 4), period=0.1).warnings(POSE)[0]
+    assert PioneerControl(range(1, 4), period=0.02).warnings(POSE) == []
+    assert PioneerControl(range(1, 4), limits=LIMITS, period=0.1).warnings(POSE) == []
+
+
+def test_the_topology_changes_while_running():
+    control = PioneerControl(range(1, 4))
+    control.set_topology(Topology(3, [(1, 3)]))
+    assert (control.closure, control.topology.neighbours(1)) == ("topology", [3])
+    # Robot 1 belongs 2 c = 4 m ahead of robot 3.
+    hand = hand_points(POSE, 0.05)
+    np.testing.assert_allclose(control.targets(hand)[0], hand[2] + [4.0, 0.0])
+    with pytest.raises(ValueError, match="over 4 robots, wanted 3"):
+        control.set_topology(Topology(4, []))
 
 
 def test_a_parameter_may_not_hide_what_the_class_uses():

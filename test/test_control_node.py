@@ -217,6 +217,27 @@ print(client.update_configuration({"c": 1.5})["c"], client.get_configuration()["
     assert said == ["['T', 'c', 'closure', 'k', 'l']", "0.05", "0.05", "1.5 cycle"]
 
 
+def test_the_topology_is_replaced_while_running(ros):
+    ros.node("stage", "--robots", 3)
+    ros.node("pioneer_control", "--robots", 3)
+    probe = ros.probe()
+    assert probe.wait("control('heard')") == [2, 3]
+    call = "call('/pioneer_control/set_topology', SetTopology, {}, {}, [], False)"
+    assert probe.ask(call.format([1, 1], [2, 3])) == [True, "2 edges"]
+    probe.wait("control('hears') == [1, 1] and control('directed') is False")
+    assert probe.ask("len(control('target_x'))") == 3
+    for hears, heard, said in (
+        ([1], [1], "itself"),
+        ([1], [4], "from 1 to 3"),
+        ([1], [], "as many"),
+    ):
+        done, message = probe.ask(call.format(hears, heard))
+        assert not done and said in message
+    code = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c'); "
+    code += "print(Client('pioneer_control', timeout=20).get_configuration()['closure'])"
+    assert ros.python(code).strip() == "topology"
+
+
 def test_the_warning_is_given(ros):
     scenario = os.path.join(ROOT, "scenarios", "paper_literal.yaml")
     ros.node("stage", "--scenario", scenario)

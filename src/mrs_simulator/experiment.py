@@ -31,6 +31,7 @@ def make_control(scenario, limits, protocol):
         limits=limits,
         saturation=scenario.control.saturation,
         parameters=scenario.control.parameters,
+        period=1.0 / scenario.control.rate,
     )
 
 
@@ -46,8 +47,7 @@ class Experiment:
         self.collisions = []
         # A point mass has no heading that could turn too far.
         unicycles = scenario.fidelity != "point_mass"
-        period = 1.0 / scenario.control.rate
-        self.warnings = self.control.warnings(scenario.poses, period) if unicycles else []
+        self.warnings = self.control.warnings(scenario.poses) if unicycles else []
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
@@ -69,7 +69,7 @@ class Experiment:
 
     def _command(self, pose):
         try:
-            return self.control.commands(pose)
+            return self.control.commands(pose, self.world.time)
         except Exception as error:
             self.world.set_commands(np.arange(self.scenario.n), np.zeros((self.scenario.n, 2)))
             raise LawFailed(

@@ -11,7 +11,7 @@ from mrs_simulator.core.kinematics import NO_LIMITS, hand_points, saturate, unic
 from mrs_simulator.core.parameters import checked_values
 
 HAND_LENGTH = next(p for p in formation.PARAMETERS if p.name == "l")
-RESERVED = ("numbers", "topology", "limits", "saturation", "parameters")
+RESERVED = ("numbers", "topology", "limits", "saturation", "parameters", "period", "time")
 
 
 class Position(NamedTuple):
@@ -44,7 +44,8 @@ class PioneerControl:
       (7) turns them into the unicycles' ``(v, omega)``.
 
     ``PARAMETERS`` describes the law's own parameters; each is an attribute of that name (``self.k``).
-    ``self.numbers`` are the robots' numbers and ``self.topology`` is the interaction graph.
+    ``self.numbers`` are the robots' numbers, ``self.topology`` the interaction graph, ``self.time``
+    [s] the time since the control began and ``self.period`` [s] that between two commands.
     """
 
     PARAMETERS = formation.PARAMETERS
@@ -65,7 +66,13 @@ class PioneerControl:
             cls.PARAMETERS = tuple(cls.PARAMETERS) + (HAND_LENGTH,)
 
     def __init__(
-        self, numbers, topology=None, limits=NO_LIMITS, saturation="robot", parameters=None
+        self,
+        numbers,
+        topology=None,
+        limits=NO_LIMITS,
+        saturation="robot",
+        parameters=None,
+        period=0.02,
     ):
         """``numbers``: the robots' numbers; ``limits``: of each robot, kept to by ``saturation``.
 
@@ -74,6 +81,7 @@ class PioneerControl:
         self.numbers = tuple(numbers)
         self.limits = limits
         self.saturation = saturation
+        self.period, self.time = period, 0.0
         self._given_topology = topology
         self.set_parameters(parameters or {})
 
@@ -98,14 +106,24 @@ class PioneerControl:
         """
         return formation.formation_velocity(hand, self._offsets, self._closure, self.k, self.T)
 
+    def targets(self, hand):
+        """Return where the hand points ``hand`` (n, 2) are wanted now, (n, 2) [m], or None.
+
+        For displays; this default is the paper's ``alpha_i*``, and None for other laws.
+        """
+        if self.PARAMETERS is not formation.PARAMETERS:
+            return None
+        return hand - formation.target_errors(hand, self._offsets, self._closure)
+
     # What the loops call -------------------------------------------------------------------------
 
-    def commands(self, pose):
-        """Return the team's commands, shape (n, 2) [m/s, rad/s], from ``pose`` (n, 3).
+    def commands(self, pose, time=0.0):
+        """Return the team's commands, shape (n, 2) [m/s, rad/s], from ``pose`` (n, 3) at ``time`` [s].
 
         Within ``limits`` and finite.  Raises ``ControlError`` for a wrong number or kind of Twists
         or NaN, and whatever the law itself raises.
         """
+        self.time = time
         if type(self).calculateControlLaw is PioneerControl.calculateControlLaw:
             command = self._array_law(pose)
         else:
@@ -127,8 +145,20 @@ class PioneerControl:
             setattr(self, name, value)
         self.parameters = values
 
-    def warnings(self, pose, period):
-        """Return warnings, a list of texts, about running from ``pose`` (n, 3) at ``period`` [s].
+    def set_topology(self, topology):
+        """Replace the interaction graph; the paper's law then follows it (closure ``topology``)."""
+        if topology.n != len(self.numbers):
+            raise ValueError(
+                "topology over {} robots, wanted {}".format(topology.n, len(self.numbers))
+            )
+        self._given_topology = topology
+        if self.PARAMETERS is formation.PARAMETERS:
+            self.set_parameters(dict(self.parameters, closure="topology"))
+        else:
+            self.topology = topology
+
+    def warnings(self, pose):
+        """Return warnings, a list of texts, about running from ``pose`` (n, 3) at this period.
 
         The paper's law on unicycles spins for ever when the held arc turns too far: safe is
         ``Tc <= l/(kappa e_max)`` or ``omega_max Tc <= 1``.
@@ -139,13 +169,13 @@ class PioneerControl:
         e_max = formation.error_norm(hand, self._offsets, self._closure)
         omega_max = self.limits.omega_max if self.saturation != "none" else np.inf
         longest = formation.largest_stable_period(self.k, self.T, self.l, e_max, omega_max)
-        if period <= longest * (1.0 + 1e-9):
+        if self.period <= longest * (1.0 + 1e-9):
             return []
         return [
             "one command every {:g} s is too slow for l = {:g} m and kappa = k/T = {:g} /s with "
             "errors up to {:.3g} m: a robot may spin for ever. Wanted a period of at most "
             "l/(kappa e_max) = {:.3g} s, or a limit on the turn rate with omega_max Tc <= 1".format(
-                period, self.l, self.k / self.T, e_max, self.l * self.T / (self.k * e_max)
+                self.period, self.l, self.k / self.T, e_max, self.l * self.T / (self.k * e_max)
             )
         ]
 

@@ -13,13 +13,15 @@ from std_srvs.srv import Trigger
 
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.pioneer_control import make_twist
-from mrs_simulator.core.kinematics import compose
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import compose, hand_points
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.odometry_inbox import OdometryInbox
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.reconfigure import ParameterServer
+from mrs_simulator.srv import SetTopology
 from mrs_simulator.world.robots import limits_of_team
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
@@ -46,13 +48,15 @@ class ControlNode:
             limits=limits_of_team(scenario.kinds, scenario.limits),
             saturation=saturation,
             parameters=scenario.control.parameters,
+            period=self.period,
         )
         self.lockstep = flag_parameter("~lockstep", False)
         self.running = flag_parameter("~autostart", True)
         self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
         self.trouble = "" if self.running else "not started"
         self._lock = threading.RLock()
-        self._next, self._answered, self._warned = None, None, False
+        self._next, self._answered, self._begun = None, None, None
+        self._warnings = []
         self._command = np.zeros((scenario.n, 2))
         self._compute_time = 0.0
         self._last = {"status": 0.0, "report": 0.0, "clock": time.monotonic()}
@@ -71,6 +75,7 @@ class ControlNode:
         self._services = [
             rospy.Service("~start", Trigger, self._on_start),
             rospy.Service("~stop", Trigger, self._on_stop),
+            rospy.Service("~set_topology", SetTopology, self._on_set_topology),
         ]
         self._reconfigure = ParameterServer(self.control, self._lock)
         rospy.on_shutdown(self._on_shutdown)
@@ -143,10 +148,13 @@ class ControlNode:
                 self._send(np.zeros_like(self._command))
             return
         pose = self._common_frame(self.inbox.pose())
-        self._warn_once(pose)
+        now = self._answered.to_sec() if self.lockstep else rospy.get_time()
+        if self._begun is None:
+            self._begun = now
+            self._warn(pose)
         started = time.perf_counter()
         try:
-            command = self.control.commands(pose)
+            command = self.control.commands(pose, now - self._begun)
         except Exception as error:
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             self._stop("the law failed: {}: {}".format(type(error).__name__, error))
@@ -163,11 +171,10 @@ class ControlNode:
             return pose
         return compose(self.scenario.poses, pose)
 
-    def _warn_once(self, pose):
-        if not self._warned:
-            self._warned = True
-            for warning in self.control.warnings(pose, self.period):
-                rospy.logwarn("pioneer_control: %s", warning)
+    def _warn(self, pose):
+        self._warnings = self.control.warnings(pose)
+        for warning in self._warnings:
+            rospy.logwarn("pioneer_control: %s", warning)
 
     def _hold(self, trouble):
         """Tell the robots to stop as long as something is missing."""
@@ -193,7 +200,7 @@ class ControlNode:
 
     def _on_start(self, _):
         with self._lock:
-            self.running, self._next, self._warned = True, None, False
+            self.running, self._next, self._begun = True, None, None
             self.trouble = self._what_is_missing()
             return True, self.trouble or "running"
 
@@ -201,6 +208,21 @@ class ControlNode:
         with self._lock:
             self._stop("stopped by request")
             return True, "stopped, zero commands sent"
+
+    def _on_set_topology(self, request):
+        weights = list(request.weight) or [1.0] * len(request.hears)
+        if not len(request.hears) == len(request.heard) == len(weights):
+            return False, "{} hears, {} heard, {} weights: wanted as many of each".format(
+                len(request.hears), len(request.heard), len(request.weight)
+            )
+        edges = list(zip(request.hears, request.heard, weights))
+        try:
+            with self._lock:
+                self.control.set_topology(Topology(self.scenario.n, edges, request.directed))
+                self._reconfigure.show()
+        except ValueError as error:
+            return False, str(error)
+        return True, "{} edges".format(len(edges))
 
     def _on_clock(self, _):
         self._last["clock"] = time.monotonic()
@@ -215,16 +237,38 @@ class ControlNode:
         if time.monotonic() - self._last["status"] < STATUS_PERIOD:
             return
         self._last["status"] = time.monotonic()
+        topology = self.control.topology
+        hears, heard, weight = zip(*topology.edges) if topology.edges else ((), (), ())
         message = ControlStatus(
             protocol=type(self.control).__name__,
+            warnings=self._warnings,
+            hears=hears,
+            heard=heard,
+            weight=weight,
+            directed=topology.directed,
             running=self.running,
             trouble=self.trouble,
             stale=list(self.inbox.stale(rospy.get_time(), self.odom_timeout)),
             period=self.period,
             compute_time=self._compute_time,
         )
+        message.target_x, message.target_y = self._targets()
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
+
+    def _targets(self):
+        pose = self._common_frame(self.inbox.pose())
+        if not np.isfinite(pose).all():
+            return [], []
+        try:
+            with self._lock:
+                targets = self.control.targets(hand_points(pose, self.control.l))
+            return ([], []) if targets is None else np.asarray(targets, dtype=float).T.tolist()
+        except Exception as error:  # a display's places never stop the control
+            rospy.logerr_throttle(
+                REPORT_PERIOD, "pioneer_control: targets: {}: {}".format(type(error).__name__, error)
+            )
+            return [], []
 
 
 def run(protocol=None, argv=None):

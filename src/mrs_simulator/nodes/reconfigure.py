@@ -16,6 +16,10 @@ class ParameterServer:
         self._lock = lock
         self._server = Server(_config_type(control), self._on_change)
 
+    def show(self):
+        """Tell the clients what is in force after a change from elsewhere."""
+        self._server.update_configuration(dict(self._control.parameters))
+
     def _on_change(self, config, _level):
         names = [parameter.name for parameter in self._control.PARAMETERS]
         try:

@@ -1,0 +1,85 @@
+"""What the GUI knows of a run: the newest state, and its history.  No Qt, no ROS."""
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
+FEWEST_SAMPLES = 500
+COLUMNS = 8  # time is held apart: pose 3, twist 3, command 2
+
+
+class Snapshot(NamedTuple):
+    """The team at one time; arrays hold one robot per row."""
+
+    time: float  # [s]
+    numbers: Tuple[int, ...]
+    pose: np.ndarray  # (n, 3) [m, m, rad], common frame
+    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robot's frame
+    command: np.ndarray  # (n, 2) [m/s, rad/s]
+    fresh: np.ndarray  # (n,) bool, whether the robot was heard lately
+
+
+class History:
+    """The samples of a run, bounded: when full, every other one is let go, the whole run stays."""
+
+    def __init__(self):
+        self.clear()
+
+    def clear(self):
+        """Forget everything."""
+        self.numbers = ()
+        self._filled, self._stride, self._skipped = 0, 1, 0
+        self._time, self._table = np.empty(0), np.empty((0, 0, COLUMNS))
+
+    def append(self, snapshot):
+        """Add ``snapshot``; another team, or a time that went back, begins anew."""
+        if snapshot.numbers != self.numbers:
+            self._begin(snapshot.numbers)
+        elif self._filled and snapshot.time <= self._time[self._filled - 1]:
+            if snapshot.time == self._time[self._filled - 1]:
+                return
+            self._begin(snapshot.numbers)
+        self._skipped += 1
+        if self._filled and self._skipped < self._stride:
+            return
+        self._skipped = 0
+        if self._filled == len(self._time):
+            self._thin()
+        self._time[self._filled] = snapshot.time
+        row = self._table[self._filled]
+        row[:, :3], row[:, 3:6], row[:, 6:] = snapshot.pose, snapshot.twist, snapshot.command
+        self._filled += 1
+
+    def _begin(self, numbers):
+        self.clear()
+        self.numbers = numbers
+        most = max(FEWEST_SAMPLES, MOST_VALUES // (COLUMNS * max(1, len(numbers))))
+        self._time = np.empty(min(most, 40000))
+        self._table = np.empty((len(self._time), len(numbers), COLUMNS))
+
+    def _thin(self):
+        kept = len(self._time[::2])
+        self._time[:kept] = self._time[::2].copy()
+        self._table[:kept] = self._table[::2].copy()
+        self._filled, self._stride = kept, 2 * self._stride
+
+    @property
+    def time(self):
+        """Return the times (m,) [s]."""
+        return self._time[: self._filled]
+
+    @property
+    def pose(self):
+        """Return the poses (m, n, 3) [m, m, rad]."""
+        return self._table[: self._filled, :, :3]
+
+    @property
+    def twist(self):
+        """Return the body twists (m, n, 3) [m/s, m/s, rad/s]."""
+        return self._table[: self._filled, :, 3:6]
+
+    @property
+    def command(self):
+        """Return the commands (m, n, 2) [m/s, rad/s]."""
+        return self._table[: self._filled, :, 6:]

@@ -3,7 +3,7 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-ROOMS = ("core", "world", "world.robots", "control", "report", "nodes")
+ROOMS = ("core", "world", "world.robots", "control", "control.library", "report", "nodes", "rqt_plugin")
 
 setup(
     **generate_distutils_setup(

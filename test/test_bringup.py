@@ -12,7 +12,7 @@ import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.report.report import main as report
+from mrs_simulator.reporting import main as report
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAW = """

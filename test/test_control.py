@@ -5,6 +5,7 @@ import pytest
 from geometry_msgs.msg import Twist
 
 from mrs_simulator import Parameter, PioneerControl, make_twist
+from mrs_simulator.control.library.formation import Formation
 from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology
@@ -57,24 +58,24 @@ def test_twists_by_number_or_in_order():
 
 
 def test_default_law_is_the_papers():
-    control = PioneerControl(range(1, 4))
+    control = Formation(range(1, 4))
     # u_1 = -0.2 (3, -3): v = -0.6, omega = 0.6/0.05
     np.testing.assert_allclose(control.commands(POSE)[0], [-0.6, 12.0])
     np.testing.assert_allclose(control.commands(POSE)[2], [0.0, 0.0])
 
 
 def test_hook_and_arrays_agree_to_the_bit():
-    control = PioneerControl(range(1, 4), limits=LIMITS)
+    control = Formation(range(1, 4), limits=LIMITS)
     twists = control.calculateControlLaw(dict(zip(control.numbers, POSE)))
     by_hook = np.array([[twists[n].linear.x, twists[n].angular.z] for n in (1, 2, 3)])
-    unlimited = PioneerControl(range(1, 4)).commands(POSE)
+    unlimited = Formation(range(1, 4)).commands(POSE)
     np.testing.assert_array_equal(by_hook, unlimited)
 
 
 def test_commands_keep_within_limits_and_keep_their_direction():
-    free = PioneerControl(range(1, 4)).commands(POSE)
+    free = Formation(range(1, 4)).commands(POSE)
     for saturation in ("robot", "team"):
-        kept = PioneerControl(range(1, 4), limits=LIMITS, saturation=saturation).commands(POSE)
+        kept = Formation(range(1, 4), limits=LIMITS, saturation=saturation).commands(POSE)
         assert np.all(np.abs(kept) <= np.array([0.75, 1.745]) + 1e-12)
         np.testing.assert_allclose(kept[:, 0] * free[:, 1], kept[:, 1] * free[:, 0], atol=1e-12)
 
@@ -118,7 +119,7 @@ def test_wrong_shape_of_the_array_route():
 )
 def test_impossible_gains_are_refused_with_the_reason(k, said):
     with pytest.raises(ValueError, match=said):
-        PioneerControl(range(1, 4), parameters={"k": k})
+        Formation(range(1, 4), parameters={"k": k})
 
 
 @pytest.mark.parametrize(
@@ -126,29 +127,29 @@ def test_impossible_gains_are_refused_with_the_reason(k, said):
 )
 def test_other_parameters_are_checked(given):
     with pytest.raises(ValueError, match=next(iter(given))):
-        PioneerControl(range(1, 4), parameters=given)
+        Formation(range(1, 4), parameters=given)
 
 
 def test_an_unknown_parameter_names_the_nearest():
     with pytest.raises(ValueError, match="did you mean 'closure'"):
-        PioneerControl(range(1, 4), parameters={"closur": "chain"})
+        Formation(range(1, 4), parameters={"closur": "chain"})
 
 
 def test_a_refused_change_leaves_everything_as_it_was():
-    control = PioneerControl(range(1, 4), parameters={"k": 0.05})
+    control = Formation(range(1, 4), parameters={"k": 0.05})
     with pytest.raises(ValueError):
         control.set_parameters({"k": 0.1, "T": -1.0})
     assert (control.k, control.T) == (0.05, 0.1)
 
 
 def test_literal_numbers_warn_and_the_defaults_do_not():
-    assert "spin" in PioneerControl(range(1, 4), period=0.1).warnings(POSE)[0]
-    assert PioneerControl(range(1, 4), period=0.02).warnings(POSE) == []
-    assert PioneerControl(range(1, 4), limits=LIMITS, period=0.1).warnings(POSE) == []
+    assert "spin" in Formation(range(1, 4), period=0.1).warnings(POSE)[0]
+    assert Formation(range(1, 4), period=0.02).warnings(POSE) == []
+    assert Formation(range(1, 4), limits=LIMITS, period=0.1).warnings(POSE) == []
 
 
 def test_the_topology_changes_while_running():
-    control = PioneerControl(range(1, 4))
+    control = Formation(range(1, 4))
     control.set_topology(Topology(3, [(1, 3)]))
     assert (control.closure, control.topology.neighbours(1)) == ("topology", [3])
     # Robot 1 belongs 2 c = 4 m ahead of robot 3.
@@ -180,7 +181,7 @@ def test_protocols_are_found_by_file_module_and_name(tmp_path, monkeypatch):
     for name in ("turn.py", "turn.py:Turn", str(tmp_path / "turn.py")):
         found = load_protocol(name, beside)
         np.testing.assert_array_equal(found([1]).commands(POSE[:1]), [[0.0, 0.5]])
-    assert load_protocol("formation") is PioneerControl
+    assert load_protocol("formation") is Formation
     assert load_protocol("mrs_simulator.control.pioneer_control:PioneerControl") is PioneerControl
 
 

@@ -67,13 +67,13 @@ def test_the_shipped_law_drives_and_stops_by_service(ros):
     control = ros.node("pioneer_control", "--robots", 3)
     probe = ros.probe()
     probe.wait("max(map(abs, state('vx') or [0])) > 0.1")
-    assert probe.wait("control('protocol')") == "PioneerControl"
+    assert probe.wait("control('protocol')") == "Formation"
     assert probe.ask("call('/pioneer_control/stop', Trigger)")[0] is True
     at_rest(probe)
     probe.wait("control('trouble') == 'stopped by request'")
     assert probe.ask("call('/pioneer_control/start', Trigger)")[0] is True
     probe.wait("max(map(abs, state('vx'))) > 0.1")
-    assert "PioneerControl for 3 robots, a command every 0.02 s" in log_of(control)
+    assert "Formation for 3 robots, a command every 0.02 s" in log_of(control)
 
 
 def test_a_law_runs_as_a_script_of_its_own(ros, law):

@@ -149,7 +149,15 @@ def test_a_run_writes_everything(tmp_path):
         "passed checks settle_time final_gaps y_spread min_distance real_time_factor seed versions"
     )
     assert set(wanted.split()) <= set(verdict)
-    assert set(verdict["checks"][0]) == {"name", "predicted", "measured", "tolerance", "passed"}
+    assert set(verdict["checks"][0]) == {
+        "name",
+        "predicted",
+        "measured",
+        "tolerance",
+        "passed",
+        "difference",
+        "note",
+    }
     run = read_run_csv(str(tmp_path / "run.csv"))
     assert run.time[-1] == pytest.approx(2.0) and list(run.robots) == [1, 2, 3, 4]
 

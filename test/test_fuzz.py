@@ -8,7 +8,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mrs_simulator import PioneerControl
+from mrs_simulator.control.library.formation import Formation
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.recording import RunError, read_run_csv
 from mrs_simulator.core.scenario import scenario_from_dict
@@ -92,7 +92,7 @@ def test_a_scenario_with_one_value_changed_runs_or_is_refused(path, value):
     st.dictionaries(st.sampled_from(["k", "T", "l", "c", "closure", "K", ""]), VALUES, max_size=4)
 )
 def test_parameters_are_taken_or_refused_by_name(values):
-    control = PioneerControl(range(1, 4))
+    control = Formation(range(1, 4))
     before = control.parameters
     try:
         control.set_parameters(values)

@@ -21,6 +21,7 @@ from mrs_simulator.core.recording import (
     read_run_csv,
 )
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.reporting import judged, make_control
 
 PRINTED = [[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0], [-5.05, 12.3, 0.0]]
 
@@ -109,13 +110,18 @@ def theory_run(duration=90.0, k=0.02, collisions=(), change=None):
     return Run(time, np.arange(1, 5), pose, hand, np.zeros_like(hand), list(collisions), scenario)
 
 
+def judge(run):
+    return judged(run, make_control(run.scenario))[0]
+
+
 def test_a_run_as_predicted_passes_with_typed_out_measures():
-    result = verdict.judge(theory_run())
+    result = judge(theory_run())
     assert result["passed"], verdict.verdict_text(result)
     assert result["settle_time"] == pytest.approx(34.8)
     assert result["min_distance"] == pytest.approx(2.0, abs=1e-3)
     np.testing.assert_allclose(result["final_gaps"], 2.0, atol=1e-3)
-    assert set(result["checks"][0]) == {"name", "predicted", "measured", "tolerance", "passed"}
+    wanted = {"name", "predicted", "measured", "tolerance", "passed", "difference", "note"}
+    assert set(result["checks"][0]) == wanted
 
 
 @pytest.mark.parametrize(
@@ -133,8 +139,8 @@ def test_a_run_as_predicted_passes_with_typed_out_measures():
     ],
 )
 def test_a_run_that_is_not_as_predicted_fails(run, failed):
-    result = verdict.judge(run)
-    names = [check["name"] for check in result["checks"] if not check["passed"]]
+    result = judge(run)
+    names = [check["name"] for check in result["checks"] if check["passed"] is False]
     if failed is None:
         assert not names
     else:
@@ -153,7 +159,7 @@ def test_a_verdict_is_valid_json(tmp_path):
         [],
         alone,
     )
-    verdict.write_verdict(verdict.judge(run), path)
+    verdict.write_verdict(judge(run), path)
     with open(path) as file:
         read = json.load(file)
     assert read["min_distance"] is None and read["final_gaps"] == [] and read["passed"]

@@ -13,7 +13,7 @@ from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
-from mrs_simulator.report.report import write_report, write_scenario
+from mrs_simulator.reporting import make_control, write_report, write_scenario
 from mrs_simulator.world.world import World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -21,18 +21,6 @@ PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
 
 class LawFailed(RuntimeError):
     """The protocol raised, or returned no usable commands; the run ends there."""
-
-
-def make_control(scenario, limits, protocol):
-    """Return the control of the scenario's robots by ``protocol``, kept within ``limits``."""
-    return protocol(
-        numbers=range(1, scenario.n + 1),
-        topology=scenario.topology,
-        limits=limits,
-        saturation=scenario.control.saturation,
-        parameters=scenario.control.parameters,
-        period=1.0 / scenario.control.rate,
-    )
 
 
 class Experiment:
@@ -43,11 +31,9 @@ class Experiment:
         scenario, protocol = choose_protocol(scenario, protocol)
         self.scenario = scenario
         self.world = World.from_scenario(scenario)
-        self.control = make_control(scenario, self.world.limits, protocol)
+        self.control = make_control(scenario, protocol)
         self.collisions = []
-        # A point mass has no heading that could turn too far.
-        unicycles = scenario.fidelity != "point_mass"
-        self.warnings = self.control.warnings(scenario.poses) if unicycles else []
+        self.warnings = self.control.warnings(scenario.poses)
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
@@ -111,7 +97,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     }
     experiment.world.close()
     run = read_run_csv(csv_path, scenario, experiment.collisions, meta)
-    return write_report(run, out, formats)
+    return write_report(run, out, formats, experiment.control)
 
 
 def _with_progress(samples, scenario, wanted):

@@ -9,10 +9,9 @@ import importlib.util
 import os
 import sys
 
+from mrs_simulator.control.library import HOMES, shipped
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.parameters import unknown_name
-
-SHIPPED = {"formation": PioneerControl}
 
 
 class ProtocolError(ValueError):
@@ -26,8 +25,8 @@ def load_protocol(name, beside=""):
     ``beside`` (the scenario that names it).  Without ``:Class`` a file must hold exactly one
     protocol.  Raises ``ProtocolError``.
     """
-    if name in SHIPPED:
-        return SHIPPED[name]
+    if name in HOMES:
+        return shipped(name)
     source, _, class_name = name.rpartition(":") if ":" in name else (name, "", "")
     if source.endswith(".py"):
         module = _module_from_file(_located(source, beside), name)
@@ -35,7 +34,7 @@ def load_protocol(name, beside=""):
         module = _module_by_name(source, name)
     else:
         raise ProtocolError(
-            unknown_name("protocol", name, SHIPPED) + "; or wanted package.module:Class or "
+            unknown_name("protocol", name, HOMES) + "; or wanted package.module:Class or "
             "path/to/file.py:Class"
         )
     return _class_in(module, class_name, name)
@@ -50,7 +49,8 @@ def choose_protocol(scenario, protocol=None):
     if protocol is None:
         return scenario, load_protocol(scenario.control.protocol, beside=scenario.path)
     named = scenario.control.protocol
-    if protocol is not SHIPPED.get(named) and named.rpartition(":")[2] != protocol.__name__:
+    same = named in HOMES and protocol is shipped(named)
+    if not same and named.rpartition(":")[2] != protocol.__name__:
         scenario = scenario.with_protocol(protocol.__name__)
     return scenario, protocol
 

@@ -5,13 +5,21 @@ from typing import NamedTuple
 import numpy as np
 from geometry_msgs.msg import Twist
 
-from mrs_simulator.core import formation
+from mrs_simulator.core.formation import HAND_LENGTH
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import NO_LIMITS, hand_points, saturate, unicycle_from_point_mass
 from mrs_simulator.core.parameters import checked_values
 
-HAND_LENGTH = next(p for p in formation.PARAMETERS if p.name == "l")
-RESERVED = ("numbers", "topology", "limits", "saturation", "parameters", "period", "time")
+RESERVED = (
+    "numbers",
+    "topology",
+    "limits",
+    "saturation",
+    "parameters",
+    "period",
+    "time",
+    "fidelity",
+)
 
 
 class Position(NamedTuple):
@@ -35,7 +43,7 @@ def make_twist(v, omega):
 
 
 class PioneerControl:
-    """Controls a team.  As it stands it runs the paper's formation law (6).
+    """Controls a team by a law that a researcher writes.
 
     Override ONE of
 
@@ -48,13 +56,10 @@ class PioneerControl:
     [s] the time since the control began and ``self.period`` [s] that between two commands.
     """
 
-    PARAMETERS = formation.PARAMETERS
+    PARAMETERS = (HAND_LENGTH,)
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
-        own_law = {"calculateControlLaw", "pointMassLaw"} & set(vars(cls))
-        if own_law and "PARAMETERS" not in vars(cls) and cls.PARAMETERS is formation.PARAMETERS:
-            cls.PARAMETERS = ()
         for parameter in cls.PARAMETERS:
             if parameter.name in RESERVED or hasattr(PioneerControl, parameter.name):
                 raise TypeError(
@@ -73,15 +78,18 @@ class PioneerControl:
         saturation="robot",
         parameters=None,
         period=0.02,
+        fidelity="kinematic",
     ):
         """``numbers``: the robots' numbers; ``limits``: of each robot, kept to by ``saturation``.
+
+        ``period`` [s] between two commands; ``fidelity``: what moves the robots, for tolerances.
 
         Raises ``ValueError`` that names an unknown or impossible parameter.
         """
         self.numbers = tuple(numbers)
         self.limits = limits
         self.saturation = saturation
-        self.period, self.time = period, 0.0
+        self.period, self.time, self.fidelity = period, 0.0, fidelity
         self._given_topology = topology
         self.set_parameters(parameters or {})
 
@@ -100,20 +108,34 @@ class PioneerControl:
         }
 
     def pointMassLaw(self, hand):
-        """Return the hand points' wanted velocities, shape (n, 2) [m/s], from ``hand`` (n, 2) [m].
+        """Return the hand points' wanted velocities, shape (n, 2) [m/s], from ``hand`` (n, 2) [m]."""
+        raise NotImplementedError(
+            "{} has no law: wanted calculateControlLaw or pointMassLaw".format(type(self).__name__)
+        )
 
-        This default is the paper's law (6), ``u_i = -(k/T)(alpha_i - alpha_i*)``.
-        """
-        return formation.formation_velocity(hand, self._offsets, self._closure, self.k, self.T)
+    def start(self):
+        """Begin anew: what a law remembers of the past belongs here."""
+
+    def claims(self, start):
+        """Return what theory says of a run from hand points ``start`` (n, 2): a list of
+        ``core.claims.Claim`` and ``Condition``."""
+        return []
+
+    def prediction(self, start, time):
+        """Return the hand points that theory predicts at ``time`` (m,) [s], (m, n, 2), or None."""
+        return None
 
     def targets(self, hand):
-        """Return where the hand points ``hand`` (n, 2) are wanted now, (n, 2) [m], or None.
+        """Return where the hand points ``hand`` (n, 2) are wanted now, (n, 2) [m], or None."""
+        return None
 
-        For displays; this default is the paper's ``alpha_i*``, and None for other laws.
-        """
-        if self.PARAMETERS is not formation.PARAMETERS:
-            return None
-        return hand - formation.target_errors(hand, self._offsets, self._closure)
+    def warnings(self, pose):
+        """Return warnings, a list of texts, about running from ``pose`` (n, 3)."""
+        return []
+
+    def measures(self, run):
+        """Return further values of ``run`` for its verdict, plain values by name."""
+        return {}
 
     # What the loops call -------------------------------------------------------------------------
 
@@ -134,55 +156,30 @@ class PioneerControl:
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name, the others to their defaults; all or none."""
-        values = checked_values(self.PARAMETERS, given, type(self).__name__)
-        topology, closure = self._given_topology, values.get("closure")
-        if self.PARAMETERS is formation.PARAMETERS:
-            self._closure = formation.closure_topology(closure, len(self.numbers), topology)
-            self._offsets = formation.line_offsets(len(self.numbers), values["c"])
-            topology = self._closure
-        self.topology = topology or Topology(len(self.numbers), [])
-        for name, value in values.items():
+        self.parameters = self.checked_parameters(given)
+        for name, value in self.parameters.items():
             setattr(self, name, value)
-        self.parameters = values
+        self.topology = self._given_topology or Topology(len(self.numbers), [])
+
+    def checked_parameters(self, given):
+        """Return all parameters' values with ``given``; ``ValueError`` names an impossible one."""
+        return checked_values(self.PARAMETERS, given, type(self).__name__)
 
     def set_topology(self, topology):
-        """Replace the interaction graph; the paper's law then follows it (closure ``topology``)."""
+        """Replace the interaction graph; ``ValueError`` if it is not over these robots."""
         if topology.n != len(self.numbers):
             raise ValueError(
                 "topology over {} robots, wanted {}".format(topology.n, len(self.numbers))
             )
-        self._given_topology = topology
-        if self.PARAMETERS is formation.PARAMETERS:
-            self.set_parameters(dict(self.parameters, closure="topology"))
-        else:
-            self.topology = topology
-
-    def warnings(self, pose):
-        """Return warnings, a list of texts, about running from ``pose`` (n, 3) at this period.
-
-        The paper's law on unicycles spins for ever when the held arc turns too far: safe is
-        ``Tc <= l/(kappa e_max)`` or ``omega_max Tc <= 1``.
-        """
-        if self.PARAMETERS is not formation.PARAMETERS:
-            return []
-        hand = hand_points(pose, self.l)
-        e_max = formation.error_norm(hand, self._offsets, self._closure)
-        omega_max = self.limits.omega_max if self.saturation != "none" else np.inf
-        longest = formation.largest_stable_period(self.k, self.T, self.l, e_max, omega_max)
-        if self.period <= longest * (1.0 + 1e-9):
-            return []
-        return [
-            "one command every {:g} s is too slow for l = {:g} m and kappa = k/T = {:g} /s with "
-            "errors up to {:.3g} m: a robot may spin for ever. Wanted a period of at most "
-            "l/(kappa e_max) = {:.3g} s, or a limit on the turn rate with omega_max Tc <= 1".format(
-                self.period, self.l, self.k / self.T, e_max, self.l * self.T / (self.k * e_max)
-            )
-        ]
+        self._given_topology = self.topology = topology
 
     # Inside --------------------------------------------------------------------------------------
 
+    def _hand(self, pose):
+        return hand_points(pose, self.l)
+
     def _array_law(self, pose):
-        u = np.asarray(self.pointMassLaw(hand_points(pose, self.l)), dtype=float)
+        u = np.asarray(self.pointMassLaw(self._hand(pose)), dtype=float)
         if u.shape != (len(self.numbers), 2):
             raise ControlError(
                 "pointMassLaw returned shape {}, wanted ({}, 2): a velocity for each robot".format(

@@ -18,6 +18,16 @@ from mrs_simulator.core.parameters import Parameter
 CLOSURES = ("chain", "cycle", "path", "topology")
 
 
+HAND_LENGTH = Parameter(
+    "l",
+    DEFAULT_HAND_LENGTH,
+    "m",
+    low=0.0,
+    high=10.0,
+    open_low=True,
+    meaning="from the wheel-axle centre to the hand point",
+    why="the mapping (7) divides by l",
+)
 # The paper's law, described once for scenarios, launch files, ROS and forms.
 PARAMETERS = (
     Parameter(
@@ -33,16 +43,7 @@ PARAMETERS = (
     Parameter(
         "T", 0.1, "s", low=0.0, high=1e3, open_low=True, meaning="step of the discrete-time law"
     ),
-    Parameter(
-        "l",
-        DEFAULT_HAND_LENGTH,
-        "m",
-        low=0.0,
-        high=10.0,
-        open_low=True,
-        meaning="from the wheel-axle centre to the hand point",
-        why="the mapping (7) divides by l",
-    ),
+    HAND_LENGTH,
     Parameter("c", 2.0, "m", low=-1e3, high=1e3, meaning="separation along the line"),
     Parameter(
         "closure",

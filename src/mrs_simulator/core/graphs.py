@@ -69,6 +69,19 @@ class Topology:
         adjacency = self.adjacency()
         return np.diag(adjacency.sum(axis=1)) - adjacency
 
+    def has_spanning_tree(self):
+        """Return whether some robot is heard, over others, by all: consensus needs such a root."""
+        heard_by = [[] for _ in range(self.n)]
+        for i, j in zip(self._hears.tolist(), self._heard.tolist()):
+            heard_by[j].append(i)
+        # The last finished of a depth-first search over all is a root if there is one.
+        seen, last = set(), None
+        for start in range(self.n):
+            if start not in seen:
+                last = start
+                _reach(heard_by, start, seen)
+        return len(_reach(heard_by, last, set())) == self.n
+
     def neighbour_sum(self, values):
         """Return ``sum_j a_ij values_j``, the shape of ``values`` (n, d); no n-by-n matrix is made."""
         total = np.zeros_like(values)
@@ -80,6 +93,17 @@ class Topology:
     def in_degree(self):
         """Return ``sum_j a_ij``, shape (n,)."""
         return self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
+
+
+def _reach(following, start, seen):
+    """Add to ``seen`` all that can be reached from ``start``; return it."""
+    seen.add(start)
+    stack = [start]
+    while stack:
+        new = [node for node in following[stack.pop()] if node not in seen]
+        seen.update(new)
+        stack += new
+    return seen
 
 
 def _checked_edge(edge, n):

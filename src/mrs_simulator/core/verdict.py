@@ -9,77 +9,52 @@ from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 
-from mrs_simulator.core import formation
-from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.claims import Condition
 from mrs_simulator.core.recording import closest_approach
-from mrs_simulator.core.scenario import DEFAULT_PROTOCOL
 from mrs_simulator.version import __version__
 
-SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
+AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
 
 class Check(NamedTuple):
-    """One comparison: passed if ``|measured - predicted| <= tolerance``."""
+    """One comparison; ``passed`` is None where the theorem says nothing of this run (``note``: why)."""
 
     name: str
     predicted: Any
     measured: Any
     tolerance: Optional[float]
-    passed: bool
+    passed: Optional[bool]
+    difference: Optional[float] = None
+    note: str = ""
 
 
-class Tolerances(NamedTuple):
-    """How far a run may be from theory, by what moves the robots."""
-
-    gap: float  # [m]
-    spread: float  # [m]
-    place: float  # [m] of each final hand point from its predicted place
-    settling: float  # [-] of the predicted settling time
-
-
-TOLERANCES = {
-    "point_mass": Tolerances(1e-3, 1e-3, 1e-2, 0.05),
-    "kinematic": Tolerances(0.01, 0.01, 0.1, 0.05),
-    "dynamic": Tolerances(0.05, 0.05, 0.25, 0.25),
-}
-SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
-
-
-def close_check(name, predicted, measured, tolerance):
-    """Return the check that ``measured`` is within ``tolerance`` of ``predicted``."""
-    passed = measured is not None and abs(measured - predicted) <= tolerance
-    return Check(name, predicted, measured, tolerance, bool(passed))
-
-
-def judge(run, claims=()):
+def judge(run, claims=(), measures=None, limits=None):
     """Return the verdict on ``run`` as the plain mapping that ``verdict.json`` holds.
 
-    ``claims`` are further ``Check``s that a protocol makes of its own run.  The paper's law is
-    judged where the run's scenario uses it.
+    ``claims``: ``Claim``s and ``Condition``s of the protocol; ``measures``: further values for the
+    verdict; ``limits``: the robots' ``Limits`` if each robot is held to them for itself.
     """
-    checks = [close_check("collisions", 0, len(run.collisions), 0)]
-    measures = {"settle_time": None, "final_gaps": None, "y_spread": None}
-    scenario = run.scenario
-    if scenario is not None and scenario.control.protocol == DEFAULT_PROTOCOL:
-        formed, measures = _judge_formation(run)
-        checks = formed + checks
-    checks += list(claims)
-    ended = run.meta.get("ended", "complete")
-    if scenario is not None and run.time[-1] < scenario.duration - 1.0 / scenario.record_rate:
-        ended = "cut short" if ended == "complete" else ended
+    checks = _checks(run, claims, limits)
+    checks.append(_compare("collisions", 0, len(run.collisions), 0, "equal"))
+    ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
+    scenario = run.scenario
     closest = closest_approach(run.pose)
     if "closest_approach" in run.meta:
         closest = min(closest, run.meta["closest_approach"])
     return {
-        "passed": all(check.passed for check in checks),
+        "passed": all(check.passed is not False for check in checks),
         "checks": [check._asdict() for check in checks],
-        **measures,
+        "settle_time": None,
+        "final_gaps": None,
+        "y_spread": None,
+        **(measures or {}),
         "min_distance": closest if math.isfinite(closest) else None,
         "real_time_factor": run.meta.get("real_time_factor"),
         "seed": scenario.seed if scenario is not None else run.meta.get("seed"),
         "title": scenario.title if scenario is not None else "",
+        "protocol": scenario.control.protocol if scenario is not None else "",
         "robots": len(run.robots),
         "duration": float(run.time[-1] - run.time[0]),
         "ended": ended,
@@ -88,42 +63,61 @@ def judge(run, claims=()):
     }
 
 
-def _judge_formation(run):
-    scenario = run.scenario
-    law = checked_values(formation.PARAMETERS, scenario.control.parameters, "control.parameters")
-    n = len(run.robots)
-    topology = formation.closure_topology(law["closure"], n, scenario.topology)
-    offsets = formation.line_offsets(n, law["c"])
-    start, end = run.hand[0], run.hand[-1]
-    tolerance = TOLERANCES[scenario.fidelity]
-    gaps, spread = formation.line_gaps(end), formation.y_spread(end)
-    checks = [close_check("y spread [m]", 0.0, spread, tolerance.spread)]
-    if n > 1:
-        worst = float(gaps[np.argmax(np.abs(gaps - law["c"]))])
-        checks.insert(0, close_check("final gap, the worst [m]", law["c"], worst, tolerance.gap))
-    settle_time = _settling(run, offsets, topology)
-    predicted = formation.predicted_settling(start, offsets, topology, law["k"], SETTLED)
-    if predicted is not None:
-        allowed = max(tolerance.settling * predicted, SETTLE_STEPS) * law["T"]
-        checks.append(close_check("settling time [s]", predicted * law["T"], settle_time, allowed))
-    if _keeps_its_place(scenario, law["closure"]):
-        place = formation.limit(start, offsets, topology, law["k"])
-        away = float(np.max(np.linalg.norm(end - place, axis=1)))
-        checks.append(close_check("distance from final place [m]", 0.0, away, tolerance.place))
-    measures = {"settle_time": settle_time, "final_gaps": gaps.tolist(), "y_spread": spread}
-    return checks, measures
+def _ended(run):
+    ended, scenario = run.meta.get("ended", "complete"), run.scenario
+    short = scenario is not None and run.time[-1] < scenario.duration - 1.0 / scenario.record_rate
+    return "cut short" if short and ended == "complete" else ended
 
 
-def _keeps_its_place(scenario, closure):
-    # Robot n anchors the chain whatever the limits; the other closures keep a mean of all robots,
-    # which limits on each robot do not.
-    return closure == "chain" or scenario.limits is None or scenario.fidelity == "point_mass"
+def _checks(run, claims, limits):
+    conditions = [claim for claim in claims if isinstance(claim, Condition)]
+    broken = ", ".join(condition.name for condition in conditions if not condition.holds)
+    limited = _limits_reached(run, limits)
+    checks = [
+        Check(c.name, "holds", "holds" if c.holds else "does not hold", None, c.holds, note=c.why)
+        for c in conditions
+    ]
+    for claim in claims:
+        if isinstance(claim, Condition):
+            continue
+        if broken:
+            checks.append(_skipped(claim, "does not apply: {} does not hold".format(broken)))
+        elif claim.free and limited:
+            checks.append(_skipped(claim, "does not apply: a robot was at its speed limit"))
+        else:
+            checks.append(_measured(run, claim))
+    return checks
 
 
-def _settling(run, offsets, topology):
-    errors = [formation.error_norm(hand, offsets, topology) for hand in run.hand]
-    index = formation.settling_index(errors, SETTLED)
-    return None if index >= len(errors) else float(run.time[index] - run.time[0])
+def _limits_reached(run, limits):
+    """Return whether a robot alone was held to its limits; after the start-up that rates ignore."""
+    if limits is None:
+        return False
+    top = AT_LIMIT * limits.velocities()
+    return bool(np.any(np.abs(run.command) >= top))
+
+
+def _skipped(claim, note):
+    return Check(claim.name, claim.predicted, None, claim.tolerance, None, note=note)
+
+
+def _measured(run, claim):
+    with np.errstate(all="ignore"):
+        measured = claim.measure(run)
+    if measured is not None and not math.isfinite(measured):
+        measured = None
+    return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)
+
+
+def _compare(name, predicted, measured, tolerance, relation):
+    if measured is None:
+        return Check(
+            name, predicted, None, tolerance, False, note="could not be measured in this run"
+        )
+    difference = measured - predicted
+    excess = {"equal": abs(difference), "at most": difference, "at least": -difference}[relation]
+    note = "" if relation == "equal" else relation
+    return Check(name, predicted, measured, tolerance, bool(excess <= tolerance), difference, note)
 
 
 def versions() -> Dict[str, str]:
@@ -151,12 +145,13 @@ def write_verdict(verdict, path):
 def verdict_text(verdict):
     """Return the verdict as a short table for a terminal."""
     lines = ["{}: {}".format(verdict["title"] or "run", _word(verdict["passed"]))]
-    lines.append("  {:32} {:>12} {:>12} {:>10}".format("", "predicted", "measured", "tolerance"))
+    width = max([32] + [len(check["name"]) for check in verdict["checks"]])
+    row = "  {:" + str(width) + "} {:>13} {:>13} {:>10}  {}"
+    lines.append(row.format("", "predicted", "measured", "tolerance", "").rstrip())
     for check in verdict["checks"]:
         cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
-        lines.append(
-            "  {:32} {:>12} {:>12} {:>10}  {}".format(check["name"], *cells, _word(check["passed"]))
-        )
+        said = " ".join(filter(None, (_word(check["passed"]), _note(check))))
+        lines.append(row.format(check["name"], *cells, said))
     if verdict["final_gaps"]:
         gaps = verdict["final_gaps"]
         shown = ", ".join("{:.4f}".format(gap) for gap in gaps[:12])
@@ -170,13 +165,20 @@ def verdict_text(verdict):
 
 
 def _word(passed):
-    return "PASSED" if passed else "FAILED"
+    return {True: "PASSED", False: "FAILED", None: "-"}[passed]
+
+
+def _note(check):
+    note = check.get("note", "")
+    return "({})".format(note) if note else ""
 
 
 def _cell(value):
     if value is None:
         return "-"
-    return "{:.4f}".format(value) if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    return "{:.4f}".format(value) if abs(value) >= 1e-3 or value == 0.0 else "{:.2e}".format(value)
 
 
 def main():

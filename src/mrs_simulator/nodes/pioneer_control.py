@@ -21,8 +21,8 @@ from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.odometry_inbox import OdometryInbox
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.reconfigure import ParameterServer
+from mrs_simulator.reporting import make_control
 from mrs_simulator.srv import SetTopology
-from mrs_simulator.world.robots import limits_of_team
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 CLOCK_SILENCE = 1.0  # [s] of wall time without /clock after which the simulator counts as dead
@@ -42,14 +42,8 @@ class ControlNode:
         saturation = text_parameter(
             "~saturation", scenario.control.saturation, ("robot", "team", "none")
         )
-        self.control = protocol(
-            numbers=range(1, scenario.n + 1),
-            topology=scenario.topology,
-            limits=limits_of_team(scenario.kinds, scenario.limits),
-            saturation=saturation,
-            parameters=scenario.control.parameters,
-            period=self.period,
-        )
+        control = scenario.control._replace(rate=rate, saturation=saturation)
+        self.control = make_control(scenario._replace(control=control), protocol)
         self.lockstep = flag_parameter("~lockstep", False)
         self.running = flag_parameter("~autostart", True)
         self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
@@ -266,7 +260,8 @@ class ControlNode:
             return ([], []) if targets is None else np.asarray(targets, dtype=float).T.tolist()
         except Exception as error:  # a display's places never stop the control
             rospy.logerr_throttle(
-                REPORT_PERIOD, "pioneer_control: targets: {}: {}".format(type(error).__name__, error)
+                REPORT_PERIOD,
+                "pioneer_control: targets: {}: {}".format(type(error).__name__, error),
             )
             return [], []
 

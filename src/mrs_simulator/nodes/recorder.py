@@ -15,7 +15,7 @@ from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.parameters import number_parameter
-from mrs_simulator.report.report import write_report, write_scenario
+from mrs_simulator.reporting import make_control, write_report, write_scenario
 
 SILENCE = 10.0  # [s] of wall time without a state after which the run counts as ended
 NAP = 0.2  # [s] of wall time
@@ -29,6 +29,7 @@ class RunRecorder:
     def __init__(self, scenario, out):
         """Write to the directory ``out``."""
         self.scenario, self.out = scenario, out
+        self.control = make_control(scenario)  # for its claims
         self.silence = number_parameter("~silence", SILENCE, above=0.0)
         self.csv_path = os.path.join(out, "run.csv")
         numbers = range(1, scenario.n + 1)
@@ -121,7 +122,7 @@ class RunRecorder:
                 "ended": self.ended,
             },
         )
-        return write_report(run, self.out)
+        return write_report(run, self.out, control=self.control)
 
 
 def main():

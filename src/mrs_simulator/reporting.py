@@ -1,14 +1,32 @@
-"""From a run to its figures and verdict; the command ``report`` does it from a recording."""
+"""From a run to its figures and its verdict against the protocol's own claims."""
 
 import argparse
 import os
 import sys
 
+from mrs_simulator.control.library import HOMES
+from mrs_simulator.control.loading import choose_protocol, load_protocol
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
+from mrs_simulator.world.robots import limits_of_team
 
 SCENARIO_FILE = "scenario.yaml"
+
+
+def make_control(scenario, protocol=None):
+    """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
+    scenario, protocol = choose_protocol(scenario, protocol)
+    limits = None if scenario.fidelity == "point_mass" else scenario.limits
+    return protocol(
+        numbers=range(1, scenario.n + 1),
+        topology=scenario.topology,
+        limits=limits_of_team(scenario.kinds, limits),
+        saturation=scenario.control.saturation,
+        parameters=scenario.control.parameters,
+        period=1.0 / scenario.control.rate,
+        fidelity=scenario.fidelity,
+    )
 
 
 def write_scenario(scenario, out):
@@ -17,15 +35,29 @@ def write_scenario(scenario, out):
         file.write(scenario.to_yaml())
 
 
-def write_report(run, out, formats=("png", "pdf")):
-    """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict."""
+def write_report(run, out, formats=("png", "pdf"), control=None):
+    """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
+
+    ``control`` makes the claims; without one the run is judged by what needs no theory.
+    """
     from mrs_simulator.report.figures import figures  # matplotlib is slow to import
 
-    verdict = judge(run)
+    verdict, prediction = judged(run, control)
     os.makedirs(out, exist_ok=True)
     write_verdict(verdict, os.path.join(out, "verdict.json"))
-    figures(run, out, formats)
+    figures(run, out, formats, prediction)
     return verdict
+
+
+def judged(run, control=None):
+    """Return the verdict on ``run`` and the hand points that theory predicts, (m, n, 2) or None."""
+    if control is None:
+        return judge(run), None
+    start = run.hand[0]
+    # A common factor for the whole team only re-times the motion: theory still speaks of it.
+    limits = None if control.saturation == "team" else control.limits
+    verdict = judge(run, control.claims(start), control.measures(run), limits)
+    return verdict, control.prediction(start, run.time - run.time[0])
 
 
 def read_run(path, scenario_path=None):
@@ -44,6 +76,17 @@ def read_run(path, scenario_path=None):
     return read_run_csv(path, scenario)
 
 
+def control_of(run):
+    """Return the control whose claims judge ``run``, None where the scenario names none.
+
+    A scenario that came in a bag may have come from anybody: it names shipped protocols only.
+    """
+    scenario = run.scenario
+    if scenario is None or (not scenario.path and scenario.control.protocol not in HOMES):
+        return None
+    return make_control(scenario, load_protocol(scenario.control.protocol, beside=scenario.path))
+
+
 def main(argv=None):
     """Run the command ``report``; exits with 0 passed, 1 failed verdict, 2 bad input."""
     parser = argparse.ArgumentParser(
@@ -55,7 +98,7 @@ def main(argv=None):
     arguments = parser.parse_args(argv)
     try:
         run = read_run(arguments.run, arguments.scenario)
-        verdict = write_report(run, arguments.out)
+        verdict = write_report(run, arguments.out, control=control_of(run))
     except (ValueError, OSError) as error:
         print("report: {}".format(error), file=sys.stderr)
         sys.exit(2)

@@ -1,0 +1,148 @@
+"""What a protocol claims of its own run: limits, rates, invariants, bounds, and their conditions.
+
+A *quantity* is a function of the hand points of all samples, (m, n, 2) [m], that returns one value
+for each sample, (m,) or (m, d).
+"""
+
+from typing import Any, Callable, NamedTuple
+
+import numpy as np
+
+RATE_WINDOWS = (
+    1e-3,
+    1e-2,
+    1e-1,
+)  # [-] of the start, below which a rate is looked for: first the last
+RATE_FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
+FEWEST_FITTED = 12  # [-] samples of a fitted rate
+
+
+class Claim(NamedTuple):
+    """One prediction of a theorem and how to measure it in a run.
+
+    ``relation``: "equal" (within ``tolerance``), "at most" or "at least" (with ``tolerance`` to
+    spare).  ``free``: it holds only while no limit on the robots' speeds is reached.
+    """
+
+    name: str
+    predicted: Any
+    tolerance: float
+    measure: Callable
+    relation: str = "equal"
+    free: bool = False
+
+
+class Condition(NamedTuple):
+    """A condition of the theorem: whether it holds here, and why not."""
+
+    name: str
+    holds: bool
+    why: str = ""
+
+
+def converges_to(points, tolerance=0.05, name="final distance from the limit [m]", free=False):
+    """Claim that the hand points end at ``points``, (n, 2) or one point (2,) [m], within ``tolerance``."""
+    points = np.asarray(points, dtype=float)
+    return Claim(
+        name,
+        0.0,
+        tolerance,
+        lambda run: float(np.linalg.norm(run.hand[-1] - points, axis=-1).max()),
+        free=free,
+    )
+
+
+def ends_at(quantity, value, tolerance, name, free=False):
+    """Claim that the ``quantity`` is ``value`` at the end, within ``tolerance``."""
+    return Claim(name, value, tolerance, lambda run: float(quantity(run.hand)[-1]), free=free)
+
+
+def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True):
+    """Claim that the quantity ``of`` decays like ``exp(-value t)``, value [1/s].
+
+    ``tolerance`` is a share of ``value``.  Measured by a straight line through the logarithm of the
+    last part of the decay, where the slowest mode is left.
+    """
+    return Claim(
+        name,
+        float(value),
+        tolerance * abs(value),
+        lambda run: decay_rate(run.time, of(run.hand)),
+        free=free,
+    )
+
+
+def invariant(quantity, tolerance=0.01, name="drift of the invariant", free=True):
+    """Claim that the ``quantity`` keeps the value it starts with, within ``tolerance``."""
+
+    def drift(run):
+        values = np.asarray(quantity(run.hand), dtype=float).reshape(len(run.time), -1)
+        return float(np.linalg.norm(values - values[0], axis=1).max())
+
+    return Claim(name, 0.0, tolerance, drift, free=free)
+
+
+def stays_below(quantity, bound, name, tolerance=0.0):
+    """Claim that the ``quantity`` never exceeds ``bound`` by more than ``tolerance``."""
+    return Claim(
+        name, bound, tolerance, lambda run: float(np.max(quantity(run.hand))), relation="at most"
+    )
+
+
+def stays_above(quantity, bound, name, tolerance=0.0):
+    """Claim that the ``quantity`` never falls below ``bound`` by more than ``tolerance``."""
+    return Claim(
+        name, bound, tolerance, lambda run: float(np.min(quantity(run.hand))), relation="at least"
+    )
+
+
+def decreases(quantity, name, tolerance=1e-6, free=False):
+    """Claim that the ``quantity`` never grows, by more than ``tolerance`` of its start in one sample."""
+
+    def growth(run):
+        values = np.asarray(quantity(run.hand), dtype=float)
+        scale = max(abs(values[0]), 1e-12)
+        return float(np.max(np.diff(values), initial=0.0) / scale)
+
+    return Claim(name, 0.0, tolerance, growth, relation="at most", free=free)
+
+
+def decay_rate(time, values):
+    """Return the rate [1/s] at which ``values`` (m,) decay at ``time`` (m,) [s]; None if they do not."""
+    values = np.asarray(values, dtype=float)
+    if not values[0] > 0.0:
+        return None
+    share = values / values[0]
+    # A decay that has reached its floor stays there: only what comes before counts.
+    low = np.flatnonzero(share <= RATE_FLOOR)
+    end = low[0] if len(low) else len(share)
+    floor = max(
+        RATE_FLOOR, 30.0 * float(np.min(share[:end], initial=1.0)) if end < len(share) else 0.0
+    )
+    for top in RATE_WINDOWS:
+        below = np.flatnonzero(share[:end] > top)
+        begin = below[-1] + 1 if len(below) else 0
+        window = np.arange(begin, end)
+        window = window[share[window] > floor]
+        if len(window) >= FEWEST_FITTED:
+            return float(-np.polyfit(time[window], np.log(share[window]), 1)[0])
+    return None
+
+
+# Quantities ------------------------------------------------------------------------------------
+
+
+def centroid(hand):
+    """Return the centroids (m, 2) [m]."""
+    return hand.mean(axis=1)
+
+
+def disagreement(hand):
+    """Return the distance from agreement, (m,) [m]: ``|alpha - 1 mean(alpha)|``."""
+    return np.linalg.norm(hand - hand.mean(axis=1, keepdims=True), axis=(1, 2))
+
+
+def distance_to(points):
+    """Return the quantity ``|alpha - points|``, (m,) [m]."""
+    points = np.asarray(points, dtype=float)
+    return lambda hand: np.linalg.norm(hand - points, axis=(1, 2))

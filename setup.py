@@ -3,7 +3,17 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-ROOMS = ("core", "world", "world.robots", "control", "control.library", "report", "nodes", "rqt_plugin")
+ROOMS = (
+    "core",
+    "core.protocols",
+    "world",
+    "world.robots",
+    "control",
+    "control.library",
+    "report",
+    "nodes",
+    "rqt_plugin",
+)
 
 setup(
     **generate_distutils_setup(

@@ -73,10 +73,7 @@ def _checks(run, claims, limits):
     conditions = [claim for claim in claims if isinstance(claim, Condition)]
     broken = ", ".join(condition.name for condition in conditions if not condition.holds)
     limited = _limits_reached(run, limits)
-    checks = [
-        Check(c.name, "holds", "holds" if c.holds else "does not hold", None, c.holds, note=c.why)
-        for c in conditions
-    ]
+    checks = [_held(condition) for condition in conditions]
     for claim in claims:
         if isinstance(claim, Condition):
             continue
@@ -87,6 +84,11 @@ def _checks(run, claims, limits):
         else:
             checks.append(_measured(run, claim))
     return checks
+
+
+def _held(condition):
+    measured, note = ("holds", "") if condition.holds else ("does not hold", condition.why)
+    return Check(condition.name, "holds", measured, None, condition.holds, note=note)
 
 
 def _limits_reached(run, limits):

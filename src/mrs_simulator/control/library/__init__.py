@@ -4,6 +4,7 @@ import importlib
 
 # Scenarios, launch files and the GUI name them so.
 HOMES = {
+    "consensus": "consensus:Consensus",
     "formation": "formation:Formation",
 }
 

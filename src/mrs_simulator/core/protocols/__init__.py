@@ -1,0 +1,1 @@
+"""Coordination laws as pure functions of arrays: points (n, 2) in, velocities (n, 2) out."""

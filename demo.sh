@@ -60,8 +60,9 @@ launch=""
 end() {
   [ -n "$launch" ] || return
   kill -INT "$launch" 2>/dev/null
-  for _ in $(seq 300); do
+  for tenths in $(seq 300); do
     kill -0 "$launch" 2>/dev/null || break
+    [ "$tenths" = 100 ] && kill -TERM "$launch" 2>/dev/null
     sleep 0.1
   done
   kill -KILL -- "-$launch" 2>/dev/null

@@ -25,6 +25,11 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def heed_interrupts():
+    """In a child: take SIGINT as at a terminal, though the tests run as a background job."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def wait_until(condition, limit=20.0, nap=0.02):
     """Return the condition's first true value; fail the test after ``limit`` [s]."""
     end = time.monotonic() + limit
@@ -72,6 +77,7 @@ class Ros:
             stdout=log,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
+            preexec_fn=heed_interrupts,
         )
         process.log = log.name
         log.close()
@@ -92,6 +98,7 @@ class Ros:
             env=self.environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            preexec_fn=heed_interrupts,
         )
         self.processes.append(process)
         return Probe(process)

@@ -10,6 +10,7 @@ from math import comb
 
 import numpy as np
 import pytest
+from ros_fixtures import heed_interrupts
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experiment
 from mrs_simulator.core import formation
@@ -199,7 +200,10 @@ def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code
     scenario = os.path.join(ROOT, "scenarios", "paper_dynamic.yaml")
     command = [sys.executable, "-m", "mrs_simulator.experiment", scenario, "--out", str(tmp_path)]
     process = subprocess.Popen(
-        command + ["--duration", "5000"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        command + ["--duration", "5000"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=heed_interrupts,
     )
     try:
         end = time.monotonic() + 60

@@ -13,6 +13,7 @@ import rospy
 from geometry_msgs.msg import Pose2D, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -117,6 +118,11 @@ def repeat():
         threading.Event().wait(0.05)
 
 
+def press(on):
+    emergency.publish(Bool(data=on))
+    return True
+
+
 def call(name, kind, *arguments):
     answer = rospy.ServiceProxy(name, kind)(*arguments)
     return [answer.success, answer.message]
@@ -128,6 +134,7 @@ def set_team(poses):
 
 
 rospy.init_node("probe", anonymous=True, disable_signals=True)
+emergency = rospy.Publisher("/emergency_stop", Bool, queue_size=1, latch=True)
 subscribers = [
     rospy.Subscriber("/clock", Clock, on_clock, queue_size=100),
     rospy.Subscriber("/tf", TFMessage, on_transforms),

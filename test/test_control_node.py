@@ -76,6 +76,21 @@ def test_the_shipped_law_drives_and_stops_by_service(ros):
     assert "Formation for 3 robots, a command every 0.02 s" in log_of(control)
 
 
+def test_the_emergency_stop_holds_until_it_is_released(ros):
+    ros.node("stage", "--robots", 3)
+    ros.node("pioneer_control", "--robots", 3)
+    probe = ros.probe()
+    probe.wait("max(map(abs, state('vx') or [0])) > 0.1")
+    probe.ask("press(True)")
+    at_rest(probe)
+    probe.wait("control('trouble') == 'emergency stop'")
+    assert probe.ask("call('/pioneer_control/start', Trigger)")[0] is False
+    # Released, the robots still stand until they are told to go on.
+    probe.ask("press(False)")
+    wait_until(lambda: probe.ask("call('/pioneer_control/start', Trigger)")[0])
+    probe.wait("max(map(abs, state('vx'))) > 0.1")
+
+
 def test_a_law_runs_as_a_script_of_its_own(ros, law):
     ros.node("stage", "--robots", 2)
     ros.start("control", ["python3", law(FORWARD), "--robots", "2"])

@@ -9,6 +9,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from mrs_simulator.control.loading import choose_protocol
@@ -50,7 +51,7 @@ class ControlNode:
         self.trouble = "" if self.running else "not started"
         self._lock = threading.RLock()
         self._next, self._answered, self._begun = None, None, None
-        self._warnings = []
+        self._warnings, self._emergency = [], False
         self._command = np.zeros((scenario.n, 2))
         self._compute_time = 0.0
         self._last = {"status": 0.0, "report": 0.0, "clock": time.monotonic()}
@@ -72,6 +73,7 @@ class ControlNode:
             rospy.Service("~set_topology", SetTopology, self._on_set_topology),
         ]
         self._reconfigure = ParameterServer(self.control, self._lock)
+        self._emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop)
         rospy.on_shutdown(self._on_shutdown)
 
     # The main loop -------------------------------------------------------------------------------
@@ -192,8 +194,17 @@ class ControlNode:
 
     # Services and events -------------------------------------------------------------------------
 
+    def _on_emergency_stop(self, message):
+        with self._lock:
+            if message.data and not self._emergency:
+                rospy.logerr("pioneer_control: emergency stop")
+                self._stop("emergency stop")
+            self._emergency = message.data
+
     def _on_start(self, _):
         with self._lock:
+            if self._emergency:
+                return False, "emergency stop: release it first"
             self.running, self._next, self._begun = True, None, None
             self.trouble = self._what_is_missing()
             return True, self.trouble or "running"

@@ -113,6 +113,7 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None):
     for name, draw, height in _drawings(run, prediction):
         figure = new_figure(WIDTH, height)
         draw(figure)
+        settle(figure)
         paths += [save(figure, os.path.join(out_dir, name + "." + kind)) for kind in formats]
     return paths
 
@@ -137,6 +138,23 @@ def new_figure(width=WIDTH, height=STATES_HEIGHT):
     figure = Figure(figsize=(width, height), constrained_layout=True)
     FigureCanvasAgg(figure)
     return figure
+
+
+@_styled
+def settle(figure):
+    """Lay out ``figure`` once and for all.
+
+    The solver of the layout leaves its last digits to chance: places are rounded, so that the same
+    run gives the same bytes.
+    """
+    if hasattr(figure, "set_layout_engine"):  # matplotlib 3.6
+        figure.get_layout_engine().execute(figure)
+        figure.set_layout_engine("none")
+    else:
+        figure.execute_constrained_layout()
+        figure.set_constrained_layout(False)
+    for axes in figure.axes:
+        axes.set_position([round(value, 4) for value in axes.get_position(original=True).bounds])
 
 
 @_styled

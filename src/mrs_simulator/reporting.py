@@ -95,10 +95,12 @@ def main(argv=None):
     parser.add_argument("run", help="run.csv, or a rosbag of a ROS run")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
     parser.add_argument("--scenario", help="YAML file; default: scenario.yaml beside the run")
+    parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
     arguments = parser.parse_args(argv)
     try:
         run = read_run(arguments.run, arguments.scenario)
-        verdict = write_report(run, arguments.out, control=control_of(run))
+        formats = [kind for kind in arguments.formats.split(",") if kind]
+        verdict = write_report(run, arguments.out, formats, control_of(run))
     except (ValueError, OSError) as error:
         print("report: {}".format(error), file=sys.stderr)
         sys.exit(2)

@@ -27,7 +27,8 @@ def load_protocol(name, beside=""):
     """
     if name in HOMES:
         return shipped(name)
-    source, _, class_name = name.rpartition(":") if ":" in name else (name, "", "")
+    named = ":" in name and not name.endswith(".py")
+    source, _, class_name = name.rpartition(":") if named else (name, "", "")
     if source.endswith(".py"):
         module = _module_from_file(_located(source, beside), name)
     elif class_name:

@@ -54,6 +54,25 @@ class Topology:
             return cls(n, pairs, directed=False)
         raise ValueError("topology preset {!r}: wanted one of {}".format(name, ", ".join(PRESETS)))
 
+    @classmethod
+    def random(cls, n, probability=0.3, seed=0):
+        """Return a connected undirected graph: a random tree, and each other pair with ``probability``."""
+        draw = np.random.default_rng(seed)
+        order = draw.permutation(n) + 1
+        pairs = {tuple(sorted((int(order[k]), int(order[draw.integers(k)])))) for k in range(1, n)}
+        chosen = draw.random((n, n)) < probability
+        pairs |= {(i + 1, j + 1) for i, j in zip(*np.nonzero(np.triu(chosen, 1)))}
+        return cls(n, [(int(i), int(j)) for i, j in sorted(pairs)], directed=False)
+
+    @classmethod
+    def proximity(cls, points, radius):
+        """Return the undirected graph of all pairs of ``points`` (n, 2) [m] within ``radius`` [m]."""
+        points = np.asarray(points, dtype=float)
+        apart = np.linalg.norm(points[:, np.newaxis] - points[np.newaxis], axis=2)
+        near = np.triu(apart <= radius, 1)
+        pairs = [(int(i) + 1, int(j) + 1) for i, j in zip(*np.nonzero(near))]
+        return cls(len(points), pairs, directed=False)
+
     def neighbours(self, robot):
         """Return the numbers of the robots that ``robot`` (1..n) hears, ascending."""
         return [int(j) + 1 for j in self._heard[self._hears == robot - 1]]

@@ -1,0 +1,42 @@
+"""The rqt plugin: the study widget inside rqt."""
+
+from qt_gui.plugin import Plugin
+
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.nodes.arguments import shipped_scenarios
+from mrs_simulator.rqt_plugin.guard import guarded
+from mrs_simulator.rqt_plugin.link import RosLink
+from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+
+KEYS = ("scenario", "across", "down", "shown")
+
+
+class MrsSimulator(Plugin):
+    """Coordination studies of multi-robot systems."""
+
+    def __init__(self, context):
+        super().__init__(context)
+        self.setObjectName("MrsSimulator")
+        scenario = load_scenario(shipped_scenarios() + "/paper.yaml")
+        self._widget = StudyWidget(RosLink(), Processes(), scenario)
+        if context.serial_number() > 1:
+            title = "{} ({})".format(self._widget.windowTitle(), context.serial_number())
+            self._widget.setWindowTitle(title)
+        context.add_widget(self._widget)
+
+    @guarded
+    def shutdown_plugin(self):
+        """End what was started here."""
+        self._widget.close_study()
+
+    @guarded
+    def save_settings(self, _plugin_settings, instance_settings):
+        """Keep scenario and layout."""
+        for key, value in self._widget.save_settings().items():
+            instance_settings.set_value(key, value)
+
+    @guarded
+    def restore_settings(self, _plugin_settings, instance_settings):
+        """Take up scenario and layout."""
+        self._widget.restore_settings({key: instance_settings.value(key) for key in KEYS})

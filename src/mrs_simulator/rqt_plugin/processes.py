@@ -1,0 +1,88 @@
+"""Programs that the GUI starts, and ends again: only what was started here."""
+
+import os
+import signal
+import subprocess
+import tempfile
+import time
+
+STOP_LIMIT = 8.0  # [s] until a program that does not end by itself is killed
+TAIL = 2000  # [-] characters of output shown of a program that failed
+
+
+class Processes:
+    """Named programs of this package, each at most once."""
+
+    def __init__(self):
+        self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
+        self._running = {}
+
+    def start(self, name, script, *arguments):
+        """Start ``rosrun mrs_simulator script``; one of that name that still runs is ended first."""
+        self.stop(name)
+        log = open(os.path.join(self.directory, name + ".log"), "wb")
+        command = ["rosrun", "mrs_simulator", script] + [str(argument) for argument in arguments]
+        # A group of its own: Ctrl-C in the terminal is for the GUI, which then ends these in order.
+        self._running[name] = subprocess.Popen(
+            command,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        log.close()
+
+    def run(self, command, name, limit=None):
+        """Run ``command`` to its end; return ``(exit code, output)``."""
+        path = os.path.join(self.directory, name + ".log")
+        with open(path, "wb") as log:
+            process = subprocess.Popen(
+                command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
+            )
+            try:
+                code = process.wait(limit)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                code = process.wait()
+        return code, self.output(name)
+
+    def is_running(self, name):
+        """Return whether the program started as ``name`` still runs."""
+        process = self._running.get(name)
+        return process is not None and process.poll() is None
+
+    def take_ended(self):
+        """Return ``(name, exit code, output)`` of the programs that ended by themselves."""
+        ended = [(n, p.returncode) for n, p in self._running.items() if p.poll() is not None]
+        for name, _ in ended:
+            del self._running[name]
+        return [(name, code, self.output(name)) for name, code in ended]
+
+    def output(self, name):
+        """Return the end of what the program called ``name`` has printed."""
+        path = os.path.join(self.directory, name + ".log")
+        if not os.path.exists(path):
+            return ""
+        with open(path, encoding="utf-8", errors="replace") as file:
+            return file.read()[-TAIL:]
+
+    def stop(self, name):
+        """Ask the program called ``name`` to end; :meth:`wait` makes sure."""
+        process = self._running.pop(name, None)
+        if process is not None and process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            self._running["{} {}".format(name, process.pid)] = process
+
+    def stop_all(self):
+        """End every program that was started here, for certain, within ``STOP_LIMIT``."""
+        for process in self._running.values():
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        end = time.monotonic() + STOP_LIMIT
+        for process in self._running.values():
+            try:
+                process.wait(max(0.0, end - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._running.clear()

@@ -1,0 +1,147 @@
+"""The run's buttons: simulation, controller, speed, emergency stop."""
+
+from python_qt_binding.QtCore import Qt, Signal
+from python_qt_binding.QtGui import QKeySequence
+from python_qt_binding.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QShortcut,
+    QSizePolicy,
+    QWidget,
+)
+
+from mrs_simulator.rqt_plugin.guard import guarded
+
+SPEEDS = ("0.1", "0.5", "1", "2", "5", "10", "20", "0")
+# name, text, key, what it does
+ACTIONS = (
+    (
+        "simulate",
+        "Start simulation",
+        "Ctrl+R",
+        "Start the stage with this scenario, or attach to the one that runs",
+    ),
+    ("pause", "Pause", "Ctrl+P", "Stop simulated time, or let it go on"),
+    ("step", "Step", "Ctrl+.", "Advance a paused simulation by one step"),
+    (
+        "reset",
+        "Reset",
+        "Ctrl+Backspace",
+        "Put the robots back to their initial poses; time goes on",
+    ),
+    ("end", "End", "Ctrl+E", "End the simulation that was started here"),
+    ("control", "Start controller", "Ctrl+G", "Start the formation controller"),
+    ("stop", "Stop controller", "Ctrl+T", "Stop the controller: all robots get zero commands"),
+    ("save", "Save results...", "Ctrl+S", "Save data, figures, verdict and scenario"),
+)
+BREAKS = ("control", "save")  # a gap before these
+EMERGENCY_KEY = "Esc"
+RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
+
+
+class RunBar(QWidget):
+    """Buttons with shortcuts that work inside the plugin alone."""
+
+    asked = Signal(str)  # the name of an action
+    speed_chosen = Signal(float)  # simulated over wall time, 0: as fast as possible
+    emergency = Signal(bool)  # pressed, or released
+
+    def __init__(self, owner, parent=None):
+        """``owner``: the widget within which the shortcuts work."""
+        super().__init__(parent)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(2, 2, 2, 2)
+        layout.setSpacing(4)
+        self._buttons = {}
+        for name, text, key, meaning in ACTIONS:
+            if name in BREAKS:
+                layout.addWidget(_line())
+            layout.addWidget(self._button(owner, name, text, key, meaning))
+            if name == "end":
+                layout.addWidget(self._build_speed())
+        layout.addStretch(1)
+        self._stop_all = QPushButton("EMERGENCY STOP")
+        self._stop_all.setCheckable(True)
+        self._stop_all.setStyleSheet(RED)
+        self._stop_all.setToolTip(
+            "All robots stop and stay so until released ({})".format(EMERGENCY_KEY)
+        )
+        self._stop_all.toggled.connect(self._on_emergency)
+        _shortcut(EMERGENCY_KEY, owner, self._press)
+        layout.addWidget(self._stop_all)
+
+    def _button(self, owner, name, text, key, meaning):
+        button = QPushButton(text)
+        button.setToolTip("{} ({})".format(meaning, key))
+        button.setSizePolicy(QSizePolicy.Minimum, QSizePolicy.Fixed)
+        button.clicked.connect(guarded(lambda *_: self.asked.emit(name)))
+        _shortcut(key, owner, button.click)
+        self._buttons[name] = button
+        return button
+
+    def _build_speed(self):
+        self._speed = QComboBox()
+        self._speed.setToolTip("Simulated over wall time; max: as fast as possible")
+        for speed in SPEEDS:
+            self._speed.addItem("max" if speed == "0" else "{} \u00d7".format(speed), float(speed))
+        self._speed.setCurrentIndex(SPEEDS.index("1"))
+        self._speed.activated.connect(guarded(lambda *_: self.speed_chosen.emit(self.speed())))
+        return self._speed
+
+    @guarded
+    def _press(self):
+        # The key only ever stops; releasing is a deliberate click.
+        self._stop_all.setChecked(True)
+
+    @guarded
+    def _on_emergency(self, on):
+        self._stop_all.setText("RELEASE STOP" if on else "EMERGENCY STOP")
+        self.emergency.emit(on)
+
+    def speed(self):
+        """Return the speed chosen."""
+        return float(self._speed.currentData())
+
+    def set_speed(self, speed):
+        """Show ``speed``; one that is not in the list is added."""
+        index = self._speed.findData(float(speed))
+        if index < 0:
+            self._speed.addItem("{:g} \u00d7".format(speed), float(speed))
+            index = self._speed.count() - 1
+        self._speed.setCurrentIndex(index)
+
+    def set_enabled(self, name, enabled):
+        """Enable or disable the action ``name``."""
+        self._buttons[name].setEnabled(enabled)
+
+    def set_paused(self, paused):
+        """Show what the pause button would do now."""
+        self._buttons["pause"].setText("Go on" if paused else "Pause")
+
+    def set_emergency(self, on):
+        """Show the state of the emergency stop; no signal."""
+        if on != self._stop_all.isChecked():
+            self._stop_all.blockSignals(True)
+            self._stop_all.setChecked(on)
+            self._stop_all.setText("RELEASE STOP" if on else "EMERGENCY STOP")
+            self._stop_all.blockSignals(False)
+
+    def button(self, name):
+        """Return the button of the action ``name``; "emergency" is one too."""
+        return self._stop_all if name == "emergency" else self._buttons[name]
+
+
+def _shortcut(key, owner, action):
+    shortcut = QShortcut(QKeySequence(key), owner)
+    # Of this plugin alone: rqt's other plugins keep their keys.
+    shortcut.setContext(Qt.WidgetWithChildrenShortcut)
+    shortcut.activated.connect(guarded(lambda *_: action()))
+
+
+def _line():
+    line = QFrame()
+    line.setFrameShape(QFrame.VLine)
+    line.setFrameShadow(QFrame.Sunken)
+    return line

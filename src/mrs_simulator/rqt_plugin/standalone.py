@@ -1,0 +1,118 @@
+"""The GUI in a window of its own, for systems without rqt."""
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import time
+from urllib.parse import urlparse
+
+import rosgraph
+import rospy
+from python_qt_binding.QtCore import QSettings, QTimer
+from python_qt_binding.QtWidgets import QApplication, QMainWindow
+
+from mrs_simulator.nodes.arguments import scenario_from
+from mrs_simulator.rqt_plugin.guard import guarded
+from mrs_simulator.rqt_plugin.link import RosLink
+from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+
+MASTER_LIMIT = 15.0  # [s] for a master that is started here
+SIZE = (1280, 740)  # [px] of the window at first
+
+
+class Window(QMainWindow):
+    """The study widget with a frame, and settings that survive a restart."""
+
+    def __init__(self, study, settings):
+        super().__init__()
+        self._settings, self.study = settings, study
+        self.setWindowTitle(study.windowTitle())
+        self.setCentralWidget(study)
+        self.resize(*SIZE)
+        geometry = settings.value("geometry")
+        if geometry is not None:
+            self.restoreGeometry(geometry)
+
+    @guarded
+    def closeEvent(self, event):
+        """Keep the settings, end what was started here."""
+        self._settings.setValue("geometry", self.saveGeometry())
+        for key, value in self.study.save_settings().items():
+            self._settings.setValue(key, value)
+        self.study.close_study()
+        super().closeEvent(event)
+
+
+def main():
+    """Run the GUI; without a master one is started on this host, and ended with the window."""
+    parser = argparse.ArgumentParser(
+        prog="mrs_gui", description="Coordination studies in one window."
+    )
+    parser.add_argument("--scenario", default="", help="YAML file (default: the last one)")
+    parser.add_argument(
+        "--fresh", action="store_true", help="without the settings of the last time"
+    )
+    arguments, rest = parser.parse_known_args(rospy.myargv()[1:])
+    application = QApplication([sys.argv[0]] + rest)
+    master = None if rosgraph.is_master_online() else _start_master()
+    try:
+        scenario = scenario_from(arguments)
+        rospy.init_node("mrs_gui", anonymous=True, disable_signals=True)
+        settings = QSettings("mrs_simulator", "mrs_gui")
+        if arguments.fresh:
+            settings.clear()
+        study = StudyWidget(RosLink(), Processes(), scenario)
+        kept = {key: settings.value(key) for key in ("across", "down", "shown")}
+        if not arguments.scenario:
+            kept["scenario"] = settings.value("scenario")
+        study.restore_settings(kept)
+        window = Window(study, settings)
+        window.show()
+        _end_on_signals(application, window)
+        code = application.exec_()
+    except (ValueError, OSError) as error:
+        print("mrs_gui: {}".format(error), file=sys.stderr)
+        code = 2
+    finally:
+        rospy.signal_shutdown("window closed")
+        if master is not None:
+            master.terminate()
+            master.wait()
+    sys.exit(code)
+
+
+def _start_master():
+    """Start a master where ``ROS_MASTER_URI`` says, for this host alone unless told otherwise."""
+    os.environ.setdefault("ROS_HOSTNAME", "localhost")
+    port = urlparse(rosgraph.get_master_uri()).port or 11311
+    master = subprocess.Popen(
+        ["rosmaster", "--core", "-p", str(port)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    end = time.monotonic() + MASTER_LIMIT
+    while not rosgraph.is_master_online():
+        if master.poll() is not None or time.monotonic() > end:
+            master.kill()
+            raise OSError(
+                "no ROS master at {}, and none could be started".format(rosgraph.get_master_uri())
+            )
+        time.sleep(0.1)
+    return master
+
+
+def _end_on_signals(application, window):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: window.close())
+    # Python sees a signal only when Qt gives it a moment.
+    timer = QTimer(application)
+    timer.timeout.connect(lambda: None)
+    timer.start(200)
+
+
+if __name__ == "__main__":
+    main()

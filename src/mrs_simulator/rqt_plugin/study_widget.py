@@ -1,0 +1,422 @@
+"""The whole GUI as one widget: team, protocol, topology, map, curves, verdict, and the run."""
+
+import os
+import time
+
+import numpy as np
+from python_qt_binding.QtCore import Qt, QTimer
+from python_qt_binding.QtWidgets import (
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QPushButton,
+    QSplitter,
+    QTabWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator.control.library import HOMES
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_yaml
+from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
+from mrs_simulator.rqt_plugin.guard import guarded
+from mrs_simulator.rqt_plugin.map_view import MapView
+from mrs_simulator.rqt_plugin.protocol_panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.run_bar import RunBar
+from mrs_simulator.rqt_plugin.study import History
+from mrs_simulator.rqt_plugin.study_run import StudyRun
+from mrs_simulator.rqt_plugin.team_panel import TeamPanel
+from mrs_simulator.rqt_plugin.topology_panel import TopologyPanel
+
+FRAME = 33  # [ms] of wall time between two pictures of the map
+TICK = 100  # [ms] between two looks at everything else
+TEAM_REST = 0.4  # [s] after the last change of the team until the stage is asked for it
+MODES = (
+    ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
+    ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
+    ("edges", "Edges", "Drag from robot i to robot j: i hears j. Click an edge to delete it"),
+)
+SHOWN = (
+    ("trails", "Trails", "trajectories so far"),
+    ("targets", "Targets", "where the protocol wants the robots"),
+    ("edges", "Graph", "who hears whom"),
+)
+
+
+class StudyWidget(QWidget):
+    """Everything a coordination study needs; ``close_study`` ends what was started here."""
+
+    def __init__(self, link, processes, scenario, parent=None):
+        """``link``: ``RosLink``; ``processes``: ``Processes``; ``scenario``: what to begin with."""
+        super().__init__(parent)
+        self.setObjectName("MrsSimulator")
+        self.setWindowTitle("Multi-robot simulator")
+        self.link = link
+        self.study = StudyRun(link, processes, scenario)
+        self.history = History()
+        self._team_changed_at, self._last_control = None, None
+        self._build()
+        self.show_scenario(scenario)
+        self._timers = [self._timer(FRAME, self._on_frame), self._timer(TICK, self._on_tick)]
+
+    def _timer(self, period, slot):
+        timer = QTimer(self)
+        timer.timeout.connect(slot)
+        timer.start(period)
+        return timer
+
+    # Building ------------------------------------------------------------------------------------
+
+    def _build(self):
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setSpacing(4)
+        self.bar = RunBar(self)
+        self.bar.asked.connect(self._on_asked)
+        self.bar.speed_chosen.connect(self._on_speed)
+        self.bar.emergency.connect(self.link.set_emergency)
+        layout.addWidget(self.bar)
+        self._right = QSplitter(Qt.Vertical)
+        self._right.addWidget(self._build_map())
+        self._right.addWidget(self._build_results())
+        self._right.setStretchFactor(0, 3)
+        self._right.setStretchFactor(1, 2)
+        self._right.setSizes([400, 290])
+        self._across = QSplitter(Qt.Horizontal)
+        self._across.addWidget(self._build_settings())
+        self._across.addWidget(self._right)
+        self._across.setStretchFactor(1, 1)
+        layout.addWidget(self._across, 1)
+        layout.addLayout(self._build_status())
+
+    def _build_settings(self):
+        self.team, self.protocol, self.topology = TeamPanel(), ProtocolPanel(), TopologyPanel()
+        self.team.team_changed.connect(self._on_team)
+        self.team.open_requested.connect(self._on_open)
+        self.team.save_requested.connect(self._on_save_scenario)
+        self.protocol.set_protocols(sorted(HOMES))
+        self.protocol.protocol_chosen.connect(self._on_protocol)
+        self.protocol.parameters_changed.connect(self._on_parameters)
+        self.topology.topology_changed.connect(self._on_topology)
+        tabs = QTabWidget()
+        for widget, title in (
+            (self.team, "Team"),
+            (self.protocol, "Protocol"),
+            (self.topology, "Topology"),
+        ):
+            tabs.addTab(widget, title)
+        self.settings_tabs = tabs
+        return tabs
+
+    def _build_map(self):
+        box = QWidget()
+        layout = QVBoxLayout(box)
+        layout.setContentsMargins(0, 0, 0, 0)
+        self.map = MapView()
+        self.map.pose_edited.connect(self._on_pose)
+        self.map.edge_added.connect(self._on_edge_added)
+        self.map.edge_removed.connect(self._on_edge_removed)
+        row = QHBoxLayout()
+        self.modes = {}
+        for mode, text, tip in MODES:
+            button = self._tool(row, text, tip, exclusive=True)
+            button.toggled.connect(guarded(lambda on, m=mode: on and self.map.set_mode(m)))
+            self.modes[mode] = button
+        self.modes["look"].setChecked(True)
+        row.addSpacing(12)
+        self.shown = {}
+        for name, text, tip in SHOWN:
+            button = self._tool(row, text, "Show or hide " + tip)
+            button.setChecked(True)
+            setter = getattr(self.map, "set_{}_shown".format(name))
+            button.toggled.connect(guarded(lambda on, s=setter: s(on)))
+            self.shown[name] = button
+        row.addStretch(1)
+        fit = QPushButton("Fit")
+        fit.setToolTip("Bring the whole team into view (F)")
+        fit.clicked.connect(guarded(lambda *_: self.map.fit()))
+        row.addWidget(fit)
+        layout.addLayout(row)
+        layout.addWidget(self.map, 1)
+        return box
+
+    def _tool(self, row, text, tip, exclusive=False):
+        button = QToolButton()
+        button.setText(text)
+        button.setToolTip(tip)
+        button.setCheckable(True)
+        button.setAutoExclusive(exclusive)
+        row.addWidget(button)
+        return button
+
+    def _build_results(self):
+        self.curves = CurvesPanel()
+        self.curves.set_history(self.history)
+        self.verdict, self.messages = QPlainTextEdit(), QPlainTextEdit()
+        for text in (self.verdict, self.messages):
+            text.setReadOnly(True)
+            text.setLineWrapMode(QPlainTextEdit.NoWrap)
+        font = self.verdict.font()
+        font.setFamily("monospace")
+        font.setStyleHint(font.TypeWriter)
+        self.verdict.setFont(font)
+        self.verdict.setPlaceholderText(
+            "Save results of a run: the verdict against theory comes here."
+        )
+        self.messages.setMaximumBlockCount(500)
+        tabs = QTabWidget()
+        for widget, title in (
+            (self.curves, "Curves"),
+            (self.verdict, "Verdict"),
+            (self.messages, "Messages"),
+        ):
+            tabs.addTab(widget, title)
+        self.results_tabs = tabs
+        return tabs
+
+    def _build_status(self):
+        row = QHBoxLayout()
+        self.status = {}
+        for name in ("master", "stage", "controller", "robots", "time"):
+            label = QLabel()
+            label.setTextFormat(Qt.RichText)
+            self.status[name] = label
+            row.addWidget(label)
+            row.addSpacing(12)
+        row.addStretch(1)
+        return row
+
+    # The scenario --------------------------------------------------------------------------------
+
+    @property
+    def scenario(self) -> Scenario:
+        """Return the scenario as edited so far."""
+        return self.study.scenario
+
+    def show_scenario(self, scenario):
+        """Take in ``scenario``: team, protocol, parameters, topology, obstacles."""
+        self.study.scenario = scenario
+        self.team.set_team(scenario.poses, scenario.kinds)
+        self.map.show_obstacles(scenario.obstacles)
+        self.map.show_team(scenario.poses)
+        self.map.fit()
+        self.bar.set_speed(scenario.speed)
+        self._show_protocol()
+
+    def _show_protocol(self):
+        """Show the protocol in force, its parameters and its graph."""
+        self.protocol.set_protocol(self.scenario.control.protocol)
+        control = self.study.control()
+        self.protocol.set_parameters(type(control).PARAMETERS, control.parameters)
+        self._show_control(control)
+
+    def _show_control(self, control):
+        self.protocol.set_warnings(self.study.warnings(control))
+        topology = control.topology
+        self.topology.set_team(self.scenario.poses[:, :2])
+        self.topology.set_gain(float(getattr(control, "gain", 1.0)))
+        self.topology.set_topology(topology.edges, topology.directed)
+        self.map.show_topology(topology.edges, topology.directed)
+        if not self.link.is_fresh("state"):
+            self.map.show_targets(control.targets(hand_points(self.scenario.poses, control.l)))
+        self.curves.set_error(self.study.error_function(control))
+        self.curves.set_prediction(*self.study.predicted_error(control))
+
+    def load(self, path):
+        """Open the scenario file at ``path``; what is wrong with it is said, the old one stays."""
+        try:
+            self.show_scenario(load_scenario(path))
+            self.say("opened {}".format(path))
+        except (ValueError, OSError) as error:
+            self.say("not opened: {}".format(error))
+
+    @guarded
+    def _on_open(self):
+        path, _ = QFileDialog.getOpenFileName(self, "Open scenario", "", "Scenarios (*.yaml *.yml)")
+        if path:
+            self.load(path)
+
+    @guarded
+    def _on_save_scenario(self):
+        path, _ = QFileDialog.getSaveFileName(
+            self, "Save scenario", "scenario.yaml", "Scenarios (*.yaml *.yml)"
+        )
+        if path:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(self.scenario.to_yaml())
+            self.say("saved {}".format(path))
+
+    @guarded
+    def _on_team(self):
+        self._change_team(self.team.poses(), self.team.kinds())
+        self.map.show_team(self.scenario.poses)
+
+    @guarded
+    def _on_pose(self, number, x, y, theta):
+        self.team.set_pose(number, x, y, theta)
+        self._change_team(self.team.poses(), self.team.kinds())
+
+    def _change_team(self, poses, kinds):
+        self.study.set_team(poses, kinds)
+        self._team_changed_at = time.monotonic()
+        self._show_control(self.study.control())
+
+    @guarded
+    def _on_protocol(self, name):
+        if self.say(self.study.set_protocol(name)):
+            self.protocol.set_protocol(self.scenario.control.protocol)
+            return
+        self._show_protocol()
+
+    @guarded
+    def _on_parameters(self, values):
+        if not self.say(self.study.set_parameters(values)):
+            self._show_control(self.study.control())
+
+    @guarded
+    def _on_topology(self, edges, directed):
+        if not self.say(self.study.set_topology(edges, directed)):
+            self._show_protocol()
+
+    @guarded
+    def _on_edge_added(self, i, j):
+        self.topology.add_edge(i, j)
+
+    @guarded
+    def _on_edge_removed(self, i, j):
+        self.topology.remove_edge(i, j)
+
+    # The run -------------------------------------------------------------------------------------
+
+    @guarded
+    def _on_asked(self, name):
+        if name == "save":
+            self._on_save()
+            return
+        if name == "simulate":
+            self.history.clear()
+            self.map.clear_trails()
+        if name == "reset":
+            self.map.clear_trails()
+        self.say(self.study.do(name, self.bar.speed()))
+
+    @guarded
+    def _on_speed(self, speed):
+        self.say(self.study.set_speed(speed))
+
+    def _on_save(self):
+        if not len(self.history.time):
+            self.say("nothing to save: no robot has been heard")
+            return
+        suggested = os.path.join(self.study.results_directory(), self.study.suggested_name())
+        path = QFileDialog.getSaveFileName(self, "Save results to a new directory", suggested)[0]
+        if path:
+            self.save_results(path)
+
+    def save_results(self, directory):
+        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``."""
+        self.say("saving to {}".format(directory))
+        self.study.save(self.history, directory)
+
+    def say(self, text):
+        """Show ``text`` among the messages; return whether there was any."""
+        if text:
+            self.messages.appendPlainText("{}  {}".format(time.strftime("%H:%M:%S"), text))
+        return bool(text)
+
+    # Timers --------------------------------------------------------------------------------------
+
+    @guarded
+    def _on_frame(self):
+        snapshot = self.link.snapshot()
+        if snapshot is not None:
+            self.map.show_snapshot(snapshot)
+        for _, _, x, y in self.link.take_collisions():
+            self.map.flash_collision(x, y)
+
+    @guarded
+    def _on_tick(self):
+        for snapshot in self.link.take_samples():
+            self.history.append(snapshot)
+        for name, success, message in self.link.take_results():
+            self._on_result(name, success, message)
+        for text in self.study.ended_processes():
+            self.say(text)
+        if self._team_changed_at and time.monotonic() - self._team_changed_at > TEAM_REST:
+            self._team_changed_at = None
+            if self.link.is_fresh("state"):
+                self.study.send_team()
+        self._follow_control()
+        self._show_status()
+
+    def _on_result(self, name, success, message):
+        if name == "save" and success:
+            self.verdict.setPlainText(message)
+            self.results_tabs.setCurrentWidget(self.verdict)
+            return
+        self.say(message if success else "{} failed: {}".format(name, message))
+
+    def _follow_control(self):
+        """Show what the running controller says of its places and its graph."""
+        control = self.link.newest("control")
+        if control is None or control is self._last_control or not self.link.is_fresh("control"):
+            return
+        self._last_control = control
+        targets = np.array([control.target_x, control.target_y]).T
+        self.map.show_targets(targets if len(targets) else None)
+        edges = list(zip(control.hears, control.heard, control.weight))
+        self.map.show_topology(edges, control.directed)
+        self.topology.set_topology(edges, control.directed)
+
+    def _show_status(self):
+        states = self.study.states()
+        for name, (good, text) in states.items():
+            colour = {True: "#2e8b57", False: "#c00000", None: "#888888"}[good]
+            self.status[name].setText(
+                "<span style='color:{}'>\u25cf</span> {}".format(colour, text)
+            )
+        for name, enabled in self.study.enabled().items():
+            self.bar.set_enabled(name, enabled)
+        stage = self.link.newest("stage")
+        self.bar.set_paused(stage is not None and stage.paused)
+        emergency = self.link.newest("emergency")
+        if emergency is not None:
+            self.bar.set_emergency(emergency.data)
+        self.team.set_editable(not self.study.is_controlled())
+
+    # The end -------------------------------------------------------------------------------------
+
+    def close_study(self):
+        """Stop the timers, end what was started here, withdraw from ROS."""
+        for timer in self._timers:
+            timer.stop()
+        self.study.close()
+        self.link.close()
+
+    def save_settings(self):
+        """Return what is to survive a restart, as texts by name."""
+        return {
+            "scenario": self.scenario.to_yaml(),
+            "across": " ".join(map(str, self._across.sizes())),
+            "down": " ".join(map(str, self._right.sizes())),
+            "shown": " ".join(name for name, button in self.shown.items() if button.isChecked()),
+        }
+
+    def restore_settings(self, settings):
+        """Take in what ``save_settings`` returned; anything that is not right is left out."""
+        try:
+            if settings.get("scenario"):
+                self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
+        except ValueError as error:
+            self.say("the last scenario is not taken up: {}".format(error))
+        for key, splitter in (("across", self._across), ("down", self._right)):
+            sizes = str(settings.get(key, "")).split()
+            if len(sizes) == 2 and all(s.isdigit() and 20 <= int(s) <= 10000 for s in sizes):
+                splitter.setSizes([int(s) for s in sizes])
+        if settings.get("shown") is not None:
+            wanted = str(settings["shown"]).split()
+            for name, button in self.shown.items():
+                button.setChecked(name in wanted)

@@ -1,0 +1,217 @@
+"""The whole GUI over a real master: from click to saved figure, and with things going wrong."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import pytest
+from ros_fixtures import log_of, wait_until
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+# A GUI of its own process: rospy joins one master only.
+PROGRAM = """
+import json, os, sys, time
+import rospy
+from python_qt_binding.QtWidgets import QApplication
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtCore import QPoint, Qt
+application = QApplication([])
+rospy.init_node("gui", disable_signals=True)
+import logging
+from mrs_simulator.rqt_plugin import guard
+trouble = []
+class Keep(logging.Handler):
+    def emit(self, record):
+        trouble.append(self.format(record))
+guard.LOG.addHandler(Keep())
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.rqt_plugin.link import RosLink
+from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+gui = StudyWidget(RosLink(), Processes(), load_scenario(sys.argv[1]))
+gui.resize(1366, 768)
+gui.show()
+
+def until(condition, limit=40.0):
+    end = time.monotonic() + limit
+    while time.monotonic() < end:
+        application.processEvents()
+        if condition():
+            return
+        time.sleep(0.005)
+    raise SystemExit("not within {} s\\n{}\\n{}".format(limit, gui.messages.toPlainText(), trouble))
+
+def click(name):
+    until(lambda: gui.bar.button(name).isEnabled())
+    QTest.mouseClick(gui.bar.button(name), Qt.LeftButton)
+
+def key(letter):
+    QTest.keyClick(gui, letter, Qt.ControlModifier)
+
+"""
+END = """
+gui.close_study()
+assert not trouble, trouble
+print("done")
+"""
+
+
+@pytest.fixture
+def gui(ros):
+    """Run a piece of Python in a GUI's process; return what it printed."""
+
+    def run(code, *arguments, scenario="paper_four", limit=120):
+        path = os.path.join(ROOT, "scenarios", scenario + ".yaml")
+        process = subprocess.run(
+            [sys.executable, "-c", PROGRAM + code + END, path] + [str(a) for a in arguments],
+            env=ros.environment,
+            timeout=limit,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        output = process.stdout.decode()
+        assert process.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
+        return output
+
+    return run
+
+
+def test_a_study_from_click_to_saved_figures(gui, tmp_path):
+    gui(
+        """
+gui.bar.set_speed(20)
+click("simulate")
+until(lambda: gui.link.is_fresh("stage"))
+click("control")
+until(lambda: gui.study.is_controlled())
+until(lambda: len(gui.history.time) and gui.history.time[-1] > 60.0)
+assert gui.map.grab().width() > 300
+QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
+until(lambda: not gui.study.is_controlled())
+gui.save_results(sys.argv[2])
+until(lambda: "final gap" in gui.verdict.toPlainText())
+click("end")
+until(lambda: not gui.link.is_fresh("stage"))
+""",
+        tmp_path / "run",
+    )
+    saved = sorted(os.listdir(str(tmp_path / "run")))
+    assert {"run.csv", "scenario.yaml", "verdict.json", "inputs.svg", "trajectories.pdf"} <= set(
+        saved
+    )
+    verdict = json.loads((tmp_path / "run" / "verdict.json").read_text())
+    assert verdict["final_gaps"] == pytest.approx([2.0, 2.0, 2.0], abs=0.05)
+
+
+def test_an_edge_drawn_reaches_the_laplacian_of_the_running_controller(gui, ros):
+    ros.node("stage", "--robots", 4)
+    ros.node("pioneer_control", "--robots", 4)
+    gui(
+        """
+until(lambda: gui.study.is_controlled())
+until(lambda: "elsewhere" in gui.status["stage"].text())
+gui.map.edge_added.emit(1, 3)
+until(lambda: gui.link.newest("control").heard == (2, 3, 4, 3))
+gui.map.edge_removed.emit(1, 2)
+until(lambda: sorted(zip(gui.link.newest("control").hears, gui.link.newest("control").heard))
+      == [(1, 3), (2, 3), (3, 4)])
+"""
+    )
+
+
+def test_the_emergency_stop_and_the_keys(gui, ros):
+    ros.node("stage", "--robots", 4)
+    ros.node("pioneer_control", "--robots", 4)
+    gui(
+        """
+until(lambda: gui.study.is_controlled())
+gui.setFocus()
+QTest.keyClick(gui, Qt.Key_Escape)
+until(lambda: gui.link.newest("control").trouble == "emergency stop")
+assert gui.bar.button("emergency").text() == "RELEASE STOP"
+QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
+until(lambda: gui.bar.button("control").isEnabled())
+key("g")
+until(lambda: gui.study.is_controlled())
+key("p")
+until(lambda: gui.link.newest("stage").paused)
+"""
+    )
+
+
+def test_the_team_is_sent_to_the_stage(gui, ros):
+    ros.node("stage", "--robots", 4)
+    gui(
+        """
+until(lambda: gui.link.is_fresh("stage"))
+poses = gui.scenario.poses[:3].copy()
+poses[0] = [1.0, 1.0, 0.5]
+gui.team.set_team(poses, gui.scenario.kinds[:3])
+gui.team.team_changed.emit()
+until(lambda: gui.link.newest("stage").robots == 3)
+until(lambda: abs(gui.link.snapshot().pose[0, 2] - 0.5) < 1e-9)
+"""
+    )
+
+
+def test_what_is_wrong_is_said(gui, tmp_path):
+    (tmp_path / "broken.py").write_text("raise RuntimeError('half done')")
+    (tmp_path / "bad.yaml").write_text("poses: [[0, 0]]")
+    output = gui(
+        """
+gui.protocol.protocol_chosen.emit(sys.argv[2])
+gui.load(sys.argv[3])
+gui.restore_settings({"scenario": "poses: 3", "across": "1 x", "down": "-5 9", "shown": None})
+print(gui.messages.toPlainText())
+assert gui.scenario.n == 4 and gui.scenario.control.protocol == "formation"
+kept = gui.save_settings()
+gui.shown["trails"].setChecked(False)
+gui.restore_settings(kept)
+assert gui.shown["trails"].isChecked()
+""",
+        tmp_path / "broken.py",
+        tmp_path / "bad.yaml",
+    )
+    assert "half done" in output and "poses[0]" in output and "not taken up" in output
+
+
+def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
+    environment = dict(os.environ, HOME=str(tmp_path), ROS_HOSTNAME="localhost")
+    from ros_fixtures import free_port
+
+    environment["ROS_MASTER_URI"] = "http://localhost:{}".format(free_port())
+    with open(str(tmp_path / "log"), "wb") as log:
+        window = subprocess.Popen(
+            ["rosrun", "mrs_simulator", "mrs_gui", "--fresh"],
+            env=environment,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+        )
+    window.log = str(tmp_path / "log")
+    try:
+        import xmlrpc.client
+
+        def joined():
+            try:
+                state = xmlrpc.client.ServerProxy(environment["ROS_MASTER_URI"]).getSystemState(
+                    "/t"
+                )
+            except OSError:
+                return False
+            return "mrs_gui" in str(state)
+
+        wait_until(joined, 40)
+        time.sleep(0.5)
+        window.send_signal(signal.SIGTERM)
+        assert window.wait(20) == 0, log_of(window)
+        with pytest.raises(OSError):
+            xmlrpc.client.ServerProxy(environment["ROS_MASTER_URI"]).getPid("/t")
+    finally:
+        window.kill()
+        window.wait()
+    assert "Traceback" not in log_of(window)

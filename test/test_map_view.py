@@ -1,0 +1,553 @@
+"""The map as a person uses it: real mouse, wheel and key events, and what is then drawn."""
+
+import logging
+import os
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
+from python_qt_binding.QtGui import QColor, QHelpEvent, QMouseEvent, QPalette, QWheelEvent
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication, QToolTip
+
+from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.rqt_plugin import map_drawing, map_geometry
+from mrs_simulator.rqt_plugin.map_view import MapView
+from mrs_simulator.rqt_plugin.study import Snapshot
+
+POSES = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, np.pi / 2], [4.0, 3.0, np.pi]])
+NONE = Qt.NoModifier
+
+
+@pytest.fixture(scope="module")
+def app():
+    return QApplication.instance() or QApplication([])
+
+
+@pytest.fixture
+def view(app, caplog):
+    """A shown map of three robots; a test in which a slot or event failed fails."""
+    widget = MapView()
+    widget.resize(800, 600)
+    widget.show()
+    widget.show_team(POSES)
+    app.processEvents()
+    yield widget
+    widget.grab()
+    widget.close()
+    widget.deleteLater()
+    app.processEvents()
+    assert [record for record in caplog.records if record.levelno >= logging.ERROR] == []
+
+
+def team(n):
+    return np.column_stack([1.5 * (np.arange(n) % 10), 1.5 * (np.arange(n) // 10), np.arange(n)])
+
+
+def snapshot(time, pose, fresh=None, numbers=None):
+    n = len(pose)
+    fresh = np.ones(n, dtype=bool) if fresh is None else np.array(fresh)
+    numbers = tuple(range(1, n + 1)) if numbers is None else numbers
+    return Snapshot(time, numbers, np.array(pose), np.zeros((n, 3)), np.zeros((n, 2)), fresh)
+
+
+def at(view, x, y):
+    """Return the pixel of the point (x, y) [m]."""
+    return QPoint(*(int(round(value)) for value in view.to_screen(x, y)))
+
+
+def move(view, place, modifier=NONE, buttons=Qt.LeftButton):
+    """Move the mouse with ``buttons`` down; ``QTest.mouseMove`` would move the real cursor."""
+    kind = QMouseEvent.MouseMove
+    where = QPointF(place)
+    event = QMouseEvent(
+        kind, where, QPointF(view.mapToGlobal(place)), Qt.NoButton, buttons, modifier
+    )
+    QApplication.sendEvent(view, event)
+
+
+def drag(view, begin, end, modifier=NONE, button=Qt.LeftButton):
+    QTest.mousePress(view, button, modifier, begin)
+    for share in (0.3, 0.7, 1.0):
+        shift = QPointF(end - begin) * share
+        move(view, begin + QPoint(int(shift.x()), int(shift.y())), modifier, button)
+    QTest.mouseRelease(view, button, modifier, end)
+
+
+def click(view, place, button=Qt.LeftButton):
+    QTest.mouseClick(view, button, NONE, place)
+
+
+def wheel(view, place, notches):
+    where, turned = QPointF(place), QPoint(0, 120 * notches)
+    event = QWheelEvent(
+        where,
+        QPointF(view.mapToGlobal(place)),
+        QPoint(),
+        turned,
+        Qt.NoButton,
+        NONE,
+        Qt.NoScrollPhase,
+        False,
+    )
+    QApplication.sendEvent(view, event)
+
+
+def heard(signal):
+    """Return a list that grows by the arguments of each emission of ``signal``."""
+    calls = []
+    signal.connect(lambda *arguments: calls.append(arguments))
+    return calls
+
+
+def shade(view, x, y):
+    """Return the colour drawn at (x, y) [m]."""
+    return QColor(view.grab().toImage().pixel(at(view, x, y)))
+
+
+def drawn(view):
+    """Return the drawing as an array."""
+    image = view.grab().toImage().convertToFormat(4)
+    bits = image.bits()
+    bits.setsize(image.sizeInBytes())
+    return np.frombuffer(bits, dtype=np.uint8).copy()
+
+
+def everything_in_view(view, points):
+    low, high = view._frame.bounds()
+    return (points >= low).all() and (points <= high).all()
+
+
+# Looking
+
+
+def test_at_first_the_whole_team_is_in_view_to_scale_and_upright(view):
+    assert everything_in_view(view, POSES[:, :2])
+    x, y = np.array(view.to_screen(1.0, 0.0)) - view.to_screen(0.0, 0.0)
+    assert x > 0 and y == pytest.approx(0.0)
+    assert np.array(view.to_screen(0.0, 1.0)) - view.to_screen(0.0, 0.0) == pytest.approx([0, -x])
+    assert view.to_plane(*view.to_screen(1.25, -0.5)) == pytest.approx((1.25, -0.5))
+
+
+def test_a_drag_pans(view):
+    before = at(view, 2.0, 1.5)
+    drag(view, before, before + QPoint(60, -35))
+    assert view.to_screen(2.0, 1.5) == pytest.approx((before.x() + 60, before.y() - 35), abs=1.0)
+
+
+@pytest.mark.parametrize("notches", [3, -2])
+def test_the_wheel_zooms_about_the_cursor(view, notches):
+    place = QPoint(200, 420)
+    held, scale = view.to_plane(200, 420), view._frame.scale
+    wheel(view, place, notches)
+    assert view.to_plane(200, 420) == pytest.approx(held)
+    assert view._frame.scale == pytest.approx(scale * 1.2**notches)
+
+
+def test_zoom_has_bounds(view):
+    for notches in (400, -800):
+        wheel(view, QPoint(300, 300), notches)
+        view.grab()
+    assert view._frame.scale == map_geometry.SCALES[0]
+
+
+@pytest.mark.parametrize("how", ["key", "double click", "call"])
+def test_fit_brings_team_targets_and_trails_into_view(view, how):
+    far = POSES + [30.0, 0.0, 0.0]
+    view.show_snapshot(snapshot(0.0, POSES))
+    view.show_snapshot(snapshot(1.0, far))
+    view.show_targets([[0.0, 40.0], [1.0, 40.0], [np.nan, np.nan]])
+    wheel(view, QPoint(400, 300), 20)
+    if how == "key":
+        QTest.keyClick(view, Qt.Key_F)
+    elif how == "double click":
+        QTest.mouseDClick(view, Qt.LeftButton, NONE, QPoint(300, 200))
+    else:
+        view.fit()
+    for points in (POSES[:, :2], far[:, :2], np.array([[0.0, 40.0]])):
+        assert everything_in_view(view, points)
+
+
+def test_an_untouched_view_follows_the_team_and_a_chosen_one_stays(view):
+    view.show_snapshot(snapshot(0.0, POSES))
+    view.show_snapshot(snapshot(1.0, POSES + [20.0, 0.0, 0.0]))
+    assert everything_in_view(view, POSES[:, :2] + [20.0, 0.0])
+    wheel(view, QPoint(400, 300), 1)
+    chosen = view.to_plane(0, 0)
+    view.show_snapshot(snapshot(2.0, POSES + [90.0, 0.0, 0.0]))
+    assert view.to_plane(0, 0) == chosen
+
+
+def test_a_team_placed_out_of_an_untouched_view_is_brought_into_it(view):
+    view.show_team(POSES + [50.0, 0.0, 0.0])
+    assert everything_in_view(view, POSES[:, :2] + [50.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "place, text",
+    [
+        ((4.0, 0.0), "Robot 2: x = 4.000 m, y = 0.000 m, \u03b8 = 90.0\u00b0"),
+        ((2.0, 0.0), "Robot 1 hears robot 2, weight a(1, 2) = 0.5"),
+        ((2.0, 2.5), ""),
+    ],
+)
+def test_tooltips_tell_poses_and_weights(view, place, text):
+    view.show_topology([(1, 2, 0.5)], True)
+    where = at(view, *place)
+    QApplication.sendEvent(view, QHelpEvent(QEvent.ToolTip, where, view.mapToGlobal(where)))
+    assert QToolTip.text() == text
+    QToolTip.hideText()
+
+
+def test_an_untouched_view_fits_after_a_change_of_size(view, app):
+    view.resize(400, 300)
+    app.processEvents()
+    assert everything_in_view(view, POSES[:, :2])
+    view.resize(1, 1)
+    app.processEvents()
+    view.grab()
+
+
+def test_a_click_names_the_robot_and_a_drag_does_not(view):
+    clicked = heard(view.robot_clicked)
+    click(view, at(view, 4.0, 3.0))
+    click(view, at(view, 2.0, 2.0))
+    drag(view, at(view, 4.0, 3.0), at(view, 3.0, 2.0))
+    assert clicked == [(3,)]
+    for mode in ("poses", "edges"):
+        view.set_mode(mode)
+        click(view, at(view, 4.0, 3.0))
+    assert clicked == [(3,)]
+
+
+# Poses
+
+
+def test_a_dragged_robot_moves_and_says_so(view):
+    view.set_mode("poses")
+    edited = heard(view.pose_edited)
+    begin = at(view, 4.1, 0.05)
+    drag(view, begin, begin + QPoint(-90, 40))
+    shift = np.array([-90.0, -40.0]) / view._frame.scale
+    number, *pose = edited[-1]
+    assert len(edited) == 3 and {call[0] for call in edited} == {2} == {number}
+    assert pose == pytest.approx([*(POSES[1, :2] + shift), np.pi / 2])
+    # It is where it was put: there it can be taken again.
+    drag(view, at(view, *pose[:2]), at(view, 2.0, 2.0))
+    assert edited[-1][0] == 2 and edited[-1][1:3] == pytest.approx((2.0, 2.0), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "modifier, button", [(Qt.ShiftModifier, Qt.LeftButton), (NONE, Qt.RightButton)]
+)
+def test_a_robot_is_turned_to_face_the_cursor(view, modifier, button):
+    view.set_mode("poses")
+    edited = heard(view.pose_edited)
+    drag(view, at(view, 4.0, 0.0), at(view, 2.0, 2.0), modifier, button)
+    assert edited[-1][0] == 2
+    assert edited[-1][1:] == pytest.approx((4.0, 0.0, np.radians(135.0)), abs=0.02)
+
+
+def test_robots_stay_where_they_are_in_other_modes(view):
+    edited = heard(view.pose_edited)
+    for mode in ("look", "edges"):
+        view.set_mode(mode)
+        drag(view, at(view, 0.0, 0.0), at(view, 1.0, 1.0))
+    view.set_mode("poses")
+    click(view, at(view, 0.0, 0.0))
+    drag(view, at(view, 2.0, 1.5), at(view, 3.0, 1.5))
+    assert edited == []
+
+
+def test_the_owner_may_answer_an_edit_with_the_team(view):
+    view.set_mode("poses")
+    poses = POSES.copy()
+
+    def answer(number, x, y, theta):
+        poses[number - 1] = x, y, theta
+        view.show_team(poses)
+
+    view.pose_edited.connect(answer)
+    drag(view, at(view, 0.0, 0.0), at(view, 1.0, 2.0))
+    assert poses[0] == pytest.approx([1.0, 2.0, 0.0], abs=0.02)
+    np.testing.assert_array_equal(poses[1:], POSES[1:])
+
+
+def test_a_team_that_changes_under_a_drag_ends_it(view):
+    view.set_mode("poses")
+    edited = heard(view.pose_edited)
+    QTest.mousePress(view, Qt.LeftButton, NONE, at(view, 4.0, 3.0))
+    view.show_team(POSES[:1])
+    move(view, QPoint(300, 300))
+    QTest.mouseRelease(view, Qt.LeftButton, NONE, QPoint(300, 300))
+    assert edited == []
+
+
+def test_overlapping_robots_are_outlined_in_red(view):
+    assert view.overlapping == set()
+    view.set_mode("poses")
+    drag(view, at(view, 0.0, 0.0), at(view, 4.0, 0.4))
+    assert view.overlapping == {1, 2}
+    corner = view._pose[0, 0] + 0.21, 0.4 - 0.2125  # of robot 1, in front at its right
+    assert shade(view, *corner) == QColor(map_drawing.ALARM)
+    drag(view, at(view, 4.1, 0.55), at(view, 0.0, 0.0))
+    assert view.overlapping == set()
+
+
+def test_robots_of_unknown_pose_are_left_out(view):
+    poses = POSES.copy()
+    poses[1] = np.nan
+    view.show_team(poses)
+    view.show_topology([(1, 2, 1.0), (2, 3, 1.0), (3, 1, 1.0)], True)
+    view.show_snapshot(snapshot(0.0, poses))
+    view.show_snapshot(snapshot(1.0, POSES))
+    assert view._trails.count.tolist() == [1, 1, 1]
+    view.show_snapshot(snapshot(2.0, poses))
+    view.fit()
+    assert view.overlapping == set() and np.isfinite(view._frame.bounds()).all()
+    clicked = heard(view.robot_clicked)
+    click(view, at(view, 4.0, 3.0))
+    assert clicked == [(3,)]
+
+
+# Edges
+
+
+def test_an_edge_is_drawn_from_the_robot_that_hears(view):
+    view.set_mode("edges")
+    added = heard(view.edge_added)
+    drag(view, at(view, 4.0, 3.0), at(view, 0.0, 0.0))
+    assert added == [(3, 1)]
+
+
+def test_a_rubber_band_is_seen_while_drawing_and_escape_ends_it(view):
+    view.set_mode("edges")
+    added, before = heard(view.edge_added), drawn(view)
+    QTest.mousePress(view, Qt.LeftButton, NONE, at(view, 0.0, 0.0))
+    move(view, at(view, 2.0, 2.5))
+    assert (drawn(view) != before).any()
+    QTest.keyClick(view, Qt.Key_Escape)
+    assert (drawn(view) == before).all()
+    QTest.mouseRelease(view, Qt.LeftButton, NONE, at(view, 4.0, 3.0))
+    assert added == []
+
+
+def test_no_edge_to_itself_to_the_ground_or_twice(view):
+    view.set_mode("edges")
+    added = heard(view.edge_added)
+    drag(view, at(view, 0.0, 0.0), at(view, 0.05, 0.05))
+    drag(view, at(view, 0.0, 0.0), at(view, 2.0, 2.0))
+    view.show_topology([(1, 2, 1.0)], True)
+    drag(view, at(view, 0.0, 0.0), at(view, 4.0, 0.0))
+    assert added == []
+    drag(view, at(view, 4.0, 0.0), at(view, 0.0, 0.0))
+    assert added == [(2, 1)]
+    view.show_topology([(1, 2, 1.0)], False)
+    drag(view, at(view, 4.0, 0.0), at(view, 0.0, 0.0))
+    assert added == [(2, 1)]
+
+
+def test_a_click_on_an_edge_removes_it_and_only_with_the_mode(view):
+    removed = heard(view.edge_removed)
+    view.show_topology([(1, 2, 1.0), (3, 2, 0.5)], True)
+    click(view, at(view, 2.0, 0.0))
+    view.set_mode("edges")
+    click(view, at(view, 2.0, 1.0))
+    click(view, at(view, 0.0, 0.0))
+    assert removed == []
+    click(view, at(view, 4.0, 1.5))
+    click(view, at(view, 2.0, 0.0))
+    assert removed == [(3, 2), (1, 2)]
+    view.set_edges_shown(False)
+    click(view, at(view, 2.0, 0.0))
+    assert len(removed) == 2
+
+
+def test_of_two_opposite_edges_that_with_its_head_near_is_removed(view):
+    view.show_topology([(1, 2, 1.0), (2, 1, 1.0)], True)
+    view.set_mode("edges")
+    removed = heard(view.edge_removed)
+    click(view, at(view, 1.0, 0.0))
+    click(view, at(view, 3.0, 0.0))
+    assert removed == [(1, 2), (2, 1)]
+
+
+def test_heads_point_at_the_robot_that_hears_and_are_wider_than_the_line(view):
+    view.set_numbers_shown(False)
+    pixel = 1.0 / view._frame.scale
+    beside = POSES[0, 0] + 0.21 + 10.0 * pixel, 2.5 * pixel  # of the line, near robot 1
+    view.show_topology([(1, 2, 1.0)], False)
+    ground = shade(view, *beside)
+    view.show_topology([(2, 1, 1.0)], True)
+    assert shade(view, *beside) == ground
+    view.show_topology([(1, 2, 1.0)], True)
+    assert shade(view, *beside) != ground
+
+
+def test_edges_of_robots_that_are_not_there_are_left_out(view):
+    view.show_topology([(1, 9, 1.0), (7, 2, 1.0), (1, 3)], True)
+    view.set_mode("edges")
+    removed = heard(view.edge_removed)
+    click(view, at(view, 2.0, 1.5))
+    assert removed == [(1, 3)]
+
+
+# A run
+
+
+@pytest.mark.parametrize("step, points", [(0.029, 2), (0.031, 3)])
+def test_a_trail_gets_a_point_only_after_three_centimetres(view, step, points):
+    for count in range(3):
+        view.show_snapshot(snapshot(float(count), POSES + [count * step, 0.0, 0.0]))
+    assert view._trails.count.tolist() == [points] * 3
+
+
+def test_trails_are_bounded_and_keep_beginning_and_end():
+    trails = map_geometry.Trails(2)
+    for count in range(10000):
+        trails.add(np.array([[0.04 * count, 0.0], [0.0, 1.0]]))
+        assert trails.count[0] <= map_geometry.TRAIL_POINTS
+    path = trails.path(0)
+    assert trails.count[1] == 1 and trails.count[0] > 0.4 * map_geometry.TRAIL_POINTS
+    assert path[0].tolist() == [0.0, 0.0] and path[-1, 0] > 399.5
+    apart = np.diff(path[:, 0])
+    assert apart.max() < 1.5 * apart.min()  # the whole way is told equally well
+    assert trails.bounds().max(axis=0).tolist() == [path[-1, 0], 1.0]
+
+
+def test_trails_end_with_clear_another_team_an_earlier_time_or_a_new_start(view):
+    def run(*times):
+        for time in times:
+            view.show_snapshot(snapshot(time, view._pose + [1.0, 0.0, 0.0]))
+        return view._trails.count.max()
+
+    assert run(0.0, 1.0, 2.0) == 3
+    view.clear_trails()
+    assert view._trails.count.max() == 0
+    assert run(0.0, 1.0) == 2
+    assert run(0.5) == 1
+    view.show_team(view._pose)
+    assert run(3.0) == 2
+    view.show_team(POSES)
+    assert run(4.0) == 1
+    view.show_snapshot(snapshot(5.0, POSES[:2]))
+    assert view._trails.count.tolist() == [1, 1]
+
+
+def test_toggles_hide_what_they_name_and_show_it_again(view):
+    view.show_snapshot(snapshot(0.0, POSES))
+    view.show_snapshot(snapshot(1.0, POSES + [0.0, 1.5, 0.0]))
+    view.show_targets(POSES[:, :2] + [1.0, 0.0])
+    view.show_topology([(1, 2, 1.0)], True)
+    whole = drawn(view)
+    toggles = [view.set_trails_shown, view.set_targets_shown, view.set_edges_shown]
+    toggles += [view.set_numbers_shown, lambda shown: view.set_trail_shown(2, shown)]
+    for toggle in toggles:
+        toggle(False)
+        assert (drawn(view) != whole).any()
+        toggle(True)
+        assert (drawn(view) == whole).all()
+
+
+def test_starts_are_red_dots(view):
+    view.show_snapshot(snapshot(0.0, POSES))
+    view.show_snapshot(snapshot(1.0, POSES + [0.0, 1.5, 0.0]))
+    assert shade(view, 0.0, 0.0) == QColor("#d60000")
+
+
+def test_robots_have_their_colours_and_stale_ones_have_not(view):
+    place = -0.15, 0.0
+    assert shade(view, *place) == QColor("#0072b2")
+    view.show_snapshot(snapshot(0.0, POSES, [False, True, True]))
+    red, green, blue, _ = shade(view, *place).getRgb()
+    assert red == green == blue
+
+
+def test_the_selected_robot_is_highlighted_and_unknown_ones_are_not(view):
+    before = drawn(view)
+    view.select(2)
+    assert (drawn(view) != before).any()
+    for number in (99, 0):
+        view.select(number)
+        assert (drawn(view) == before).all()
+
+
+def test_a_collision_flashes_and_fades(view, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.map_view.time.monotonic", lambda: now[0])
+    before = drawn(view)
+    view.flash_collision(2.0, 1.5)
+    assert (drawn(view) != before).any() and view._timer.isActive()
+    now[0] += 2.01
+    view._fade()
+    assert (drawn(view) == before).all() and not view._timer.isActive()
+
+
+def test_obstacles_are_drawn_to_scale(view):
+    inside = ((2.0, 1.5), (2.0, 1.95), (2.15, 1.5), (1.0, 3.25), (0.8, 3.2))
+    outside = ((2.35, 1.5), (2.0, 2.1), (1.28, 3.28))
+    empty = [shade(view, *place) for place in inside + outside]
+    view.show_obstacles(
+        [Box("box", 2.0, 1.5, np.pi / 2, 1.0, 0.4, 1.0), Cylinder("post", 1.0, 3.0, 0.3, 1.0)]
+    )
+    covered = [shade(view, *place) != ground for place, ground in zip(inside + outside, empty)]
+    assert covered == [True] * len(inside) + [False] * len(outside)
+
+
+def test_a_team_of_7_3_and_100_and_back(view):
+    for n in (7, 3, 100, 1, 300, 2):
+        poses = team(n)
+        view.show_team(poses)
+        view.show_topology([(i, i + 1, 0.5 * i) for i in range(1, n)], n % 2 == 0)
+        view.show_targets(poses[:, :2])
+        view.select(n)
+        assert everything_in_view(view, poses[:, :2])
+        for time in (0.0, 1.0):
+            view.show_snapshot(snapshot(time, poses + [time, 0.0, 0.0], np.arange(n) % 2 == 0))
+        view.grab()
+    view.show_team(np.empty((0, 3)))
+    view.fit()
+    click(view, QPoint(300, 300))
+
+
+def test_robots_keep_their_own_numbers(view):
+    view.show_snapshot(snapshot(0.0, POSES, numbers=(2, 5, 8)))
+    view.show_topology([(2, 8, 1.0)], True)
+    clicked, removed = heard(view.robot_clicked), heard(view.edge_removed)
+    click(view, at(view, 4.0, 0.0))
+    view.set_mode("edges")
+    click(view, at(view, 2.0, 1.5))
+    assert (clicked, removed) == ([(5,)], [(2, 8)])
+
+
+def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
+    n = 150
+    view.show_team(team(n))
+    view.show_topology([(i, j, 1.0) for i in range(1, n + 1) for j in range(1, i)], False)
+    view.grab()
+    segments, stride = view._edges.segments(view._numbers, view._pose, view._frame, 1.0, 40000)
+    assert stride == 1 and len(segments.place) > map_drawing.MOST_EDGES
+    assert view._edges.segments(view._numbers, view._pose, view._frame, 1.0, 1000)[1] == 11
+
+
+@pytest.mark.parametrize("base, text", [("#ffffff", "#000000"), ("#1e1e22", "#e8e8e8")])
+def test_colours_follow_the_palette(view, base, text):
+    palette = QPalette()
+    palette.setColor(QPalette.Base, QColor(base))
+    palette.setColor(QPalette.Text, QColor(text))
+    view.setPalette(palette)
+    assert QColor(view.grab().toImage().pixel(2, 2)) == QColor(base)
+
+
+@pytest.mark.parametrize("least, step", [(0.9, 1.0), (1.0, 1.0), (1.1, 2.0), (21, 50), (0.06, 0.1)])
+def test_grid_steps_are_1_2_5(least, step):
+    assert map_geometry.nice_step(least) == pytest.approx(step)
+
+
+def test_a_mode_that_is_none_is_refused(view):
+    with pytest.raises(ValueError, match="fly.*look, poses, edges"):
+        view.set_mode("fly")
+    assert view.mode == "look"

@@ -1,0 +1,418 @@
+"""The team panel: number, table, spreadsheet, layouts, overlaps; with real keys and clicks."""
+
+import math
+import os
+import sys
+import time
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QAbstractItemView, QApplication, QComboBox, QPushButton
+
+from mrs_simulator.core.layouts import make_layout
+from mrs_simulator.rqt_plugin import team_panel
+from mrs_simulator.rqt_plugin.guard import LOG
+from mrs_simulator.rqt_plugin.team_panel import TeamPanel
+from mrs_simulator.world.robots import KINDS
+
+APP = QApplication.instance() or QApplication([])
+
+
+@pytest.fixture(autouse=True)
+def no_hidden_errors(monkeypatch):
+    """Fail if a slot or an event handler raised."""
+    raised = []
+    monkeypatch.setattr(LOG, "exception", lambda *told: raised.append((told, sys.exc_info()[1])))
+    yield
+    APP.processEvents()
+    assert raised == []
+
+
+def shown_panel():
+    """Return a shown panel with four robots in a line; ``changes`` counts its signals."""
+    widget = TeamPanel()
+    widget.changes = []
+    widget.set_team(make_layout("line", 4), KINDS[:1] * 4)
+    widget.team_changed.connect(lambda: widget.changes.append(widget.poses()))
+    widget.resize(360, 640)
+    widget.show()
+    widget.activateWindow()
+    assert QTest.qWaitForWindowActive(widget)
+    return widget
+
+
+@pytest.fixture
+def panel():
+    """Return ``shown_panel()``."""
+    widget = shown_panel()
+    yield widget
+    widget.close()
+    widget.deleteLater()
+
+
+def go_to(panel, robot, column=1):
+    """Click the cell of ``robot`` in ``column``."""
+    index = panel._model.index(robot - 1, column)
+    panel._table.scrollTo(index)
+    where = panel._table.visualRect(index).center()
+    QTest.mouseClick(panel._table.viewport(), Qt.LeftButton, pos=where)
+
+
+def edit(panel, robot, column, text, end=Qt.Key_Return):
+    """Type ``text`` into a cell."""
+    go_to(panel, robot, column)
+    QTest.keyClick(panel._table, Qt.Key_F2)
+    editor = QApplication.focusWidget()
+    editor.selectAll()
+    QTest.keyClicks(editor, text)
+    QTest.keyClick(editor, end)
+    APP.processEvents()
+
+
+def paste(panel, robot, text):
+    """Paste ``text`` at ``robot``."""
+    go_to(panel, robot)
+    QApplication.clipboard().setText(text)
+    QTest.keyClick(panel._table, Qt.Key_V, Qt.ControlModifier)
+
+
+def set_number(panel, n):
+    """Type the number of robots."""
+    panel._number.setFocus()
+    panel._number.selectAll()
+    QTest.keyClicks(panel._number, str(n))
+    QTest.keyClick(panel._number, Qt.Key_Return)
+
+
+def press(panel, text):
+    """Click the button called ``text``."""
+    (button,) = [b for b in panel.findChildren(QPushButton) if b.text() == text]
+    QTest.mouseClick(button, Qt.LeftButton)
+
+
+def shown(panel, robot):
+    """Return the texts of a row."""
+    columns = range(panel._model.columnCount())
+    return [panel._model.index(robot - 1, column).data() for column in columns]
+
+
+def test_rows_follow_the_number(panel):
+    before = panel.poses()
+    set_number(panel, 12)
+    assert len(panel.changes) == 1
+    assert panel.poses().shape == (12, 3) and panel.kinds() == KINDS[:1] * 12
+    np.testing.assert_array_equal(panel.poses()[:4], before)
+    assert panel.overlapping == set()
+    assert panel._model.rowCount() == 12
+    set_number(panel, 3)
+    assert len(panel.changes) == 2
+    np.testing.assert_array_equal(panel.poses(), before[:3])
+    set_number(panel, 3)
+    assert len(panel.changes) == 2
+
+
+def test_there_is_room_for_the_largest_team(panel):
+    set_number(panel, 200)
+    assert len(panel.poses()) == 200 and panel.overlapping == set()
+    set_number(panel, 1)
+    assert len(panel.poses()) == 1
+
+
+def test_without_room_the_number_returns(panel, monkeypatch):
+    monkeypatch.setattr(team_panel, "ROOM", (0.1, 0.0))
+    panel.set_team([[0.0, 0.0, 0.0]], KINDS[:1])
+    set_number(panel, 5)
+    assert "no room for robot 2 of 5" in panel._message.message
+    assert panel._number.value() == 1 and len(panel.poses()) == 1 and panel.changes == []
+
+
+@pytest.mark.parametrize(
+    "column, text, value",
+    [(1, "-3.25", -3.25), (2, "1e-3", 1e-3), (3, "90", math.pi / 2), (1, "1e6", 1e6)],
+)
+def test_a_cell_is_edited(panel, column, text, value):
+    wanted = panel.poses()
+    wanted[1, column - 1] = value
+    edit(panel, 2, column, text)
+    np.testing.assert_allclose(panel.poses(), wanted, rtol=0, atol=1e-15)
+    assert len(panel.changes) == 1 and panel._message.message == ""
+
+
+@pytest.mark.parametrize("text", ["abc", "nan", "inf", "1e7", "1,5", "x" * 200])
+def test_what_is_no_position_is_refused(panel, text):
+    before = panel.poses()
+    edit(panel, 2, 1, text)
+    np.testing.assert_array_equal(panel.poses(), before)
+    message = panel._message.message
+    assert message.startswith("robot2, x [m]: '" + text[:20]) and "wanted a number" in message
+    assert len(message) < 100
+    assert panel.changes == []
+    assert shown(panel, 2)[1] == "1"
+    edit(panel, 2, 1, "1.5")
+    assert panel._message.message == ""
+
+
+def test_opening_a_cell_changes_nothing(panel):
+    panel.set_pose(2, 1.0 / 3.0, 0.0, 1.0)
+    before = panel.poses()
+    for column in (1, 3):
+        go_to(panel, 2, column)
+        QTest.keyClick(panel._table, Qt.Key_F2)
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key_Return)
+        APP.processEvents()
+    np.testing.assert_array_equal(panel.poses(), before)
+    assert panel.changes == []
+
+
+def test_numbers_are_short_in_the_table(panel):
+    panel.set_pose(1, -123456.789, 1.0 / 3.0, math.radians(-0.001))
+    assert shown(panel, 1) == ["1", "-123457", "0.3333", "0"]
+    panel.set_pose(1, 1e6, -100.0, math.pi)
+    assert shown(panel, 1) == ["1", "1000000", "-100", "180"]
+
+
+def test_paste_from_a_spreadsheet(panel):
+    paste(panel, 2, "5\t-6\t90\r\n7\t8\t-45\r\n")
+    np.testing.assert_allclose(
+        panel.poses()[1:3], [[5, -6, math.pi / 2], [7, 8, -math.pi / 4]], atol=1e-15
+    )
+    assert len(panel.changes) == 1
+    before = panel.poses()
+    paste(panel, 2, "1, 2")
+    np.testing.assert_array_equal(panel.poses()[1], [1.0, 2.0, before[1, 2]])
+    np.testing.assert_array_equal(panel.poses()[2:], before[2:])
+
+
+def test_paste_grows_the_team(panel):
+    paste(panel, 1, "\n".join("{},{}".format(2 * i, 1) for i in range(7)))
+    assert len(panel.poses()) == 7 and panel._number.value() == 7
+    np.testing.assert_array_equal(panel.poses()[6], [12.0, 1.0, 0.0])
+    assert panel.kinds() == KINDS[:1] * 7
+    assert len(panel.changes) == 1
+
+
+@pytest.mark.parametrize(
+    "robot, text, message",
+    [
+        (1, "", "the clipboard is empty"),
+        (1, "x\ty\n1\t2", "pasted row 1, x [m]: 'x', wanted a number"),
+        (1, "1\t2\n3", "pasted row 2: 1 values, wanted x [m], y [m]"),
+        (1, "1\t2\n\n3\t4", "pasted row 2: 0 values"),
+        (1, "\t2\t3", "pasted row 1, x [m]: ''"),
+        (1, "1,2,3,4", "pasted row 1: 4 values"),
+        (1, "1,5\t2", "'1,5'"),
+        (3, "1\t2\n3\t4\n5\t6", "to get more robots paste at robot1"),
+        (1, "0,0\n" * 201, "201 rows pasted, wanted at most 200"),
+    ],
+)
+def test_a_paste_is_taken_whole_or_not_at_all(panel, robot, text, message):
+    before = panel.poses()
+    paste(panel, robot, text)
+    assert message in panel._message.message
+    np.testing.assert_array_equal(panel.poses(), before)
+    assert panel.changes == []
+
+
+def test_copy_and_paste_keep_the_poses(panel):
+    poses = make_layout("random", 4, seed=3)
+    panel.set_team(poses, KINDS[:1] * 4)
+    go_to(panel, 1)
+    QTest.keyClick(panel._table, Qt.Key_A, Qt.ControlModifier)
+    QTest.keyClick(panel._table, Qt.Key_C, Qt.ControlModifier)
+    text = QApplication.clipboard().text()
+    assert len(text.splitlines()) == 4 and all(len(r.split("\t")) == 3 for r in text.splitlines())
+    panel.set_team(np.zeros((1, 3)), KINDS[:1])
+    paste(panel, 1, text)
+    np.testing.assert_allclose(panel.poses(), poses, atol=1e-9)
+
+
+def test_copy_takes_the_selected_rows(panel):
+    go_to(panel, 3)
+    QTest.keyClick(panel._table, Qt.Key_C, Qt.ControlModifier)
+    assert QApplication.clipboard().text() == "-1\t0\t0"
+
+
+def test_copy_and_paste_from_the_menu(panel):
+    copy, paste_here = panel._table.actions()
+    go_to(panel, 1)
+    copy.trigger()
+    assert QApplication.clipboard().text() == "3\t0\t0"
+    QApplication.clipboard().setText("9\t9")
+    paste_here.trigger()
+    assert shown(panel, 1) == ["1", "9", "9", "0"]
+
+
+def test_numbers_that_are_none_can_be_shown(panel):
+    panel.set_pose(1, math.nan, math.inf, 0.0)
+    assert shown(panel, 1) == ["1", "nan", "inf", "0"]
+
+
+def test_layouts(panel):
+    names = [panel._layout.itemText(i) for i in range(panel._layout.count())]
+    assert names == ["line", "circle", "grid", "random"]
+    for name in names[1:]:
+        panel._layout.setFocus()
+        QTest.keyClick(panel._layout, Qt.Key_Down)
+        assert panel._layout.currentText() == name
+        press(panel, "Apply")
+        np.testing.assert_array_equal(panel.poses(), make_layout(name, 4))
+    assert len(panel.changes) == 3
+    press(panel, "Apply")
+    assert len(panel.changes) == 3, "the same layout again is no change"
+
+
+def test_a_layouts_parameters(panel):
+    panel._layout.setCurrentText("random")
+    for name, text in (("size", "1e2"), ("seed", "7")):
+        (field,) = [f for f in panel._form.children() if f.objectName() == name]
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, text)
+    press(panel, "Apply")
+    np.testing.assert_array_equal(panel.poses(), make_layout("random", 4, seed=7, size=100.0))
+    (size,) = [f for f in panel._form.children() if f.objectName() == "size"]
+    size.setFocus()
+    size.selectAll()
+    QTest.keyClicks(size, "-1")
+    press(panel, "Apply")
+    assert len(panel.changes) == 1
+    size.setFocus()
+    size.selectAll()
+    QTest.keyClicks(size, "0.1")
+    press(panel, "Apply")
+    assert "no room" in panel._message.message and len(panel.changes) == 1
+    panel._layout.setCurrentText("line")
+    panel._layout.setCurrentText("random")
+    assert panel._form.values() == {"min_distance": 1.5, "size": 0.1, "seed": 7}
+
+
+def test_overlaps_are_marked_and_named(panel):
+    edit(panel, 3, 1, "1.1")
+    assert panel.overlapping == {2, 3}
+    assert panel._overlaps.message == "robot2 and robot3 overlap"
+    model = panel._model
+    assert model.index(1, 0).data(Qt.ToolTipRole) == "robot2 overlaps robot3"
+    assert model.index(2, 2).data(Qt.ToolTipRole) == "robot3 overlaps robot2"
+    red = model.index(2, 1).data(Qt.BackgroundRole).color()
+    assert red.red() > 2 * red.green()
+    assert model.index(0, 1).data(Qt.BackgroundRole) is None
+    edit(panel, 3, 1, "-1")
+    assert panel.overlapping == set() and panel._overlaps.message == ""
+    assert not panel._overlaps.isVisible()
+
+
+def test_many_overlaps_stay_readable(panel):
+    panel.set_team(np.zeros((200, 3)), KINDS[:1] * 200)
+    assert panel.overlapping == set(range(1, 201))
+    assert panel._overlaps.message == (
+        "robot1 and robot2, robot1 and robot3, robot1 and robot4 overlap, and 19897 more pairs"
+    )
+    tip = panel._model.index(0, 0).data(Qt.ToolTipRole)
+    assert tip.endswith("and robot7 and 193 more")
+
+
+def test_a_robot_is_dragged(panel):
+    panel.set_pose(2, 3.2, 0.1, -math.pi / 2)
+    np.testing.assert_array_equal(panel.poses()[1], [3.2, 0.1, -math.pi / 2])
+    assert shown(panel, 2) == ["2", "3.2", "0.1", "-90"]
+    assert panel.overlapping == {1, 2}
+    panel.set_pose(2, 30.0, 0.0, 0.0)
+    assert panel.overlapping == set() and panel.changes == []
+    for number in (0, 5):
+        with pytest.raises(ValueError, match="wanted 1 to 4"):
+            panel.set_pose(number, 0.0, 0.0, 0.0)
+
+
+def test_set_team_sends_nothing_and_keeps_its_own_copy(panel):
+    poses = make_layout("grid", 9)
+    panel.set_team(poses, KINDS[:1] * 9)
+    poses[:] = 7.0
+    panel.poses()[:] = 8.0
+    np.testing.assert_array_equal(panel.poses(), make_layout("grid", 9))
+    assert panel._number.value() == 9 and panel.changes == []
+    with pytest.raises(ValueError, match="wanted as many"):
+        panel.set_team(poses, KINDS[:1])
+
+
+def test_a_team_larger_than_the_box_allows_is_shown_whole(panel):
+    panel.set_team(make_layout("grid", 300), KINDS[:1] * 300)
+    assert panel._number.value() == 300 and len(panel.poses()) == 300 and panel.changes == []
+    panel.set_team(np.empty((0, 3)), ())
+    assert panel.poses().shape == (0, 3) and panel.overlapping == set()
+    set_number(panel, 2)
+    assert len(panel.poses()) == 2
+
+
+def test_nothing_changes_while_not_editable(panel):
+    before = panel.poses()
+    panel.set_editable(False)
+    paste(panel, 1, "5,5")
+    go_to(panel, 1)
+    QTest.keyClick(panel._table, Qt.Key_F2)
+    QTest.keyClicks(panel._table, "5")
+    assert panel._table.state() != QAbstractItemView.EditingState
+    press(panel, "Apply")
+    set_number(panel, 9)
+    np.testing.assert_array_equal(panel.poses(), before)
+    assert panel.changes == []
+    QTest.keyClick(panel._table, Qt.Key_C, Qt.ControlModifier)
+    assert QApplication.clipboard().text() == "3\t0\t0"
+    panel.set_editable(True)
+    edit(panel, 1, 1, "4")
+    assert len(panel.changes) == 1
+
+
+def test_scenario_buttons_only_ask(panel):
+    asked = []
+    panel.open_requested.connect(lambda: asked.append("open"))
+    panel.save_requested.connect(lambda: asked.append("save"))
+    press(panel, "Open scenario...")
+    press(panel, "Save scenario...")
+    assert asked == ["open", "save"] and panel.changes == []
+
+
+def test_kinds_are_chosen_where_there_are_several(monkeypatch):
+    monkeypatch.setattr(team_panel.robots, "KINDS", KINDS[:1] + ("other",))
+    panel = shown_panel()
+    assert panel._model.columnCount() == 5
+    go_to(panel, 2, 4)
+    QTest.keyClick(panel._table, Qt.Key_F2)
+    (editor,) = panel._table.viewport().findChildren(QComboBox)
+    editor.setFocus()
+    QTest.keyClick(editor, Qt.Key_Down)
+    panel._table.setFocus()
+    assert panel.kinds() == (KINDS[0], "other", KINDS[0], KINDS[0])
+    assert len(panel.changes) == 1
+    panel.close()
+
+
+def test_one_kind_needs_no_column(panel):
+    assert panel._model.columnCount() == 4
+
+
+@pytest.mark.parametrize("poses", [make_layout("grid", 200), make_layout("circle", 200)])
+def test_dragging_is_quick_with_the_largest_team(panel, poses):
+    panel.set_team(poses, KINDS[:1] * 200)
+    taken = []
+    for step in range(50):
+        begin = time.perf_counter()
+        panel.set_pose(100, 0.1 * step, 0.0, 0.0)
+        taken.append(time.perf_counter() - begin)
+    assert np.median(taken) < 5e-3
+
+
+def test_the_panel_fits_a_narrow_column(panel):
+    panel._layout.setCurrentText("random")
+    panel.set_team(make_layout("grid", 200), KINDS[:1] * 200)
+    assert panel.minimumSizeHint().width() <= 360
+    table = panel._table
+    for column in range(panel._model.columnCount()):
+        lines = panel._model.headerData(column, Qt.Horizontal).splitlines() + ["-123456"]
+        if column == 0:
+            lines = lines[:1]
+        needed = max(table.fontMetrics().horizontalAdvance(line) for line in lines)
+        assert table.columnWidth(column) > needed

@@ -17,6 +17,7 @@ seven Pioneers form the paper's straight line. Ends with a verdict against theor
   --speed S        simulated over wall time, 0: as fast as possible (default: 5)
   --help           this text
 
+With a display the GUI opens, attached to the run; the demo ends when its window is closed.
 Exits with 0 if the run agrees with theory, 1 if not, 2 if the run could not be made.
 TEXT
 }
@@ -73,10 +74,12 @@ trap end EXIT
 trap 'echo; echo "stopped; what was recorded is in $out"; exit 130' INT TERM HUP
 
 printf -- '== running %s at %s x real time\n' "$(basename "$scenario")" "$speed"
+gui=false
+if ! $headless && [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then gui=true; fi
 # In lockstep, so that the run is the same whatever else the machine is doing.
 # A process group of its own: Ctrl-C comes here, and from here to roslaunch.
 set -m
-roslaunch -p "$port" mrs_simulator simulation.launch scenario:="$scenario" out:="$out" speed:="$speed" lockstep:=true \
+roslaunch -p "$port" mrs_simulator simulation.launch scenario:="$scenario" out:="$out" speed:="$speed" lockstep:=true gui:=$gui \
   >"$out/launch.log" 2>&1 </dev/null &
 launch=$!
 set +m
@@ -93,8 +96,8 @@ while kill -0 "$launch" 2>/dev/null && [ ! -f "$out/verdict.json" ]; do
     printf '   simulated %s of %s s\n' "$now" "${duration:-?}"
   fi
 done
-wait "$launch"
-launch=""
+# Everything ends by itself; with a GUI, once its window is closed.
+$gui || { wait "$launch"; launch=""; }
 
 if [ ! -f "$out/verdict.json" ]; then
   tail -n 25 "$out/launch.log" >&2
@@ -105,4 +108,8 @@ echo
 python3 -m mrs_simulator.core.verdict "$out/verdict.json"
 passed=$?
 echo "  figures and data: $out"
+if [ -n "$launch" ]; then
+  echo "  the GUI is open; the demo ends with its window"
+  while kill -0 "$launch" 2>/dev/null; do sleep 0.5; done
+fi
 exit $passed

@@ -79,6 +79,7 @@ class CurvesPanel(QWidget):
     def set_robots_shown(self, numbers):
         """Draw the curves of the robots ``numbers`` only; None: all."""
         self._field.setText(curves.name_robots(numbers or ()))
+        self._field.setCursorPosition(0)
 
     def _make_controls(self):
         self._tabs, self._field, self._follow = QTabBar(), QLineEdit(), QCheckBox("Follow")
@@ -121,7 +122,7 @@ class CurvesPanel(QWidget):
         palette, pixels = self.palette(), QFontInfo(self.font()).pixelSize()
         roles = QPalette.Window, QPalette.Base, QPalette.WindowText
         self._plot.take_look(pixels, *(palette.color(role).getRgbF()[:3] for role in roles))
-        self._field.setFixedWidth(int(7 * pixels))
+        self._field.setFixedWidth(int(9 * pixels))
         self._canvas.setPalette(palette)
         self._dirty = True
 
@@ -279,8 +280,9 @@ class CurvesPanel(QWidget):
         sheet = "color: {}; background: {}; border: 1px solid {}; padding: 2px;"
         self._label.setStyleSheet(sheet.format(text, base, hue))
         self._label.adjustSize()
-        left = max(0, min(x + em, self._canvas.width() - self._label.width()))
-        above = y - em - self._label.height()
+        left, above = x + em, y - em - self._label.height()
+        if left + self._label.width() > self._plot.axes.bbox.x1 / ratio:
+            left = max(0, x - em - self._label.width())
         self._label.move(left, above if above >= 0 else y + em)
 
     def _see(self, left, low, right, high):

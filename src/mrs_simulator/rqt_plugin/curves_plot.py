@@ -9,9 +9,15 @@ from matplotlib.cm import viridis
 from matplotlib.colors import ListedColormap, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import (
+    FuncFormatter,
+    LogFormatterMathtext,
+    MaxNLocator,
+    NullFormatter,
+    ScalarFormatter,
+)
 
-from mrs_simulator.report.figures import MANY_ROBOTS, MOST_IN_LEGEND, PALETTE, STYLE
+from mrs_simulator.report.figures import MANY_ROBOTS, MOST_IN_LEGEND, STYLE
 from mrs_simulator.rqt_plugin.colours import colour
 from mrs_simulator.rqt_plugin.curves import ERROR, QUANTITIES, fitted, foot, thinned
 
@@ -43,11 +49,10 @@ class CurvesPlot:
     def styles(self, shown, numbers):
         """Return how to draw each of the robots ``shown`` of the team ``numbers``."""
         if len(shown) <= MOST_IN_LEGEND:
-            dashes = [DASHES[(number - 1) // len(PALETTE) % len(DASHES)] for number in shown]
             colours = [self._bright(colour(number)) for number in shown]
-            return [
-                {"color": c, "ls": ls, "lw": 1.3 * self._width} for c, ls in zip(colours, dashes)
-            ]
+            dashes = [DASHES[colours[:row].count(c) % len(DASHES)] for row, c in enumerate(colours)]
+            width = 1.3 * self._width
+            return [{"color": c, "ls": ls, "lw": width} for c, ls in zip(colours, dashes)]
         width = 0.8 if len(shown) <= MOST_LABELLED else 0.5
         colours = self._map()(Normalize(min(numbers), max(numbers))(np.array(shown)))
         return [{"color": tuple(c), "lw": width * self._width} for c in colours]
@@ -188,10 +193,10 @@ class CurvesPlot:
         bar.set_yticks(np.unique(np.linspace(low, high, 6).round()))
         bar.yaxis.tick_right()
         bar.tick_params(labelcolor=self._text, length=0, pad=2)
-        bar.set_title("Robot", fontproperties=self._font, color=self._text, loc="left", pad=3)
+        bar.set_title("Robot", fontproperties=self._font, color=self._text, loc="left")
         for spine in bar.spines.values():
             spine.set_visible(False)
-        self._side, self._top = 4.0 * em, 1.6 * em
+        self._side = 3.8 * em
 
     def _fill(self, curve, line):
         """Give ``line`` what can be seen of ``curve``; return the values."""
@@ -200,18 +205,35 @@ class CurvesPlot:
         line.set_data(*drawn)
         return drawn[1]
 
+    def _log_ticks(self):
+        """Write powers of ten, or plain numbers within a decade; return their width [em]."""
+        axis, (low, high) = self.axes.yaxis, self.axes.get_ylim()
+        if high > 10.0 * low:
+            axis.set_major_formatter(LogFormatterMathtext())
+            axis.set_minor_formatter(NullFormatter())
+            return 2.4
+        plain = FuncFormatter(lambda value, _: "{:.6g}".format(value))
+        axis.set_major_formatter(plain)
+        axis.set_minor_formatter(plain)
+        return self._widest(axis)
+
+    def _widest(self, axis):
+        """Return the width [em] of the labels at the ticks of ``axis``."""
+        places = np.concatenate([axis.get_majorticklocs(), axis.get_minorticklocs()])
+        texts = axis.get_major_formatter().format_ticks(places)
+        return 0.52 * max([len(text) for text in texts] + [1])
+
     def _lay_out(self):
         """Give the axes all the room that their labels leave."""
         em, axes = self.em(), self.axes
         width, height = self.figure.bbox.width, self.figure.bbox.height
-        ticks = axes.yaxis.get_major_formatter().format_ticks(axes.yaxis.get_majorticklocs())
-        wide = 2.7 if self._index == ERROR else 0.52 * max(map(len, ticks))
+        wide = self._log_ticks() if self._index == ERROR else self._widest(axes.yaxis)
         left, right = (2.2 + wide) * em, self._side + (1.2 if self._side else 1.5) * em
         low, tall = 3.0 * em / height, max(0.1, 1.0 - (3.0 * em + self._top) / height)
         axes.set_position([left / width, low, max(0.1, 1.0 - (left + right) / width), tall])
         if self._bar is not None:
             place = 1.0 - (right - 1.2 * em) / width
-            self._bar.set_position([place, low, 0.9 * em / width, tall])
+            self._bar.set_position([place, low, 0.9 * em / width, tall - 1.1 * em / height])
         for axis in (axes.xaxis, axes.yaxis, *([self._bar.yaxis] if self._bar else [])):
             for tick in axis.get_major_ticks() + axis.get_minor_ticks():
                 tick.label1.set_fontproperties(self._font)

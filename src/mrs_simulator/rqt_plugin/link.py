@@ -11,10 +11,11 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Pose2D
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 
-from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, TeamState
+from mrs_simulator.msg import Camera, Collision, ControlStatus, RobotSpec, StageStatus, TeamState
 from mrs_simulator.rqt_plugin.study import Snapshot
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
@@ -59,6 +60,8 @@ class RosLink:
             rospy.Subscriber("pioneer_control/status", ControlStatus, self._keep, "control"),
             rospy.Subscriber("emergency_stop", Bool, self._keep, "emergency"),
         ]
+        self._camera = rospy.Publisher("camera/look", Camera, queue_size=1, latch=True)
+        self._pictures = None
         self._emergency = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
         self._threads = [
             threading.Thread(target=target, daemon=True) for target in (self._look, self._serve)
@@ -168,6 +171,20 @@ class RosLink:
         """Latch, or release, the emergency stop of all controllers."""
         self._emergency.publish(Bool(data=on))
 
+    def look(self, **values):
+        """Tell the camera where to look from: the fields of ``Camera``."""
+        self._camera.publish(Camera(**values))
+
+    def watch(self, on):
+        """Listen to the camera's pictures, kept as ``image``, or no longer."""
+        if on and self._pictures is None:
+            self._pictures = rospy.Subscriber(
+                "camera/image", Image, self._keep, "image", queue_size=1
+            )
+        elif not on and self._pictures is not None:
+            self._pictures.unregister()
+            self._pictures = None
+
     def do(self, name, function):
         """Run ``function`` in the background; its ``(success, message)`` is a result called ``name``."""
         self._work.put((name, function))
@@ -246,6 +263,8 @@ class RosLink:
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._forget_robots()
+        self.watch(False)
+        self._camera.unregister()
         self._emergency.unregister()
 
 

@@ -199,6 +199,14 @@ class StudyRun:
             file.write(scenario.to_yaml())
         return path
 
+    def show_camera(self, on):
+        """Start or end the camera's pictures."""
+        self.link.watch(on)
+        if on:
+            self.processes.start("camera", "camera")
+        else:
+            self.processes.stop("camera")
+
     def ended_processes(self):
         """Return messages on the programs that ended by themselves."""
         return [

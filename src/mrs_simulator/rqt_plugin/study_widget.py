@@ -30,6 +30,7 @@ from mrs_simulator.rqt_plugin.study import History
 from mrs_simulator.rqt_plugin.study_run import StudyRun
 from mrs_simulator.rqt_plugin.team_panel import TeamPanel
 from mrs_simulator.rqt_plugin.topology_panel import TopologyPanel
+from mrs_simulator.rqt_plugin.view_panel import ViewPanel
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
 TICK = 100  # [ms] between two looks at everything else
@@ -57,7 +58,7 @@ class StudyWidget(QWidget):
         self.link = link
         self.study = StudyRun(link, processes, scenario)
         self.history = History()
-        self._team_changed_at, self._last_control = None, None
+        self._team_changed_at, self._last_control, self._last_image = None, None, None
         self._build()
         self.show_scenario(scenario)
         self._timers = [self._timer(FRAME, self._on_frame), self._timer(TICK, self._on_tick)]
@@ -155,6 +156,9 @@ class StudyWidget(QWidget):
     def _build_results(self):
         self.curves = CurvesPanel()
         self.curves.set_history(self.history)
+        self.view = ViewPanel()
+        self.view.switched.connect(self._on_view)
+        self.view.look_changed.connect(self._on_look)
         self.verdict, self.messages = QPlainTextEdit(), QPlainTextEdit()
         for text in (self.verdict, self.messages):
             text.setReadOnly(True)
@@ -170,6 +174,7 @@ class StudyWidget(QWidget):
         tabs = QTabWidget()
         for widget, title in (
             (self.curves, "Curves"),
+            (self.view, "3D view"),
             (self.verdict, "Verdict"),
             (self.messages, "Messages"),
         ):
@@ -200,6 +205,7 @@ class StudyWidget(QWidget):
         """Take in ``scenario``: team, protocol, parameters, topology, obstacles."""
         self.study.scenario = scenario
         self.team.set_team(scenario.poses, scenario.kinds)
+        self.view.set_team(range(1, scenario.n + 1), scenario.poses[:, :2])
         self.map.show_obstacles(scenario.obstacles)
         self.map.show_team(scenario.poses)
         self.map.fit()
@@ -262,6 +268,7 @@ class StudyWidget(QWidget):
     def _change_team(self, poses, kinds):
         self.study.set_team(poses, kinds)
         self._team_changed_at = time.monotonic()
+        self.view.set_team(range(1, len(poses) + 1), poses[:, :2])
         self._show_control(self.study.control())
 
     @guarded
@@ -321,6 +328,25 @@ class StudyWidget(QWidget):
         self.say("saving to {}".format(directory))
         self.study.save(self.history, directory)
 
+    @guarded
+    def _on_view(self, on):
+        self.study.show_camera(on)
+        self._on_look()
+
+    @guarded
+    def _on_look(self):
+        view, picture = self.view, self.view.picture
+        self.link.look(
+            x=view.x,
+            y=view.y,
+            distance=view.distance,
+            yaw=view.yaw,
+            pitch=view.pitch,
+            follow=view.follow(),
+            width=max(64, picture.width()),
+            height=max(64, picture.height()),
+        )
+
     def say(self, text):
         """Show ``text`` among the messages; return whether there was any."""
         if text:
@@ -336,6 +362,10 @@ class StudyWidget(QWidget):
             self.map.show_snapshot(snapshot)
         for _, _, x, y in self.link.take_collisions():
             self.map.flash_collision(x, y)
+        image = self.link.newest("image")
+        if image is not self._last_image and self.view.isVisible():
+            self._last_image = image
+            self.view.show_image(image.width, image.height, image.data)
 
     @guarded
     def _on_tick(self):

@@ -80,6 +80,11 @@ class Formation(PioneerControl):
             )
         ]
 
+    @property
+    def gain(self):
+        """Return the law's continuous gain ``kappa = k/T`` [1/s]."""
+        return self.k / self.T
+
     def error(self, hand):
         """Return the largest ``|alpha_i - alpha_i*|`` [m]."""
         return formation.error_norm(hand, self._offsets, self._closure)

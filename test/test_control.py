@@ -9,7 +9,7 @@ from mrs_simulator.control.library.formation import Formation
 from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import Limits, hand_points
+from mrs_simulator.core.kinematics import Limits, hand_points, unicycle_from_point_mass
 
 POSE = np.array([[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0]])
 LIMITS = Limits(0.75, 1.745, 0.3, 1.745)
@@ -204,3 +204,40 @@ def test_a_protocol_file_that_fails_says_so(tmp_path):
     (tmp_path / "broken.py").write_text("raise RuntimeError('half done')")
     with pytest.raises(ProtocolError, match="RuntimeError: half done"):
         load_protocol(str(tmp_path / "broken.py"))
+
+
+class Gather(PioneerControl):
+    def neighbourLaw(self, robot, theta, neighbours):
+        return sum(n.weight * n.x for n in neighbours), sum(n.weight * n.y for n in neighbours)
+
+
+class GatherWithoutCompass(Gather):
+    LOCAL_FRAMES = True
+
+
+def test_a_law_of_neighbours_alone_is_the_same_consensus():
+    pose = np.array([[0.0, 0.0, 0.3], [2.0, 1.0, -2.0], [1.0, 4.0, 1.1]])
+    topology = Topology(3, [(1, 2, 0.5), (2, 3), (3, 1, 2.0)])
+    u = -topology.laplacian() @ hand_points(pose, 0.05)
+    expected = unicycle_from_point_mass(u, pose[:, 2], 0.05)
+    for law in (Gather, GatherWithoutCompass):
+        np.testing.assert_allclose(law(range(1, 4), topology).commands(pose), expected, atol=1e-12)
+
+
+def test_local_frames_show_neighbours_as_the_robot_sees_them():
+    seen = {}
+
+    class Look(PioneerControl):
+        LOCAL_FRAMES = True
+
+        def neighbourLaw(self, robot, theta, neighbours):
+            seen[robot] = theta, neighbours
+            return 0.0, 0.0
+
+    # Robot 2 stands 2 m to the left of robot 1, which looks along y.
+    pose = np.array([[0.0, 0.0, np.pi / 2], [-2.0, 0.0, np.pi / 2]])
+    Look([1, 2], Topology(2, [(1, 2)])).commands(pose)
+    theta, (neighbour,) = seen[1]
+    assert theta == 0.0 and neighbour.number == 2
+    assert (neighbour.x, neighbour.y) == pytest.approx((0.0, 2.0))
+    assert seen[2] == (0.0, ())

@@ -1,17 +1,24 @@
 """From a run to its figures and its verdict against the protocol's own claims."""
 
 import argparse
+import math
 import os
 import sys
 
+import numpy as np
+
 from mrs_simulator.control.library import HOMES
 from mrs_simulator.control.loading import choose_protocol, load_protocol
+from mrs_simulator.core.claims import Condition, stays_above
+from mrs_simulator.core.protocols.safety import margins
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
-from mrs_simulator.world.robots import limits_of_team
+from mrs_simulator.world.robots import limits_of_team, robot_kind
 
 SCENARIO_FILE = "scenario.yaml"
+# [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
+SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
 
 
 def make_control(scenario, protocol=None):
@@ -26,7 +33,34 @@ def make_control(scenario, protocol=None):
         parameters=scenario.control.parameters,
         period=1.0 / scenario.control.rate,
         fidelity=scenario.fidelity,
+        safety=_radius(scenario) if scenario.control.safety else 0.0,
     )
+
+
+def _radius(scenario):
+    """Return the radius [m] about the axle centre of the largest robot of the team."""
+    return max(
+        math.hypot(max(kind.FRONT, kind.REAR), 0.5 * kind.WIDTH)
+        for kind in map(robot_kind, set(scenario.kinds))
+    )
+
+
+def _safety_claims(control, start):
+    """Return what the safety filter claims of a run from hand points ``start`` (n, 2)."""
+    if control.safety == 0.0 or len(start) < 2:
+        return []
+    least = control.safe_distance
+    begun = float(np.sqrt(margins(start, least)[0].min() + least * least))
+    why = "two hand points start {:.2f} m apart, wanted {:.2f} m".format(begun, least)
+
+    def closest(hand):
+        return np.array([np.sqrt(margins(h, least)[0].min() + least * least) for h in hand])
+
+    name = "least distance of two hand points [m]"
+    return [
+        Condition("robots start apart", begun >= least, why),
+        stays_above(closest, least, name, SAFETY_TOLERANCE[control.fidelity]),
+    ]
 
 
 def write_scenario(scenario, out):
@@ -56,7 +90,8 @@ def judged(run, control=None):
     start = run.hand[0]
     # A common factor for the whole team only re-times the motion: theory still speaks of it.
     limits = None if control.saturation == "team" else control.limits
-    verdict = judge(run, control.claims(start), control.measures(run), limits)
+    claims = list(control.claims(start)) + _safety_claims(control, start)
+    verdict = judge(run, claims, control.measures(run), limits)
     return verdict, control.prediction(start, run.time - run.time[0])
 
 

@@ -7,8 +7,15 @@ from geometry_msgs.msg import Twist
 
 from mrs_simulator.core.formation import HAND_LENGTH
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import NO_LIMITS, hand_points, saturate, unicycle_from_point_mass
+from mrs_simulator.core.kinematics import (
+    NO_LIMITS,
+    hand_points,
+    point_mass_from_unicycle,
+    saturate,
+    unicycle_from_point_mass,
+)
 from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.protocols.safety import safe_velocities
 
 RESERVED = (
     "numbers",
@@ -30,6 +37,15 @@ class Position(NamedTuple):
     theta: float
 
 
+class Neighbour(NamedTuple):
+    """A robot that another hears: relative position of its hand point [m] and the edge's weight."""
+
+    number: int
+    x: float
+    y: float
+    weight: float
+
+
 class ControlError(ValueError):
     """A law that did not return one finite Twist for each robot; the message says which."""
 
@@ -49,7 +65,9 @@ class PioneerControl:
 
     - ``calculateControlLaw(pos_map)``: positions by robot number in, ``Twist`` by number out;
     - ``pointMassLaw(hand)``: hand points (n, 2) in, their wanted velocities (n, 2) out; the mapping
-      (7) turns them into the unicycles' ``(v, omega)``.
+      (7) turns them into the unicycles' ``(v, omega)``;
+    - ``neighbourLaw(robot, theta, neighbours)``: the same for one robot at a time, from the relative
+      positions of its neighbours alone.
 
     ``PARAMETERS`` describes the law's own parameters; each is an attribute of that name (``self.k``).
     ``self.numbers`` are the robots' numbers, ``self.topology`` the interaction graph, ``self.time``
@@ -57,6 +75,7 @@ class PioneerControl:
     """
 
     PARAMETERS = (HAND_LENGTH,)
+    LOCAL_FRAMES = False
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
@@ -79,10 +98,12 @@ class PioneerControl:
         parameters=None,
         period=0.02,
         fidelity="kinematic",
+        safety=0.0,
     ):
         """``numbers``: the robots' numbers; ``limits``: of each robot, kept to by ``saturation``.
 
-        ``period`` [s] between two commands; ``fidelity``: what moves the robots, for tolerances.
+        ``period`` [s] between two commands; ``fidelity``: what moves the robots, for tolerances;
+        ``safety`` [m]: radius of the robots that the safety filter keeps apart, 0 for no filter.
 
         Raises ``ValueError`` that names an unknown or impossible parameter.
         """
@@ -90,6 +111,7 @@ class PioneerControl:
         self.limits = limits
         self.saturation = saturation
         self.period, self.time, self.fidelity = period, 0.0, fidelity
+        self.safety = safety
         self._given_topology = topology
         self.set_parameters(parameters or {})
 
@@ -110,8 +132,20 @@ class PioneerControl:
     def pointMassLaw(self, hand):
         """Return the hand points' wanted velocities, shape (n, 2) [m/s], from ``hand`` (n, 2) [m]."""
         raise NotImplementedError(
-            "{} has no law: wanted calculateControlLaw or pointMassLaw".format(type(self).__name__)
+            "{} has no law: wanted calculateControlLaw, pointMassLaw or neighbourLaw".format(
+                type(self).__name__
+            )
         )
+
+    def neighbourLaw(self, robot, theta, neighbours):
+        """Return the wanted velocity ``(ux, uy)`` [m/s] of one hand point from what its robot sees.
+
+        ``robot``: its number; ``theta`` [rad] its heading; ``neighbours``: a tuple of
+        :class:`Neighbour`, the robots that it hears.  A law written so is distributed by
+        construction.  With ``LOCAL_FRAMES = True`` there is no common compass: relative positions
+        come, and the velocity goes, in the robot's own frame, and ``theta`` is 0.
+        """
+        raise NotImplementedError
 
     def start(self):
         """Begin anew: what a law remembers of the past belongs here."""
@@ -152,7 +186,8 @@ class PioneerControl:
             rows = map(Position._make, pose.tolist())
             command = self._from_twists(self.calculateControlLaw(dict(zip(self.numbers, rows))))
         self._check_finite(command)
-        return saturate(command, self.limits, self.saturation)
+        command = saturate(command, self.limits, self.saturation)
+        return self._safe(command, pose) if self.safety > 0.0 else command
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name, the others to their defaults; all or none."""
@@ -179,7 +214,10 @@ class PioneerControl:
         return hand_points(pose, self.l)
 
     def _array_law(self, pose):
-        u = np.asarray(self.pointMassLaw(self._hand(pose)), dtype=float)
+        if type(self).neighbourLaw is not PioneerControl.neighbourLaw:
+            u = self._by_neighbours(pose)
+        else:
+            u = np.asarray(self.pointMassLaw(self._hand(pose)), dtype=float)
         if u.shape != (len(self.numbers), 2):
             raise ControlError(
                 "pointMassLaw returned shape {}, wanted ({}, 2): a velocity for each robot".format(
@@ -187,6 +225,32 @@ class PioneerControl:
                 )
             )
         return unicycle_from_point_mass(u, pose[:, 2], self.l)
+
+    def _by_neighbours(self, pose):
+        hand, velocities = self._hand(pose), []
+        for row, robot in enumerate(self.numbers):
+            theta = float(pose[row, 2])
+            turn = _rotation(theta) if self.LOCAL_FRAMES else np.eye(2)
+            seen = [
+                Neighbour(self.numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
+                for other, weight in self.topology.heard_by(row)
+            ]
+            wanted = self.neighbourLaw(robot, 0.0 if self.LOCAL_FRAMES else theta, tuple(seen))
+            velocities.append(turn @ np.asarray(wanted, dtype=float))
+        return np.array(velocities)
+
+    def _safe(self, command, pose):
+        """Return ``command`` as the safety filter lets it pass, on hand points."""
+        wanted = point_mass_from_unicycle(command, pose[:, 2], self.l)
+        hand, distance = self._hand(pose), self.safe_distance
+        velocity = safe_velocities(wanted, hand, distance, self.period)
+        # One factor for the whole team keeps every pair's constraint.
+        return saturate(unicycle_from_point_mass(velocity, pose[:, 2], self.l), self.limits, "team")
+
+    @property
+    def safe_distance(self):
+        """Return ``D_s`` [m] between hand points: ``2 (radius + l)``."""
+        return 2.0 * (self.safety + self.l)
 
     def _from_twists(self, twists):
         if isinstance(twists, dict):
@@ -224,6 +288,12 @@ class PioneerControl:
                     self.numbers[bad[0]], v, omega
                 )
             )
+
+
+def _rotation(theta):
+    """Return R(theta)^T for row vectors: ``v @ R`` is ``v`` as seen from a frame turned by theta."""
+    cos, sin = np.cos(theta), np.sin(theta)
+    return np.array([[cos, -sin], [sin, cos]])
 
 
 def _listed(numbers):

@@ -77,6 +77,11 @@ class Topology:
         """Return the numbers of the robots that ``robot`` (1..n) hears, ascending."""
         return [int(j) + 1 for j in self._heard[self._hears == robot - 1]]
 
+    def heard_by(self, row):
+        """Return ``[(row of j, a_ij), ...]`` of the robots that the robot in ``row`` hears."""
+        edges = np.flatnonzero(self._hears == row)
+        return list(zip(self._heard[edges].tolist(), self._weight[edges].tolist()))
+
     def adjacency(self):
         """Return ``A``, shape (n, n): ``A[i, j] = a_ij``, rows hear columns."""
         matrix = np.zeros((self.n, self.n))

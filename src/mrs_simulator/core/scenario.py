@@ -42,6 +42,7 @@ class Control(NamedTuple):
     rate: float = 50.0  # [Hz]
     parameters: Dict[str, Any] = {}
     saturation: str = "robot"
+    safety: bool = False
 
 
 class Scenario(NamedTuple):
@@ -266,6 +267,7 @@ def _read_control(top):
         rate=section.number("rate", 50.0, low=0.1, high=1000.0),
         parameters=parameters,
         saturation=section.text("saturation", "robot", SATURATIONS),
+        safety=section.flag("safety", False),
     )
     section.done()
     return control

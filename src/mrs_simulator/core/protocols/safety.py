@@ -1,0 +1,100 @@
+"""A safety filter around any law: the nearest velocities with which no two robots touch."""
+
+import numpy as np
+
+GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
+SWIRL = 0.15  # [rad] by which robots close to others turn aside, so that exact symmetry does not stop them
+SWEEPS = 400  # [-] most steps of the solver
+TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
+
+
+def margins(points, distance):
+    """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,)."""
+    first, second = np.triu_indices(len(points), 1)
+    apart = points[first] - points[second]
+    return np.einsum("ij,ij->i", apart, apart) - distance * distance, first, second
+
+
+def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
+    """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, 2) [m/s].
+
+    Minimises ``sum |u_i - wanted_i|^2`` subject to, for every pair,
+
+        -2 p_ij^T u_i + 2 p_ij^T u_j <= min(gamma h_ij^3, h_ij / period),
+
+    ``p_ij = p_i - p_j``, ``h_ij = |p_ij|^2 - distance^2``; ``points`` (n, 2) [m].  The second bound is
+    for velocities that are held for ``period`` [s]: since ``|p + d|^2 >= |p|^2 + 2 p^T d``, no pair
+    that starts with ``h >= 0`` ever has less.  Wang, Ames and Egerstedt, 2017.
+    """
+    wanted = np.asarray(wanted, dtype=float)
+    margin, first, second = margins(points, distance)
+    # What a pair could use up if both robots headed for each other decides whether it matters.
+    apart = points[first] - points[second]
+    gap = np.linalg.norm(apart, axis=1)
+    bound = np.minimum(gamma * margin**3, margin / period)
+    speed = np.linalg.norm(wanted, axis=1)
+    near = 2.0 * gap * 2.0 * (speed[first] + speed[second]) >= bound
+    if not near.any():
+        return wanted
+    first, second, apart = first[near], second[near], apart[near]
+    gap, bound = gap[near], bound[near]
+    wanted = _turned_aside(wanted, first, second, gap < 2.0 * distance, swirl)
+    # Each row divided by its length: a_k u <= b_k with |a_k| = 1.
+    size = 2.0 * np.sqrt(2.0) * np.maximum(gap, 1e-9)
+    rows, limit = 2.0 * apart / size[:, np.newaxis], bound / size
+    velocity = _nearest(wanted, first, second, rows, limit)
+    return velocity * _feasible_share(velocity, first, second, rows, limit)
+
+
+def _turned_aside(wanted, first, second, close, swirl):
+    """Turn the wanted velocities of robots with others close by, all to the same side."""
+    turned = np.zeros(len(wanted), dtype=bool)
+    turned[first[close]] = turned[second[close]] = True
+    angle = np.where(turned, swirl, 0.0)
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = wanted.T
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+
+
+def _pressure(velocity, first, second, rows):
+    """Return ``a_k u``, (m,): how much each pair's margin is used up."""
+    return np.einsum("ij,ij->i", rows, velocity[second] - velocity[first])
+
+
+def _nearest(wanted, first, second, rows, limit):
+    """Solve the quadratic programme in its dual, by accelerated projected gradients."""
+    pairs = np.bincount(np.concatenate([first, second]), minlength=len(wanted))
+    step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2)).max()
+    force, ahead, momentum = np.zeros(len(limit)), np.zeros(len(limit)), 1.0
+    tolerance = TOLERANCE * max(1e-3, float(np.abs(limit).max()), float(np.abs(wanted).max()))
+    for _ in range(SWEEPS):
+        velocity = _pushed(wanted, first, second, rows, ahead)
+        excess = _pressure(velocity, first, second, rows) - limit
+        new = np.maximum(0.0, ahead + step * excess)
+        following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
+        if np.dot(new - force, excess) < 0.0:
+            following = momentum = 1.0  # start the acceleration anew where it leads astray
+        change = np.abs(new - force).max()
+        ahead = new + (momentum - 1.0) / following * (new - force)
+        force, momentum = new, following
+        if change < tolerance * step:
+            break
+    return _pushed(wanted, first, second, rows, force)
+
+
+def _pushed(wanted, first, second, rows, force):
+    """Return ``u - A^T lambda``."""
+    push = force[:, np.newaxis] * rows
+    velocity = wanted.copy()
+    np.add.at(velocity, first, push)
+    np.subtract.at(velocity, second, push)
+    return velocity
+
+
+def _feasible_share(velocity, first, second, rows, limit):
+    """Return the largest factor up to 1 by which all may move: standing still is always allowed."""
+    pressure = _pressure(velocity, first, second, rows)
+    over = pressure > np.maximum(limit, 0.0)
+    if not over.any():
+        return 1.0
+    return float(np.clip(np.min(np.maximum(limit[over], 0.0) / pressure[over]), 0.0, 1.0))

@@ -1,0 +1,111 @@
+"""The safety filter: the nearest safe velocities, and robots that never touch."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl, run_experiment
+from mrs_simulator.core.protocols.safety import margins, safe_velocities
+from mrs_simulator.core.scenario import scenario_from_dict
+
+PERIOD = 0.02
+
+
+def test_what_is_safe_passes_unchanged():
+    points = np.array([[0.0, 0.0], [5.0, 0.0]])
+    wanted = np.array([[-1.0, 0.3], [1.0, 0.0]])
+    np.testing.assert_array_equal(safe_velocities(wanted, points, 1.0, PERIOD), wanted)
+
+
+def test_head_on_is_slowed_to_the_bound_by_half_each():
+    points = np.array([[0.0, 0.0], [1.2, 0.0]])
+    wanted = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    safe = safe_velocities(wanted, points, 1.0, PERIOD, gamma=1.0, swirl=0.0)
+    # h = 0.44: 2 * 1.2 * (u_1 - u_2) <= 0.44^3, shared alike.
+    approach = 0.44**3 / 2.4
+    np.testing.assert_allclose(safe, [[0.5 * approach, 0.0], [-0.5 * approach, 0.0]], atol=1e-6)
+
+
+def test_the_nearest_velocities_are_those_of_a_plain_solver():
+    draw = np.random.default_rng(2)
+    points = np.array([[0.0, 0.0], [1.1, 0.1], [0.4, 1.2]])
+    wanted = draw.normal(0.0, 1.0, (3, 2)) - points
+    safe = safe_velocities(wanted, points, 1.0, PERIOD, swirl=0.0)
+    # Hildreth's method, one constraint after another until nothing changes.
+    h, first, second = margins(points, 1.0)
+    limit = np.minimum(h**3, h / PERIOD)
+    rows = np.zeros((3, 6))
+    for k, (i, j) in enumerate(zip(first, second)):
+        rows[k, 2 * i : 2 * i + 2] = -2.0 * (points[i] - points[j])
+        rows[k, 2 * j : 2 * j + 2] = 2.0 * (points[i] - points[j])
+    force, plain = np.zeros(3), wanted.ravel().copy()
+    for _ in range(20000):
+        for k in range(3):
+            change = max(-force[k], (rows[k] @ plain - limit[k]) / (rows[k] @ rows[k]))
+            force[k] += change
+            plain -= change * rows[k]
+    np.testing.assert_allclose(safe.ravel(), plain, atol=1e-4)
+
+
+@pytest.mark.parametrize("n", [2, 10, 50])
+def test_points_sent_into_one_place_never_come_too_close(n):
+    draw = np.random.default_rng(n)
+    points = 1.5 * np.stack(np.meshgrid(np.arange(10.0), np.arange(10.0)), -1).reshape(-1, 2)[:n]
+    goal = points.mean(axis=0) + draw.normal(0.0, 0.1, 2)
+    for _ in range(400):
+        points = points + PERIOD * safe_velocities(2.0 * (goal - points), points, 0.8, PERIOD)
+        assert margins(points, 0.8)[0].min() >= -1e-12
+
+
+class Meet(PioneerControl):
+    def pointMassLaw(self, hand):
+        return 0.5 * (hand.mean(axis=0) - hand)
+
+
+class Swap(PioneerControl):
+    def pointMassLaw(self, hand):
+        return self.goal - hand
+
+
+def crossing(safety, fidelity="kinematic"):
+    angle = 2.0 * np.pi * np.arange(6) / 6
+    poses = np.stack([3.0 * np.cos(angle), 3.0 * np.sin(angle), angle + 2.0], axis=1)
+    return scenario_from_dict(
+        {
+            "poses": poses.tolist(),
+            "fidelity": fidelity,
+            "limits": {"v_max": 0.75, "omega_max": 3.0},
+            "duration": 12.0,
+            "control": {"safety": safety},
+        }
+    )
+
+
+@pytest.mark.parametrize("fidelity", ["point_mass", "kinematic", "dynamic"])
+def test_robots_with_bodies_never_touch(tmp_path, fidelity):
+    verdict = run_experiment(crossing(True, fidelity), str(tmp_path), Meet, formats=())
+    checks = {check["name"]: check for check in verdict["checks"]}
+    assert checks["least distance of two hand points [m]"]["passed"], verdict
+    assert checks["collisions"]["measured"] == 0
+    assert verdict["min_distance"] < 2.0  # they did come close
+
+
+def test_without_the_filter_they_do(tmp_path):
+    verdict = run_experiment(crossing(False), str(tmp_path), Meet, formats=())
+    assert not verdict["passed"] and verdict["checks"][-2]["measured"] > 0
+
+
+def test_a_symmetric_crossing_does_not_deadlock(tmp_path):
+    class Cross(Swap):
+        goal = -np.array([[3.0, 0.0], [-3.0, 0.0]])
+
+    scenario = crossing(True)
+    scenario = scenario._replace(
+        poses=np.array([[3.0, 0.0, np.pi], [-3.0, 0.0, 0.0]]),
+        kinds=scenario.kinds[:2],
+        duration=40.0,
+    )
+    run_experiment(scenario, str(tmp_path), Cross, formats=())
+    from mrs_simulator.core.recording import read_run_csv
+
+    end = read_run_csv(str(tmp_path / "run.csv")).hand[-1]
+    assert np.linalg.norm(end - Cross.goal, axis=1).max() < 0.3

@@ -114,6 +114,8 @@ def main(argv=None):
     arguments = _arguments(argv)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
+        if arguments.sweep:
+            sys.exit(_sweep(arguments))
         scenario = _scenario(arguments)
         verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
     except (ValueError, OSError) as error:
@@ -126,6 +128,25 @@ def main(argv=None):
     sys.exit(
         {"complete": 0 if verdict["passed"] else 1, "interrupted": 130}.get(verdict["ended"], 1)
     )
+
+
+def _sweep(arguments):
+    """Run the sweep and say how many passed; return the exit code."""
+    from mrs_simulator.sweep import make_runs, read_axis, run_sweep
+
+    runs = make_runs(arguments.scenario, [read_axis(text) for text in arguments.sweep])
+    verdicts = run_sweep(
+        runs,
+        arguments.out,
+        arguments.jobs,
+        arguments.scheduler,
+        arguments.protocol or "",
+        progress=sys.stderr.isatty(),
+    )
+    passed = sum(bool(verdict["passed"]) for verdict in verdicts)
+    print("{} of {} runs passed".format(passed, len(runs)))
+    print("  table and figure: {}".format(os.path.abspath(arguments.out)))
+    return 0 if passed == len(runs) else 1
 
 
 def _scenario(arguments):
@@ -152,6 +173,15 @@ def _arguments(argv):
     parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
     parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
     parser.add_argument("--seed", type=int)
+    parser.add_argument(
+        "--sweep",
+        action="append",
+        metavar="KEY=VALUES",
+        help="run under all values of a scenario's key: control.parameters.k=0.01,0.02 or "
+        "seed=0..9; may be given several times for all combinations",
+    )
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
+    parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")
     return parser.parse_args(argv)
 
 

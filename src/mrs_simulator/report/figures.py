@@ -141,6 +141,36 @@ def new_figure(width=WIDTH, height=STATES_HEIGHT):
 
 
 @_styled
+def draw_sweep(figure, key, series):
+    """Draw measured values against the swept ``key``, a panel for each name in ``series``.
+
+    ``series``: by name, rows ``(value of the key, measured, predicted, passed)``.  Passed runs are
+    filled green, failed ones open red; where theory predicts a number it is a dashed line.
+    """
+    panels = figure.subplots(len(series), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (name, rows) in zip(panels, series.items()):
+        rows = sorted(rows, key=lambda row: row[0])
+        for passed, style in (
+            (True, {"color": "#2e8b57"}),
+            (False, {"mec": "#c00000", "mfc": "none"}),
+        ):
+            chosen = [row[:2] for row in rows if row[3] is passed]
+            if chosen:
+                label = "passed" if passed else "failed"
+                axes.plot(*zip(*chosen), "o", ms=4, label=label, **style)
+        predicted = [(row[0], row[2]) for row in rows if isinstance(row[2], (int, float))]
+        if predicted:
+            axes.plot(*zip(*predicted), "k--", lw=1.0, label="Theory")
+        axes.set_ylabel(name.replace(" [", "\n["), fontsize=8)
+    panels[-1].set_xlabel(key)
+    handles = {}
+    for axes in panels:
+        handles.update(dict(zip(*reversed(axes.get_legend_handles_labels()))))
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
+    panels[0].legend(handles.values(), handles.keys(), ncol=len(handles), **place)
+
+
+@_styled
 def settle(figure):
     """Lay out ``figure`` once and for all.
 

@@ -1,0 +1,205 @@
+"""Sweeps: one scenario under many values of its keys, in parallel, as one table and one figure."""
+
+import csv
+import hashlib
+import itertools
+import json
+import os
+import re
+
+import yaml
+
+from mrs_simulator.core.reading import ScenarioError, load_yaml
+from mrs_simulator.core.scenario import scenario_from_dict
+
+TABLE = "sweep.csv"
+RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
+MOST_RUNS = 100000
+MEASURES = ("passed", "settle_time", "y_spread", "min_distance", "real_time_factor", "ended")
+
+
+class SweepError(ValueError):
+    """A sweep that cannot be made; the message names the axis."""
+
+
+def read_axis(text):
+    """Return ``(key, values)`` of ``key=v1,v2,...``, or ``key=first..last`` for whole numbers.
+
+    ``key`` is the path of a scenario's key, ``control.parameters.k``; values are YAML, so that
+    ``poses={layout: random, min_distance: 2.0},{layout: circle}`` is two values.
+    """
+    key, equals, values = text.partition("=")
+    if not equals or not key.strip() or not values.strip():
+        raise SweepError("--sweep {!r}: wanted key=value,value,... or key=first..last".format(text))
+    span = RANGE.match(values.strip())
+    if span:
+        first, last = map(int, span.groups())
+        if last < first or last - first >= MOST_RUNS:
+            raise SweepError("--sweep {!r}: wanted an ascending range".format(text))
+        return key.strip(), list(range(first, last + 1))
+    try:
+        return key.strip(), yaml.safe_load("[{}]".format(values))
+    except yaml.YAMLError as error:
+        raise SweepError("--sweep {!r}: not YAML: {}".format(text, error)) from None
+
+
+def make_runs(path, axes):
+    """Return the runs of the scenario file ``path`` under all combinations of ``axes``.
+
+    Each is ``(name, values by key, scenario)``.  A combination that is no scenario is refused before
+    anything runs.  Raises ``ScenarioError`` and ``SweepError``.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict):
+        raise ScenarioError("{}: wanted a mapping of keys".format(path))
+    keys = [key for key, _ in axes]
+    if len(set(keys)) != len(keys):
+        raise SweepError("a key is swept twice: {}".format(", ".join(keys)))
+    total = 1
+    for _, values in axes:
+        total *= len(values)
+    if not 0 < total <= MOST_RUNS:
+        raise SweepError("{} runs: wanted from 1 to {}".format(total, MOST_RUNS))
+    runs = []
+    for combination in itertools.product(*(values for _, values in axes)):
+        values = dict(zip(keys, combination))
+        changed = json.loads(json.dumps(content))
+        for key, value in values.items():
+            _put(changed, key, value)
+        where = "{} with {}".format(
+            path, ", ".join("{}={}".format(*pair) for pair in values.items())
+        )
+        scenario = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+        runs.append((_name(values, scenario), values, scenario))
+    return runs
+
+
+def _put(content, key, value):
+    parts = key.split(".")
+    for part in parts[:-1]:
+        content = content.setdefault(part, {})
+        if not isinstance(content, dict):
+            raise SweepError("--sweep {}: {} holds no keys".format(key, part))
+    content[parts[-1]] = value
+
+
+def _name(values, scenario):
+    """Return a directory name: readable, and other whenever anything of the scenario is."""
+    shown = "_".join("{}={}".format(k.rpartition(".")[2], v) for k, v in values.items())
+    readable = re.sub(r"[^A-Za-z0-9=.+-]+", "-", shown)[:60]
+    key = hashlib.sha256(scenario.to_yaml().encode()).hexdigest()[:10]
+    return "{}_{}".format(readable, key)
+
+
+def run_one(scenario, out, protocol=""):
+    """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back."""
+    done = os.path.join(out, "verdict.json")
+    if os.path.exists(done):
+        with open(done, encoding="utf-8") as file:
+            verdict = json.load(file)
+        if verdict.get("ended") == "complete":
+            return verdict
+    from mrs_simulator.experiment import run_experiment  # in the worker's own process
+
+    if protocol:
+        scenario = scenario.with_protocol(protocol)
+    return run_experiment(scenario, out, formats=())
+
+
+def run_sweep(runs, out, jobs=None, scheduler="", protocol="", progress=False):
+    """Run ``runs`` in parallel, write ``sweep.csv`` and ``sweep.png``/``.pdf``; return the verdicts.
+
+    ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``.
+    Runs that an interrupted sweep has finished are not run again.
+    """
+    os.makedirs(out, exist_ok=True)
+    tasks = [(scenario, os.path.join(out, name), protocol) for name, _, scenario in runs]
+    verdicts = [None] * len(runs)
+    with _pool(jobs, scheduler) as pool:
+        futures = {pool.submit(_guarded_run, *task): row for row, task in enumerate(tasks)}
+        for future in _finished(futures, scheduler, progress):
+            verdicts[futures[future]] = future.result()
+            # The table grows as runs end, so that an interruption loses nothing.
+            _write_table(runs, verdicts, out)
+    _write_figure(runs, verdicts, out)
+    return verdicts
+
+
+def _guarded_run(scenario, out, protocol):
+    try:
+        return run_one(scenario, out, protocol)
+    except (ValueError, OSError) as error:
+        return {"passed": False, "ended": str(error), "checks": []}
+
+
+def _pool(jobs, scheduler):
+    if not scheduler:
+        from concurrent.futures import ProcessPoolExecutor
+
+        return ProcessPoolExecutor(jobs or os.cpu_count())
+    try:
+        from dask.distributed import Client
+    except ImportError:
+        raise SweepError("--scheduler: wanted the Python package dask[distributed]") from None
+    return Client(scheduler)
+
+
+def _finished(futures, scheduler, progress):
+    if scheduler:
+        from dask.distributed import as_completed
+    else:
+        from concurrent.futures import as_completed
+    done = as_completed(list(futures))
+    if not progress:
+        return done
+    from tqdm import tqdm
+
+    return tqdm(done, total=len(futures), unit="run")
+
+
+def _write_table(runs, verdicts, out):
+    keys = list(runs[0][1])
+    checks = []
+    for verdict in filter(None, verdicts):
+        checks += [c["name"] for c in verdict["checks"] if c["name"] not in checks]
+    checks = [name for name in checks if name != "ended"]
+    partial = os.path.join(out, TABLE + ".part")
+    with open(partial, "w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["run"] + keys + list(MEASURES) + checks)
+        for (name, values, _), verdict in zip(runs, verdicts):
+            if verdict is None:
+                continue
+            measured = {check["name"]: check["measured"] for check in verdict["checks"]}
+            table.writerow(
+                [name]
+                + [values[key] for key in keys]
+                + [verdict.get(key) for key in MEASURES]
+                + [measured.get(check) for check in checks]
+            )
+    os.replace(partial, os.path.join(out, TABLE))
+
+
+def _write_figure(runs, verdicts, out):
+    """Draw each measured check against the first swept key that has numbers."""
+    from mrs_simulator.report.figures import draw_sweep, new_figure, save, settle
+
+    keys = list(runs[0][1])
+    numeric = [k for k in keys if all(isinstance(values[k], (int, float)) for _, values, _ in runs)]
+    if not numeric:
+        return
+    key = numeric[0]
+    series = {}
+    for (_, values, _), verdict in zip(runs, verdicts):
+        for check in verdict["checks"]:
+            measured, predicted = check["measured"], check["predicted"]
+            if check["name"] != "collisions" and isinstance(measured, (int, float)):
+                row = (values[key], measured, predicted, bool(check["passed"]))
+                series.setdefault(check["name"], []).append(row)
+    if not series:
+        return
+    figure = new_figure(6.5, 1.2 + 1.6 * len(series))
+    draw_sweep(figure, key, series)
+    settle(figure)
+    for kind in ("png", "pdf"):
+        save(figure, os.path.join(out, "sweep." + kind))

@@ -43,6 +43,7 @@ class Experiment:
         """
         scenario, world = self.scenario, self.world
         rows = np.arange(scenario.n)
+        self.control.start()
         steps = int(round(scenario.duration / scenario.step))
         for step in range(steps + 1):
             if step % scenario.steps_per_command == 0:

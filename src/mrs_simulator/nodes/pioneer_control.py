@@ -147,6 +147,7 @@ class ControlNode:
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
         if self._begun is None:
             self._begun = now
+            self.control.start()
             self._warn(pose)
         started = time.perf_counter()
         try:

@@ -145,12 +145,12 @@ class ControlNode:
             return
         pose = self._common_frame(self.inbox.pose())
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
-        if self._begun is None:
-            self._begun = now
-            self.control.start()
-            self._warn(pose)
         started = time.perf_counter()
         try:
+            if self._begun is None:
+                self.control.start()
+                self._warn(pose)
+                self._begun = now
             command = self.control.commands(pose, now - self._begun)
         except Exception as error:
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())

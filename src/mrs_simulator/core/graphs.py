@@ -32,6 +32,11 @@ class Topology:
         self._heard = np.array([j - 1 for _, j in rows], dtype=int)
         self._weight = np.array([arcs[pair] for pair in rows], dtype=float)
         self.listeners, self._starts = np.unique(self._hears, return_index=True)
+        # Where every robot hears just one other, with weight 1, a sum is a look-up.
+        single = len(self._hears) == len(self.listeners) and np.all(self._weight == 1.0)
+        self._look_up = bool(single)
+        self._in_degree = self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
+        self._in_degree.setflags(write=False)
 
     @classmethod
     def preset(cls, name, n):
@@ -109,14 +114,16 @@ class Topology:
     def neighbour_sum(self, values):
         """Return ``sum_j a_ij values_j``, the shape of ``values`` (n, d); no n-by-n matrix is made."""
         total = np.zeros_like(values)
-        if len(self._hears):
+        if self._look_up:
+            total[self.listeners] = values[self._heard]
+        elif len(self._hears):
             heard = self._weight[:, np.newaxis] * values[self._heard]
             total[self.listeners] = np.add.reduceat(heard, self._starts, axis=0)
         return total
 
     def in_degree(self):
-        """Return ``sum_j a_ij``, shape (n,)."""
-        return self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
+        """Return ``sum_j a_ij``, shape (n,), not to be written to."""
+        return self._in_degree
 
 
 def _reach(following, start, seen):

@@ -33,8 +33,12 @@ NO_LIMITS = Limits(np.inf, np.inf, np.inf, np.inf)
 
 
 def wrap_angle(angle):
-    """Return ``angle`` [rad] brought into [-pi, pi), any shape."""
-    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+    """Return ``angle`` [rad] brought into [-pi, pi), any shape; one that lies there stays to the bit."""
+    angle = np.asarray(angle, dtype=float)
+    outside = (angle < -np.pi) | (angle >= np.pi)
+    if not outside.any():
+        return angle
+    return np.where(outside, (angle + np.pi) % (2.0 * np.pi) - np.pi, angle)
 
 
 def compose(origin, pose):
@@ -95,8 +99,8 @@ def arc(pose, command, duration):
     ``theta + D/2``.  The heading is not wrapped.
     """
     half = 0.5 * duration * command[:, 1]
-    # np.sinc(x) is sin(pi x)/(pi x), exact at zero.
-    chord = duration * command[:, 0] * np.sinc(half / np.pi)
+    turning = np.where(half == 0.0, 1.0, half)
+    chord = duration * command[:, 0] * np.where(half == 0.0, 1.0, np.sin(turning) / turning)
     middle = pose[:, 2] + half
     after = np.empty_like(pose)
     after[:, 0] = pose[:, 0] + chord * np.cos(middle)
@@ -108,7 +112,7 @@ def arc(pose, command, duration):
 def clip_commands(command, limits):
     """Return commands, shape (n, 2), clipped to ``limits`` one by one, as a robot's firmware does."""
     top = limits.velocities()
-    return np.clip(command, -top, top)
+    return np.minimum(np.maximum(command, -top), top)
 
 
 def ramp(velocity, target, acceleration, duration):
@@ -120,7 +124,7 @@ def ramp(velocity, target, acceleration, duration):
     may be ``inf``.
     """
     reach = acceleration * duration
-    change = np.clip(target - velocity, -reach, reach)
+    change = np.minimum(np.maximum(target - velocity, -reach), reach)
     after = velocity + change
     mean = after - change * np.abs(change) / (2.0 * reach)
     return after, mean
@@ -141,7 +145,8 @@ def saturate(command, limits, scope="robot"):
         raise ValueError(
             'saturation scope {!r}: wanted one of "robot", "team", "none"'.format(scope)
         )
-    excess = np.max(np.abs(command) / limits.velocities(), axis=1, initial=1.0)
+    share = np.abs(command) / limits.velocities()
+    excess = np.maximum(np.maximum(share[:, 0], share[:, 1]), 1.0)
     if scope == "team":
         return command / excess.max(initial=1.0)
     return command / excess[:, np.newaxis]
@@ -150,7 +155,9 @@ def saturate(command, limits, scope="robot"):
 def wheel_speeds(command, track):
     """Return the rim speeds of the left and right wheel, shape (n, 2) [m/s]: ``v -+ omega track/2``."""
     lateral = 0.5 * track * command[:, 1]
-    return np.stack([command[:, 0] - lateral, command[:, 0] + lateral], axis=1)
+    rims = np.empty_like(command)
+    rims[:, 0], rims[:, 1] = command[:, 0] - lateral, command[:, 0] + lateral
+    return rims
 
 
 def body_speeds(wheels, track):

@@ -89,7 +89,10 @@ click("simulate")
 until(lambda: gui.link.is_fresh("stage"))
 click("control")
 until(lambda: gui.study.is_controlled())
-until(lambda: len(gui.history.time) and gui.history.time[-1] > 60.0)
+def formed():
+    pose = gui.link.snapshot().pose
+    return abs(pose[:-1, 0] - pose[1:, 0] - 2.0).max() < 0.2 and pose[:, 1].ptp() < 0.05
+until(formed, 80.0)
 assert gui.map.grab().width() > 300
 QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
 until(lambda: not gui.study.is_controlled())
@@ -105,7 +108,7 @@ until(lambda: not gui.link.is_fresh("stage"))
         saved
     )
     verdict = json.loads((tmp_path / "run" / "verdict.json").read_text())
-    assert verdict["final_gaps"] == pytest.approx([2.0, 2.0, 2.0], abs=0.05)
+    assert verdict["final_gaps"] == pytest.approx([2.0, 2.0, 2.0], abs=0.2)
 
 
 def test_an_edge_drawn_reaches_the_laplacian_of_the_running_controller(gui, ros):

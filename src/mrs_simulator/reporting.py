@@ -1,6 +1,7 @@
 """From a run to its figures and its verdict against the protocol's own claims."""
 
 import argparse
+import contextlib
 import math
 import os
 import sys
@@ -8,7 +9,12 @@ import sys
 import numpy as np
 
 from mrs_simulator.control.library import HOMES
-from mrs_simulator.control.loading import choose_protocol, load_protocol
+from mrs_simulator.control.loading import (
+    ProtocolError,
+    choose_protocol,
+    load_protocol,
+    located_protocol,
+)
 from mrs_simulator.core.claims import Condition, stays_above
 from mrs_simulator.core.protocols.safety import margins
 from mrs_simulator.core.recording import read_run_csv
@@ -64,7 +70,11 @@ def _safety_claims(control, start):
 
 
 def write_scenario(scenario, out):
-    """Write ``scenario.yaml`` beside the run, so that the run can be reported again."""
+    """Write ``scenario.yaml`` beside the run, so that the run can be reported again, from anywhere."""
+    control = scenario.control
+    with contextlib.suppress(ProtocolError):  # a class given by the program, not by its name
+        control = control._replace(protocol=located_protocol(control.protocol, scenario.path))
+    scenario = scenario._replace(control=control)
     with open(os.path.join(out, SCENARIO_FILE), "w", encoding="utf-8") as file:
         file.write(scenario.to_yaml())
 

@@ -6,6 +6,7 @@ scenario file, never from a topic or a service.
 
 import importlib
 import importlib.util
+import inspect
 import os
 import sys
 
@@ -27,8 +28,7 @@ def load_protocol(name, beside=""):
     """
     if name in HOMES:
         return shipped(name)
-    named = ":" in name and not name.endswith(".py")
-    source, _, class_name = name.rpartition(":") if named else (name, "", "")
+    source, class_name = _split(name)
     if source.endswith(".py"):
         module = _module_from_file(_located(source, beside), name)
     elif class_name:
@@ -39,6 +39,22 @@ def load_protocol(name, beside=""):
             "path/to/file.py:Class"
         )
     return _class_in(module, class_name, name)
+
+
+def located_protocol(name, beside=""):
+    """Return ``name`` with a file's absolute path, so that it means the same from anywhere."""
+    source, class_name = _split(name)
+    if name in HOMES or not source.endswith(".py"):
+        return name
+    return ":".join(filter(None, (_located(source, beside), class_name)))
+
+
+def _split(name):
+    """Return the source and the class of a protocol's name; a path may hold a colon."""
+    if ":" not in name or name.endswith(".py"):
+        return name, ""
+    source, _, class_name = name.rpartition(":")
+    return source, class_name
 
 
 def choose_protocol(scenario, protocol=None):
@@ -52,8 +68,17 @@ def choose_protocol(scenario, protocol=None):
     named = scenario.control.protocol
     same = named in HOMES and protocol is shipped(named)
     if not same and named.rpartition(":")[2] != protocol.__name__:
-        scenario = scenario.with_protocol(protocol.__name__)
+        scenario = scenario.with_protocol(_name_of(protocol))
     return scenario, protocol
+
+
+def _name_of(protocol):
+    """Return the name by which ``protocol`` is found again: its file and class."""
+    try:
+        path = inspect.getfile(protocol)
+    except (OSError, TypeError):  # typed in by hand
+        return protocol.__name__
+    return "{}:{}".format(path, protocol.__name__)
 
 
 def _located(source, beside):

@@ -1,5 +1,6 @@
 """The whole GUI as one widget: team, protocol, topology, map, curves, verdict, and the run."""
 
+import math
 import os
 import time
 
@@ -34,6 +35,7 @@ from mrs_simulator.rqt_plugin.view_panel import ViewPanel
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
 TICK = 100  # [ms] between two looks at everything else
+GRAPH_REST = 0.3  # [s] after the controller's answer, within which an older status may still come
 TEAM_REST = 0.4  # [s] after the last change of the team until the stage is asked for it
 MODES = (
     ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
@@ -58,6 +60,7 @@ class StudyWidget(QWidget):
         self.link = link
         self.study = StudyRun(link, processes, scenario)
         self.history = History()
+        self._graph_changed_at = 0.0
         self._team_changed_at, self._last_control, self._last_image = None, None, None
         self._build()
         self.show_scenario(scenario)
@@ -285,6 +288,7 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_topology(self, edges, directed):
+        self._graph_changed_at = math.inf if self.study.is_controlled() else 0.0
         if not self.say(self.study.set_topology(edges, directed)):
             self._show_protocol()
 
@@ -383,6 +387,8 @@ class StudyWidget(QWidget):
         self._show_status()
 
     def _on_result(self, name, success, message):
+        if name == "set_topology":
+            self._graph_changed_at = time.monotonic()
         if name == "save" and success:
             self.verdict.setPlainText(message)
             self.results_tabs.setCurrentWidget(self.verdict)
@@ -397,9 +403,11 @@ class StudyWidget(QWidget):
         self._last_control = control
         targets = np.array([control.target_x, control.target_y]).T
         self.map.show_targets(targets if len(targets) else None)
-        edges = list(zip(control.hears, control.heard, control.weight))
-        self.map.show_topology(edges, control.directed)
-        self.topology.set_topology(edges, control.directed)
+        # What it said before it took in the graph drawn here is out of date.
+        if time.monotonic() > self._graph_changed_at + GRAPH_REST:
+            edges = list(zip(control.hears, control.heard, control.weight))
+            self.map.show_topology(edges, control.directed)
+            self.topology.set_topology(edges, control.directed)
 
     def _show_status(self):
         states = self.study.states()

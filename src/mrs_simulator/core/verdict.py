@@ -88,7 +88,7 @@ def _checks(run, claims, limits):
 
 def _held(condition):
     measured, note = ("holds", "") if condition.holds else ("does not hold", condition.why)
-    return Check(condition.name, "holds", measured, None, condition.holds, note=note)
+    return Check(condition.name, "holds", measured, None, bool(condition.holds), note=note)
 
 
 def _limits_reached(run, limits):

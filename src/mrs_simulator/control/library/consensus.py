@@ -1,19 +1,91 @@
-"""Consensus protocols, with what theory claims of their runs."""
+"""Consensus protocols without memory, with what theory claims of their runs."""
 
 import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.claims import Condition, converges_to, disagreement, invariant, rate
+from mrs_simulator.core.claims import (
+    Condition,
+    converges_to,
+    decreases,
+    disagreement,
+    invariant,
+    rate,
+)
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.core.protocols.consensus import consensus
+from mrs_simulator.core.protocols.consensus import (
+    consensus,
+    discrete_consensus,
+    has_simple_modes,
+    largest_step,
+)
 from mrs_simulator.core.spectra import left_null_vector, sampled_rate, spectral_radius
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
+EPS = Parameter(
+    "eps",
+    0.2,
+    low=-10.0,
+    high=100.0,
+    meaning="share of the differences removed by each command",
+    why="converges below 2/lambda_max",
+)
+AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
+AT_LIMIT = "distance from agreement on w^T p(0) [m]"
+DECAY = "decay rate of the disagreement [1/s]"
 
 
 def spanning_tree(topology):
     """Return the condition that some robot is heard, over others, by all."""
     return Condition("spanning tree", topology.has_spanning_tree(), "no robot is heard by all")
+
+
+def below(name, value, bound):
+    """Return the condition ``value < bound``, called ``name``."""
+    return Condition(name, bool(value < bound), "{:.4g} against {:.4g}".format(value, bound))
+
+
+def all_hold(conditions):
+    """Return whether the theorem speaks of this run."""
+    return all(condition.holds for condition in conditions)
+
+
+def keeps_weighted_mean(topology):
+    """Return the claim that ``w^T p`` stays."""
+    weights = left_null_vector(topology)
+    return invariant(lambda hand: np.einsum("i,mid->md", weights, hand), 0.01, "drift of w^T p [m]")
+
+
+def decays_at(value, topology, of=disagreement):
+    """Return the claim of a decay rate ``value`` [1/s], in a list; an empty one without simple modes."""
+    known = topology.n > 1 and has_simple_modes(topology)
+    return [rate(value, of, 0.05, DECAY)] if known else []
+
+
+def never_grows(quantity, name, period):
+    """Claim that the ``quantity`` never grows from one command to a later one.
+
+    While a command is held, it may fall below its next value and rise again.
+    """
+    claim = decreases(quantity, name, free=True)
+
+    def growth(run):
+        count = (run.time - run.time[0]) / period
+        rows = np.flatnonzero(np.abs(count - np.round(count)) < 1e-6)
+        return claim.measure(run._replace(time=run.time[rows], hand=run.hand[rows]))
+
+    return claim._replace(measure=growth)
+
+
+def held_track(points, time, period):
+    """Return the track (m, n, 2) [m] at ``time`` (m,) [s] of the ``points`` of successive commands.
+
+    Between two commands hand points move on straight lines.
+    """
+    count = np.asarray(time) / period
+    before = np.floor(count + 1e-6).astype(int)
+    knots = np.array([point for _, point in zip(range(int(before.max()) + 2), points)])
+    share = np.maximum(count - before, 0.0)[:, np.newaxis, np.newaxis]
+    return (1.0 - share) * knots[before] + share * knots[before + 1]
 
 
 class Consensus(PioneerControl):
@@ -31,28 +103,57 @@ class Consensus(PioneerControl):
         conditions = [
             spanning_tree(self.topology),
             Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
-            Condition("gain Tc lambda_max < 2", largest < 2.0, "it is {:.3g}".format(largest)),
+            below("gain Tc lambda_max < 2", largest, 2.0),
         ]
-        if not all(condition.holds for condition in conditions):
+        if not all_hold(conditions):
             return conditions
-        weights = left_null_vector(self.topology)
-        decay = sampled_rate(self.gain * self.topology.laplacian(), self.period)
-
-        def weighted_mean(hand):
-            return np.einsum("i,mid->md", weights, hand)
-
         return conditions + [
-            converges_to(
-                weights @ start, 0.02, "distance from agreement on w^T p(0) [m]", free=True
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            *decays_at(
+                sampled_rate(self.gain * self.topology.laplacian(), self.period), self.topology
             ),
-            invariant(weighted_mean, 0.01, "drift of w^T p [m]"),
-            rate(decay, disagreement, 0.05, "decay rate of the disagreement [1/s]"),
         ]
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         return powers(step, start, np.floor(np.asarray(time) / self.period + 1e-6).astype(int))
+
+
+class DiscreteConsensus(PioneerControl):
+    """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007."""
+
+    PARAMETERS = (EPS,)
+
+    def pointMassLaw(self, hand):
+        """Return the velocities (n, 2) [m/s] that make one step in ``self.period``."""
+        return (discrete_consensus(hand, self.topology, self.eps) - hand) / self.period
+
+    def claims(self, start):
+        """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""
+        conditions = [
+            spanning_tree(self.topology),
+            Condition("eps above 0", self.eps > 0.0, "robots are driven apart"),
+            below("eps < 2/lambda_max", self.eps, largest_step(self.topology)),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        decay = sampled_rate(self.eps / self.period * self.topology.laplacian(), self.period)
+        return conditions + [
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            *decays_at(decay, self.topology),
+        ]
+
+    def prediction(self, start, time):
+        """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        return held_track(self._points(start), time, self.period)
+
+    def _points(self, point):
+        while True:
+            yield point
+            point = discrete_consensus(point, self.topology, self.eps)
 
 
 def powers(step, start, counts):

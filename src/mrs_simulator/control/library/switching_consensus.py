@@ -1,0 +1,169 @@
+"""Consensus over edges that switch and fail, with what theory claims of its runs."""
+
+import numpy as np
+
+from mrs_simulator.control.library.consensus import (
+    AGREED,
+    GAIN,
+    all_hold,
+    below,
+    held_track,
+    never_grows,
+    spanning_tree,
+)
+from mrs_simulator.control.library.consensus_memory import SEED, Remembering
+from mrs_simulator.core.claims import (
+    Claim,
+    Condition,
+    centroid,
+    converges_to,
+    disagreement,
+    invariant,
+    rate,
+)
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.protocols.consensus import arcs_of, laplacian_of, switching_consensus
+from mrs_simulator.core.spectra import ZERO
+
+SETS = Parameter(
+    "sets",
+    1,
+    low=1,
+    high=1000,
+    meaning="edge k of the topology is up in turn k mod sets; 1: no switching",
+)
+DWELL = Parameter(
+    "dwell",
+    0.5,
+    "s",
+    low=0.0,
+    high=1000.0,
+    open_low=True,
+    meaning="length of a turn, rounded to whole command periods",
+)
+LOSS = Parameter(
+    "loss",
+    0.0,
+    low=0.0,
+    high=1.0,
+    open_high=True,
+    meaning="chance that an edge is down during one command",
+)
+SYMMETRIC = Parameter(
+    "symmetric",
+    True,
+    meaning="an undirected edge is lost in both directions, or in each for itself",
+)
+
+
+def extent(hand):
+    """Return the longer side, (m,) [m], of the smallest box around the team."""
+    return np.ptp(hand, axis=1).max(axis=1)
+
+
+class SwitchingConsensus(Remembering):
+    """``u_i = gain sum_j a_ij(t) (p_j - p_i)``: Jadbabaie, Lin, Morse, 2003; Moreau, 2005.
+
+    The edges of the topology are dealt out to ``sets`` that are up in turn for ``dwell`` each; of
+    those up each is lost with the chance ``loss``, drawn anew for each command.
+    """
+
+    PARAMETERS = (GAIN, SETS, DWELL, LOSS, SYMMETRIC, SEED)
+
+    @property
+    def turn_steps(self):
+        """Return the length of a turn in command periods."""
+        return max(1, int(round(self.dwell / self.period)))
+
+    def begin(self, hand):
+        """Seed the losses."""
+        self._draw = np.random.default_rng(self.seed)
+
+    def law(self, hand):
+        """Return the velocities over the edges that are up now."""
+        arcs, weights, edges = arcs_of(self.topology)
+        count = int(round(self.time / self.period))
+        up = self._turn(edges, count // self.turn_steps) & self._arrives(edges)
+        return self.gain * switching_consensus(hand, arcs, weights * up)
+
+    def _turn(self, edges, turn):
+        return edges % self.sets == turn % self.sets
+
+    def _arrives(self, edges):
+        if self.symmetric:
+            return self._draw.random(len(self.topology.edges))[edges] >= self.loss
+        return self._draw.random(len(edges)) >= self.loss
+
+    # What theory says of a run -------------------------------------------------------------------
+
+    def claims(self, start):
+        """Return agreement, and as far as the edges' law is known its place and rate."""
+        degree = float(np.max(self.topology.in_degree()))
+        conditions = [
+            # All sets come up in turn, so that the union over one round is the whole topology.
+            spanning_tree(self.topology)._replace(name="jointly a spanning tree"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            below("gain Tc max degree < 1", self.gain * self.period * degree, 1.0),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        claims = [
+            Claim(
+                "final extent [m]", 0.0, AGREED, lambda run: float(extent(run.hand)[-1]), free=True
+            ),
+            never_grows(extent, "growth of the extent [-]", self.period),
+        ]
+        if not self.topology.directed and (self.symmetric or self.loss == 0.0):
+            claims += [
+                invariant(centroid, 0.01, "drift of the mean [m]"),
+                converges_to(start.mean(axis=0), AGREED, "distance from the mean [m]", free=True),
+                never_grows(disagreement, "growth of the disagreement [-]", self.period),
+            ]
+        if self.loss == 0.0:
+            claims += self._round_claims(start)
+        return conditions + claims
+
+    def _round_claims(self, start):
+        """Return limit and rate of a round of turns: the eigenvalues of the product of its steps."""
+        values, vectors = np.linalg.eig(self.round_matrix().T)
+        order = np.argsort(-np.abs(values))
+        weights = vectors[:, order[0]].real
+        largest = float(np.abs(values[order[1]])) if len(values) > 1 else 0.0
+        length = self.turn_steps * self.sets * self.period
+        claims = [
+            converges_to(
+                weights @ start / weights.sum(), AGREED, "distance from the limit [m]", free=True
+            )
+        ]
+        if largest > ZERO:
+            name = "decay rate of the disagreement [1/s]"
+            claims.append(rate(-np.log(largest) / length, disagreement, 0.05, name))
+        return claims
+
+    def _turn_matrices(self):
+        """Return the steps ``I - gain Tc L_k``, (sets, n, n), of one command in each turn."""
+        arcs, weights, edges = arcs_of(self.topology)
+        n = len(self.numbers)
+        laplacians = [
+            laplacian_of(arcs, weights * self._turn(edges, turn), n) for turn in range(self.sets)
+        ]
+        return np.eye(n) - self.gain * self.period * np.array(laplacians)
+
+    def round_matrix(self):
+        """Return the map, (n, n), of the hand points over one round of all turns without losses."""
+        product = np.eye(len(self.numbers))
+        for step in self._turn_matrices():
+            product = np.linalg.matrix_power(step, self.turn_steps) @ product
+        return product
+
+    def prediction(self, start, time):
+        """Return the exact solution without losses, (m, n, 2) [m]; with losses there is none."""
+        return held_track(self._points(start), time, self.period) if self.loss == 0.0 else None
+
+    def _points(self, point):
+        steps = self._turn_matrices()
+        while True:
+            for step in steps:
+                for _ in range(self.turn_steps):
+                    yield point
+                    point = step @ point

@@ -1,0 +1,325 @@
+"""Formations by displacements, distances and bearings: the equations, their theorems, their scenarios."""
+
+import os
+
+import numpy as np
+import pytest
+
+from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.control.library import formations as library
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.protocols import formations as laws
+from mrs_simulator.reporting import make_control
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SHIPPED = {
+    "displacement_formation": library.DisplacementFormation,
+    "distance_formation": library.DistanceFormation,
+    "bearing_formation": library.BearingFormation,
+    "bearing_leaders": library.BearingLeaders,
+}
+PAIR = Topology(2, [(1, 2)], directed=False)
+
+
+def scenario(name, **changes):
+    return load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml")).changed(**changes)
+
+
+def with_control(given, protocol=None, rate=None, **parameters):
+    """Return the scenario with changed parameters, and under a class of the test's own."""
+    control = given.control
+    control = control._replace(
+        parameters=dict(control.parameters, **parameters), rate=rate or control.rate
+    )
+    if protocol is not None:
+        control = control._replace(protocol=protocol.__name__)
+    return given._replace(control=control, step=min(given.step, 1.0 / control.rate))
+
+
+def as_points(given):
+    """Return the scenario on point masses without limits."""
+    control = given.control._replace(saturation="none")
+    return given._replace(fidelity="point_mass", limits=None, control=control)
+
+
+def run(given, path, protocol=None):
+    return run_experiment(given, str(path), protocol, formats=())
+
+
+def failed(verdict):
+    return {check["name"] for check in verdict["checks"] if check["passed"] is False}
+
+
+def check(verdict, name):
+    (found,) = [check for check in verdict["checks"] if check["name"] == name]
+    return found
+
+
+# Shapes and equations, typed out.
+
+
+def test_shapes():
+    near = lambda shape, n, wanted: np.testing.assert_allclose(  # noqa: E731
+        laws.shape_places(shape, n, 2.0), wanted, atol=1e-12
+    )
+    near("line", 3, [[2, 0], [0, 0], [-2, 0]])
+    near("grid", 4, [[1, 1], [1, -1], [-1, 1], [-1, -1]])
+    near("circle", 4, [[2**0.5, 0], [0, 2**0.5], [-(2**0.5), 0], [0, -(2**0.5)]])
+    a = 2**0.5
+    near("vee", 3, [[2 * a / 3, 0], [-a / 3, a], [-a / 3, -a]])
+    near("circle", 1, [[0, 0]])
+    with pytest.raises(ValueError, match="wanted one of line, circle, vee, grid"):
+        laws.shape_places("star", 3, 1.0)
+
+
+@pytest.mark.parametrize("shape", laws.SHAPES)
+def test_neighbours_in_a_shape_are_a_size_apart(shape):
+    places = laws.shape_places(shape, 9, 1.5)
+    apart = np.linalg.norm(places[:, np.newaxis] - places, axis=2) + 99.0 * np.eye(9)
+    assert apart.min() == pytest.approx(1.5)
+    np.testing.assert_allclose(places.mean(axis=0), 0.0, atol=1e-12)
+
+
+def test_displacement_formation():
+    points = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]])
+    places = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    star = Topology(3, [(1, 2), (1, 3, 2.0)], directed=False)
+    u = laws.displacement_formation(points, places, star)
+    np.testing.assert_allclose(u, [[3.0, 4.0], [-3.0, 0.0], [0.0, -4.0]])
+
+
+def test_distance_formation():
+    points = np.array([[0.0, 0.0], [2.0, 0.0]])
+    places = np.array([[0.0, 5.0], [0.0, 6.0]])
+    u = laws.distance_formation(points, places, PAIR)  # |p_12|^2 - d_12^2 = 4 - 1
+    np.testing.assert_allclose(u, [[6.0, 0.0], [-6.0, 0.0]])
+    np.testing.assert_allclose(laws.distance_potential(points[np.newaxis], places, PAIR), 9.0 / 4)
+
+
+def test_distance_formation_descends_its_potential():
+    draw = np.random.default_rng(4)
+    points, places = draw.normal(size=(2, 5, 2))
+    graph = Topology(5, [(1, 2), (2, 3, 0.5), (3, 4), (4, 5, 2.0), (1, 3)], directed=False)
+    slope = np.empty((5, 2))
+    for i, d in np.ndindex(5, 2):
+        ahead, behind = points.copy(), points.copy()
+        ahead[i, d] += 1e-6
+        behind[i, d] -= 1e-6
+        high, low = laws.distance_potential(np.array([ahead, behind]), places, graph)
+        slope[i, d] = (high - low) / 2e-6
+    np.testing.assert_allclose(laws.distance_formation(points, places, graph), -slope, atol=1e-6)
+
+
+def test_distance_hessian():
+    places = laws.shape_places("circle", 4, 2.0)
+    graph = Topology(4, [(1, 2), (2, 3), (3, 4), (4, 1), (1, 3)], directed=False)
+    matrix, step = laws.distance_hessian(places, graph), 1e-6
+    for column in range(8):
+        away = np.zeros(8)
+        away[column] = step
+        u = laws.distance_formation(places + away.reshape(4, 2), places, graph)
+        np.testing.assert_allclose(-u.ravel() / step, matrix[:, column], atol=1e-4)
+
+
+def test_bearing_formation():
+    points, places = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 0.0], [2.0, 0.0]])
+    # g = (1, 1)/sqrt 2, g* = (1, 0): P(g) g* = (1/2, -1/2).
+    u = laws.bearing_formation(points, places, PAIR)
+    np.testing.assert_allclose(u, [[-0.5, 0.5], [0.5, -0.5]])
+    together = laws.bearing_formation(np.zeros((2, 2)), places, PAIR)
+    assert np.isfinite(together).all()
+
+
+def test_bearing_leaders():
+    places = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
+    points = np.array([[0.0, 0.0], [4.0, 0.0], [1.0, 1.0]])
+    graph = Topology(3, [(1, 2), (2, 3), (1, 3)], directed=False)
+    # P(g*_31) = diag(1, 0), P(g*_32) = [[1, 2], [2, 4]]/5.
+    u = laws.bearing_leaders(points, places, graph)
+    np.testing.assert_allclose(u, [[0.0, 0.0], [0.0, 0.0], [-0.8, 0.4]])
+    fitted = laws.fitted_to_leaders(points, places, graph)
+    np.testing.assert_allclose(fitted, 2.0 * places, atol=1e-12)
+
+
+# Properties, on random starts.
+
+
+@pytest.fixture(params=range(3))
+def start(request):
+    draw = np.random.default_rng(request.param)
+    return laws.shape_places("circle", 6, 3.0) + draw.uniform(-1.5, 1.5, (6, 2)) + [2.0, -1.0]
+
+
+def held(law, points, gain, period, steps):
+    for _ in range(steps):
+        points = points + gain * period * law(points)
+    return points
+
+
+RING = [(i, i % 6 + 1) for i in range(1, 7)]
+BRACED = Topology(6, RING + [(1, 3), (1, 4), (1, 5)], directed=False)
+
+
+def test_distances_are_reached_and_the_centroid_stays(start):
+    places = laws.shape_places("circle", 6, 3.0)
+    end = held(lambda p: laws.distance_formation(p, places, BRACED), start, 0.05, 0.02, 4000)
+    np.testing.assert_allclose(end.mean(axis=0), start.mean(axis=0), atol=1e-9)
+    np.testing.assert_allclose(laws.length_excess(end[np.newaxis], places, BRACED), 0.0, atol=1e-6)
+
+
+def test_bearings_are_reached_and_centroid_and_scale_stay(start):
+    places = laws.shape_places("circle", 6, 3.0)
+    end = held(lambda p: laws.bearing_formation(p, places, BRACED), start, 10.0, 0.002, 12000)
+    wanted = start.mean(axis=0) + places * laws.scale(start) / laws.scale(places)
+    np.testing.assert_allclose(end, wanted, atol=1e-2)
+    np.testing.assert_allclose(laws.bearings(end, BRACED), laws.bearings(places, BRACED), atol=1e-6)
+
+
+@pytest.mark.parametrize("share, settles", [(0.95, True), (1.05, False)])
+def test_the_bound_on_the_gain_is_sharp(start, share, settles):
+    """gain Tc lambda_max = 2, with lambda_max = 4 on the ring of six."""
+    places, ring = laws.shape_places("circle", 6, 3.0), Topology(6, RING, directed=False)
+    gain = share * 2.0 / (0.02 * 4.0)
+    end = held(lambda p: laws.displacement_formation(p, places, ring), start, gain, 0.02, 600)
+    assert (laws.scale(end - places) < 1e-6) == settles
+
+
+def test_a_point_mass_formation_follows_its_exact_prediction(tmp_path):
+    for name in ("displacement_formation", "bearing_leaders"):
+        given = as_points(scenario(name, duration=8.0))
+        control = make_control(given)
+        hand = given.poses[:, :2] + 0.1 * np.stack(
+            [np.cos(given.poses[:, 2]), np.sin(given.poses[:, 2])], axis=1
+        )
+        expected = control.prediction(hand, [0.0, 4.0, 8.0])
+        np.testing.assert_allclose(expected[0], hand, atol=1e-12)
+        for step in range(400):
+            hand = hand + 0.02 * control.pointMassLaw(hand)
+            if step == 199:
+                np.testing.assert_allclose(hand, expected[1], rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(hand, expected[2], rtol=0.0, atol=1e-9)
+        wanted = control.targets(hand)
+        assert wanted.shape == (6, 2)
+
+
+# The scenarios pass, on robots and on points.
+
+
+@pytest.mark.parametrize("name", sorted(SHIPPED))
+def test_the_shipped_scenario_passes(tmp_path, name):
+    verdict = run(scenario(name), tmp_path)
+    assert verdict["passed"], failed(verdict)
+    # Nothing was left out: theory speaks of the whole run.
+    assert all(check["passed"] for check in verdict["checks"])
+    assert verdict["min_distance"] > 1.0
+
+
+@pytest.mark.parametrize("name", sorted(SHIPPED))
+def test_points_agree_closely(tmp_path, name):
+    verdict = run(as_points(scenario(name)), tmp_path)
+    assert verdict["passed"], failed(verdict)
+    assert all(check["passed"] for check in verdict["checks"])
+
+
+def test_displacement_rate_is_lambda_2(tmp_path):
+    """lambda_2 of a ring of six is 2 (1 - cos(pi/3)) = 1."""
+    verdict = run(as_points(scenario("displacement_formation")), tmp_path)
+    measured = check(verdict, "decay rate of the error [1/s]")["measured"]
+    assert measured == pytest.approx(-np.log(1.0 - 0.3 * 0.02) / 0.02, rel=1e-6)
+
+
+def test_a_directed_chain_ends_where_its_root_stands(tmp_path):
+    chain = {"edges": [[i, i + 1] for i in range(1, 6)]}
+    given = as_points(scenario("displacement_formation", topology=chain, duration=70.0))
+    control = make_control(given)
+    start = given.poses[:, :2].copy()
+    np.testing.assert_allclose(control.targets(start)[5], start[5], atol=1e-9)
+    verdict = run(given, tmp_path)
+    assert verdict["passed"], failed(verdict)
+
+
+def test_on_wheels_nothing_is_said_of_rates(tmp_path):
+    given = scenario("distance_formation", fidelity="dynamic", duration=15.0)
+    verdict = run(given, tmp_path)
+    assert verdict["passed"], failed(verdict)
+    assert not [check for check in verdict["checks"] if check["name"].startswith("decay")]
+
+
+# Broken variants fail.
+
+
+@pytest.mark.parametrize("name", sorted(SHIPPED))
+def test_the_wrong_sign_fails(tmp_path, name):
+    class Wrong(SHIPPED[name]):
+        def pointMassLaw(self, hand):
+            return -super().pointMassLaw(hand)
+
+    verdict = run(with_control(scenario(name, duration=4.0), Wrong), tmp_path, Wrong)
+    assert not verdict["passed"] and len(failed(verdict)) >= 2
+
+
+@pytest.mark.parametrize("name", sorted(SHIPPED))
+def test_a_gain_below_0_or_above_its_bound_fails(tmp_path, name):
+    for gain, said in ((-0.01, "gain above 0"), (90.0, "gain Tc lambda_max < 2")):
+        given = as_points(with_control(scenario(name, duration=0.2, step=0.02), rate=10, gain=gain))
+        assert said in failed(run(given, tmp_path))
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("displacement_formation", "spanning tree"),
+        ("distance_formation", "rigid target"),
+        ("bearing_formation", "rigid target"),
+        ("bearing_leaders", "unique target"),
+    ],
+)
+def test_too_few_edges_fail(tmp_path, name, said):
+    few = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 1], [1, 3], [1, 4]]
+    few = few if name != "displacement_formation" else [[1, 2], [2, 3], [4, 5], [5, 6]]
+    given = scenario(name, topology={"edges": few, "directed": False}, duration=1.0)
+    verdict = run(given, tmp_path)
+    assert failed(verdict) >= {said}
+    assert check(verdict, said)["note"]
+
+
+def test_a_shape_that_bends_is_said_to(tmp_path):
+    verdict = run(
+        with_control(scenario("distance_formation", duration=1.0), shape="line"), tmp_path
+    )
+    assert "still bends" in check(verdict, "rigid target")["note"]
+
+
+def test_directed_distances_and_collinear_starts_are_outside_the_theorem(tmp_path):
+    edges = [list(edge[:2]) for edge in BRACED.edges]
+    given = scenario("distance_formation", topology={"edges": edges}, duration=1.0)
+    assert "undirected graph" in failed(run(given, tmp_path))
+    row = [[2.0 * i, 0.0, 0.0] for i in range(6)]
+    given = scenario("distance_formation", poses=row, duration=1.0)
+    assert failed(run(given, tmp_path)) == {"start not on one line"}
+
+
+def test_leaders_that_do_not_fit_the_shape_are_named(tmp_path):
+    poses = scenario("bearing_leaders").poses.tolist()
+    poses[1][0] += 1.0
+    verdict = run(scenario("bearing_leaders", poses=poses, duration=1.0), tmp_path)
+    assert failed(verdict) == {"leaders fit the shape"}
+
+
+def test_distance_targets_are_the_shape_turned_onto_the_robots():
+    control = make_control(scenario("distance_formation"))
+    cos, sin = np.cos(0.7), np.sin(0.7)
+    for flip in (1.0, -1.0):
+        turn = np.array([[cos, -sin], [sin, cos]]) @ np.diag([1.0, flip])
+        hand = control.places() @ turn.T + [3.0, 4.0]
+        np.testing.assert_allclose(control.targets(hand), hand, atol=1e-9)
+
+
+@pytest.mark.parametrize("protocol", list(SHIPPED.values()))
+def test_parameters_are_checked(protocol):
+    values = checked_values(protocol.PARAMETERS, {})
+    assert {"gain", "shape", "size", "l"} <= set(values)
+    for wrong in ({"shape": "star"}, {"size": 0.0}, {"gain": "much"}):
+        with pytest.raises(ValueError):
+            checked_values(protocol.PARAMETERS, wrong)

@@ -1,0 +1,327 @@
+"""Flocking, Cucker-Smale, Vicsek and Reynolds: the laws, their properties, their verdicts."""
+
+import os
+
+import numpy as np
+import pytest
+
+from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.control.library.flocking import CuckerSmale, Flocking, Reynolds, Vicsek
+from mrs_simulator.core.protocols import flocking
+
+SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
+
+
+def shipped(name, parameters=None, **changes):
+    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    changed = dict(scenario.control.parameters, **(parameters or {}))
+    control = dict(scenario.control._asdict(), parameters=changed)
+    return scenario.changed(control=control, **changes)
+
+
+def verdict_of(scenario, out, law=None):
+    """Run; a ``law`` of another class keeps the parameters if the scenario names that class."""
+    if law is not None:
+        control = dict(scenario.control._asdict(), protocol="test:" + law.__name__)
+        scenario = scenario.changed(control=control)
+    return run_experiment(scenario, str(out), law, formats=())
+
+
+def failed(verdict):
+    return [check["name"] for check in verdict["checks"] if check["passed"] is False]
+
+
+def check(verdict, name):
+    (found,) = [check for check in verdict["checks"] if check["name"].startswith(name)]
+    return found
+
+
+@pytest.mark.parametrize("name", ["flocking", "cucker_smale", "vicsek", "reynolds"])
+def test_the_example_passes_and_every_claim_is_tested(tmp_path, name):
+    verdict = verdict_of(shipped(name), tmp_path)
+    assert all(check["passed"] for check in verdict["checks"]), verdict["checks"]
+    assert verdict["order_at_end"] > max(0.9, verdict["order_at_start"] - 0.1)
+    if shipped(name).fidelity == "kinematic":
+        assert verdict["min_distance"] > 0.6
+
+
+@pytest.mark.parametrize("name", ["vicsek", "cucker_smale"])
+def test_the_same_seed_gives_the_same_bytes(tmp_path, name):
+    made = []
+    for out, seed in (("one", 5), ("two", 5), ("three", 6)):
+        verdict_of(shipped(name, {"seed": seed}, duration=3.0), tmp_path / out)
+        made.append((tmp_path / out / "run.csv").read_bytes())
+    assert made[0] == made[1] != made[2]
+
+
+def test_a_law_with_memory_begins_anew_at_a_new_start():
+    for law in (Flocking, CuckerSmale, Vicsek, Reynolds):
+        control = law(range(1, 5))
+        pose = np.random.default_rng(2).uniform(-2.0, 2.0, (4, 3))
+        first = [control.commands(pose, 0.02 * step) for step in range(3)]
+        control.start()
+        again = [control.commands(pose, 0.02 * step) for step in range(3)]
+        np.testing.assert_array_equal(first, again)
+        assert np.any(first[0] != first[2])
+
+
+# Flocking
+
+LATTICE = flocking.Lattice(2.0, 3.0, 1.0, 4.0)
+
+
+def test_the_functions_of_flocking_typed_out():
+    assert flocking.sigma_norm(80.0) == pytest.approx((3.0 - 1.0) / 0.1)
+    np.testing.assert_allclose(flocking.bump([0.1, 0.2, 0.6, 1.0, 1.5], 0.2), [1, 1, 0.5, 0, 0])
+    d_a, r_a = (np.sqrt(1.4) - 1.0) / 0.1, (np.sqrt(1.9) - 1.0) / 0.1
+    np.testing.assert_allclose(flocking.pair_force(np.array([d_a, r_a]), LATTICE), 0.0, atol=1e-12)
+    # c = 3/4; close by the bump is 1: (5 s/sqrt(1 + s^2) - 3)/2 with s = 0.3 - d_a + c.
+    s = 0.3 - d_a + 0.75
+    expected = 0.5 * (5.0 * s / np.sqrt(1.0 + s * s) - 3.0)
+    assert flocking.pair_force(np.array(0.3), LATTICE) == pytest.approx(expected)
+
+
+def test_flocking_of_two_typed_out():
+    points, velocities = np.array([[0.0, 0.0], [0.6, 0.0]]), np.array([[0.0, 1.0], [0.0, 0.0]])
+    leader = np.array([[1.0, 0.0], [0.5, 0.0]])
+    z = (np.sqrt(1.036) - 1.0) / 0.1
+    assert z < 0.2 * (np.sqrt(1.9) - 1.0) / 0.1  # the bump function is 1
+    push = flocking.pair_force(np.array(z), LATTICE) * 0.6 / np.sqrt(1.036)
+    expected = [
+        [push + 0.1 * 1.0 + 0.2 * 0.5, -3.0 - 0.2],
+        [-push + 0.1 * 0.4 + 0.2 * 0.5, 3.0],
+    ]
+    found = flocking.flocking(points, velocities, LATTICE, 3.0, leader, 0.1, 0.2)
+    np.testing.assert_allclose(found, expected)
+
+
+def test_the_force_is_minus_the_gradient_of_the_energy():
+    points = np.random.default_rng(3).uniform(-2.0, 2.0, (5, 2))
+    still, leader = np.zeros((5, 2)), np.zeros((2, 2))
+
+    def energy(place):
+        return flocking.flocking_energy(place, still, LATTICE, leader, 0.3)
+
+    steps = 1e-5 * np.eye(10).reshape(10, 5, 2)
+    gradient = [(energy(points + s) - energy(points - s)) / 2e-5 for s in steps]
+    force = flocking.flocking(points, still, LATTICE, 1.0, leader, 0.3, 1.0)
+    np.testing.assert_allclose(force.ravel(), np.negative(gradient), atol=1e-3)
+
+
+def test_the_pair_potential_is_least_at_the_wanted_distance():
+    d_a = flocking.sigma_norm(4.0)
+    z = np.linspace(0.0, 4.0, 50)
+    assert flocking.pair_potential(d_a, LATTICE) == pytest.approx(0.0, abs=1e-9)
+    assert (flocking.pair_potential(z, LATTICE) >= -1e-9).all()
+
+
+def test_energy_falls_on_point_masses_too(tmp_path):
+    verdict = verdict_of(shipped("flocking", fidelity="point_mass", duration=15.0), tmp_path)
+    growth = check(verdict, "growth of the energy")
+    assert growth["passed"] and growth["measured"] < 1e-9
+
+
+class Repels(Flocking):
+    def accelerations(self, hand, velocity):
+        leader = self._leader(self._middle, self.time)
+        return -flocking.flocking(
+            hand, velocity, self._lattice, self.alignment, leader, self.c1, self.c2
+        )
+
+
+class MatchesNoVelocity(Flocking):
+    def accelerations(self, hand, velocity):
+        leader = self._leader(self._middle, self.time)
+        return flocking.flocking(hand, velocity, self._lattice, 0.0, leader, self.c1, -0.05)
+
+
+@pytest.mark.parametrize("law", [Repels, MatchesNoVelocity])
+def test_a_broken_flock_fails(tmp_path, law):
+    verdict = verdict_of(shipped("flocking", fidelity="point_mass", duration=15.0), tmp_path, law)
+    assert {"velocity differs from the leader's [m/s]", "growth of the energy [-]"} <= set(
+        failed(verdict)
+    )
+
+
+def test_a_flock_that_pulls_apart_is_seen(tmp_path):
+    # Without a leader to follow, robots that begin fast leave in all directions.
+    fast = {"start_speed": 3.0, "c1": 1e-4, "c2": 1e-4, "alignment": 0.01, "strength": 0.01}
+    scenario = shipped("flocking", fast, fidelity="point_mass", duration=10.0)
+    assert "most groups of the flock" in failed(verdict_of(scenario, tmp_path))
+
+
+def test_flocking_without_damping_fails_its_condition(tmp_path):
+    verdict = verdict_of(shipped("flocking", {"c2": -0.1}, duration=0.2), tmp_path)
+    assert failed(verdict) == ["gains above 0"]
+
+
+def test_a_range_within_the_distance_is_refused():
+    with pytest.raises(ValueError, match="reach = 1"):
+        Flocking([1, 2], parameters={"reach": 1.0})
+
+
+def test_groups_and_least_distance():
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [5.0, 0.0], [5.0, 0.5]])
+    assert flocking.groups(points, 1.5) == 2
+    assert flocking.groups(points, 0.8) == 4
+    assert flocking.groups(points, 9.0) == 1
+    assert flocking.least_distance(points) == pytest.approx(0.5)
+    assert flocking.diameter(points) == pytest.approx(np.sqrt(25.25))
+
+
+# Cucker and Smale
+
+
+def test_cucker_smale_typed_out():
+    points = np.array([[0.0, 0.0], [3.0, 4.0]])
+    velocities = np.array([[1.0, 0.0], [0.0, 2.0]])
+    heard = (1.0 + 25.0 / 4.0) ** -0.5 / 2.0
+    found = flocking.cucker_smale(points, velocities, 0.5, 2.0)
+    np.testing.assert_allclose(found, [[-heard, 2.0 * heard], [heard, -2.0 * heard]])
+
+
+def test_the_bound_of_a_flock_in_closed_form():
+    # beta = 1/2: the integral of psi is reach asinh(x/reach).
+    bound = flocking.flock_bound(3.0, 0.8, 0.5, 0.5, 2.0)
+    assert bound == pytest.approx(2.0 * np.sinh(np.arcsinh(1.5) + 0.8))
+    # beta = 1: it is arctan, at most pi/2.
+    bound = flocking.flock_bound(1.0, 0.5, 1.0, 1.0)
+    assert bound == pytest.approx(np.tan(np.arctan(1.0) + 0.5), rel=1e-5)
+    assert flocking.flock_bound(1.0, 0.8, 1.0, 1.0) == np.inf
+    # beta = 0 hears all alike: spread decays at the gain, so the flock grows by spread/gain.
+    assert flocking.flock_bound(1.0, 3.0, 0.5, 0.0) == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.3, 0.5])
+def test_a_small_beta_flocks_from_any_start(tmp_path, beta):
+    fast = {"beta": beta, "start_speed": 5.0, "gain": 3.0}
+    verdict = verdict_of(shipped("cucker_smale", fast, duration=20.0), tmp_path)
+    assert verdict["passed"], failed(verdict)
+    assert verdict["velocity_spread_at_end"] < 0.5 * verdict["velocity_spread_at_start"]
+
+
+def test_a_large_beta_flocks_from_a_slow_start_only(tmp_path):
+    slow = {"beta": 1.0, "reach": 10.0, "start_speed": 0.5}
+    assert verdict_of(shipped("cucker_smale", slow), tmp_path / "slow")["passed"]
+    fast = dict(slow, reach=1.0, start_speed=5.0)
+    verdict = verdict_of(shipped("cucker_smale", fast), tmp_path / "fast")
+    assert failed(verdict) == ["beta <= 1/2 or a slow start"]
+    assert verdict["velocity_spread_at_end"] > 0.5 * verdict["velocity_spread_at_start"]
+
+
+class DrivesApart(CuckerSmale):
+    def accelerations(self, hand, velocity):
+        return -super().accelerations(hand, velocity)
+
+
+class HearsTooLittle(CuckerSmale):
+    def accelerations(self, hand, velocity):
+        return 0.1 * super().accelerations(hand, velocity)
+
+
+class HearsOneWay(CuckerSmale):
+    def accelerations(self, hand, velocity):
+        return super().accelerations(hand, velocity) * (np.arange(len(hand)) > 0)[:, np.newaxis]
+
+
+@pytest.mark.parametrize(
+    "law, name",
+    [
+        (DrivesApart, "growth of the velocity spread [-]"),
+        (HearsTooLittle, "velocity spread over its bound [-]"),
+        (HearsOneWay, "drift of the mean velocity [m/s]"),
+    ],
+)
+def test_another_law_than_cucker_smale_fails(tmp_path, law, name):
+    verdict = verdict_of(shipped("cucker_smale", duration=10.0), tmp_path, law)
+    assert name in failed(verdict)
+
+
+# Vicsek
+
+
+def test_vicsek_typed_out():
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [5.0, 0.0]])
+    headings = np.array([0.0, np.pi / 2, 3.0])
+    found = flocking.vicsek(points, headings, 2.0, np.array([0.0, 0.1, 1.0]))
+    np.testing.assert_allclose(found, [np.pi / 4, np.pi / 4 + 0.1, 4.0 - 2.0 * np.pi])
+    # Opposite headings have no mean: each robot keeps its own.
+    np.testing.assert_allclose(
+        flocking.vicsek(points[:2], [0.0, np.pi], 2.0, np.zeros(2)), [0.0, np.pi]
+    )
+
+
+def test_the_order_parameter():
+    velocities = np.array([[[1.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [-2.0, 0.0]]])
+    np.testing.assert_allclose(flocking.order(velocities), [1.0, 0.0])
+    assert flocking.vicsek_order(0.0, 7) == 1.0
+    assert flocking.vicsek_order(2.0 * np.pi, 25) == pytest.approx(0.2)
+
+
+def test_order_falls_with_noise_as_predicted(tmp_path):
+    orders = []
+    for noise in (0.0, 2.0, 4.0, 2.0 * np.pi):
+        scenario = shipped("vicsek", {"noise": noise, "radius": 40.0}, duration=12.0)
+        verdict = verdict_of(scenario, tmp_path / str(noise))
+        assert verdict["passed"], verdict["checks"]
+        orders.append(check(verdict, "the same while")["measured"])
+    assert np.diff(orders).max() < -0.05
+    assert orders[0] == pytest.approx(1.0)
+
+
+def test_robots_that_hear_few_are_less_in_order_than_the_bound(tmp_path):
+    verdict = verdict_of(shipped("vicsek", {"noise": 3.0, "radius": 1.0}), tmp_path)
+    assert verdict["passed"]
+    bound = check(verdict, "root mean square")
+    assert bound["measured"] < bound["predicted"] - 0.1
+
+
+class IgnoresOthers(Vicsek):
+    def update(self, hand, disturbance):
+        return self._headings + disturbance
+
+
+class HasTwiceTheNoise(Vicsek):
+    def update(self, hand, disturbance):
+        return super().update(hand, 2.0 * disturbance)
+
+
+class HasNoNoise(Vicsek):
+    def update(self, hand, disturbance):
+        return super().update(hand, 0.0 * disturbance)
+
+
+@pytest.mark.parametrize("law", [IgnoresOthers, HasTwiceTheNoise, HasNoNoise])
+def test_another_law_than_vicseks_fails(tmp_path, law):
+    scenario = shipped("vicsek", {"noise": 2.0, "radius": 20.0}, duration=20.0)
+    assert failed(verdict_of(scenario, tmp_path, law))
+
+
+# Reynolds
+
+
+def test_reynolds_typed_out():
+    points = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [50.0, 0.0]])
+    velocities = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 2.0], [9.0, 9.0]])
+    found = flocking.reynolds(points, velocities, 2.1, 3.0, 0.5, 0.1)
+    separation = 3.0 * np.array([-2.0 / 4.0, -1.0])
+    alignment = 0.5 * (np.array([0.0, 1.0]) - [1.0, 0.0])
+    cohesion = 0.1 * np.array([1.0, 0.5])
+    np.testing.assert_allclose(found[0], separation + alignment + cohesion)
+    np.testing.assert_allclose(found[3], 0.0)
+
+
+def test_speeds_are_brought_into_their_range():
+    velocities = np.array([[3.0, 4.0], [0.03, 0.04], [0.6, 0.0], [0.0, 0.0]])
+    expected = [[0.6, 0.8], [0.3, 0.4], [0.6, 0.0], [0.0, 0.0]]
+    np.testing.assert_allclose(flocking.within_speeds(velocities, 0.5, 1.0), expected)
+
+
+def test_boids_without_separation_collide(tmp_path):
+    verdict = verdict_of(shipped("reynolds", {"separation": -1.0}, duration=15.0), tmp_path)
+    assert failed(verdict) == ["collisions"]
+
+
+def test_boids_without_alignment_are_less_in_order(tmp_path):
+    verdict = verdict_of(shipped("reynolds", {"alignment": 0.0}, duration=30.0), tmp_path)
+    assert verdict["order_at_end"] < 0.9

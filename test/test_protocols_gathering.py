@@ -1,0 +1,323 @@
+"""Containment, rendezvous, cyclic pursuit and coverage: the laws, their properties, their verdicts."""
+
+import os
+
+import numpy as np
+import pytest
+
+from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.control.library.gathering import Containment, Coverage, CyclicPursuit, Rendezvous
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.protocols import gathering
+
+SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
+
+
+def shipped(name, parameters=None, **changes):
+    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    changed = dict(scenario.control.parameters, **(parameters or {}))
+    control = dict(scenario.control._asdict(), parameters=changed)
+    return scenario.changed(control=control, **changes)
+
+
+def verdict_of(scenario, out, law=None):
+    """Run; a ``law`` of another class keeps the parameters if the scenario names that class."""
+    if law is not None:
+        control = dict(scenario.control._asdict(), protocol="test:" + law.__name__)
+        scenario = scenario.changed(control=control)
+    return run_experiment(scenario, str(out), law, formats=())
+
+
+def failed(verdict):
+    return [check["name"] for check in verdict["checks"] if check["passed"] is False]
+
+
+def check(verdict, name):
+    (found,) = [check for check in verdict["checks"] if check["name"].startswith(name)]
+    return found
+
+
+NAMES = ("containment", "rendezvous", "cyclic_pursuit", "cyclic_pursuit_inwards", "coverage")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_example_passes_and_every_claim_is_tested(tmp_path, name):
+    verdict = verdict_of(shipped(name), tmp_path)
+    assert all(check["passed"] for check in verdict["checks"]), verdict["checks"]
+    if shipped(name).fidelity == "kinematic":
+        assert verdict["min_distance"] > 0.6
+
+
+# Containment
+
+
+def test_containment_typed_out():
+    topology = Topology(3, [(1, 2), (1, 3, 2.0), (2, 1)])
+    points = np.array([[1.0, 0.0], [2.0, 2.0], [5.0, -1.0]])
+    expected = [[1.0 + 2.0 * 4.0, 2.0 - 2.0], [-1.0, -2.0], [0.0, 0.0]]
+    np.testing.assert_allclose(gathering.containment(points, topology, 1), expected)
+
+
+def test_the_limit_is_the_weighted_mean_of_the_leaders():
+    # The middle of a path: 1 hears 2 and leader 3, 2 hears 1 and leader 4.
+    topology = Topology(4, [(1, 2), (1, 3), (2, 1), (2, 4)])
+    limit = gathering.containment_limit(np.array([[0.0, 0.0], [3.0, 6.0]]), topology)
+    np.testing.assert_allclose(limit, [[1.0, 2.0], [2.0, 4.0]])
+
+
+def test_distance_outside_a_hull():
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    points = np.array([[1.0, 1.0], [3.0, 1.0], [2.5, 2.5], [2.0, 0.5]])
+    outside = gathering.outside_hull(points, corners)
+    np.testing.assert_allclose(outside, [-1.0, 1.0, np.sqrt(0.5), 0.0], atol=1e-4)
+
+
+def test_a_follower_that_hears_no_leader_fails(tmp_path):
+    scenario = shipped("containment", duration=2.0)
+    edges = [edge for edge in scenario.topology.edges if edge[1] < 6]
+    verdict = verdict_of(scenario.changed(topology={"edges": edges}), tmp_path)
+    assert failed(verdict) == ["all hear a leader"]
+
+
+@pytest.mark.parametrize("gain, name", [(-0.03, "gain above 0"), (60.0, "|1 - gain Tc")])
+def test_containment_with_an_impossible_gain_fails(tmp_path, gain, name):
+    scenario = shipped("containment", {"gain": gain}, fidelity="point_mass", duration=1.0)
+    verdict = verdict_of(scenario, tmp_path)
+    assert failed(verdict)[0].startswith(name)
+
+
+class LosesAnEdge(Containment):
+    def pointMassLaw(self, hand):
+        kept = Topology(len(hand), self.topology.edges[1:])
+        return self.gain * gathering.containment(hand, kept, self.leaders)
+
+
+def test_containment_without_one_edge_misses_its_limit(tmp_path):
+    scenario = shipped("containment", fidelity="point_mass")
+    assert check(verdict_of(scenario, tmp_path, LosesAnEdge), "distance from -L")["passed"] is False
+
+
+def test_more_leaders_than_robots_are_refused():
+    with pytest.raises(ValueError, match="leaders = 4"):
+        Containment(range(1, 4), parameters={"leaders": 4})
+
+
+def test_the_exact_solution_of_containment(tmp_path):
+    scenario = shipped("containment", fidelity="point_mass", duration=20.0)
+    control = Containment(
+        range(1, 10), scenario.topology, parameters=dict(scenario.control.parameters)
+    )
+    hand = scenario.poses[:, :2].copy()
+    track = control.prediction(hand, np.array([0.0, 0.02, 2.0]))
+    for step in range(100):
+        hand = hand + 0.02 * control.pointMassLaw(hand)
+        if step == 0:
+            np.testing.assert_allclose(track[1], hand, atol=1e-12)
+    np.testing.assert_allclose(track[2], hand, atol=1e-12)
+
+
+# Rendezvous
+
+
+def test_rendezvous_typed_out():
+    points = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
+    pairs = gathering.pairs_within(points, 2.1)
+    np.testing.assert_array_equal(pairs, [[0, 1], [1, 2]])
+    # D = 4: w(2) = 6/4, w(1) = 7/9.
+    velocity = gathering.rendezvous(points, pairs, 4.0)
+    np.testing.assert_allclose(velocity, [[3.0, 0.0], [-3.0, 7.0 / 9.0], [0.0, -7.0 / 9.0]])
+
+
+def random_edges():
+    points = np.random.default_rng(5).uniform(-2.0, 2.0, (6, 2))
+    return points, gathering.pairs_within(points, 3.0)
+
+
+def test_rendezvous_is_minus_the_gradient_of_the_tension():
+    points, pairs = random_edges()
+    step = 1e-6 * np.eye(12).reshape(12, 6, 2)
+    up, down = (gathering.edge_tension(points + s * step, pairs, 3.5) for s in (1, -1))
+    gradient = ((up - down) / 2e-6).reshape(6, 2)
+    np.testing.assert_allclose(gathering.rendezvous(points, pairs, 3.5), -gradient, atol=1e-5)
+
+
+def test_the_curvature_of_the_tension():
+    points, pairs = random_edges()
+    step = 1e-6 * np.eye(12).reshape(12, 6, 2)
+    rows = [
+        gathering.rendezvous(points - s, pairs, 3.5) - gathering.rendezvous(points + s, pairs, 3.5)
+        for s in step
+    ]
+    hessian = np.array(rows).reshape(12, 12) / 2e-6
+    largest = np.linalg.eigvalsh(0.5 * (hessian + hessian.T))[-1]
+    assert gathering.tension_curvature(points, pairs, 3.5) == pytest.approx(largest, rel=1e-6)
+
+
+def test_rendezvous_keeps_an_edge_that_plain_consensus_breaks():
+    # A robot between two groups: the plain mean of four pulls it out of reach of the one.
+    points = np.array([[-2.9, 0.0], [0.0, 0.0], [2.9, 0.2], [2.9, 0.0], [2.9, -0.2], [2.8, 0.1]])
+    pairs = gathering.pairs_within(points, 3.0)
+    longest = {}
+    for name, radius, step in (("kept", 3.0, 2e-5), ("plain", 1e6, 10.0)):
+        hand, longest[name] = points, 0.0
+        for _ in range(4000):
+            hand = hand + step * gathering.rendezvous(hand, pairs, radius) * (radius / 2.0)
+            longest[name] = max(longest[name], gathering.edge_lengths(hand, pairs).max())
+    assert longest["kept"] < 3.0 < longest["plain"]
+
+
+class PlainConsensus(Rendezvous):
+    def law(self, hand):
+        return gathering.rendezvous(hand, self._pairs, 1e3) * 1e3
+
+
+class Repels(Rendezvous):
+    def law(self, hand):
+        return -0.1 * super().law(hand)
+
+
+@pytest.mark.parametrize("law", [PlainConsensus, Repels])
+def test_another_law_than_rendezvous_fails(tmp_path, law):
+    assert failed(verdict_of(shipped("rendezvous", duration=10.0), tmp_path, law))
+
+
+def test_rendezvous_with_too_large_a_step_fails(tmp_path):
+    verdict = verdict_of(shipped("rendezvous", {"gain": 2.0}, duration=0.1), tmp_path)
+    assert failed(verdict) == ["gain Tc curvature of the tension < 2"]
+
+
+def test_two_groups_do_not_meet(tmp_path):
+    verdict = verdict_of(shipped("rendezvous", {"radius": 3.05}, duration=0.1), tmp_path)
+    assert "connected at the start" in failed(verdict)
+
+
+def test_a_new_start_looks_for_its_edges_again():
+    control = Rendezvous(range(1, 4), parameters={"radius": 2.0})
+    near = np.array([[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    control.commands(near, 0.0)
+    assert len(control.topology.edges) == 2
+    control.commands(near * 0.5, 0.1)
+    assert len(control.topology.edges) == 2
+    control.start()
+    control.commands(near * 0.5, 0.0)
+    assert len(control.topology.edges) == 3
+
+
+# Cyclic pursuit
+
+
+def test_cyclic_pursuit_typed_out():
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
+    ahead = [[1.0, 0.0], [0.0, 2.0], [-1.0, -2.0]]
+    np.testing.assert_allclose(gathering.cyclic_pursuit(points, 0.0), ahead)
+    left = [[0.0, 1.0], [-2.0, 0.0], [2.0, -1.0]]
+    np.testing.assert_allclose(gathering.cyclic_pursuit(points, np.pi / 2), left, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [2, 5, 6])
+def test_the_modes_of_cyclic_pursuit(n):
+    angle = 0.3
+    matrix = np.exp(1j * angle) * (np.roll(np.eye(n), 1, axis=1) - np.eye(n))
+    values = gathering.pursuit_eigenvalues(n, angle)
+    np.testing.assert_allclose(
+        np.sort_complex(np.round(np.linalg.eigvals(matrix), 9)),
+        np.sort_complex(np.round(values, 9)),
+        atol=1e-8,
+    )
+    slowest = -2.0 * np.sin(np.pi / n) * np.sin(np.pi / n - angle)
+    assert values[1:].real.max() == pytest.approx(slowest)
+    points = np.random.default_rng(1).normal(size=(n, 2))
+    modes = gathering.pursuit_modes(points)
+    np.testing.assert_allclose(gathering.points_of_modes(modes), points, atol=1e-12)
+    velocity = gathering.points_of_modes(modes * values)
+    np.testing.assert_allclose(velocity, gathering.cyclic_pursuit(points, angle), atol=1e-12)
+
+
+@pytest.mark.parametrize("share, sign", [(0.95, -1), (1.0, 0), (1.05, 1)])
+def test_the_threshold_is_at_pi_over_n(tmp_path, share, sign):
+    scenario = shipped("cyclic_pursuit", {"angle": share * np.pi / 6.0}, duration=60.0)
+    verdict = verdict_of(scenario, tmp_path)
+    assert not failed(verdict)
+    growth = check(verdict, "growth")
+    assert (abs(growth["measured"]) < 2e-4) if sign == 0 else sign * growth["measured"] > 2e-3
+
+
+class PursuesAtAnotherAngle(CyclicPursuit):
+    def pointMassLaw(self, hand):
+        return self.gain * gathering.cyclic_pursuit(hand, self.angle + 0.1)
+
+
+class PursuesTheOneBehind(CyclicPursuit):
+    def pointMassLaw(self, hand):
+        return -super().pointMassLaw(hand)
+
+
+@pytest.mark.parametrize("law", [PursuesAtAnotherAngle, PursuesTheOneBehind])
+def test_another_pursuit_fails(tmp_path, law):
+    scenario = shipped("cyclic_pursuit_inwards", duration=40.0)
+    assert "growth rate of the slowest mode [1/s]" in failed(verdict_of(scenario, tmp_path, law))
+
+
+# Coverage
+
+
+def test_coverage_typed_out():
+    samples = np.array([[-3.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [3.0, 2.0]])
+    density = np.array([1.0, 1.0, 1.0, 3.0])
+    points = np.array([[-2.0, 1.0], [2.0, 0.0], [50.0, 0.0]])
+    centroids = gathering.cell_centroids(points, samples, density)
+    np.testing.assert_allclose(centroids, [[-2.0, 0.0], [2.5, 1.5], [50.0, 0.0]])
+    velocity = gathering.coverage(points, samples, density)
+    np.testing.assert_allclose(velocity, [[0.0, -1.0], [0.5, 1.5], [0.0, 0.0]])
+    cost = (2.0 + 2.0 + 1.0 + 3.0 * 5.0) / 6.0
+    assert gathering.locational_cost(points, samples, density) == pytest.approx(cost)
+
+
+def test_the_samples_fill_the_square():
+    samples = gathering.square_samples(4.0, 2)
+    np.testing.assert_allclose(samples, [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])
+    density = gathering.gaussian_density(samples, (1.0, 1.0), 2.0)
+    np.testing.assert_allclose(density, np.exp([-1.0, -0.5, -0.5, 0.0]))
+
+
+def test_four_robots_end_in_the_middles_of_the_quarters(tmp_path):
+    poses = [[-4.0, -4.0, 0.0], [-2.0, -4.0, 0.0], [-4.0, -2.0, 0.0], [-2.0, -2.0, 0.0]]
+    scenario = shipped("coverage", {"side": 8.0}, poses=poses, robots=4, duration=30.0)
+    verdict = verdict_of(scenario, tmp_path)
+    assert verdict["passed"]
+    # The mean of |q - C|^2 over a square of side a is a^2/6.
+    assert verdict["cost_at_end"] == pytest.approx(4.0**2 / 6.0, rel=0.01)
+    assert verdict["cost_at_start"] > 5.0 * verdict["cost_at_end"]
+
+
+def test_a_gaussian_density_draws_the_robots():
+    gaussian = {"density": "gaussian", "centre_x": 3.0, "centre_y": 2.0, "width": 1.5}
+    control = Coverage(range(1, 10), parameters=gaussian)
+    hand = shipped("coverage").poses[:, :2]
+    costs = [control.cost(hand[np.newaxis])[0]]
+    for _ in range(100):
+        hand = hand + 0.3 * control.pointMassLaw(hand)
+        costs.append(control.cost(hand[np.newaxis])[0])
+    assert np.diff(costs).max() <= 1e-12
+    np.testing.assert_allclose(hand.mean(axis=0), [3.0, 2.0], atol=1.0)
+    assert np.linalg.norm(hand - [3.0, 2.0], axis=1).max() < 5.0
+
+
+def test_a_density_out_of_reach_is_refused():
+    with pytest.raises(ValueError, match="within 5 widths"):
+        Coverage([1], parameters={"density": "gaussian", "centre_x": 100.0})
+
+
+class FleesItsCentroid(Coverage):
+    def pointMassLaw(self, hand):
+        return -0.1 * super().pointMassLaw(hand)
+
+
+def test_coverage_with_the_wrong_sign_fails(tmp_path):
+    verdict = verdict_of(shipped("coverage", duration=5.0), tmp_path, FleesItsCentroid)
+    assert "growth of the locational cost [-]" in failed(verdict)
+
+
+def test_coverage_with_too_high_a_gain_fails(tmp_path):
+    verdict = verdict_of(shipped("coverage", {"gain": 41.0}, duration=0.1), tmp_path)
+    assert "gain Tc < 2" in failed(verdict)

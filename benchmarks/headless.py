@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How fast experiments run headless: simulated seconds per second of the process, medians of 3, one process.
+"""How fast experiments run headless: simulated seconds per second of one process, medians of 3.
 
     python3 benchmarks/headless.py [--quick] [--history FILE]
 

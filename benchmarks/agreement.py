@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""How far the shipped protocols stay from theory on robots: a table for docs/agreement.md.
+
+    python3 benchmarks/agreement.py > docs/agreement.md
+
+Every shipped scenario runs as point masses, and on kinematic Pioneers within speed limits of 1.5 m/s
+and 360 deg/s, with commands at 50 Hz and at the 10 Hz of RosAria's odometry.
+"""
+
+import concurrent.futures
+import os
+import sys
+import tempfile
+
+from mrs_simulator import load_scenario, run_experiment
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+LIMITS = {"v_max": 1.5, "omega_max": 6.2832}
+# name, fidelity, limits, rate [Hz]
+CASES = (
+    ("point masses, 50 Hz", "point_mass", "none", 50.0),
+    ("Pioneers, 50 Hz", "kinematic", LIMITS, 50.0),
+    ("Pioneers, 10 Hz", "kinematic", LIMITS, 10.0),
+)
+LEFT_OUT = (
+    "paper_literal",
+    "paper_dynamic",
+    "paper_theory",
+)  # the same law as paper, or meant to fail
+HEADER = """# How far from theory
+
+What each shipped scenario's claims measure on point masses and on robots; made by
+`python3 benchmarks/agreement.py > docs/agreement.md`. The robots are kinematic Pioneers with speeds
+limited to 1.5 m/s and 360 deg/s. A dash: the theorem says nothing of that run (a robot was at its
+limit, or a condition does not hold). Bold: outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
+"""
+
+
+def run(task):
+    """Return the verdict of one scenario in one case."""
+    path, fidelity, limits, rate = task
+    scenario = load_scenario(path)
+    control = dict(scenario.control._asdict(), rate=rate)
+    control["saturation"] = "none" if fidelity == "point_mass" else scenario.control.saturation
+    if control["saturation"] == "none" and fidelity != "point_mass":
+        control["saturation"] = "robot"
+    content = dict(scenario.to_dict(), fidelity=fidelity, limits=limits, control=control)
+    content.pop("step")
+    try:
+        from mrs_simulator.core.scenario import scenario_from_dict
+
+        with tempfile.TemporaryDirectory() as out:
+            return run_experiment(scenario_from_dict(content, path), out, formats=())
+    except ValueError as error:
+        return {"checks": [], "error": str(error)}
+
+
+def cell(check):
+    """Return one measured value as Markdown."""
+    if check is None or check["measured"] is None or check["passed"] is None:
+        return "-"
+    value = check["measured"]
+    text = "{:.3g}".format(value) if isinstance(value, float) else str(value)
+    return text if check["passed"] else "**{}**".format(text)
+
+
+def main():
+    """Print the table."""
+    folder = os.path.join(ROOT, "scenarios")
+    names = sorted(n[:-5] for n in os.listdir(folder) if n.endswith(".yaml"))
+    names = [name for name in names if name not in LEFT_OUT]
+    tasks = [(os.path.join(folder, n + ".yaml"),) + case[1:] for n in names for case in CASES]
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        verdicts = list(pool.map(run, tasks))
+    print(HEADER)
+    print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in CASES)))
+    print("|---|---|---|" + "---|" * len(CASES))
+    for row, name in enumerate(names):
+        found = verdicts[len(CASES) * row : len(CASES) * (row + 1)]
+        print_scenario(name, found)
+    failed = [v["error"] for v in verdicts if "error" in v]
+    for error in failed:
+        print("not run: {}".format(error), file=sys.stderr)
+
+
+def print_scenario(name, verdicts):
+    """Print the rows of one scenario."""
+    by_case = [{check["name"]: check for check in verdict["checks"]} for verdict in verdicts]
+    claims = []
+    for checks in by_case:
+        claims += [c for c in checks if c not in claims and checks[c]["predicted"] != "holds"]
+    for claim in claims:
+        if claim in ("ended",):
+            continue
+        predicted = next(checks[claim]["predicted"] for checks in by_case if claim in checks)
+        shown = "{:.4g}".format(predicted) if isinstance(predicted, float) else predicted
+        cells = " | ".join(cell(checks.get(claim)) for checks in by_case)
+        print("| {} | {} | {} | {} |".format(name, claim.replace("|", "\\|"), shown, cells))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,378 @@
+"""The curves panel shows the run's own numbers, costs nothing while hidden, and answers the mouse."""
+
+import os
+from time import monotonic
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
+from python_qt_binding.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication
+
+from mrs_simulator.rqt_plugin import curves, study
+from mrs_simulator.rqt_plugin.curves import ERROR, QUANTITIES, Curve, ErrorCurve
+from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
+from mrs_simulator.rqt_plugin.study import History, Snapshot
+
+APP = QApplication.instance() or QApplication([])
+
+
+def snapshot(time, n=3):
+    """Return the team at ``time``: robot i at x = i (1 + time), turning on the spot."""
+    pose, twist = np.zeros((n, 3)), np.zeros((n, 3))
+    pose[:, 0] = np.arange(1, n + 1) * (1.0 + time)
+    pose[:, 2] = np.mod(2.0 * time + np.pi, 2.0 * np.pi) - np.pi
+    twist[:, 2] = 2.0
+    return Snapshot(time, tuple(range(1, n + 1)), pose, twist, twist[:, :2], np.ones(n, bool))
+
+
+def make_history(m, n=3, begin=0.0):
+    history = History()
+    for step in range(m):
+        history.append(snapshot(begin + 0.1 * step, n))
+    return history
+
+
+class Watched(CurvesPanel):
+    """A panel that counts its draws."""
+
+    def __init__(self):
+        super().__init__()
+        self.draws = 0
+        self._canvas.mpl_connect("draw_event", self._count)
+
+    def _count(self, _event):
+        self.draws += 1
+
+
+@pytest.fixture
+def panel():
+    """Return a visible panel of 700 x 400 pixels."""
+    made = Watched()
+    made.resize(700, 400)
+    made.show()
+    assert QTest.qWaitForWindowExposed(made)
+    yield made
+    made.close()
+    made.deleteLater()
+    QTest.qWait(1)
+
+
+def settle(panel):
+    """Wait until ``panel`` has nothing left to draw."""
+    QTest.qWait(300)
+    while panel._dirty or panel._stamp() != panel._drawn:
+        QTest.qWait(50)
+
+
+def lines(panel):
+    return panel._plot.axes.lines
+
+
+def pixel(panel, time, value):
+    """Return where on the canvas a point of the plot lies."""
+    x, y = panel._plot.axes.transData.transform((time, value))
+    return QPoint(int(round(x)), int(round(panel._canvas.height() - y)))
+
+
+def wheel(panel, place, steps=1):
+    event = QWheelEvent(
+        QPointF(place),
+        QPointF(panel._canvas.mapToGlobal(place)),
+        QPoint(),
+        QPoint(0, 120 * steps),
+        Qt.NoButton,
+        Qt.NoModifier,
+        Qt.NoScrollPhase,
+        False,
+    )
+    QApplication.sendEvent(panel._canvas, event)
+
+
+def move(panel, place, buttons=Qt.NoButton):
+    """Move the mouse; QTest's own way depends on the platform's cursor."""
+    spot = QPointF(place)
+    event = QMouseEvent(QEvent.MouseMove, spot, Qt.NoButton, buttons, Qt.NoModifier)
+    QApplication.sendEvent(panel._canvas, event)
+
+
+def drag(panel, begin, end):
+    QTest.mousePress(panel._canvas, Qt.LeftButton, pos=begin)
+    move(panel, end, Qt.LeftButton)
+    QTest.mouseRelease(panel._canvas, Qt.LeftButton, pos=end)
+
+
+def test_curves_follow_the_history(panel):
+    history = make_history(20)
+    panel.set_history(history)
+    settle(panel)
+    for row, line in enumerate(lines(panel)):
+        np.testing.assert_allclose(line.get_xdata(), history.time)
+        np.testing.assert_allclose(line.get_ydata(), history.pose[:, row, 0])
+    history.append(snapshot(5.0))
+    settle(panel)
+    assert lines(panel)[2].get_xdata()[-1] == 5.0
+    assert panel._plot.axes.get_xlim() == (0.0, 5.0)
+    assert panel._plot.axes.get_ylim()[1] > 18.0
+
+
+def test_each_tab_shows_its_quantity_with_its_unit(panel):
+    history = make_history(60)
+    panel.set_history(history)
+    wanted = [history.pose[:, 0, 0], history.pose[:, 0, 1], 2.0 * history.time]
+    wanted += [history.twist[:, 0, 0], history.twist[:, 0, 2]]
+    for index, values in enumerate(wanted):
+        panel._tabs.setCurrentIndex(index)
+        settle(panel)
+        np.testing.assert_allclose(lines(panel)[0].get_ydata(), values, atol=1e-9)
+        label = panel._plot.axes.get_ylabel()
+        assert label.endswith("[{}]".format(QUANTITIES[index].unit))
+
+
+def test_nothing_is_drawn_without_news_nor_while_hidden(panel):
+    calls = []
+    history = make_history(20)
+    panel.set_history(history)
+    panel.set_error(lambda pose: calls.append(len(pose)) or np.ones(len(pose)))
+    panel._tabs.setCurrentIndex(ERROR)
+    settle(panel)
+    drawn, called = panel.draws, list(calls)
+    assert drawn and called == [20]
+    QTest.qWait(600)
+    assert panel.draws == drawn
+    panel.hide()
+    history.append(snapshot(9.0))
+    panel.set_prediction([0.0, 1.0], [1.0, 0.5])
+    panel._canvas.draw_idle()
+    QTest.qWait(600)
+    assert (panel.draws, calls) == (drawn, called)
+    panel.show()
+    settle(panel)
+    assert panel.draws > drawn and calls == [20, 1]
+
+
+def test_a_running_history_is_drawn_four_times_a_second_at_most(panel):
+    history = make_history(2)
+    panel.set_history(history)
+    settle(panel)
+    drawn, begin, step = panel.draws, monotonic(), 0
+    while monotonic() < begin + 1.2:
+        step += 1
+        history.append(snapshot(1.0 + step))
+        QTest.qWait(20)
+    assert 2 <= panel.draws - drawn <= (monotonic() - begin) / 0.25 + 1.0
+
+
+def test_robots_are_chosen_by_the_field_and_by_the_method(panel):
+    panel.set_history(make_history(5, n=9))
+    settle(panel)
+    QTest.keyClicks(panel._field, "1-3, 7")
+    settle(panel)
+    legend = [text.get_text() for text in panel._plot.axes.get_legend().get_texts()]
+    assert legend == ["1", "2", "3", "7"] and len(lines(panel)) == 4
+    panel.set_robots_shown([9, 4, 5])
+    settle(panel)
+    assert panel._field.text() == "4-5, 9"
+    assert lines(panel)[0].get_ydata()[0] == 4.0
+    panel.set_robots_shown(None)
+    settle(panel)
+    assert len(lines(panel)) == 9
+
+
+@pytest.mark.parametrize("text, reason", [("1-", "range"), ("x", "x"), ("3-1", "smaller")])
+def test_a_wrong_choice_is_framed_explained_and_without_effect(panel, text, reason):
+    panel.set_history(make_history(5))
+    panel.set_robots_shown([2])
+    panel._field.setText(text)
+    settle(panel)
+    assert reason in panel._field.toolTip() and "border" in panel._field.styleSheet()
+    assert len(lines(panel)) == 1
+    panel._field.clear()
+    assert not panel._field.styleSheet()
+
+
+def test_a_robot_that_is_not_in_the_team_is_named(panel):
+    panel.set_history(make_history(5))
+    settle(panel)
+    panel.set_robots_shown([2, 8])
+    settle(panel)
+    assert "8" in panel._field.toolTip() and len(lines(panel)) == 1
+
+
+@pytest.mark.parametrize("ranges, text", [((), " "), (((1, 3), (7, 7)), "1 - 3;7")])
+def test_parsing_robots(ranges, text):
+    assert curves.parse_robots(text) == ranges
+
+
+def test_hover_names_the_robot_with_time_and_value(panel):
+    panel.set_history(make_history(41))
+    settle(panel)
+    move(panel, pixel(panel, 2.0, 6.0))
+    assert panel._label.isVisible()
+    name, time, value = panel._label.text().replace(":", ",").split(",")
+    assert name == "Robot 2"
+    assert float(time.split()[0]) == pytest.approx(2.0, abs=0.05)
+    assert float(value.split()[0]) == pytest.approx(6.0, abs=0.1)
+    assert panel._canvas.rect().contains(panel._label.geometry())
+    move(panel, pixel(panel, 0.5, 14.0))
+    assert not panel._label.isVisible()
+
+
+def test_error_and_theory_are_shown_on_a_log_scale(panel):
+    history = make_history(30)
+    panel.set_history(history)
+    panel.set_error(lambda pose: np.exp(-pose[:, 0, 0]))
+    panel.set_prediction(history.time, 2.0 * np.exp(-history.time))
+    panel._tabs.setCurrentIndex(ERROR)
+    settle(panel)
+    run, theory = lines(panel)
+    assert panel._plot.axes.get_yscale() == "log"
+    np.testing.assert_allclose(run.get_ydata(), np.exp(-1.0 - history.time))
+    np.testing.assert_allclose(theory.get_ydata(), 2.0 * np.exp(-history.time))
+    assert theory.get_linestyle() == "--" and run.get_linestyle() == "-"
+    panel.set_prediction(None, None)
+    settle(panel)
+    assert len(lines(panel)) == 1
+
+
+@pytest.mark.parametrize(
+    "function, told",
+    [(None, "no formation error"), (lambda pose: None, "no formation"), (lambda p: p[9999], "log")],
+)
+def test_without_an_error_the_plot_says_why(panel, function, told):
+    panel.set_history(make_history(5))
+    panel.set_error(function)
+    panel._tabs.setCurrentIndex(ERROR)
+    settle(panel)
+    assert not lines(panel) and told in panel._plot.axes.texts[0].get_text()
+
+
+def test_each_sample_is_given_to_the_error_once_until_the_history_begins_anew(monkeypatch):
+    monkeypatch.setattr(study, "MOST_VALUES", 0)
+    monkeypatch.setattr(study, "FEWEST_SAMPLES", 32)
+    seen = []
+    curve = ErrorCurve(lambda pose: seen.append(len(pose)) or pose[:, 0, 0])
+
+    def update(history):
+        seen.clear()
+        assert curve.update(history.numbers, history.time, history.pose)
+        np.testing.assert_array_equal(curve.values, history.pose[:, 0, 0])
+        return sum(seen)
+
+    history = make_history(20)
+    assert update(history) == 20
+    history.append(snapshot(7.0))
+    assert update(history) == 1
+    for step in range(30):  # it was full meanwhile, and is longer than before nevertheless
+        history.append(snapshot(8.0 + step))
+    assert len(history.time) > 21
+    assert update(history) == len(history.time)
+    assert update(make_history(30, begin=3.0)) == 30
+    history.clear()
+    assert curve.update(history.numbers, history.time, history.pose)
+    assert not len(curve.values)
+
+
+def test_a_slow_error_is_computed_in_several_redraws():
+    history, calls = make_history(1200), []
+
+    def slow(pose):
+        calls.append(len(pose))
+        QTest.qSleep(40)
+        return np.ones(len(pose))
+
+    curve = ErrorCurve(slow)
+    assert not curve.update(history.numbers, history.time, history.pose)
+    assert len(curve.values) < 1200
+    while not curve.update(history.numbers, history.time, history.pose):
+        pass
+    assert sum(calls) == len(curve.values) == 1200
+
+
+def test_a_cleared_history_shows_no_curves(panel):
+    history = make_history(20)
+    panel.set_history(history)
+    settle(panel)
+    history.clear()
+    settle(panel)
+    assert not lines(panel) and "No samples" in panel._plot.axes.texts[0].get_text()
+    history.append(snapshot(0.0, n=2))
+    settle(panel)
+    assert len(lines(panel)) == 2
+
+
+def test_wheel_zooms_about_the_mouse_drag_pans_and_double_click_shows_all(panel):
+    panel.set_history(make_history(101))
+    settle(panel)
+    QTest.mouseClick(panel._follow, Qt.LeftButton, pos=QPoint(8, panel._follow.height() // 2))
+    place = pixel(panel, 4.0, 10.0)
+    wheel(panel, place, 2)
+    settle(panel)
+    begin, end = panel._plot.axes.get_xlim()
+    assert end - begin == pytest.approx(6.4) and begin < 4.0 < end
+    assert (pixel(panel, 4.0, 10.0) - place).manhattanLength() <= 3
+    drag(panel, place, place + QPoint(60, 0))
+    settle(panel)
+    assert panel._plot.axes.get_xlim()[0] < begin - 0.3
+    QTest.mouseDClick(panel._canvas, Qt.LeftButton, pos=place)
+    settle(panel)
+    assert panel._plot.axes.get_xlim() == pytest.approx((0.0, 10.0))
+
+
+def test_following_keeps_the_width_and_a_drag_ends_it(panel):
+    history = make_history(101)
+    panel.set_history(history)
+    settle(panel)
+    wheel(panel, pixel(panel, 5.0, 10.0), 2)
+    settle(panel)
+    assert panel._plot.axes.get_xlim() == pytest.approx((3.6, 10.0))
+    history.append(snapshot(12.0))
+    settle(panel)
+    assert panel._plot.axes.get_xlim() == pytest.approx((5.6, 12.0))
+    place = pixel(panel, 8.0, 20.0)
+    drag(panel, place, place + QPoint(40, 5))
+    assert not panel._follow.isChecked()
+
+
+def test_a_zoomed_plot_is_of_full_detail_and_thinning_keeps_peaks():
+    time = np.arange(40000.0)
+    values = np.zeros(40000)
+    values[12345] = 7.0
+    curve = Curve("Robot 1", time, values, {})
+    whole = curves.thinned(curve, 0.0, 40000.0, 800)
+    assert len(whole[0]) <= 800 and np.max(whole[1]) == 7.0 and whole[0][-1] == 39999.0
+    assert list(curves.thinned(curve, 100.0, 102.0, 800)[0]) == [99.0, 100.0, 101.0, 102.0, 103.0]
+
+
+@pytest.mark.parametrize("size", [(500, 300), (1200, 500)])
+@pytest.mark.parametrize("n", [1, 12, 50])
+def test_nothing_is_cut_off(panel, size, n):
+    panel.resize(*size)
+    panel.set_history(make_history(5, n=n))
+    panel.set_error(lambda pose: pose[:, 0, 0])
+    panel.set_prediction([0.0, 1.0], [1e-6, 1.0])
+    figure = panel._plot.figure
+    for index in range(len(QUANTITIES)):
+        panel._tabs.setCurrentIndex(index)
+        settle(panel)
+        box = figure.get_tightbbox(panel._canvas.get_renderer())
+        assert box.x0 >= 0.0 and box.y0 >= 0.0
+        assert box.x1 * figure.dpi <= figure.bbox.width + 1
+        assert box.y1 * figure.dpi <= figure.bbox.height + 1
+
+
+def test_colours_are_those_of_the_theme(panel):
+    panel.set_history(make_history(5))
+    palette = QPalette()
+    palette.setColor(QPalette.Window, QColor("#202020"))
+    palette.setColor(QPalette.Base, QColor("#101010"))
+    palette.setColor(QPalette.WindowText, QColor("#f0f0f0"))
+    panel.setPalette(palette)
+    settle(panel)
+    axes = panel._plot.axes
+    assert panel._plot.figure.get_facecolor()[0] == pytest.approx(0x20 / 255.0, abs=0.01)
+    assert axes.get_facecolor()[0] == pytest.approx(0x10 / 255.0, abs=0.01)
+    assert axes.xaxis.label.get_color()[0] == pytest.approx(0xF0 / 255.0, abs=0.01)

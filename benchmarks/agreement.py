@@ -32,7 +32,8 @@ HEADER = """# How far from theory
 What each shipped scenario's claims measure on point masses and on robots; made by
 `python3 benchmarks/agreement.py > docs/agreement.md`. The robots are kinematic Pioneers with speeds
 limited to 1.5 m/s and 360 deg/s. A dash: the theorem says nothing of that run (a robot was at its
-limit, or a condition does not hold). Bold: outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
+limit, or a condition does not hold). Bold: outside the claim's
+tolerance. Collisions are those of bodies, which point masses do not have.
 """
 
 

@@ -398,7 +398,12 @@ class StudyWidget(QWidget):
     def _follow_control(self):
         """Show what the running controller says of its places and its graph."""
         control = self.link.newest("control")
-        if control is None or control is self._last_control or not self.link.is_fresh("control"):
+        if not self.link.is_fresh("control"):
+            if self._last_control is not None and self.link.is_fresh("state"):
+                self.map.show_targets(None)  # nobody wants them there any more
+                self._last_control = None
+            return
+        if control is self._last_control:
             return
         self._last_control = control
         targets = np.array([control.target_x, control.target_y]).T

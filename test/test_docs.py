@@ -1,0 +1,56 @@
+"""The examples in the documentation run as they stand."""
+
+import os
+import re
+
+import numpy as np
+import pytest
+
+from mrs_simulator.control.library import HOMES, shipped
+from mrs_simulator.control.loading import load_protocol
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.scenario import load_scenario
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def page(name):
+    with open(os.path.join(ROOT, name), encoding="utf-8") as file:
+        return file.read()
+
+
+EXAMPLES = re.findall(r"```python\n(.*?)```", page("docs/protocols.md"), re.S)
+
+
+@pytest.mark.parametrize("number", range(len(EXAMPLES)))
+def test_the_examples_of_the_protocols_page_run(tmp_path, number):
+    (tmp_path / "example.py").write_text(EXAMPLES[number])
+    law = load_protocol(str(tmp_path / "example.py"))
+    control = law(range(1, 4), Topology.preset("path", 3))
+    pose = np.array([[0.0, 0.0, 0.1], [2.0, 0.0, 1.0], [4.0, 1.0, 2.0]])
+    assert control.commands(pose).shape == (3, 2)
+    control.claims(pose[:, :2])
+
+
+def test_every_shipped_protocol_is_described():
+    text = page("docs/protocols.md")
+    for name in HOMES:
+        assert "`{}`".format(name) in text, name
+        assert shipped(name).__doc__
+        for parameter in shipped(name).PARAMETERS:
+            assert parameter.meaning, (name, parameter.name)
+
+
+def test_every_shipped_scenario_is_valid():
+    folder = os.path.join(ROOT, "scenarios")
+    names = [name for name in os.listdir(folder) if name.endswith(".yaml")]
+    assert len(names) > 20
+    for name in names:
+        assert load_scenario(os.path.join(folder, name)).title, name
+
+
+def test_links_and_pictures_exist():
+    for name in ("README.md", "docs/protocols.md", "docs/scenarios.md", "docs/nodes.md"):
+        for target in re.findall(r"\]\(([^)#:]+)\)", page(name)):
+            path = os.path.join(ROOT, os.path.dirname(name), target)
+            assert os.path.exists(path), "{}: {}".format(name, target)

@@ -224,3 +224,16 @@ def test_any_content_is_read_or_refused(content):
 def test_any_text_is_read_or_refused(text):
     with contextlib.suppress(ScenarioError):
         scenario_from_yaml(text, "file.yaml")
+
+
+def test_random_and_proximity_topologies_are_made_from_seed_and_poses():
+    content = {"poses": [[0, 0, 0], [1, 0, 0], [2, 0, 0], [9, 0, 0]], "seed": 3}
+    near = scenario_from_dict(dict(content, topology={"preset": "proximity", "radius": 1.5}))
+    assert [edge[:2] for edge in near.topology.edges] == [(1, 2), (2, 3)]
+    random = dict(content, topology={"preset": "random", "probability": 0.1})
+    first, second = scenario_from_dict(random), scenario_from_dict(random)
+    assert first.topology.edges == second.topology.edges and first.topology.has_spanning_tree()
+    with pytest.raises(ScenarioError, match="topology.radius"):
+        scenario_from_dict(dict(content, topology={"preset": "proximity", "radius": -1}))
+    again = scenario_from_dict(first.to_dict())
+    assert again.topology.edges == first.topology.edges

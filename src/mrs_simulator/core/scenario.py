@@ -175,7 +175,7 @@ def scenario_from_dict(content, where="scenario"):
         limits=_read_limits(top),
         odometry=top.text("odometry", "world", ODOMETRIES),
         control=control,
-        topology=_read_topology(top, len(poses)),
+        topology=_read_topology(top, poses, seed),
         obstacles=_read_obstacles(top),
         duration=top.number("duration", 60.0, above=0.0),
         seed=seed,
@@ -285,26 +285,37 @@ def _read_step(top, rate):
     return step
 
 
-def _read_topology(top, n):
+def _read_topology(top, poses, seed):
     if not top.has("topology"):
         top.take("topology")
         return None
     section = Section(top.take("topology"), top.at("topology"))
     try:
         if section.has("preset"):
-            return Topology.preset(section.text("preset", choices=PRESETS), n)
+            return _made_topology(section, poses, seed)
         edges = section.take("edges", [])
         if not isinstance(edges, list):
             raise ValueError(
                 "edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges))
             )
-        return Topology(n, edges, section.flag("directed", True))
+        return Topology(len(poses), edges, section.flag("directed", True))
     except ScenarioError:
         raise
     except ValueError as error:
         raise ScenarioError("{}: {}".format(top.at("topology"), error)) from None
     finally:
         section.done()
+
+
+def _made_topology(section, poses, seed):
+    name = section.text("preset", choices=PRESETS + ("random", "proximity"))
+    if name == "random":
+        return Topology.random(
+            len(poses), section.number("probability", 0.3, low=0.0, high=1.0), seed
+        )
+    if name == "proximity":
+        return Topology.proximity(poses[:, :2], section.number("radius", above=0.0))
+    return Topology.preset(name, len(poses))
 
 
 def _read_obstacles(top):

@@ -20,6 +20,16 @@ def start_node(name):
         signal.signal(number, _end)
 
 
+def run(spin):
+    """Call ``spin``; a topic that the shutdown closes while it publishes is no error."""
+    try:
+        spin()
+    except rospy.ROSException:
+        # Topics close before is_shutdown() tells.
+        if not rospy.core.is_shutdown_requested():
+            raise
+
+
 def _end(number, _frame):
     reason = "signal {}".format(signal.Signals(number).name)
     threading.Thread(target=rospy.signal_shutdown, args=(reason,)).start()

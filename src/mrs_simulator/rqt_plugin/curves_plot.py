@@ -21,7 +21,7 @@ from mrs_simulator.report.figures import MANY_ROBOTS, MOST_IN_LEGEND, STYLE
 from mrs_simulator.rqt_plugin.colours import colour
 from mrs_simulator.rqt_plugin.curves import ERROR, QUANTITIES, fitted, foot, thinned
 
-MOST_POINTS, ALL_POINTS = 800, 16000  # of one curve, of all
+MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # for robots of one colour
 MANY_ON_DARK = ListedColormap(viridis(np.linspace(0.3, 1.0, 256)))

@@ -4,6 +4,8 @@ The view is a pybullet world of its own into which poses are written: it shows e
 and does not slow the motion's solver.
 """
 
+import ctypes
+import functools
 import os
 
 import numpy as np
@@ -12,10 +14,13 @@ import pybullet
 from mrs_simulator.world.robots import robot_kind
 from mrs_simulator.world.scene import add_obstacle, add_robot, mass_centre
 
-FIELD_OF_VIEW = 50.0  # [deg]
+FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top
+WINDOW_FIELD_OF_VIEW = 90.0  # [deg] pybullet's own
+ASPECT = 4.0 / 3.0  # [-] width over height of the window and of most pictures
+FRAME_MARGIN = 1.5  # [m] in view around the team
 PITCH, YAW = -45.0, 0.0  # [deg] where the camera looks from at first: the south, from above
 GROUND_COLOUR = [0.87, 0.89, 0.87, 1.0]
-GROUND_MARGIN = 4.0  # [m] of ground around the team
+GROUND_MARGIN = 4.0  # [m] of ground around robots and obstacles
 NEAR, FAR = 0.1, 1000.0  # [m] clipping planes
 
 
@@ -28,30 +33,46 @@ class View:
 
     def __init__(self, kinds, poses, obstacles=(), window=False):
         """``window``: open pybullet's window, which needs a display; else for pictures only."""
-        if window and not os.environ.get("DISPLAY"):
-            raise ViewError("pybullet's window needs a display: DISPLAY is not set")
+        if window:
+            _need_display(os.environ.get("DISPLAY"))
         self._client = pybullet.connect(pybullet.GUI if window else pybullet.DIRECT)
         if self._client < 0:
             raise ViewError("pybullet's window could not be opened (one per process, OpenGL 3.3)")
-        pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0, physicsClientId=self._client)
+        self._configure(pybullet.COV_ENABLE_GUI, False)
+        # The window would draw itself after each body.
+        self._configure(pybullet.COV_ENABLE_RENDERING, False)
         poses = np.asarray(poses, dtype=float)
         self._kinds = [robot_kind(kind) for kind in kinds]
         self._bodies = [
             add_robot(self._client, kind, pose) for kind, pose in zip(self._kinds, poses)
         ]
         self._ahead = [mass_centre(self._client, body) for body in self._bodies]
-        self._add_floor(poses)
+        if window:
+            self._paint_chassis()
+        self._add_floor(poses, obstacles)
         for obstacle in obstacles:
             add_obstacle(self._client, obstacle)
-        self.look_at(*_framing(poses))
+        self.look_at(*_framing(poses, WINDOW_FIELD_OF_VIEW if window else FIELD_OF_VIEW))
+        self._configure(pybullet.COV_ENABLE_RENDERING, True)
 
-    def _add_floor(self, poses):
-        low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
+    def _configure(self, what, on):
+        pybullet.configureDebugVisualizer(what, int(on), physicsClientId=self._client)
+
+    def _paint_chassis(self):
+        """Give each chassis the colour of its first part: the window has one colour for a link."""
+        for body in self._bodies:
+            colour = pybullet.getVisualShapeData(body, physicsClientId=self._client)[0][7]
+            pybullet.changeVisualShape(body, -1, rgbaColor=colour, physicsClientId=self._client)
+
+    def _add_floor(self, poses, obstacles):
+        places = np.array(poses[:, :2].tolist() + [[thing.x, thing.y] for thing in obstacles])
+        low, high = places.min(axis=0), places.max(axis=0)
         half = 0.5 * (high - low) + GROUND_MARGIN
         floor = pybullet.createVisualShape(
             pybullet.GEOM_BOX,
             halfExtents=[half[0], half[1], 0.005],
             rgbaColor=GROUND_COLOUR,
+            specularColor=[0.0, 0.0, 0.0],
             physicsClientId=self._client,
         )
         middle = 0.5 * (low + high)
@@ -109,7 +130,32 @@ class View:
         self._client = -1
 
 
-def _framing(poses):
+@functools.lru_cache(maxsize=None)
+def _need_display(name):
+    """Return a connection to the X server ``name``; ``ViewError`` if none answers.
+
+    pybullet would end the process.  The connection is kept: a virtual server starts anew when its
+    last client leaves, and turns away who comes meanwhile.
+    """
+    if not name:
+        raise ViewError("pybullet's window needs a display: DISPLAY is not set")
+    try:
+        x11 = ctypes.CDLL("libX11.so.6")
+    except OSError as error:
+        raise ViewError("pybullet's window needs a display: {}".format(error)) from None
+    x11.XOpenDisplay.argtypes, x11.XOpenDisplay.restype = [ctypes.c_char_p], ctypes.c_void_p
+    display = x11.XOpenDisplay(name.encode())
+    if not display:
+        raise ViewError("pybullet's window needs a display: {} does not answer".format(name))
+    return display
+
+
+def _framing(poses, field_of_view):
+    """Return the middle of the team and the distance [m] from which all of it is in view."""
     low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
-    distance = 3.0 + 1.2 * float(np.max(high - low))
-    return 0.5 * (low + high), distance
+    across, along = 0.5 * (high - low) + FRAME_MARGIN
+    slope = np.tan(np.radians(0.5 * field_of_view))
+    pitch = np.radians(-PITCH)
+    # The near edge of the team is the widest and the lowest in the picture.
+    distance = max(across / ASPECT, along * np.sin(pitch)) / slope + along * np.cos(pitch)
+    return 0.5 * (low + high), float(distance)

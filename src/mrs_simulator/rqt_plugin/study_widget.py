@@ -61,6 +61,7 @@ class StudyWidget(QWidget):
         self.study = StudyRun(link, processes, scenario)
         self.history = History()
         self._graph_changed_at = 0.0
+        self._chosen, self._hidden = 0, set()  # the robot clicked, and those without a trail
         self._team_changed_at, self._last_control, self._last_image = None, None, None
         self._build()
         self.show_scenario(scenario)
@@ -138,6 +139,12 @@ class StudyWidget(QWidget):
             setter = getattr(self.map, "set_{}_shown".format(name))
             button.toggled.connect(guarded(lambda on, s=setter: s(on)))
             self.shown[name] = button
+        self._trail = self._tool(
+            row, "Trail of ...", "Show or hide the trajectory of the robot clicked"
+        )
+        self._trail.setVisible(False)
+        self._trail.toggled.connect(self._on_trail)
+        self.map.robot_clicked.connect(self._on_robot)
         row.addStretch(1)
         fit = QPushButton("Fit")
         fit.setToolTip("Bring the whole team into view (F)")
@@ -146,6 +153,21 @@ class StudyWidget(QWidget):
         layout.addLayout(row)
         layout.addWidget(self.map, 1)
         return box
+
+    @guarded
+    def _on_robot(self, number):
+        self._chosen = number
+        self.map.select(number)
+        self._trail.setText("Trail of {}".format(number))
+        self._trail.blockSignals(True)
+        self._trail.setChecked(number not in self._hidden)
+        self._trail.blockSignals(False)
+        self._trail.setVisible(number > 0)
+
+    @guarded
+    def _on_trail(self, shown):
+        (self._hidden.discard if shown else self._hidden.add)(self._chosen)
+        self.map.set_trail_shown(self._chosen, shown)
 
     def _tool(self, row, text, tip, exclusive=False):
         button = QToolButton()

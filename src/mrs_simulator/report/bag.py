@@ -1,13 +1,17 @@
 """Reading a run from a rosbag: of the stage's states, or of the robots' own odometry and commands."""
 
 import math
+import re
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, compose, hand_points
 from mrs_simulator.core.recording import Collision, Run, RunError
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
 
+# As the stage has them, and as RosAria and p2os drivers in namespaces do.
+ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
+COMMANDS = re.compile(r"^/robot(\d+)/(?:RosAria/)?cmd_vel$")
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
 
 
@@ -27,6 +31,8 @@ def read_bag(path, scenario=None):
             scenario = scenario or _scenario_in(bag)
             reader = _from_states if STATE in topics else _from_robots
             time, robots, pose, command = reader(bag, topics)
+            if reader is _from_robots:
+                pose = _in_common_frame(pose, scenario)
             collisions = _collisions(bag)
     except (OSError, rosbag.ROSBagException, ScenarioError) as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
@@ -65,21 +71,20 @@ def _from_states(bag, _topics):
 
 
 def _from_robots(bag, topics):
-    robots = sorted(
-        int(topic[6:-5])
-        for topic in topics
-        if topic.startswith("/robot") and topic.endswith("/odom") and topic[6:-5].isdigit()
-    )
-    names = {"/robot{}/{}".format(n, end): n for n in robots for end in ("odom", "cmd_vel")}
+    """Read the robots' own topics; the time base is the odometry of the first robot."""
+    odometry = {t: int(m.group(1)) for t, m in ((t, ODOMETRY.match(t)) for t in topics) if m}
+    commands = {t: int(m.group(1)) for t, m in ((t, COMMANDS.match(t)) for t in topics) if m}
+    robots = sorted(set(odometry.values()))
     newest, commanded, rows = {n: [math.nan] * 5 for n in robots}, False, []
-    for topic, message, _ in bag.read_messages(list(names)):
-        entry = newest[names[topic]]
-        if topic.endswith("cmd_vel"):
-            entry[3:], commanded = [message.linear.x, message.angular.z], True
+    for topic, message, _ in bag.read_messages(list(odometry) + list(commands)):
+        if topic in commands:
+            if commands[topic] in newest:
+                newest[commands[topic]][3:] = [message.linear.x, message.angular.z]
+                commanded = True
             continue
         position, turn = message.pose.pose.position, message.pose.pose.orientation
-        entry[:3] = position.x, position.y, 2.0 * math.atan2(turn.z, turn.w)
-        if commanded and names[topic] == robots[0]:
+        newest[odometry[topic]][:3] = position.x, position.y, 2.0 * math.atan2(turn.z, turn.w)
+        if commanded and odometry[topic] == robots[0]:
             table = np.array([newest[n] for n in robots])
             table[:, 3:] = np.nan_to_num(table[:, 3:])
             if np.isfinite(table).all():
@@ -87,9 +92,16 @@ def _from_robots(bag, topics):
     return _tables(rows, robots)
 
 
+def _in_common_frame(pose, scenario):
+    """Return ``pose`` (m, n, 3) of odometry that starts at zero where the scenario puts the robots."""
+    if scenario is None or scenario.odometry != "wheel" or pose.shape[1] != scenario.n:
+        return pose
+    return np.array([compose(scenario.poses, sample) for sample in pose])
+
+
 def _tables(rows, robots):
     time = np.array([stamp for stamp, _ in rows])
-    table = np.array([values for _, values in rows]).reshape(len(rows), -1, 5)
+    table = np.array([values for _, values in rows]).reshape(len(rows), len(robots or ()), 5)
     return time, robots, table[:, :, :3], table[:, :, 3:]
 
 

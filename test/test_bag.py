@@ -1,0 +1,63 @@
+"""Runs read from rosbags: of real robots' own topics, and bags that are none."""
+
+import numpy as np
+import pytest
+import rosbag
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from mrs_simulator.core.recording import RunError
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.report.bag import read_bag
+
+SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}
+
+
+def write(path, odom="RosAria/pose", command="RosAria/cmd_vel"):
+    """Two robots of which each goes straight on at 0.5 m/s, by its own odometry, from 1 s on."""
+    with rosbag.Bag(str(path), "w") as bag:
+        for step in range(31):
+            stamp = rospy.Time.from_sec(100.0 + 0.1 * step)
+            for robot in (1, 2):
+                message = Odometry()
+                message.header.stamp = stamp
+                message.pose.pose.position.x = 0.05 * max(0, step - 10)
+                message.pose.pose.orientation.w = 1.0
+                bag.write("/robot{}/{}".format(robot, odom), message, stamp)
+                if step >= 10:
+                    twist = Twist()
+                    twist.linear.x = 0.5
+                    bag.write("/robot{}/{}".format(robot, command), twist, stamp)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    "odom, command", [("RosAria/pose", "RosAria/cmd_vel"), ("odom", "cmd_vel")]
+)
+def test_real_robots_are_read_in_the_common_frame(tmp_path, odom, command):
+    scenario = scenario_from_dict(dict(SCENARIO, odometry="wheel"))
+    run = read_bag(write(tmp_path / "run.bag", odom, command), scenario)
+    assert list(run.robots) == [1, 2]
+    assert run.time[0] == 0.0 and run.time[-1] == pytest.approx(1.9, abs=0.11)
+    # Robot 1 starts at (10, 0) along x, robot 2 at (0, 5) along y.
+    # The other robots are as they were last heard, at most one message earlier.
+    expected = [[11.0, 0.0, 0.0], [0.0, 6.0, np.pi / 2]]
+    np.testing.assert_allclose(run.pose[-1], expected, atol=0.0501)
+    np.testing.assert_allclose(run.pose[-1, 0], expected[0], atol=1e-9)
+    np.testing.assert_array_equal(run.command[-1], [[0.5, 0.0], [0.5, 0.0]])
+
+
+def test_odometry_of_the_common_frame_stays_as_it_is(tmp_path):
+    run = read_bag(write(tmp_path / "run.bag"), scenario_from_dict(SCENARIO))
+    np.testing.assert_allclose(run.pose[-1, :, 0], 1.0, atol=0.0501)
+
+
+def test_what_is_no_bag_is_refused_by_name(tmp_path):
+    (tmp_path / "text.bag").write_text("no bag")
+    with pytest.raises(RunError, match="text.bag"):
+        read_bag(str(tmp_path / "text.bag"))
+    with rosbag.Bag(str(tmp_path / "empty.bag"), "w"):
+        pass
+    with pytest.raises(RunError, match="empty.bag"):
+        read_bag(str(tmp_path / "empty.bag"))

@@ -5,6 +5,7 @@ One line of input is a Python expression over the names below; one line of outpu
 
 import contextlib
 import json
+import math
 import signal
 import sys
 import threading
@@ -14,13 +15,15 @@ from geometry_msgs.msg import Pose2D, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, TeamState
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 newest, counts, transforms, collisions = {}, {}, {}, []
+markers, marker_repeated = {}, False
 clock_went_back = False
 driven = {}
 
@@ -46,6 +49,35 @@ def on_collision(message):
     collisions.append([message.first, message.second, message.x, message.y])
 
 
+def on_markers(message):
+    """Keep what a display would show."""
+    global marker_repeated
+    named = {(marker.ns, marker.id): marker for marker in message.markers}
+    marker_repeated = marker_repeated or len(named) < len(message.markers)
+    markers.update(named)
+    for name in [name for name in markers if markers[name].action == Marker.DELETE]:
+        del markers[name]
+
+
+def watch_markers():
+    subscribers.append(rospy.Subscriber("/stage/markers", MarkerArray, on_markers))
+    return True
+
+
+def shown(kind):
+    """Return the markers of one kind as plain values."""
+    return [
+        {
+            "text": marker.text,
+            "place": [marker.pose.position.x, marker.pose.position.y],
+            "size": [marker.scale.x, marker.scale.y, marker.scale.z],
+            "points": [[point.x, point.y] for point in marker.points],
+        }
+        for _, marker in sorted(markers.items(), key=lambda item: item[0])
+        if marker.type == getattr(Marker, kind)
+    ]
+
+
 def listen(name, kind):
     subscribers.append(rospy.Subscriber(name, kind, keep, name, queue_size=1, tcp_nodelay=True))
     return True
@@ -66,6 +98,11 @@ def plain(name):
 
 def state(key):
     return plain("/stage/state").get(key)
+
+
+def stamp():
+    """Return the simulated time of the newest state [s]."""
+    return newest["/stage/state"].header.stamp.to_sec()
 
 
 def status(key):
@@ -102,6 +139,32 @@ def drive(robots, v, omega):
         old = driven.get(robot)
         publisher = old[0] if old else rospy.Publisher(name, Twist, queue_size=1, tcp_nodelay=True)
         driven[robot] = (publisher, message)
+    return True
+
+
+def stand_in(robot, pose, twist=(0.0, 0.0)):
+    """Be the odometry of a real robot at ``pose`` (x, y, yaw), at 20 Hz until ``fall_silent``."""
+    message = Odometry()
+    message.pose.pose.position.x, message.pose.pose.position.y = pose[:2]
+    message.pose.pose.orientation.z = math.sin(0.5 * pose[2])
+    message.pose.pose.orientation.w = math.cos(0.5 * pose[2])
+    message.twist.twist.linear.x, message.twist.twist.angular.z = twist
+    name = "/robot{}/odom".format(robot)
+    old = driven.get(name)
+    publisher = old[0] if old else rospy.Publisher(name, Odometry, queue_size=1, tcp_nodelay=True)
+    driven[name] = (publisher, message)
+    return True
+
+
+def fall_silent(robot):
+    del driven["/robot{}/odom".format(robot)]
+    return True
+
+
+def switch(service):
+    """Call a service without an answer."""
+    rospy.wait_for_service(service, 20.0)
+    rospy.ServiceProxy(service, Empty)()
     return True
 
 
@@ -145,7 +208,7 @@ listen("/stage/state", TeamState)
 listen("/stage/status", StageStatus)
 listen("/pioneer_control/status", ControlStatus)
 threading.Thread(target=repeat, daemon=True).start()
-SERVICES = (SetBool, SetSpeed, SetTopology, StepStage, Trigger, Odometry)  # for expressions
+SERVICES = (Empty, SetBool, SetSpeed, SetTopology, StepStage, Trigger, Odometry)  # for expressions
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 print("ready", flush=True)
 for line in sys.stdin:

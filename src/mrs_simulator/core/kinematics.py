@@ -51,6 +51,16 @@ def compose(origin, pose):
     return result
 
 
+def origins(common, pose):
+    """Return the origins (n, 3) from which ``pose`` (n, 3) is ``common`` (n, 3); undoes ``compose``."""
+    result = np.empty_like(pose)
+    result[:, 2] = wrap_angle(common[:, 2] - pose[:, 2])
+    cos, sin = np.cos(result[:, 2]), np.sin(result[:, 2])
+    result[:, 0] = common[:, 0] - cos * pose[:, 0] + sin * pose[:, 1]
+    result[:, 1] = common[:, 1] - sin * pose[:, 0] - cos * pose[:, 1]
+    return result
+
+
 def hand_points(pose, l):
     """Return the hand points, shape (..., 2) [m]: ``alpha = (x + l cos theta, y + l sin theta)``, eq. (2).
 

@@ -1,23 +1,31 @@
-"""The newest odometry of each robot, put by subscriber threads, taken by the control loop."""
+"""The newest pose of each robot, put by subscriber threads, taken by the control loop."""
 
 import math
 import threading
-import time
 
 import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
 
+from mrs_simulator.core.guards import Tracks
+from mrs_simulator.nodes.parameters import pattern_parameter
+
+MOST_NAMED = 8  # robots named in one line
+
 
 class OdometryInbox:
-    """Subscribes to ``/robotN/odom`` of every robot."""
+    """Subscribes to ``/robotN/odom`` of every robot, or to another topic of poses."""
 
-    def __init__(self, numbers, clock=time.monotonic):
-        """``numbers``: the robots' numbers; ``clock`` gives wall time in s."""
+    def __init__(self, numbers, bounds=None, topic="", kind=Odometry):
+        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
+
+        ``topic``: its pattern, ``{}`` for the robot's number, by default the parameter
+        ``~odom_topic``; ``kind`` of message: Odometry or PoseStamped.
+        """
         self._numbers = list(numbers)
-        self._clock = clock
+        self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
         n = len(self._numbers)
-        self._pose = np.full((n, 3), np.nan)
+        self._tracks = Tracks(n, bounds)
         self._stamp = [None] * n
         self._received = np.full(n, -math.inf)
         self._refused = np.zeros(n, dtype=int)
@@ -25,8 +33,8 @@ class OdometryInbox:
         self._changed = threading.Condition()
         self._subscribers = [
             rospy.Subscriber(
-                "/robot{}/odom".format(number),
-                Odometry,
+                self.topic.replace("{}", str(number)),
+                kind,
                 self.put,
                 callback_args=row,
                 queue_size=1,
@@ -37,27 +45,43 @@ class OdometryInbox:
 
     def put(self, message, row):
         """Keep the pose of robot ``row``; one that is not finite is refused and so grows stale."""
-        position, turn = message.pose.pose.position, message.pose.pose.orientation
-        theta = math.atan2(
-            2.0 * (turn.w * turn.z + turn.x * turn.y),
-            1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
-        )
-        pose = position.x, position.y, theta
+        # Odometry holds its pose beside a covariance.
+        pose = planar(getattr(message.pose, "pose", message.pose))
+        stamp = message.header.stamp
         with self._changed:
             if not all(map(math.isfinite, pose)):
                 self._refused[row] += 1
                 return
-            if self._stamp[row] == message.header.stamp:
+            if self._stamp[row] == stamp:
                 self._repeated.add(row)
-            self._pose[row] = pose
-            self._stamp[row] = message.header.stamp
+            self._stamp[row] = stamp
             self._received[row] = rospy.get_time()
+            self._tracks.take(row, pose, (self._received[row], stamp.to_sec()))
             self._changed.notify()
+
+    def names(self):
+        """Return the names of the robots' topics, remappings applied."""
+        return [rospy.resolve_name(self.topic.replace("{}", str(n))) for n in self._numbers]
 
     def pose(self):
         """Return the newest poses, shape (n, 3), NaN for a robot that has not been heard."""
         with self._changed:
-            return self._pose.copy()
+            return self._tracks.pose.copy()
+
+    def first(self):
+        """Return the poses that were heard first, shape (n, 3)."""
+        with self._changed:
+            return self._tracks.first.copy()
+
+    def jumps(self):
+        """Return ``{row: text}`` of the robots whose pose jumped and is no longer followed."""
+        with self._changed:
+            return dict(self._tracks.jumps)
+
+    def accept(self):
+        """Follow the robots that jumped from where they are now."""
+        with self._changed:
+            self._tracks.accept()
 
     def stale(self, now, timeout):
         """Return ``{number: age}`` [s] of the robots silent for more than ``timeout`` [s].
@@ -86,3 +110,25 @@ class OdometryInbox:
         with self._changed:
             taken, self._repeated = self._repeated, set()
         return sorted(taken)
+
+
+def planar(pose):
+    """Return ``(x, y, theta)`` [m, m, rad] of a geometry_msgs/Pose."""
+    turn = pose.orientation
+    theta = math.atan2(
+        2.0 * (turn.w * turn.z + turn.x * turn.y),
+        1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
+    )
+    return pose.position.x, pose.position.y, theta
+
+
+def silence(stale, what="odometry"):
+    """Return the text that names the robots in ``stale`` ``{number: age}``, "" if there is none."""
+    if not stale:
+        return ""
+    shown = ", ".join(
+        "robot{} ({})".format(number, "never heard" if age == np.inf else "{:.1f} s".format(age))
+        for number, age in list(stale.items())[:MOST_NAMED]
+    )
+    more = ", and {} more".format(len(stale) - MOST_NAMED) if len(stale) > MOST_NAMED else ""
+    return "no fresh {} of {}{}".format(what, shown, more)

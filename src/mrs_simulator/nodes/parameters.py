@@ -47,6 +47,38 @@ def text_parameter(name, default, choices=()):
     return value
 
 
+def pattern_parameter(name, default):
+    """Return the parameter as a text with one ``{}`` for the robot's number, or "" if that is default."""
+    value = text_parameter(name, default)
+    if value.count("{}") != 1 and value != default:
+        raise ValueError(
+            "parameter {} = {!r}: wanted one {{}} for the robot's number".format(
+                rospy.resolve_name(name), value
+            )
+        )
+    return value
+
+
+def numbers_parameter(name, count):
+    """Return the parameter as a tuple of ``count`` finite numbers, None where it is not given.
+
+    A launch file's text of numbers with commas between them will do.
+    """
+    value = _given(name, None)
+    if value is None:
+        return None
+    parts = value.strip(" []").split(",") if isinstance(value, str) else value
+    try:
+        result = tuple(math.nan if isinstance(part, bool) else float(part) for part in parts)
+    except (TypeError, ValueError):
+        result = ()
+    if len(result) != count or not all(map(math.isfinite, result)):
+        raise ValueError(
+            "parameter {} = {!r}: wanted {} numbers".format(rospy.resolve_name(name), value, count)
+        )
+    return result
+
+
 def _given(name, default):
     value = rospy.get_param(name, default)
     return default if isinstance(value, str) and value == "" else value

@@ -15,11 +15,13 @@ from std_srvs.srv import Trigger
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.pioneer_control import make_twist
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import compose, hand_points
+from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.nodes.common_frame import make_common_frame
+from mrs_simulator.nodes.guards import Guards, slower
 from mrs_simulator.nodes.lifecycle import start_node
-from mrs_simulator.nodes.odometry_inbox import OdometryInbox
+from mrs_simulator.nodes.motors import Motors
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.reconfigure import ParameterServer
 from mrs_simulator.reporting import make_control
@@ -44,14 +46,16 @@ class ControlNode:
             "~saturation", scenario.control.saturation, ("robot", "team", "none")
         )
         control = scenario.control._replace(rate=rate, saturation=saturation)
-        self.control = make_control(scenario._replace(control=control), protocol)
+        self.control = make_control(slower(scenario)._replace(control=control), protocol)
+        self.guards = Guards(self.control.numbers, saturation)
+        self.dry_run = flag_parameter("~dry_run", False)
+        self.motors = Motors(self.control.numbers, self.dry_run)
         self.lockstep = flag_parameter("~lockstep", False)
         self.running = flag_parameter("~autostart", True)
-        self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
         self.trouble = "" if self.running else "not started"
         self._lock = threading.RLock()
         self._next, self._answered, self._begun = None, None, None
-        self._warnings, self._emergency = [], False
+        self._warnings, self._emergency, self._jump = [], False, ""
         self._command = np.zeros((scenario.n, 2))
         self._compute_time = 0.0
         self._last = {"status": 0.0, "report": 0.0, "clock": time.monotonic()}
@@ -62,9 +66,11 @@ class ControlNode:
         self._publishers = [
             rospy.Publisher("/robot{}/cmd_vel".format(n), Twist, queue_size=1, tcp_nodelay=True)
             for n in self.control.numbers
+            if not self.dry_run
         ]
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
-        self.inbox = OdometryInbox(self.control.numbers)
+        self.frame = make_common_frame(self.scenario)
+        self.inbox = self.frame.inbox
         if self._simulated:
             self._clock = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
         self._services = [
@@ -81,11 +87,14 @@ class ControlNode:
     def spin(self):
         """Run until ROS shuts down."""
         rospy.loginfo(
-            "pioneer_control: %s for %d robots, a command every %g s",
+            "pioneer_control: %s for %d robots, a command every %g s%s",
             type(self.control).__name__,
             self.scenario.n,
             self.period,
+            ", in a dry run: nothing is published to the robots" if self.dry_run else "",
         )
+        if self.running:
+            self.motors.enable()
         while not rospy.is_shutdown():
             self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
             with self._lock:
@@ -94,6 +103,11 @@ class ControlNode:
 
     def _turn(self):
         trouble = self._what_is_missing()
+        jump = self.frame.jump_trouble()
+        if jump and jump != self._jump:
+            rospy.logerr("pioneer_control: robots stopped: %s", jump)
+            self._stop(jump)
+        self._jump = jump
         if trouble:
             self._hold(trouble)
         elif self.lockstep:
@@ -105,17 +119,7 @@ class ControlNode:
         """Return why no command can be given now, or ""."""
         if self._simulated and time.monotonic() - self._last["clock"] > CLOCK_SILENCE:
             return "/clock is silent: no simulator is running"
-        stale = self.inbox.stale(rospy.get_time(), self.odom_timeout)
-        if not stale:
-            return ""
-        shown = ", ".join(
-            "robot{} ({})".format(
-                number, "never heard" if age == np.inf else "{:.1f} s".format(age)
-            )
-            for number, age in list(stale.items())[:8]
-        )
-        more = ", and {} more".format(len(stale) - 8) if len(stale) > 8 else ""
-        return "no fresh odometry of {}{}".format(shown, more)
+        return self.frame.missing(rospy.get_time()) or self.motors.missing()
 
     def _due(self):
         now = rospy.get_time()
@@ -143,7 +147,7 @@ class ControlNode:
             if self.lockstep:
                 self._send(np.zeros_like(self._command))
             return
-        pose = self._common_frame(self.inbox.pose())
+        pose = self.frame.pose()
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
         started = time.perf_counter()
         try:
@@ -151,22 +155,16 @@ class ControlNode:
                 self.control.start()
                 self._warn(pose)
                 self._begun = now
-            command = self.control.commands(pose, now - self._begun)
+            command = self.guards.passed(self.control.commands(pose, now - self._begun), pose)
         except Exception as error:
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             self._stop("the law failed: {}: {}".format(type(error).__name__, error))
             return
         self._compute_time = time.perf_counter() - started
-        if self.trouble:
+        if self.trouble and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", type(self.control).__name__)
-        self.trouble = ""
+        self.trouble = self.guards.text()
         self._send(command)
-
-    def _common_frame(self, pose):
-        """Wheel odometry starts at zero where the robot stood: the scenario says where that was."""
-        if self.scenario.odometry == "world":
-            return pose
-        return compose(self.scenario.poses, pose)
 
     def _warn(self, pose):
         self._warnings = self.control.warnings(pose)
@@ -186,6 +184,7 @@ class ControlNode:
 
     def _stop(self, reason):
         self.running, self.trouble = False, reason
+        self.motors.forget()
         self._send(np.zeros_like(self._command))
 
     def _send(self, command):
@@ -206,8 +205,14 @@ class ControlNode:
         with self._lock:
             if self._emergency:
                 return False, "emergency stop: release it first"
-            self.running, self._next, self._begun = True, None, None
+            # Robots that are let go on join the others, whose law goes on too.
+            self._begun = self._begun if self.running and self.guards.stopped else None
+            self.running, self._next = True, None
+            self.frame.accept()
+            self.motors.enable()
             self.trouble = self._what_is_missing()
+            self.guards.release(self.frame.pose())
+            self.trouble = self.trouble or self.guards.text()
             return True, self.trouble or "running"
 
     def _on_stop(self, _):
@@ -254,16 +259,19 @@ class ControlNode:
             directed=topology.directed,
             running=self.running,
             trouble=self.trouble,
-            stale=list(self.inbox.stale(rospy.get_time(), self.odom_timeout)),
+            stale=self.frame.stale(rospy.get_time()),
+            stopped=self.guards.stopped,
+            dry_run=self.dry_run,
             period=self.period,
             compute_time=self._compute_time,
         )
+        message.command_v, message.command_omega = self._command.T.tolist()
         message.target_x, message.target_y = self._targets()
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
 
     def _targets(self):
-        pose = self._common_frame(self.inbox.pose())
+        pose = self.frame.pose()
         if not np.isfinite(pose).all():
             return [], []
         try:

@@ -1,0 +1,161 @@
+"""What keeps real robots from harm, as functions of arrays: fences, distances, jumps, speeds.
+
+Poses are in the common frame, (n, 3) [m, m, rad], unless said otherwise; comparisons with NaN, a
+robot that is not heard, are false.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import Limits, saturate, wrap_angle
+
+MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
+AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
+AWAY = 0.02  # [m], [rad] beyond which it does not
+
+
+def checked_fence(fence):
+    """Return ``fence``, ``[x_min, y_min, x_max, y_max]`` [m]; ``ValueError`` if it holds nothing."""
+    if fence is not None and not (fence[0] < fence[2] and fence[1] < fence[3]):
+        raise ValueError(
+            "geofence = {}: wanted [x_min, y_min, x_max, y_max] with x_min < x_max, "
+            "y_min < y_max".format(list(fence))
+        )
+    return fence
+
+
+def outside(pose, fence):
+    """Return the rows of the robots outside ``fence`` [m], a list; none without a fence."""
+    if fence is None:
+        return []
+    x, y = pose[:, 0], pose[:, 1]
+    beyond = (x < fence[0]) | (y < fence[1]) | (x > fence[2]) | (y > fence[3])
+    return np.flatnonzero(beyond).tolist()
+
+
+def pairs_nearer(pose, distance):
+    """Return ``(i, j, d)`` of the pairs of rows whose centres are d < ``distance`` [m] apart."""
+    if distance <= 0.0 or len(pose) < 2:
+        return []
+    found = []
+    for i in range(len(pose) - 1):
+        apart = np.hypot(pose[i + 1 :, 0] - pose[i, 0], pose[i + 1 :, 1] - pose[i, 1])
+        found += [(i, i + 1 + int(j), float(apart[j])) for j in np.flatnonzero(apart < distance)]
+    return found
+
+
+def limited(limits, v_max=math.inf, omega_max=math.inf):
+    """Return ``limits`` lowered to ``v_max`` [m/s] and ``omega_max`` [rad/s]."""
+    return limits._replace(
+        v_max=min(limits.v_max, v_max), omega_max=min(limits.omega_max, omega_max)
+    )
+
+
+def slowed(command, v_max, omega_max, scope="robot"):
+    """Return ``command`` (n, 2) within the top speeds [m/s, rad/s], each pair scaled by one factor.
+
+    ``scope``: that of ``core.kinematics.saturate``; "none" would leave robots too fast, so there each
+    robot is scaled by itself.
+    """
+    scope = "team" if scope == "team" else "robot"
+    return saturate(command, Limits(v_max, omega_max, math.inf, math.inf), scope)
+
+
+class Violations:
+    """Robots that broke a bound: they stand until the cause is gone and a person says go on."""
+
+    def __init__(self, numbers, fence=None, min_distance=0.0):
+        """``numbers``: the robots' numbers; ``fence`` [m]; ``min_distance`` [m] between centres."""
+        self.numbers = tuple(numbers)
+        self.fence, self.min_distance = checked_fence(fence), min_distance
+        self.reasons = {}
+
+    def causes(self, pose):
+        """Return ``{row: text}`` of the robots that break a bound at ``pose``."""
+        found = {}
+        for row in outside(pose, self.fence):
+            found[row] = "outside the geofence at ({:.2f}, {:.2f})".format(*pose[row, :2])
+        for i, j, distance in pairs_nearer(pose, self.min_distance):
+            for row, other in ((i, j), (j, i)):
+                text = "{:.2f} m from robot{}".format(distance, self.numbers[other])
+                found[row] = found[row] + " and " + text if row in found else text
+        return found
+
+    def check(self, pose):
+        """Take in ``pose``; return the texts of the robots that are stopped from now on."""
+        new = {row: why for row, why in self.causes(pose).items() if row not in self.reasons}
+        self.reasons.update(new)
+        return [self._line(row, new) for row in sorted(new)]
+
+    def release(self, pose):
+        """Let the robots go on whose cause is gone at ``pose``."""
+        causes = self.causes(pose)
+        self.reasons = {row: causes[row] for row in self.reasons if row in causes}
+
+    def text(self):
+        """Return which robots are stopped and why, "" if none is."""
+        return "; ".join(self._line(row, self.reasons) for row in sorted(self.reasons))
+
+    def _line(self, row, reasons):
+        return "robot{} stopped: {}".format(self.numbers[row], reasons[row])
+
+
+class JumpBounds(NamedTuple):
+    """How far a robot may be from where it was heard last."""
+
+    slack: float  # [m], [rad]
+    v_max: float  # [m/s]
+    omega_max: float  # [rad/s]
+    longest: float = math.inf  # [s] of silence for which a robot is believed to go on moving
+    silence: float = math.inf  # [s] after which a pose at the origin means that odometry began anew
+
+    def exceeded(self, before, after, dt):
+        """Return what jumped between poses ``before`` and ``after``, ``dt`` [s] later, or ""."""
+        moved = math.hypot(after[0] - before[0], after[1] - before[1])
+        turned = abs(float(wrap_angle(after[2] - before[2])))
+        reach = MARGIN * min(dt, self.longest)
+        far = moved > self.slack + reach * self.v_max
+        far = far or turned > self.slack + reach * self.omega_max
+        if far or (dt > self.silence and _away(before) and not _away(after, AT_ORIGIN)):
+            return "jumped by {:.2f} m and {:.2f} rad within {:.2f} s".format(moved, turned, dt)
+        return ""
+
+
+def _away(pose, distance=AWAY):
+    return max(math.hypot(pose[0], pose[1]), abs(pose[2])) > distance
+
+
+class Tracks:
+    """The newest pose of each robot; from a jump on, the last one before it, until accepted."""
+
+    def __init__(self, n, bounds=None):
+        """``bounds``: :class:`JumpBounds`, None where every pose is believed."""
+        self.pose = np.full((n, 3), np.nan)
+        self.first = np.full((n, 3), np.nan)
+        self.jumps = {}
+        self._heard = np.full((n, 3), np.nan)
+        self._times = [None] * n
+        self._bounds = bounds
+
+    def take(self, row, pose, times):
+        """Take in ``pose`` of robot ``row``; ``times`` [s]: when it came, and its stamp."""
+        last, self._times[row] = self._times[row], times
+        if self._bounds is not None and last is not None:
+            # Of two messages that come in one burst the stamps tell the time between them.
+            dt = max(0.0, times[0] - last[0], times[1] - last[1])
+            jump = self._bounds.exceeded(self._heard[row], pose, dt)
+            if jump:
+                self.jumps[row] = jump
+        self._heard[row] = pose
+        if row not in self.jumps:
+            self.pose[row] = pose
+        if last is None:
+            self.first[row] = pose
+
+    def accept(self):
+        """Believe the robots that jumped from now on."""
+        for row in self.jumps:
+            self.pose[row] = self.first[row] = self._heard[row]
+        self.jumps = {}

@@ -1,0 +1,110 @@
+"""A robot for tests with the interface of the RosAria driver, and its habits, on a unicycle.
+
+The pose begins at zero where the robot stands, at 10 Hz and with wall stamps; commands are rounded
+to whole mm/s and deg/s and clipped; after 0.6 s without one the robot stops.  Private parameters:
+``~rate`` [Hz] of the pose, and the driver's own ``odom_frame`` and ``base_link_frame``.
+"""
+
+import math
+import time
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import TransformStamped, Twist
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
+from std_srvs.srv import Empty, EmptyResponse
+from tf2_msgs.msg import TFMessage
+
+from mrs_simulator.core.kinematics import arc, ramp
+
+TOP = np.array([0.75, math.radians(100.0)])  # [m/s, rad/s], the firmware's
+RAMP = np.array([0.3, math.radians(100.0)])  # [m/s^2, rad/s^2], the firmware's
+STEP = 0.01  # [s] of wall time
+LATEST = 0.1  # [s] that one step may stand for if the machine is busy
+WATCHDOG = 0.6  # [s]
+
+
+class Robot:
+    """One robot and its driver."""
+
+    def __init__(self):
+        self.pose = np.zeros((1, 3))
+        self.velocity, self.target = np.zeros((1, 2)), np.zeros((1, 2))
+        self.motors = True
+        self._commanded = time.monotonic()
+        self._frames = (
+            rospy.get_param("~odom_frame", "odom"),
+            rospy.get_param("~base_link_frame", "base_link"),
+        )
+        self._publisher = rospy.Publisher("~pose", Odometry, queue_size=1000)
+        self._transforms = rospy.Publisher("/tf", TFMessage, queue_size=100)
+        self._state = rospy.Publisher("~motors_state", Bool, queue_size=5, latch=True)
+        self._state.publish(True)
+        self._kept = [
+            rospy.Subscriber("~cmd_vel", Twist, self._on_command, queue_size=1),
+            rospy.Service("~enable_motors", Empty, self._on_enable),
+            rospy.Service("~disable_motors", Empty, self._on_disable),
+        ]
+
+    def _on_command(self, twist):
+        v, omega = twist.linear.x, twist.angular.z
+        v = 0.0 if math.isnan(v) else min(max(v, -TOP[0]), TOP[0])
+        omega = TOP[1] if not math.isfinite(omega) else min(max(omega, -TOP[1]), TOP[1])
+        # 0.3 rad/s becomes 17 deg/s, and what is below half a degree nothing.
+        self.target = np.array([[round(v * 1e3) / 1e3, math.radians(round(math.degrees(omega)))]])
+        self._commanded = time.monotonic()
+
+    def _on_enable(self, _):
+        return self._switch(True)
+
+    def _on_disable(self, _):
+        return self._switch(False)
+
+    def _switch(self, on):
+        if on != self.motors:
+            self._state.publish(on)
+        self.motors = on
+        return EmptyResponse()
+
+    def step(self, duration):
+        """Move on by ``duration`` [s]."""
+        silent = time.monotonic() - self._commanded > WATCHDOG
+        self.target = np.zeros((1, 2)) if silent else self.target
+        wanted = self.target if self.motors else np.zeros((1, 2))
+        self.velocity, mean = ramp(self.velocity, wanted, RAMP, duration)
+        self.pose = arc(self.pose, mean, duration)
+
+    def publish(self):
+        """Publish pose and transform as the driver does: no covariance, wall stamps."""
+        (x, y, theta), (v, omega) = self.pose[0], self.velocity[0]
+        message = Odometry()
+        message.header.stamp = rospy.Time.from_sec(time.time())
+        message.header.frame_id, message.child_frame_id = self._frames
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation.z = math.sin(0.5 * theta)
+        message.pose.pose.orientation.w = math.cos(0.5 * theta)
+        message.twist.twist.linear.x, message.twist.twist.angular.z = v, omega
+        self._publisher.publish(message)
+        move = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
+        move.transform.translation.x, move.transform.translation.y = x, y
+        move.transform.rotation = message.pose.pose.orientation
+        self._transforms.publish(TFMessage([move]))
+
+    def spin(self):
+        """Run until ROS shuts down."""
+        period, following = 1.0 / rospy.get_param("~rate", 10.0), time.monotonic()
+        last = following
+        while not rospy.is_shutdown():
+            now = time.monotonic()
+            self.step(max(1e-4, min(now - last, LATEST)))
+            last = now
+            if now >= following:
+                following = max(following + period, now)
+                self.publish()
+            time.sleep(STEP)
+
+
+if __name__ == "__main__":
+    rospy.init_node("RosAria")
+    Robot().spin()

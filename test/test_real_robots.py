@@ -1,0 +1,114 @@
+"""Semi-physical teams over ROS: real robots among the stage's simulated ones."""
+
+import math
+
+import pytest
+from ros_fixtures import log_of, wait_until
+from test_stage_node import start
+
+TEAM = """
+robots: 3
+poses: [[0.0, 0.0, 0.0], [3.0, 0.0, 1.5707963], [0.0, 5.0, 0.0]]
+odometry: {}
+"""
+
+
+def start_team(ros, tmp_path, *arguments, odometry="world", real="2"):
+    path = tmp_path / "team.yaml"
+    path.write_text(TEAM.format(odometry))
+    return start(ros, "--scenario", path, "--real", real, *arguments)
+
+
+def published(probe):
+    return set(probe.ask("[name for name, _ in rospy.get_published_topics()]"))
+
+
+def test_a_real_robot_is_shown_where_its_odometry_says(ros, tmp_path):
+    stage, probe = start_team(ros, tmp_path)
+    probe.wait("status('real_silent') == [2]")
+    assert "real robot2 not heard for 0.5 s" in wait_until(
+        lambda: "not heard" in log_of(stage) and log_of(stage)
+    )
+    probe.wait("state('real') == [False, True, False]")
+    assert probe.ask("[state('x')[1], state('y')[1]]") == [3.0, 0.0]  # where the scenario says
+    topics = published(probe)
+    assert "/robot1/odom" in topics and "/robot2/odom" not in topics
+    probe.wait("'robot1/base_link' in transforms and 'robot3/odom' in transforms")
+    probe.ask("stand_in(2, [4.0, 1.0, 0.5], [0.2, -0.1])")
+    probe.wait("status('real_silent') == [] and state('x')[1] == 4.0")
+    assert probe.ask("[state(key)[1] for key in ('y', 'theta', 'vx', 'vy', 'omega')]") == [
+        pytest.approx(value) for value in (1.0, 0.5, 0.2, 0.0, -0.1)
+    ]
+    probe.ask("fall_silent(2)")
+    probe.wait("status('real_silent') == [2] and state('vx')[1] == 0.0")
+    assert probe.ask("state('x')[1]") == 4.0
+    assert not {"robot2/base_link", "robot2/odom"} & set(probe.ask("list(transforms)"))
+
+
+def test_wheel_odometry_begins_at_the_scenarios_pose(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path, odometry="wheel")
+    probe.ask("stand_in(2, [1.0, 0.5, 0.25])")
+    # Robot 2 began at (3, 0) with its nose along y.
+    probe.wait("abs((state('x') or [0, 0])[1] - 2.5) < 1e-6")
+    y, theta = probe.ask("[state('y')[1], state('theta')[1]]")
+    assert (y, theta) == pytest.approx((1.0, 0.5 * math.pi + 0.25), abs=1e-6)
+    # What cannot be true is no news of it.
+    probe.ask("stand_in(2, [float('nan'), 0.5, 0.25])")
+    probe.wait("status('real_silent') == [2]")
+    probe.ask("stand_in(2, [1e6, 1e6, 0.25])")
+    probe.wait("status('real_silent') == []")
+    assert probe.ask("state('x')[1]") == pytest.approx(2.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_simulated_robots_collide_with_a_real_one_and_it_obeys_nobody(ros, tmp_path, fidelity):
+    _, probe = start_team(ros, tmp_path, "--fidelity", fidelity)
+    probe.ask("stand_in(2, [1.2, 0.0, 3.1])")
+    probe.wait("(state('x') or [0, 0])[1] == 1.2")
+    probe.ask("drive([1, 2, 3], 0.5, 0.0)")
+    probe.wait("[each[:2] for each in collisions] == [['robot1', 'robot2']]", limit=60)
+    probe.wait_simulated(0.5)
+    x = probe.ask("state('x')")
+    assert x[1] == 1.2 and x[0] < 0.9 and x[2] > 0.5
+    # The command that it was given is told.
+    assert probe.ask("[state('command_v')[1], state('commanded')[1]]") == [0.5, True]
+
+
+def test_lockstep_and_a_start_with_control_wait_for_no_real_robot(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path, "_lockstep:=true", real="2,3")
+    probe.ask("listen('/robot1/odom', Odometry) and drive([1], 0.2, 0.0)")
+    probe.wait("state('x') and state('x')[0] > 0.05", limit=60)
+
+
+def test_reset_and_a_new_team_know_the_real_robot(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path)
+    probe.ask("stand_in(2, [4.0, 1.0, 0.0])")
+    probe.wait("(state('x') or [0, 0])[1] == 4.0")
+    assert probe.ask("call('/stage/reset', Trigger)")[0] is True
+    probe.wait_simulated(0.1)
+    assert probe.ask("state('x')") == [0.0, 4.0, 0.0]
+    done, said = probe.ask("set_team([[0, 0, 0]])")
+    assert not done and "real robots [2]: wanted numbers from 1 to 1" in said
+    assert probe.ask("set_team([[0, 0, 0], [3, 0, 0]])") == [True, "2 robots"]
+    probe.wait("state('real') == [False, True] and state('x')[1] == 4.0")
+    # In the way of a reset it is named.
+    probe.ask("stand_in(2, [0.1, 0.1, 0.0])")
+    probe.wait("state('x')[1] == 0.1")
+    done, said = probe.ask("call('/stage/reset', Trigger)")
+    assert not done and "robot1 and robot2 overlap" in said
+
+
+@pytest.mark.parametrize(
+    "real, said",
+    [
+        ("4", "real robots [4]: wanted numbers from 1 to 3"),
+        ("0,1", "real robots [0, 1]: wanted numbers from 1 to 3"),
+        ("2;3", "real = '2;3': wanted robots' numbers with commas between them"),
+    ],
+)
+def test_numbers_that_are_no_robots_are_said(ros, tmp_path, real, said):
+    path = tmp_path / "team.yaml"
+    path.write_text(TEAM.format("world"))
+    stage = ros.node("stage", "--scenario", path, "--real", real)
+    assert stage.wait(30) == 2
+    assert said in log_of(stage) and "Traceback" not in log_of(stage)

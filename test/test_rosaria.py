@@ -1,0 +1,337 @@
+"""The control node on robots whose driver behaves as RosAria does."""
+
+import os
+import sys
+import xmlrpc.client
+
+import numpy as np
+import pytest
+from ros_fixtures import log_of, wait_until
+
+ROBOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "rosaria_robot.py")
+SCENARIO = """
+poses:
+  - [2.6, 0.2, 0.0]
+  - [1.5, -0.3, 0.0]
+  - [1.0, 0.4, 0.0]
+  - [0.0, 0.0, 0.0]
+control: {protocol: formation, rate: 20, parameters: {k: 0.1, T: 0.1, l: 0.2, c: 0.8}}
+duration: 10
+"""
+STARTS = np.array([[2.6, 0.2, 0.0], [1.5, -0.3, 0.0], [1.0, 0.4, 0.0], [0.0, 0.0, 0.0]])
+FORWARD = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Forward(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.2, 0.0) for i in pos_map}
+"""
+ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
+START = "call('/pioneer_control/start', Trigger)"
+
+
+class Team:
+    """Robots, their control node, and a probe that listens to both."""
+
+    def __init__(self, ros, directory):
+        self.ros = ros
+        self.scenario = directory / "lab.yaml"
+        self.scenario.write_text(SCENARIO)
+        self.law = directory / "law.py"
+        self.law.write_text(FORWARD)
+        self.robots = {}
+        xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/use_sim_time", False)
+        self._probe = None
+
+    def robot(self, number, *arguments, name=""):
+        """Start robot ``number``; the arguments are its driver's parameters."""
+        command = [sys.executable, ROBOT, "__name:=RosAria", "__ns:=/robot{}".format(number)]
+        process = self.ros.start(name or "robot{}".format(number), command + list(arguments))
+        self.robots[number] = process
+        return process
+
+    def node(self, script, *arguments, n=4):
+        """Start a node for the first n robots, remapped to the drivers' names."""
+        remaps = [
+            "/robot{0}/{1}:=/robot{0}/RosAria/{2}".format(number, ours, theirs)
+            for number in range(1, n + 1)
+            for ours, theirs in (("odom", "pose"), ("cmd_vel", "cmd_vel"))
+        ]
+        known = ["--scenario", self.scenario, "--robots", n, "--odometry", "wheel"]
+        return self.ros.node(script, *known, *remaps, *arguments)
+
+    @property
+    def probe(self):
+        if self._probe is None:
+            self._probe = self.ros.probe()
+            for n in self.robots:
+                self._probe.ask("listen('/robot{}/RosAria/pose', Odometry)".format(n))
+                self._probe.ask("listen('/robot{}/RosAria/cmd_vel', Twist)".format(n))
+                self._probe.ask("listen('/robot{}/RosAria/motors_state', Bool)".format(n))
+        return self._probe
+
+    def odometry(self, number):
+        """Return the pose that the driver of a robot tells, None before the first."""
+        name = "newest['/robot{}/RosAria/pose'].pose.pose".format(number)
+        parts = "{0}.position.x, {0}.position.y, {0}.orientation.z, {0}.orientation.w".format(name)
+        if not self.probe.ask("'/robot{}/RosAria/pose' in newest".format(number)):
+            return None
+        x, y, z, w = self.probe.ask("[{}]".format(parts))
+        return np.array([x, y, 2.0 * np.arctan2(z, w)])
+
+    def hands(self):
+        """Return the hand points in the scenario's frame, (4, 2); all robots head along x."""
+        poses = [self.odometry(n) for n in (1, 2, 3, 4)]
+        if any(pose is None for pose in poses):
+            return None
+        pose = STARTS + np.array(poses)
+        return pose[:, :2] + 0.2 * np.array([np.cos(pose[:, 2]), np.sin(pose[:, 2])]).T
+
+    def in_line(self):
+        """Tell whether neighbours stand 0.8 m apart on a line along x."""
+        hand = self.hands()
+        if hand is None:
+            return False
+        steps = hand[:-1] - hand[1:]
+        return bool(np.abs(steps - [0.8, 0.0]).max() < 0.04)
+
+    def sent(self, number):
+        """Return the command that a robot got last, None before the first."""
+        name = "newest['/robot{}/RosAria/cmd_vel']".format(number)
+        known = "'/robot{}/RosAria/cmd_vel' in newest".format(number)
+        return self.probe.ask("[{0}.linear.x, {0}.angular.z] if {1} else None".format(name, known))
+
+    def at_rest(self, numbers=(1, 2, 3, 4)):
+        """Wait until the robots were told to stop."""
+        wait_until(lambda: all(self.sent(n) == [0.0, 0.0] for n in numbers))
+
+    def trouble(self, text):
+        """Wait until the control node's trouble holds ``text``; return it."""
+        self.probe.wait("{!r} in (control('trouble') or '')".format(text))
+        return self.probe.ask("control('trouble')")
+
+    def drives(self, numbers=(1, 2, 3, 4), distance=0.1):
+        """Wait until the robots have gone some way."""
+
+        def far():
+            poses = [self.odometry(n) for n in numbers]
+            return all(p is not None and np.hypot(p[0], p[1]) > distance for p in poses)
+
+        wait_until(far)
+
+    def forward(self, *arguments, n=4):
+        """Start the control node with a law that drives all straight on."""
+        return self.node("pioneer_control", "--protocol", self.law, *arguments, n=n)
+
+
+@pytest.fixture
+def team(ros, tmp_path):
+    return Team(ros, tmp_path)
+
+
+def test_four_robots_form_the_papers_line(team):
+    for number in (1, 2, 3, 4):
+        team.robot(number)
+    control = team.node("pioneer_control")
+    wait_until(team.in_line, 60)
+    assert len(team.probe.ask("control('command_v')")) == 4
+    assert team.probe.ask("control('stopped')") == []
+    assert "law failed" not in log_of(control)
+
+
+def test_one_disabled_and_one_late(team):
+    for number in (1, 2, 3, 4):
+        team.robot(number, "_rate:={}".format(5 if number == 3 else 10))
+    for number in (1, 2, 3, 4):
+        wait_until(lambda number=number: team.odometry(number) is not None)
+    off = "bool(rospy.ServiceProxy('/robot2/RosAria/disable_motors', Empty)())"
+    assert team.probe.ask(off)
+    team.probe.wait("newest['/robot2/RosAria/motors_state'].data is False")
+    team.node("pioneer_control", ENABLE)
+    team.probe.wait("newest['/robot2/RosAria/motors_state'].data")
+    wait_until(team.in_line, 60)
+
+
+def test_a_dead_robot_is_named_and_all_stop(team):
+    for number in (1, 2, 3, 4):
+        team.robot(number)
+    control = team.forward()
+    team.drives()
+    team.robots[2].kill()
+    team.at_rest((1, 3, 4))
+    assert "robot2" in team.trouble("no fresh odometry of robot2")
+    assert team.probe.ask("control('stale')") == [2]
+    assert "robots stopped: no fresh odometry of robot2" in log_of(control)
+
+
+@pytest.mark.parametrize("source, said", [("scenario", "restart its driver"), ("first", "count")])
+def test_a_restarted_driver_is_noticed_and_not_followed(team, source, said):
+    for number in (1, 2):
+        team.robot(number)
+    control = team.forward("_frame_source:=" + source, n=2)
+    team.drives((1, 2))
+    team.robots[2].kill()
+    team.trouble("no fresh odometry of robot2")
+    team.robot(2, name="again")
+    trouble = team.trouble("robot2: the odometry jumped by")
+    assert said in trouble and "/pioneer_control/start" in trouble
+    assert "initial pose (1.50, -0.30, 0.00)" in trouble
+    assert "robots stopped: robot2: the odometry jumped" in log_of(control)
+    team.at_rest((1, 2))
+    assert team.probe.ask("control('running')") is False
+    assert team.probe.ask(START)[0] is True
+    wait_until(lambda: team.sent(1) == [0.2, 0.0] and team.sent(2) == [0.2, 0.0])
+
+
+def test_drivers_left_running_count_from_where_they_are_first_heard(team):
+    team.robot(1)
+    before = team.forward(n=1)
+    team.drives((1,), 0.3)
+    team.ros.stop(before)
+    team.forward("_frame_source:=first", "_geofence:=[-1, -1, 2.5, 1]", n=1)
+    # By the scenario it stands at (2.6, 0.2), by its driver 0.3 m farther on.
+    team.trouble("robot1 stopped: outside the geofence at (2.6")
+
+
+def test_a_jump_in_the_simulator_is_noticed_where_that_is_asked_for(ros):
+    ros.node("stage", "--robots", 2)
+    control = ros.node("pioneer_control", "--robots", 2, "_max_jump:=0.3")
+    probe = ros.probe()
+    start = probe.wait("state('x')")
+    probe.wait("abs(state('x')[0] - {}) + abs(state('y')[0] + 5.0) > 1.5".format(start[0]), 60)
+    assert probe.ask("call('/stage/reset', Trigger)")[0]
+    probe.wait("'robot1: the odometry jumped by' in (control('trouble') or '')")
+    assert "see where it stands" in probe.ask("control('trouble')")
+    assert "robots stopped: robot1" in log_of(control)
+
+
+def test_a_dry_run_moves_nothing(team):
+    team.robot(1)
+    team.robot(2)
+    control = team.forward("_dry_run:=true", ENABLE, n=2)
+    wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
+    assert team.probe.ask("bool(rospy.ServiceProxy('/robot1/RosAria/disable_motors', Empty)())")
+    team.probe.wait("control('command_v') == [0.2, 0.2]")
+    assert team.probe.ask("control('dry_run') and control('command_omega') == [0.0, 0.0]")
+    assert team.sent(1) is None and team.sent(2) is None
+    assert team.probe.ask("newest['/robot1/RosAria/motors_state'].data") is False
+    assert "in a dry run" in log_of(control)
+
+
+def test_a_missing_motor_service_is_said_and_nobody_moves(team):
+    team.robot(1)
+    control = team.forward("_enable_motors:=/robot{}/motors_on", n=1)
+    team.trouble("motors: /robot1/motors_on is missing")
+    assert "/robot1/motors_on is missing" in log_of(control)
+    assert team.sent(1) is None
+
+
+def test_a_robot_that_leaves_the_fence_stands_and_the_others_go_on(team):
+    team.robot(1)
+    team.robot(2)
+    control = team.forward("_geofence:=[-5, -5, 2.9, 5]", "_v_max:=0.15", n=2)
+    team.trouble("robot1 stopped: outside the geofence")
+    wait_until(lambda: team.sent(1) == [0.0, 0.0] and team.sent(2) == [0.15, 0.0])
+    assert team.probe.wait("control('stopped')") == [1]
+    assert team.probe.ask("control('running')")
+    # As long as it stands outside, starting does not move it.
+    logged = log_of(control).count("robot1 stopped: outside")
+    done, said = team.probe.ask(START)
+    assert done and "robot1 stopped: outside the geofence" in said
+    wait_until(lambda: team.sent(2) == [0.15, 0.0])
+    assert team.sent(1) == [0.0, 0.0]
+    assert log_of(control).count("robot1 stopped: outside") == logged > 0
+
+
+def test_robots_too_near_stand_both(team):
+    for number in (1, 2, 3):
+        team.robot(number)
+    # Robot 2 and 3 begin 0.86 m apart.
+    team.forward("_min_distance:=1.0", n=3)
+    trouble = team.trouble("robot2 stopped: 0.8")
+    assert "robot3 stopped: 0.8" in trouble and "robot1" not in trouble
+    wait_until(lambda: team.sent(1) == [0.2, 0.0])
+    assert team.sent(2) == [0.0, 0.0] and team.sent(3) == [0.0, 0.0]
+
+
+def test_external_poses_and_their_silence(team):
+    team.robot(1)
+    control = team.forward("_frame_source:=external", n=1)
+    team.trouble("no fresh pose on /robot{}/pose of robot1 (never heard)")
+    camera = (
+        "import rospy; from geometry_msgs.msg import PoseStamped; rospy.init_node('camera')\n"
+        "out = rospy.Publisher('/robot1/pose', PoseStamped, queue_size=1); m = PoseStamped()\n"
+        "m.pose.position.x, m.pose.orientation.w = 7.0, 1.0\n"
+        "while not rospy.is_shutdown():\n"
+        "    m.header.stamp = rospy.get_rostime(); out.publish(m); rospy.sleep(0.05)"
+    )
+    process = team.ros.start("camera", [sys.executable, "-c", camera])
+    team.drives((1,), 0.02)
+    process.kill()
+    team.trouble("no fresh pose on /robot{}/pose of robot1")
+    team.at_rest((1,))
+    assert "robots stopped: no fresh pose" in log_of(control)
+
+
+def test_poses_from_tf(team):
+    # One driver whose frames are its own: its odometry is the world.
+    team.robot(1, "_odom_frame:=world", "_base_link_frame:=robot1/base_link")
+    team.forward("_frame_source:=tf", "_geofence:=[-1, -1, 0.2, 1]", n=1)
+    team.trouble("robot1 stopped: outside the geofence at (0.2")
+    team.robots[1].kill()
+    team.trouble("no fresh odometry of robot1")
+
+
+def preflight(team, *arguments):
+    """Run the preflight; return its exit code and what it printed."""
+    process = team.node("preflight", "_time_limit:=3", *arguments)
+    code = process.wait(60)
+    text = log_of(process)
+    os.truncate(process.log, 0)
+    return code, text
+
+
+def test_preflight_of_robots_that_stand_ready(team):
+    for number in (1, 2, 3, 4):
+        team.robot(number)
+    for number in (1, 2, 3, 4):
+        wait_until(lambda number=number: team.odometry(number) is not None)
+    code, text = preflight(team, "_min_distance:=0.6", "_geofence:=[-2, -2, 5, 2]")
+    assert code == 0 and "NOT OK" not in text and "\nready" in text, text
+    assert "robot4 is fresh" in text and "predicted geofence" in text
+    # The same robots, asked for more.
+    code, text = preflight(team, "_frame_source:=odometry", "_geofence:=[-2, -2, 2, 2]")
+    assert code == 1, text
+    assert "NOT OK  robot1 stands in place" in text and "2.61 m" in text
+    assert "NOT OK  distances" in text and "robot1 and robot2 0.00 m apart" in text
+    assert ", wanted 1 m" in text  # what the run before was given is forgotten
+    assert "not predicted" in text
+
+
+def test_preflight_names_who_is_missing_and_bad_input(team):
+    team.robot(1)
+    code, text = preflight(team, n_robots(2))
+    assert code == 1 and "NOT OK  robot2 publishes" in text, text
+    assert "never heard on /robot2/RosAria/pose" in text
+    assert "OK      robot1 publishes" in text and "not all poses are known" in text
+    code, text = preflight(team, "_geofence:=[1, 2, 0, 4]")
+    assert code == 2 and "x_min < x_max" in text and "Traceback" not in text
+
+
+def n_robots(n):
+    return "_robots:={}".format(n)
+
+
+def test_the_launch_file_drives_them(team, tmp_path):
+    for number in (1, 2, 3, 4):
+        team.robot(number)
+    command = ["roslaunch", "mrs_simulator", "rosaria.launch", "drivers:=false"]
+    command += ["scenario:={}".format(team.scenario), "out:={}".format(tmp_path / "run")]
+    launch = team.ros.start("launch", command)
+    team.probe.wait("control('trouble') == 'not started'", 60)
+    wait_until((tmp_path / "run" / "run.bag.active").exists)
+    assert team.sent(1) is None
+    assert team.probe.ask(START)[0] is True
+    wait_until(team.in_line, 60)
+    team.ros.stop(launch)
+    assert (tmp_path / "run" / "run.bag").exists(), log_of(launch)

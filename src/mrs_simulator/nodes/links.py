@@ -40,7 +40,7 @@ class RobotLink:
     """``/robotN/odom`` and ``/robotN/cmd_vel`` of one robot."""
 
     def __init__(self, row, inbox, odometry, frames):
-        """``odometry``: "world" or "wheel"; ``frames``: :class:`Frames`."""
+        """``odometry``: "world", "wheel" or "rosaria"; ``frames``: :class:`Frames`."""
         name = "/robot{}".format(row + 1)
         self._publisher = rospy.Publisher(name + "/odom", Odometry, queue_size=1, tcp_nodelay=True)
         self._subscriber = rospy.Subscriber(
@@ -49,8 +49,10 @@ class RobotLink:
         self._message = Odometry()
         self._message.header.frame_id = frames.odom(row + 1)
         self._message.child_frame_id = frames.base(row + 1)
-        self._message.pose.covariance = covariance(POSE_VARIANCE[odometry])
-        self._message.twist.covariance = covariance(TWIST_VARIANCE)
+        # RosAria tells no covariance.
+        told = odometry != "rosaria"
+        self._message.pose.covariance = covariance(POSE_VARIANCE[odometry] if told else None)
+        self._message.twist.covariance = covariance(TWIST_VARIANCE if told else None)
 
     @property
     def listened_to(self):
@@ -107,7 +109,9 @@ class Frames:
 
 
 def covariance(variances):
-    """Return the row-major 6x6 covariance with these variances of x, y and yaw."""
+    """Return the row-major 6x6 covariance with these variances of x, y and yaw; None: all zero."""
+    if variances is None:
+        return [0.0] * 36
     matrix = np.diag([variances[0], variances[1], UNKNOWN, UNKNOWN, UNKNOWN, variances[2]])
     return matrix.ravel().tolist()
 

@@ -12,12 +12,20 @@ from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.nodes.lifecycle import start_node
+from mrs_simulator.nodes.lifecycle import run, start_node
 from mrs_simulator.nodes.links import Frames, Inbox, RobotLink, transform
 from mrs_simulator.nodes.lockstep import Lockstep
+from mrs_simulator.nodes.mirror import SILENCE, Mirror, RealLink, real_rows
 from mrs_simulator.nodes.pacing import Pacer
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.requests import Requests
+from mrs_simulator.nodes.rosaria import (
+    ODOM_RATE,
+    WATCH_PERIOD,
+    Drivers,
+    behind_rosaria,
+    chosen_preset,
+)
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.world.world import World
 
@@ -29,16 +37,30 @@ VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
 MOST_NAMED = 8  # [-] robots named in one message
 MOST_STEPS = 1000000  # [-] of one request
+LOCAL = dict(
+    RUN_ARGUMENTS,
+    preset="rosaria: the robots behave as Pioneers behind RosAria (default: none)",
+    real="numbers of the robots that are real, such as 2,4 (default: none)",
+)
 
 
 class Stage:
     """Owns the world and the clock; one thread, the main loop, touches them."""
 
-    def __init__(self, scenario):
-        """Open the world of ``scenario`` and every topic and service."""
-        self.scenario = scenario
+    def __init__(self, scenario, preset="none", real=()):
+        """Open the world of ``scenario`` and every topic and service.
+
+        ``preset``: one of ``rosaria.PRESETS``; ``real``: rows of the robots that are real.
+        """
+        rosaria = preset == "rosaria"
+        self.scenario = scenario = behind_rosaria(scenario) if rosaria else scenario
         timeout = number_parameter("~cmd_vel_timeout", scenario.cmd_vel_timeout, above=0.0)
-        self.world = World.from_scenario(scenario._replace(cmd_vel_timeout=timeout))
+        self.world = World.from_scenario(
+            scenario._replace(cmd_vel_timeout=timeout),
+            watch_period=WATCH_PERIOD if rosaria else 0.0,
+            mirrored=real,
+        )
+        self.mirror = Mirror(real)
         self.frames = Frames(
             text_parameter("~world_frame", "world"),
             text_parameter("~odom_frame", "robot{}/odom"),
@@ -51,17 +73,20 @@ class Stage:
         self.paused = flag_parameter("~paused", False)
         self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
         self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
-        odom_rate = number_parameter("~odom_rate", 50.0, above=0.0)
+        odom_rate = number_parameter("~odom_rate", ODOM_RATE if rosaria else 50.0, above=0.0)
         self._steps_per_odom = max(1, int(round(1.0 / (odom_rate * self.world.step_size))))
         self._started = False
         self._steps_asked = 0
         self._step = 0
+        self._tf_sent = None
         self._collisions = 0
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self._real_silent = []
         self._last = {"clock": 0.0, "status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox = Inbox()
         self.links = []
         self.requests = Requests()
+        self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
         self._open_topics()
         self._link_robots()
         self._open_services()
@@ -106,9 +131,17 @@ class Stage:
         while len(self.links) > n:
             self.links.pop().close()
         for row in range(len(self.links), n):
-            self.links.append(RobotLink(row, self.inbox, self.scenario.odometry, self.frames))
+            self.links.append(self._new_link(row))
+        if self.drivers:
+            self.drivers.follow_team()
         self._scenario.publish(String(data=self.scenario.to_yaml()))
         self._publish_static_transforms()
+
+    def _new_link(self, row):
+        if row in self.mirror.rows:
+            return RealLink(row, self.inbox, self.mirror)
+        odometry = "rosaria" if self.drivers else self.scenario.odometry
+        return RobotLink(row, self.inbox, odometry, self.frames)
 
     # The main loop -------------------------------------------------------------------------------
 
@@ -162,6 +195,8 @@ class Stage:
             self._report("waiting for " + " and ".join(waits))
             return False
         rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
+        if self.mirror.rows and self.pacer.speed != 1.0:
+            rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)
         self.pacer.resume()
         self._expect_answers()
         return True
@@ -169,12 +204,13 @@ class Stage:
     def _take_commands(self):
         rows, commands = self.inbox.take(self.world.n)
         if len(rows):
-            self.world.set_commands(rows, commands)
+            (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
             if self.lockstep:
                 self.lockstep.answered(rows)
 
     def _advance(self):
         self._publish_state()
+        self.mirror.place(self.world)
         self.world.step()
         self._step += 1
         self.pacer.stepped(self.world.step_size)
@@ -206,7 +242,7 @@ class Stage:
 
     def _expect_answers(self):
         if self.lockstep:
-            self.lockstep.expect(range(self.world.n))
+            self.lockstep.expect(set(range(self.world.n)) - self.mirror.rows)
 
     def _report_silence(self):
         rospy.logerr(
@@ -288,11 +324,15 @@ class Stage:
         poses, twists = self.world.odometry().tolist(), self.world.twist.tolist()
         for link, pose, twist in zip(self.links, poses, twists):
             link.publish(stamp, pose, twist)
-        if self._tf.get_num_connections():
+        listeners = self._tf.get_num_connections()
+        # tf complains of a stamp that it has had; at rest only a new listener is told.
+        if listeners and (stamp, listeners) != self._tf_sent:
+            self._tf_sent = (stamp, listeners)
             frames = self.frames
             moves = [
                 transform(stamp, frames.odom(robot), frames.base(robot), pose)
                 for robot, pose in enumerate(poses, 1)
+                if robot - 1 not in self.mirror.rows
             ]
             self._tf.publish(TFMessage(transforms=moves))
 
@@ -304,6 +344,7 @@ class Stage:
                 transforms=[
                     transform(stamp, frames.world, frames.odom(robot), origin)
                     for robot, origin in enumerate(origins, 1)
+                    if robot - 1 not in self.mirror.rows
                 ]
             )
         )
@@ -318,6 +359,7 @@ class Stage:
         message.vx, message.vy, message.omega = world.twist.T.tolist()
         message.command_v, message.command_omega = world.command.T.tolist()
         message.commanded = world.commanded.tolist()
+        message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
         self._state.publish(message)
 
     def _publish_collision(self, collision):
@@ -335,7 +377,12 @@ class Stage:
         )
 
     def _say_what_changed(self):
-        """Log the robots whose watchdog has stopped them, and commands that were refused."""
+        """Log who fell silent, whose watchdog has stopped them, and commands that were refused."""
+        lost = self.mirror.silent()
+        new = [row for row in lost if row not in self._real_silent]
+        if new:
+            rospy.logwarn("stage: real %s not heard for %g s", named(new), SILENCE)
+        self._real_silent = lost
         silent = set(np.flatnonzero(self.world.timed_out).tolist())
         new = sorted(silent - self._silent)
         if new:
@@ -368,6 +415,7 @@ class Stage:
             waiting_for=[row + 1 for row in waiting],
             timed_out=[row + 1 for row in sorted(self._silent)],
             refused=world.refused.tolist(),
+            real_silent=[row + 1 for row in self._real_silent],
             collisions=self._collisions,
             closest_approach=world.measure_closest_approach(),
         )
@@ -390,14 +438,14 @@ def stamp_at(simulated):
 def main():
     """Run the node ``stage``."""
     try:
-        arguments = parse("The stage: a world of robots behind ROS topics.", RUN_ARGUMENTS)
-        scenario = scenario_from(arguments)
+        arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
+        scenario, real = scenario_from(arguments), real_rows(arguments.real)
         start_node("stage")
-        stage = Stage(scenario)
+        stage = Stage(scenario, chosen_preset(arguments.preset), real)
     except (ValueError, OSError, RuntimeError) as error:
         print("stage: {}".format(error), file=sys.stderr)
         sys.exit(2)
-    stage.spin()
+    run(stage.spin)
 
 
 if __name__ == "__main__":

@@ -31,11 +31,16 @@ class Contact(NamedTuple):
 class Bodies:
     """Robots of one footprint among fixed obstacles."""
 
-    def __init__(self, kinds, obstacles=()):
-        """``kinds``: the robots' kinds; ``obstacles``: ``Box`` and ``Cylinder``."""
+    def __init__(self, kinds, obstacles=(), mirrored=()):
+        """``kinds``: the robots' kinds; ``obstacles``: ``Box`` and ``Cylinder``.
+
+        ``mirrored``: rows of robots that are where they are and give way to nothing.
+        """
         module = robot_kind(kinds[0])
         self.footprint = Footprint(module.FRONT, module.REAR, module.WIDTH)
         self.obstacles = tuple(obstacles)
+        self.mirrored = np.zeros(len(kinds), dtype=bool)
+        self.mirrored[list(mirrored)] = True
         self._list = VerletList(2.0 * self.footprint.reach)
 
     def moved_elsewhere(self):
@@ -89,24 +94,43 @@ class Bodies:
     def separate(self, pose):
         """Push overlapping bodies of ``pose`` (n, 3) apart, in place; return the contacts found.
 
-        Robots give way by half of the depth each, an obstacle not at all; headings stay.
+        Robots give way by half of the depth each, to a mirrored robot by all of it; an obstacle and
+        a mirrored robot not at all.  Headings stay.
         """
         contacts = []
         for turn in range(PASSES):
             first, second, depth, direction = self.overlaps(pose)
-            push = 0.5 * depth[:, np.newaxis] * direction
+            back, on = self._shares(first, second)
             if turn == 0:
                 contacts += self._robot_contacts(pose, first, second, depth, direction)
-            np.subtract.at(pose[:, :2], first, push)
-            np.add.at(pose[:, :2], second, push)
+            np.subtract.at(pose[:, :2], first, (back * depth)[:, np.newaxis] * direction)
+            np.add.at(pose[:, :2], second, (on * depth)[:, np.newaxis] * direction)
             touched = len(first) > 0
             for obstacle, rows, deep, toward in self.obstacle_overlaps(pose):
                 if turn == 0:
                     contacts += self._obstacle_contacts(obstacle, pose, rows, deep, toward)
-                pose[rows, :2] -= deep[:, np.newaxis] * toward
+                free = ~self.mirrored[rows]
+                pose[rows[free], :2] -= (deep[:, np.newaxis] * toward)[free]
                 touched = True
             if not touched:
                 break
+        return contacts
+
+    def _shares(self, first, second):
+        """Return which part of the depth the robots of each pair give way by, (m,) and (m,)."""
+        firm, other_firm = self.mirrored[first], self.mirrored[second]
+        back = np.where(firm, 0.0, np.where(other_firm, 1.0, 0.5))
+        on = np.where(other_firm, 0.0, np.where(firm, 1.0, 0.5))
+        return back, on
+
+    def firm_contacts(self, pose):
+        """Return the contacts of mirrored robots with each other and with obstacles."""
+        pair = self.overlaps(pose)
+        firm = self.mirrored[pair[0]] & self.mirrored[pair[1]]
+        contacts = self._robot_contacts(pose, *(each[firm] for each in pair))
+        for obstacle, *touch in self.obstacle_overlaps(pose):
+            firm = self.mirrored[touch[0]]
+            contacts += self._obstacle_contacts(obstacle, pose, *(each[firm] for each in touch))
         return contacts
 
     def _robot_contacts(self, pose, first, second, depth, direction):

@@ -9,6 +9,7 @@ from mrs_simulator.core.kinematics import (
     wheel_speeds,
     wrap_angle,
 )
+from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.robots import limits_of_team, robot_kind
 from mrs_simulator.world.scene import add_ground, add_obstacle, add_robot, mass_centre
 
@@ -32,10 +33,12 @@ class DynamicMotion:
         step=0.02,
         substep=SUBSTEP,
         iterations=ITERATIONS,
+        mirrored=(),
     ):
         """``poses`` (n, 3); ``step`` [s] of one advance.
 
-        ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.
+        ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.  ``mirrored``:
+        rows of robots that ``place`` alone moves.
         """
         self.step = step
         self.limits = limits_of_team(kinds, limits)
@@ -59,6 +62,11 @@ class DynamicMotion:
             self._names[add_obstacle(self._client, obstacle)] = obstacle.name
         self._bodies = [self._add_robot(row, pose) for row, pose in enumerate(poses)]
         self._rest()
+        self._mirrored = np.array(mirrored, dtype=int)
+        self._plane = Bodies(kinds, obstacles, mirrored)
+        for row in mirrored:
+            # Without mass it stays where it is put, and pushes without being pushed.
+            pybullet.changeDynamics(self._bodies[row], -1, mass=0.0, physicsClientId=self._client)
         self.reset(poses)
 
     def _add_robot(self, row, pose):
@@ -108,23 +116,31 @@ class DynamicMotion:
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         poses = np.array(poses, dtype=float)
-        for body, (x, y, theta) in zip(self._bodies, poses.tolist()):
-            turn = pybullet.getQuaternionFromEuler([*self._tilt, theta])
-            ahead = self._mass_centre[0]
-            place = [x + ahead * np.cos(theta), y + ahead * np.sin(theta), self._height]
-            pybullet.resetBasePositionAndOrientation(
-                body, place, turn, physicsClientId=self._client
-            )
-            pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        for body, pose in zip(self._bodies, poses.tolist()):
+            self._put(body, pose)
             for wheel in self._wheels:
                 pybullet.resetJointState(body, wheel, 0.0, 0.0, physicsClientId=self._client)
         n = len(poses)
+        self._plane.moved_elsewhere()
         self.pose, self.twist = poses, np.zeros((n, 3))
         self.wheel_travel = np.zeros((n, 2))
         self._velocity = np.zeros((n, 2))
         self._driven = np.full((n, 2), np.nan)
         self._drive(self._bodies, np.zeros((n, 2)))
         self._driven[:] = 0.0
+
+    def _put(self, body, pose):
+        x, y, theta = pose
+        turn = pybullet.getQuaternionFromEuler([*self._tilt, theta])
+        ahead = self._mass_centre[0]
+        place = [x + ahead * np.cos(theta), y + ahead * np.sin(theta), self._height]
+        pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=self._client)
+        pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+
+    def place(self, rows, poses, twists):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+        self.pose, self.twist = self.pose.copy(), self.twist.copy()
+        self.pose[rows], self.twist[rows] = poses, twists
 
     def advance(self, command):
         """Move for one step under ``command`` (n, 2) [m/s, rad/s].
@@ -133,6 +149,10 @@ class DynamicMotion:
         motors while the solver takes its substeps.
         """
         target = clip_commands(command, self.limits)
+        target[self._mirrored] = 0.0
+        mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
+        for row, pose in zip(self._mirrored, mirrored[0].tolist()):
+            self._put(self._bodies[row], pose)
         reach = np.minimum(self.limits.accelerations(), NO_RAMP)
         self._velocity, _ = ramp(self._velocity, target, reach, self.step)
         speeds = wheel_speeds(self._velocity, self._kind.WHEEL_TRACK) / self._kind.WHEEL_RADIUS
@@ -142,6 +162,7 @@ class DynamicMotion:
         for _ in range(self._substeps):
             pybullet.stepSimulation(physicsClientId=self._client)
         self._read()
+        self.place(self._mirrored, *mirrored)
 
     def _drive(self, bodies, speeds):
         torque = [self._kind.WHEEL_TORQUE] * 2
@@ -192,6 +213,10 @@ class DynamicMotion:
                 continue
             first, second = sorted(names, key=_robots_first)
             found.setdefault((first, second), (first, second, point[5][0], point[5][1]))
+        # The solver sees no contact of two bodies without mass.
+        if len(self._mirrored):
+            for contact in self._plane.firm_contacts(self.pose):
+                found.setdefault(contact[:2], contact[:4])
         return list(found.values())
 
     def close(self):

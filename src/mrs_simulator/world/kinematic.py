@@ -17,12 +17,16 @@ from mrs_simulator.world.robots import limits_of_team, robot_kind
 class KinematicMotion:
     """Unicycles (1) integrated exactly, with the firmware's limits, bodies kept apart."""
 
-    def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02):
-        """``poses`` (n, 3); ``limits`` as in ``robots.limits_of``; ``step`` [s] of one advance."""
+    def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=()):
+        """``poses`` (n, 3); ``limits`` as in ``robots.limits_of``; ``step`` [s] of one advance.
+
+        ``mirrored``: rows of robots that ``place`` alone moves.
+        """
         self.step = step
         self.limits = limits_of_team(kinds, limits)
         self._track = robot_kind(kinds[0]).WHEEL_TRACK
-        self._bodies = Bodies(kinds, obstacles)
+        self._bodies = Bodies(kinds, obstacles, mirrored)
+        self._mirrored = np.array(mirrored, dtype=int)
         self.reset(np.asarray(poses, dtype=float))
 
     def reset(self, poses):
@@ -34,6 +38,11 @@ class KinematicMotion:
         self._contacts = []
         self._bodies.moved_elsewhere()
 
+    def place(self, rows, poses, twists):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+        self.pose, self.twist = self.pose.copy(), self.twist.copy()
+        self.pose[rows], self.twist[rows] = poses, twists
+
     def advance(self, command):
         """Move for one step under ``command`` (n, 2) [m/s, rad/s].
 
@@ -41,6 +50,8 @@ class KinematicMotion:
         velocity over the step, exact while ``v`` and ``omega`` hold.
         """
         target = clip_commands(command, self.limits)
+        target[self._mirrored] = 0.0
+        mirrored_twist = self.twist[self._mirrored]
         self._velocity, mean = ramp(self._velocity, target, self.limits.accelerations(), self.step)
         self.wheel_travel += self.step * wheel_speeds(mean, self._track)
         before = self.pose
@@ -51,6 +62,7 @@ class KinematicMotion:
             self._feel_contacts(before, free)
         self.pose[:, 2] = wrap_angle(self.pose[:, 2])
         self.twist[:, 0], self.twist[:, 2] = self._velocity[:, 0], self._velocity[:, 1]
+        self.twist[self._mirrored] = mirrored_twist
 
     def _feel_contacts(self, before, free):
         """A robot that was pushed has the forward speed with which it really moved."""
@@ -77,11 +89,15 @@ class PointMassMotion:
     point by exactly ``step * alpha'``.
     """
 
-    def __init__(self, kinds, poses, hand_length, step=0.02):
-        """``hand_length`` [m] is l, the hand point's distance from the centre."""
+    def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=()):
+        """``hand_length`` [m] is l, the hand point's distance from the centre.
+
+        ``mirrored``: rows of robots that ``place`` alone moves.
+        """
         self.step = step
         self.limits = limits_of_team(kinds, None)
         self._hand_length = hand_length
+        self._mirrored = np.array(mirrored, dtype=int)
         self.reset(poses)
 
     def reset(self, poses):
@@ -90,12 +106,21 @@ class PointMassMotion:
         self.twist = np.zeros_like(self.pose)
         self.wheel_travel = np.zeros((len(self.pose), 2))
 
+    def place(self, rows, poses, twists):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+        self.pose, self.twist = self.pose.copy(), self.twist.copy()
+        self.pose[rows], self.twist[rows] = poses, twists
+
     def advance(self, command):
         """Move for one step under ``command`` (n, 2); body twist ``(v, l omega, 0)``."""
+        mirrored_twist = self.twist[self._mirrored]
+        command = np.array(command, dtype=float)
+        command[self._mirrored] = 0.0
         u = point_mass_from_unicycle(command, self.pose[:, 2], self._hand_length)
         self.pose[:, :2] += self.step * u
         self.twist[:, 0] = command[:, 0]
         self.twist[:, 1] = self._hand_length * command[:, 1]
+        self.twist[self._mirrored] = mirrored_twist
 
     def contacts(self):
         """Return no contacts: points have no bodies."""

@@ -10,7 +10,7 @@ True
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import compose
+from mrs_simulator.core.kinematics import compose, wrap_angle
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.world import odometry
@@ -41,11 +41,15 @@ class World:
         hand_length=DEFAULT_HAND_LENGTH,
         odometry_kind="world",
         seed=0,
+        watch_period=0.0,
+        mirrored=(),
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
         ``limits`` as in ``robots.limits_of``; ``step`` [s]; ``cmd_vel_timeout`` [s] of simulated
-        time.  Raises ``WorldError``.
+        time, looked at every ``watch_period`` [s], 0: at each step.  ``mirrored``: rows of robots
+        that obey no command and are only where ``place`` puts them: bodies to the others, never
+        pushed.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -55,13 +59,15 @@ class World:
         self._hand_length = hand_length
         self._odometry_kind = odometry_kind
         self._seed = seed
+        self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
+        self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
         self._motion = None
         self.set_team(kinds, poses)
 
     @classmethod
-    def from_scenario(cls, scenario):
-        """Return the world that ``scenario`` describes."""
+    def from_scenario(cls, scenario, **options):
+        """Return the world that ``scenario`` describes; ``options``: others than a scenario has."""
         return cls(
             scenario.kinds,
             scenario.poses,
@@ -73,11 +79,18 @@ class World:
             hand_length=scenario.hand_length,
             odometry_kind=scenario.odometry,
             seed=scenario.seed,
+            **options,
         )
 
     def set_team(self, kinds, poses):
         """Replace all robots by new ones at rest; all or, with a ``WorldError``, none."""
         kinds, poses = checked_team(kinds, poses)
+        if len(self.mirrored) and not 0 <= self.mirrored[0] <= self.mirrored[-1] < len(kinds):
+            raise WorldError(
+                "real robots {}: wanted numbers from 1 to {}, the size of the team".format(
+                    (self.mirrored + 1).tolist(), len(kinds)
+                )
+            )
         if self.fidelity != "point_mass":
             refuse_overlaps(kinds, poses, self.obstacles)
         motion = self._new_motion(kinds, poses)
@@ -89,17 +102,19 @@ class World:
         self._fresh_start()
 
     def _new_motion(self, kinds, poses):
+        mirrored = {"mirrored": self.mirrored}
         if self.fidelity == "point_mass":
-            return PointMassMotion(kinds, poses, self._hand_length, self.step_size)
+            return PointMassMotion(kinds, poses, self._hand_length, self.step_size, **mirrored)
+        bodies = kinds, poses, self.obstacles, self._limits, self.step_size
         if self.fidelity == "kinematic":
-            return KinematicMotion(kinds, poses, self.obstacles, self._limits, self.step_size)
+            return KinematicMotion(*bodies, **mirrored)
         if self.fidelity != "dynamic":
             raise WorldError(
                 "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
             )
         from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
 
-        return DynamicMotion(kinds, poses, self.obstacles, self._limits, self.step_size)
+        return DynamicMotion(*bodies, **mirrored)
 
     def _new_odometry(self, kinds):
         # Wheels that roll in pybullet slip by themselves.
@@ -113,8 +128,15 @@ class World:
         )
 
     def reset(self):
-        """Put all robots back to their initial poses, at rest; time goes on."""
-        self._motion.reset(self._start)
+        """Put the robots back to their initial poses, at rest; time goes on.
+
+        Mirrored ones stay where they are; ``WorldError`` if one of those is in another's place.
+        """
+        poses = self._start.copy()
+        poses[self.mirrored] = self.pose[self.mirrored]
+        if len(self.mirrored) and self.fidelity != "point_mass":
+            refuse_overlaps(self.kinds, poses, (), self.mirrored)
+        self._motion.reset(poses)
         self._odometry.reset(self.n)
         self._fresh_start()
 
@@ -160,8 +182,13 @@ class World:
 
     @property
     def timed_out(self):
-        """Return which robots, (n,) bool, were commanded once and have been silent for too long."""
-        return (self._heard >= 0) & ~self.commanded
+        """Return which robots, (n,) bool, were commanded once and have been silent for too long.
+
+        Mirrored ones are never among them: they have a watchdog of their own.
+        """
+        late = (self._heard >= 0) & ~self.commanded
+        late[self.mirrored] = False
+        return late
 
     def odometry(self):
         """Return what the robots' odometry says, (n, 3), each in its own odometry frame."""
@@ -175,7 +202,9 @@ class World:
         """Return the poses in the common frame as odometry gives them, (n, 3)."""
         if self._odometry_kind == "world":
             return self.pose
-        return compose(self._start, self._odometry.pose)
+        estimate = compose(self._start, self._odometry.pose)
+        estimate[self.mirrored] = self.pose[self.mirrored]
+        return estimate
 
     def closest_distance(self):
         """Return the least distance [m] between two robots' centres now; inf for one robot."""
@@ -198,6 +227,24 @@ class World:
         self._heard[rows] = self._step
         self.commanded[rows] = True
 
+    def stop(self, rows):
+        """Make the commands in force of robots ``rows`` zero, as if they had been told to stop."""
+        self._target[rows] = 0.0
+
+    def place(self, rows, poses, twists=None):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) in the common frame.
+
+        ``twists`` (m, 3): their body twists, none for at rest.  Raises ``WorldError``.
+        """
+        rows, poses = np.asarray(rows, dtype=int), np.array(poses, dtype=float)
+        others = np.setdiff1d(rows, self.mirrored)
+        if len(others):
+            raise WorldError("robot{} is simulated: wanted a mirrored one".format(others[0] + 1))
+        twists = np.zeros_like(poses) if twists is None else np.asarray(twists, dtype=float)
+        refuse_places(rows, poses, twists)
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        self._motion.place(rows, poses, twists)
+
     def step(self):
         """Advance by one step: watchdogs, motion, odometry, collisions."""
         self._watch()
@@ -210,6 +257,8 @@ class World:
             self._note_contacts(contacts)
 
     def _watch(self):
+        if self._step % self._steps_per_watch:
+            return
         silent = (self._step - self._heard) * self.step_size > self.cmd_vel_timeout - 1e-9
         late = silent & self.commanded
         if late.any():
@@ -256,21 +305,32 @@ def checked_team(kinds, poses):
                 poses.shape, len(kinds)
             )
         )
-    # A comparison with nan is false.
-    bad = np.flatnonzero(~(np.abs(poses) <= FARTHEST).all(axis=1))
-    if len(bad):
-        raise WorldError(
-            "robot{}: pose {}, wanted finite numbers within {:g} m".format(
-                bad[0] + 1, poses[bad[0]].tolist(), FARTHEST
-            )
-        )
+    refuse_places(range(len(kinds)), poses)
     return kinds, poses
 
 
-def refuse_overlaps(kinds, poses, obstacles):
-    """Raise ``WorldError`` that names the first robots, or robot and obstacle, that overlap."""
-    bodies = Bodies(kinds, obstacles)
+def refuse_places(rows, poses, twists=0.0):
+    """Raise ``WorldError`` that names the first of robots ``rows`` that can be at no such pose."""
+    # A comparison with nan is false.
+    fits = (np.abs(poses) <= FARTHEST).all(axis=1) & np.isfinite(poses + twists).all(axis=1)
+    bad = np.flatnonzero(~fits)
+    if len(bad):
+        raise WorldError(
+            "robot{}: pose {}, wanted finite numbers within {:g} m".format(
+                rows[bad[0]] + 1, poses[bad[0]].tolist(), FARTHEST
+            )
+        )
+
+
+def refuse_overlaps(kinds, poses, obstacles, mirrored=()):
+    """Raise ``WorldError`` that names the first robots, or robot and obstacle, that overlap.
+
+    Two ``mirrored`` rows may: nobody put them there.
+    """
+    bodies = Bodies(kinds, obstacles, mirrored)
     first, second, depth, _ = bodies.overlaps(poses)
+    put = ~(bodies.mirrored[first] & bodies.mirrored[second])
+    first, second, depth = first[put], second[put], depth[put]
     if len(first):
         i, j = first[0], second[0]
         raise WorldError(

@@ -183,6 +183,35 @@ assert gui.shown["trails"].isChecked()
     assert "half done" in output and "poses[0]" in output and "not taken up" in output
 
 
+def test_what_a_killed_gui_had_started_ends(gui, ros):
+    ros.environment["PATH"] = os.environ["PATH"]
+    code = """
+click("simulate")
+until(lambda: gui.link.is_fresh("stage"))
+print(gui.study.processes._running["stage"].pid, flush=True)
+os.kill(os.getpid(), 9)
+"""
+    path = os.path.join(ROOT, "scenarios", "paper_four.yaml")
+    output = subprocess.run(
+        [sys.executable, "-c", PROGRAM + code, path],
+        env=ros.environment,
+        timeout=120,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    ).stdout.decode()
+    pid = int(output.split()[-1])
+
+    def gone():
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return True
+        with open("/proc/{}/stat".format(pid)) as file:
+            return file.read().split()[2] == "Z"
+
+    wait_until(gone, 30)
+
+
 def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
     environment = dict(os.environ, HOME=str(tmp_path), ROS_HOSTNAME="localhost")
     from ros_fixtures import free_port

@@ -1,10 +1,15 @@
 """Starting and ending a node."""
 
+import os
 import signal
 import threading
+import time
 
 import rospy
 
+# A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
+PARENT = "MRS_SIMULATOR_PARENT"
+LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -18,6 +23,14 @@ def start_node(name):
     rospy.init_node(name, disable_signals=True)
     for number in ENDINGS:
         signal.signal(number, _end)
+    if os.environ.get(PARENT) == str(os.getppid()):
+        threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+
+
+def _end_with_parent(parent):
+    while os.getppid() == parent:
+        time.sleep(LOOK_PERIOD)
+    rospy.signal_shutdown("the program that started this node has ended")
 
 
 def run(spin):

@@ -11,6 +11,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Pose2D
 from nav_msgs.msg import Odometry
+from rospy.impl.registration import Registration, get_registration_listeners
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
@@ -61,7 +62,7 @@ class RosLink:
             rospy.Subscriber("emergency_stop", Bool, self._keep, "emergency"),
         ]
         self._camera = rospy.Publisher("camera/look", Camera, queue_size=1, latch=True)
-        self._pictures = None
+        self._watching, self._pictures = False, None
         self._emergency = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
         self._threads = [
             threading.Thread(target=target, daemon=True) for target in (self._look, self._serve)
@@ -177,13 +178,8 @@ class RosLink:
 
     def watch(self, on):
         """Listen to the camera's pictures, kept as ``image``, or no longer."""
-        if on and self._pictures is None:
-            self._pictures = rospy.Subscriber(
-                "camera/image", Image, self._keep, "image", queue_size=1
-            )
-        elif not on and self._pictures is not None:
-            self._pictures.unregister()
-            self._pictures = None
+        # The thread subscribes: without a master rospy would wait for one, and the GUI with it.
+        self._watching = on
 
     def do(self, name, function):
         """Run ``function`` in the background; its ``(success, message)`` is a result called ``name``."""
@@ -234,16 +230,43 @@ class RosLink:
         while not self._ended.wait(LOOK_PERIOD):
             try:
                 self.master_online = rosgraph.is_master_online()
-                if self.master_online and not self.is_fresh("state"):
-                    self._listen_to_robots()
-                else:
+                if self.is_fresh("state"):
                     self._forget_robots()
+                if self.master_online:
+                    self._follow_master()
             except Exception as error:  # a master on its way out
                 rospy.logdebug("gui: looking at the master: %s", error)
 
-    def _listen_to_robots(self):
+    def _follow_master(self):
+        published, subscribed, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        self._register_again(dict(published), dict(subscribed))
+        self._follow_camera()
+        if not self.is_fresh("state"):
+            self._listen_to_robots(topic for topic, _ in published)
+
+    def _register_again(self, published, subscribed):
+        """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
+        known = {Registration.PUB: published, Registration.SUB: subscribed}
+        topics = self._subscribers + list(self._odometry_subscribers.values())
+        topics += [self._camera, self._emergency] + ([self._pictures] if self._pictures else [])
+        for topic in topics:
+            if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
+                get_registration_listeners().notify_added(
+                    topic.resolved_name, topic.type, topic.reg_type
+                )
+
+    def _follow_camera(self):
+        if self._watching and self._pictures is None:
+            self._pictures = rospy.Subscriber(
+                "camera/image", Image, self._keep, "image", queue_size=1
+            )
+        elif not self._watching and self._pictures is not None:
+            self._pictures.unregister()
+            self._pictures = None
+
+    def _listen_to_robots(self, topics):
         """Without a stage, listen to every ``/robotN/odom`` there is: the robots may be real."""
-        for topic, _ in rosgraph.Master(rospy.get_name()).getPublishedTopics("/"):
+        for topic in topics:
             match = ODOM.match(topic)
             if match and topic not in self._odometry_subscribers:
                 self._odometry_subscribers[topic] = rospy.Subscriber(
@@ -260,10 +283,13 @@ class RosLink:
         """Withdraw from everything."""
         self._ended.set()
         self._work.put(("end", None))
+        # Or it might still register what is withdrawn here.
+        self._threads[0].join(LOOK_PERIOD)
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._forget_robots()
-        self.watch(False)
+        if self._pictures is not None:
+            self._pictures.unregister()
         self._camera.unregister()
         self._emergency.unregister()
 

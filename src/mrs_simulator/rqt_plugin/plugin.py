@@ -1,5 +1,6 @@
 """The rqt plugin: the study widget inside rqt."""
 
+from python_qt_binding.QtCore import QCoreApplication, QEvent
 from qt_gui.plugin import Plugin
 
 from mrs_simulator.core.scenario import load_scenario
@@ -29,6 +30,11 @@ class MrsSimulator(Plugin):
     def shutdown_plugin(self):
         """End what was started here."""
         self._widget.close_study()
+        # Qt can crash over what still waits to be painted when rqt takes the widget out.
+        QCoreApplication.sendPostedEvents(self._widget.window(), QEvent.UpdateRequest)
+        # Closed by its title bar, the widget has left rqt, which then does not delete it.
+        if self._widget.parent() is None:
+            self._widget.deleteLater()
 
     @guarded
     def save_settings(self, _plugin_settings, instance_settings):

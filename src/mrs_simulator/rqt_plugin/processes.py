@@ -1,10 +1,13 @@
 """Programs that the GUI starts, and ends again: only what was started here."""
 
 import os
+import shutil
 import signal
 import subprocess
 import tempfile
 import time
+
+from mrs_simulator.nodes.lifecycle import PARENT
 
 STOP_LIMIT = 8.0  # [s] until a program that does not end by itself is killed
 TAIL = 2000  # [-] characters of output shown of a program that failed
@@ -29,6 +32,7 @@ class Processes:
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
             start_new_session=True,
+            env=dict(os.environ, **{PARENT: str(os.getpid())}),
         )
         log.close()
 
@@ -67,7 +71,7 @@ class Processes:
             return file.read()[-TAIL:]
 
     def stop(self, name):
-        """Ask the program called ``name`` to end; :meth:`wait` makes sure."""
+        """Ask the program called ``name`` to end; :meth:`stop_all` makes sure."""
         process = self._running.pop(name, None)
         if process is not None and process.poll() is None:
             process.send_signal(signal.SIGINT)
@@ -86,3 +90,8 @@ class Processes:
                 process.kill()
                 process.wait()
         self._running.clear()
+
+    def close(self):
+        """End every program, and remove what was written for them."""
+        self.stop_all()
+        shutil.rmtree(self.directory, ignore_errors=True)

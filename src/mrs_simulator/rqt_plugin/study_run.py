@@ -326,4 +326,4 @@ class StudyRun:
 
     def close(self):
         """End what was started here."""
-        self.processes.stop_all()
+        self.processes.close()

@@ -21,6 +21,7 @@ RUN_ARGUMENTS = {
     "robots": "number of robots (default: the scenario's)",
     "fidelity": "kinematic, dynamic or point_mass (default: the scenario's)",
     "odometry": "world or wheel (default: the scenario's)",
+    "limits": "firmware, top or none (default: the scenario's)",
     "duration": "simulated seconds of the run (default: the scenario's)",
 }
 DIRECTORY_MEANING = "where relative file names begin (default: the current directory)"
@@ -65,7 +66,7 @@ def scenario_from(arguments):
     robots = _number(arguments, "robots", int)
     if robots:
         scenario = scenario.with_robots(robots)
-    given = {key: getattr(arguments, key, "") for key in ("fidelity", "odometry")}
+    given = {key: getattr(arguments, key, "") for key in ("fidelity", "odometry", "limits")}
     given["duration"] = _number(arguments, "duration", float)
     given = {key: value for key, value in given.items() if value}
     return scenario.changed(**given) if given else scenario

@@ -39,6 +39,8 @@ def read_bag(path, scenario=None):
     if not len(time):
         raise RunError("{}: holds no sample in which a robot is commanded".format(path))
     keep = _every(time, scenario.record_rate if scenario else None)
+    if scenario is not None:  # a bag may have run on while the results were written
+        keep = keep[time[keep] - time[0] <= scenario.duration + 1e-6]
     start, l = time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     return Run(
         time=np.round(time[keep] - start, 9),

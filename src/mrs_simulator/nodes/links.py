@@ -5,8 +5,9 @@ import threading
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import TransformStamped, Twist
-from nav_msgs.msg import Odometry
+from geometry_msgs.msg import TransformStamped
+
+from mrs_simulator.nodes.wire import PlanarOdometry, PlanarTwist
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
 # them; what a planar robot does not measure is marked as unknown by a very large value.
@@ -23,9 +24,9 @@ class Inbox:
         self._commands = {}
 
     def put(self, twist, row):
-        """Keep ``twist`` as the newest command of robot ``row``."""
+        """Keep ``twist``, a ``PlanarTwist``, as the newest command of robot ``row``."""
         with self._lock:
-            self._commands[row] = (twist.linear.x, twist.angular.z)
+            self._commands[row] = twist.command
 
     def take(self, n):
         """Return ``(rows, commands)`` of the first n robots, ascending, (m,) and (m, 2); forget all."""
@@ -42,17 +43,26 @@ class RobotLink:
     def __init__(self, row, inbox, odometry, frames):
         """``odometry``: "world", "wheel" or "rosaria"; ``frames``: :class:`Frames`."""
         name = "/robot{}".format(row + 1)
-        self._publisher = rospy.Publisher(name + "/odom", Odometry, queue_size=1, tcp_nodelay=True)
-        self._subscriber = rospy.Subscriber(
-            name + "/cmd_vel", Twist, inbox.put, callback_args=row, queue_size=1, tcp_nodelay=True
+        self._publisher = rospy.Publisher(
+            name + "/odom", PlanarOdometry, queue_size=1, tcp_nodelay=True
         )
-        self._message = Odometry()
-        self._message.header.frame_id = frames.odom(row + 1)
-        self._message.child_frame_id = frames.base(row + 1)
+        self._subscriber = rospy.Subscriber(
+            name + "/cmd_vel",
+            PlanarTwist,
+            inbox.put,
+            callback_args=row,
+            queue_size=1,
+            tcp_nodelay=True,
+        )
         # RosAria tells no covariance.
         told = odometry != "rosaria"
-        self._message.pose.covariance = covariance(POSE_VARIANCE[odometry] if told else None)
-        self._message.twist.covariance = covariance(TWIST_VARIANCE if told else None)
+        self._message = PlanarOdometry()
+        self._message.prepare(
+            frames.odom(row + 1),
+            frames.base(row + 1),
+            covariance(POSE_VARIANCE[odometry] if told else None),
+            covariance(TWIST_VARIANCE if told else None),
+        )
 
     @property
     def listened_to(self):
@@ -69,13 +79,7 @@ class RobotLink:
         if not self.listened_to:
             return
         message = self._message
-        message.header.stamp = stamp
-        x, y, theta = pose
-        message.pose.pose.position.x, message.pose.pose.position.y = x, y
-        message.pose.pose.orientation.z = math.sin(0.5 * theta)
-        message.pose.pose.orientation.w = math.cos(0.5 * theta)
-        message.twist.twist.linear.x, message.twist.twist.linear.y = twist[0], twist[1]
-        message.twist.twist.angular.z = twist[2]
+        message.stamp, message.planar, message.body = stamp, pose, twist
         self._publisher.publish(message)
 
     def close(self):

@@ -6,12 +6,12 @@ import time
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.kinematics import compose
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.nodes.odometry_inbox import planar
+from mrs_simulator.nodes.wire import PlanarTwist
 
 SILENCE = 0.5  # [s] of wall time after which a real robot counts as silent
 
@@ -75,7 +75,10 @@ class RealLink:
                 queue_size=1,
                 tcp_nodelay=True,
             )
-            for topic, kind, put in (("odom", Odometry, mirror.put), ("cmd_vel", Twist, inbox.put))
+            for topic, kind, put in (
+                ("odom", Odometry, mirror.put),
+                ("cmd_vel", PlanarTwist, inbox.put),
+            )
         ]
 
     def publish(self, stamp, pose, twist):

@@ -5,10 +5,10 @@ import threading
 
 import numpy as np
 import rospy
-from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.guards import Tracks
 from mrs_simulator.nodes.parameters import pattern_parameter
+from mrs_simulator.nodes.wire import PlanarOdometry
 
 MOST_NAMED = 8  # robots named in one line
 
@@ -16,11 +16,11 @@ MOST_NAMED = 8  # robots named in one line
 class OdometryInbox:
     """Subscribes to ``/robotN/odom`` of every robot, or to another topic of poses."""
 
-    def __init__(self, numbers, bounds=None, topic="", kind=Odometry):
+    def __init__(self, numbers, bounds=None, topic="", kind=PlanarOdometry):
         """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
 
         ``topic``: its pattern, ``{}`` for the robot's number, by default the parameter
-        ``~odom_topic``; ``kind`` of message: Odometry or PoseStamped.
+        ``~odom_topic``; ``kind`` of message: PlanarOdometry or PoseStamped.
         """
         self._numbers = list(numbers)
         self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
@@ -45,9 +45,10 @@ class OdometryInbox:
 
     def put(self, message, row):
         """Keep the pose of robot ``row``; one that is not finite is refused and so grows stale."""
-        # Odometry holds its pose beside a covariance.
-        pose = planar(getattr(message.pose, "pose", message.pose))
-        stamp = message.header.stamp
+        if isinstance(message, PlanarOdometry):
+            pose, stamp = message.planar, message.stamp
+        else:
+            pose, stamp = planar(message.pose), message.header.stamp
         with self._changed:
             if not all(map(math.isfinite, pose)):
                 self._refused[row] += 1

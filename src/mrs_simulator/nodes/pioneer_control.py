@@ -7,13 +7,11 @@ import traceback
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from mrs_simulator.control.loading import choose_protocol
-from mrs_simulator.control.pioneer_control import make_twist
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.msg import ControlStatus
@@ -24,6 +22,7 @@ from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.motors import Motors
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.reconfigure import ParameterServer
+from mrs_simulator.nodes.wire import PlanarTwist
 from mrs_simulator.reporting import make_control
 from mrs_simulator.srv import SetTopology
 
@@ -64,7 +63,9 @@ class ControlNode:
 
     def _open_topics(self):
         self._publishers = [
-            rospy.Publisher("/robot{}/cmd_vel".format(n), Twist, queue_size=1, tcp_nodelay=True)
+            rospy.Publisher(
+                "/robot{}/cmd_vel".format(n), PlanarTwist, queue_size=1, tcp_nodelay=True
+            )
             for n in self.control.numbers
             if not self.dry_run
         ]
@@ -189,8 +190,10 @@ class ControlNode:
 
     def _send(self, command):
         self._command = command
-        for publisher, (v, omega) in zip(self._publishers, command.tolist()):
-            publisher.publish(make_twist(v, omega))
+        for publisher, pair in zip(self._publishers, command.tolist()):
+            message = PlanarTwist()
+            message.command = pair
+            publisher.publish(message)
 
     # Services and events -------------------------------------------------------------------------
 

@@ -81,7 +81,11 @@ def main():
         if master is not None:
             master.terminate()
             master.wait()
-    sys.exit(code)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Everything has been ended in order; the interpreter takes Qt's objects down in any order, and
+    # that can crash.
+    os._exit(code)
 
 
 def _start_master():

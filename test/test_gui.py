@@ -148,6 +148,30 @@ until(lambda: gui.link.newest("stage").paused)
     )
 
 
+def test_a_bag_is_recorded_and_can_be_reported(gui, ros, tmp_path):
+    ros.environment["HOME"] = str(tmp_path)
+    gui(
+        """
+click("simulate")
+until(lambda: gui.link.is_fresh("stage"))
+click("bag")
+until(lambda: gui.bar.button("bag").text() == "End bag")
+click("control")
+until(lambda: len(gui.history.time) and gui.history.command[-1].any())
+begun = gui.history.time[-1]
+until(lambda: gui.history.time[-1] > begun + 2.0)
+click("bag")
+until(lambda: gui.bar.button("bag").text() == "Record bag")
+import glob
+until(lambda: glob.glob(os.path.expanduser("~/mrs_runs/*.bag")))
+"""
+    )
+    from mrs_simulator.report.bag import read_bag
+
+    (bag,) = (tmp_path / "mrs_runs").iterdir()
+    assert len(read_bag(str(bag)).time) > 5
+
+
 def test_the_team_is_sent_to_the_stage(gui, ros):
     ros.node("stage", "--robots", 4)
     gui(

@@ -20,11 +20,11 @@ class Processes:
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
         self._running = {}
 
-    def start(self, name, script, *arguments):
-        """Start ``rosrun mrs_simulator script``; one of that name that still runs is ended first."""
+    def start(self, name, script, *arguments, package="mrs_simulator"):
+        """Start ``rosrun package script``; one of that name that still runs is ended first."""
         self.stop(name)
         log = open(os.path.join(self.directory, name + ".log"), "wb")
-        command = ["rosrun", "mrs_simulator", script] + [str(argument) for argument in arguments]
+        command = ["rosrun", package, script] + [str(argument) for argument in arguments]
         # A group of its own: Ctrl-C in the terminal is for the GUI, which then ends these in order.
         self._running[name] = subprocess.Popen(
             command,

@@ -34,9 +34,10 @@ ACTIONS = (
     ("end", "End", "Ctrl+E", "End the simulation that was started here"),
     ("control", "Start controller", "Ctrl+G", "Start the formation controller"),
     ("stop", "Stop controller", "Ctrl+T", "Stop the controller: all robots get zero commands"),
+    ("bag", "Record bag", "Ctrl+B", "Record a rosbag of the run, or end it; it goes to ~/mrs_runs"),
     ("save", "Save results...", "Ctrl+S", "Save data, figures, verdict and scenario"),
 )
-BREAKS = ("control", "save")  # a gap before these
+BREAKS = ("control", "bag")  # a gap before these
 EMERGENCY_KEY = "Esc"
 RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
 
@@ -119,6 +120,10 @@ class RunBar(QWidget):
     def set_paused(self, paused):
         """Show what the pause button would do now."""
         self._buttons["pause"].setText("Go on" if paused else "Pause")
+
+    def set_recording(self, recording):
+        """Show what the bag button would do now."""
+        self._buttons["bag"].setText("End bag" if recording else "Record bag")
 
     def set_emergency(self, on):
         """Show the state of the emergency stop; no signal."""

@@ -15,6 +15,7 @@ from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.reporting import make_control, write_scenario
 
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
+RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
 
 
@@ -157,6 +158,17 @@ class StudyRun:
     def _do_stop(self, _):
         self.link.ask("stop")
         return ""
+
+    def _do_bag(self, _):
+        if self.processes.is_running("rosbag"):
+            self.processes.stop("rosbag")
+            return "bag ended"
+        folder = self.results_directory()
+        os.makedirs(folder, exist_ok=True)
+        path = os.path.join(folder, self.suggested_name() + ".bag")
+        options = ["--tcpnodelay", "-O", path, "-e", RECORDED]
+        self.processes.start("rosbag", "record", *options, package="rosbag")
+        return "recording {}".format(path)
 
     def set_speed(self, speed):
         """Ask a running stage for ``speed``."""
@@ -321,6 +333,7 @@ class StudyRun:
             "end": self.processes.is_running("stage"),
             "control": robots and not self.is_controlled(),
             "stop": self.is_controlled(),
+            "bag": self.link.master_online,
             "save": robots,
         }
 

@@ -447,6 +447,7 @@ class StudyWidget(QWidget):
             self.bar.set_enabled(name, enabled)
         stage = self.link.newest("stage")
         self.bar.set_paused(stage is not None and stage.paused)
+        self.bar.set_recording(self.study.processes.is_running("rosbag"))
         emergency = self.link.newest("emergency")
         if emergency is not None:
             self.bar.set_emergency(emergency.data)

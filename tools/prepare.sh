@@ -28,7 +28,7 @@ noetic_dev_packages=(python3-catkin-lint)
 
 fail() { # what failed, what to do
   printf '\n%s\n%s\n' "Failed: $1" "$2" >&2
-  exit 1
+  exit 2
 }
 
 # Runs a command with its output in the log; on failure shows the end of it.
@@ -46,14 +46,7 @@ logged() { # step, advice, command...
 }
 
 as_root() {
-  if [ "$(id -u)" = 0 ]; then
-    "$@"
-  elif command -v sudo >/dev/null; then
-    sudo "$@"
-  else
-    echo "neither root nor sudo" >&2
-    return 1
-  fi
+  if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
 }
 
 missing_packages() {
@@ -78,9 +71,13 @@ apt_progress() { # turns apt's status lines into a few lines of progress
 
 install_packages() {
   local missing
-  mapfile -t missing < <(missing_packages "$@")
+  # Names of packages hold no blanks.
+  # shellcheck disable=SC2207
+  missing=($(missing_packages "$@"))
   [ ${#missing[@]} = 0 ] && return
   printf -- '== %d system packages are missing: %s\n' ${#missing[@]} "${missing[*]}"
+  [ "$(id -u)" = 0 ] || command -v sudo >/dev/null ||
+    fail "installing system packages" "run this as root once, or install sudo"
   local advice="see $log; check the network and the package sources, then run this again"
   as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
   # The status has a channel of its own and goes to the terminal as a few lines, the rest to the log.

@@ -81,10 +81,10 @@ install_packages() {
   local advice="see $log; check the network and the package sources, then run this again"
   as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
   # The status has a channel of its own and goes to the terminal as a few lines, the rest to the log.
-  {
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
-      -o APT::Status-Fd=3 -o Dpkg::Use-Pty=0 "${missing[@]}" 3>&1 1>>"$log" 2>&1 </dev/null
-  } | apt_progress
+  # The channel is opened behind sudo, which passes none on.
+  as_root sh -c 'log=$1; shift; exec 3>&1 >>"$log" 2>&1
+    DEBIAN_FRONTEND=noninteractive exec apt-get install -y --no-install-recommends \
+      -o APT::Status-Fd=3 -o Dpkg::Use-Pty=0 "$@"' sh "$log" "${missing[@]}" </dev/null | apt_progress
   [ "${PIPESTATUS[0]}" = 0 ] || {
     tail -n 25 "$log" >&2
     fail "installing system packages" "$advice"

@@ -54,3 +54,12 @@ def test_links_and_pictures_exist():
         for target in re.findall(r"\]\(([^)#:]+)\)", page(name)):
             path = os.path.join(ROOT, os.path.dirname(name), target)
             assert os.path.exists(path), "{}: {}".format(name, target)
+
+
+def test_the_readmes_protocol_is_loaded_by_its_file_too(tmp_path):
+    code = page("README.md").partition("```python\n")[2].partition("```")[0]
+    (tmp_path / "my_law.py").write_text(code)
+    # It ends with run(Follow), which must not start a node here.
+    law = load_protocol(str(tmp_path / "my_law.py") + ":Follow")
+    pose = np.array([[4.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(law([1, 2]).commands(pose), [[0.1, 0.0], [0.6, 0.0]])

@@ -4,6 +4,7 @@ Naming a protocol runs its code, so a name may come from a command line, a launc
 scenario file, never from a topic or a service.
 """
 
+import contextlib
 import importlib
 import importlib.util
 import inspect
@@ -13,6 +14,23 @@ import sys
 from mrs_simulator.control.library import HOMES, shipped
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.parameters import unknown_name
+
+_loading = 0  # how many protocols are being loaded, one within the other
+
+
+def in_progress():
+    """Return whether a protocol's file is being loaded now: a ``run`` in it is not meant then."""
+    return _loading > 0
+
+
+@contextlib.contextmanager
+def _marked():
+    global _loading
+    _loading += 1
+    try:
+        yield
+    finally:
+        _loading -= 1
 
 
 class ProtocolError(ValueError):
@@ -30,9 +48,11 @@ def load_protocol(name, beside=""):
         return shipped(name)
     source, class_name = _split(name)
     if source.endswith(".py"):
-        module = _module_from_file(_located(source, beside), name)
+        with _marked():
+            module = _module_from_file(_located(source, beside), name)
     elif class_name:
-        module = _module_by_name(source, name)
+        with _marked():
+            module = _module_by_name(source, name)
     else:
         raise ProtocolError(
             unknown_name("protocol", name, HOMES) + "; or wanted package.module:Class or "

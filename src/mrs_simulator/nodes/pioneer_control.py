@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from mrs_simulator.control.loading import choose_protocol
+from mrs_simulator.control.loading import choose_protocol, in_progress
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.msg import ControlStatus
@@ -292,8 +292,11 @@ class ControlNode:
 def run(protocol=None, argv=None):
     """Run the control node with ``protocol``, a ``PioneerControl`` subclass.
 
-    A user's file ends with ``run(MyLaw)``; without a class the command line or the scenario names it.
+    A user's file ends with ``run(MyLaw)``, which does nothing while the file is loaded by its name
+    for another program; without a class the command line or the scenario names it.
     """
+    if in_progress():
+        return
     argv = sys.argv[1:] if argv is None else argv
     local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
     try:

@@ -99,7 +99,8 @@ class Scenario(NamedTuple):
             self.poses[:n] if n < self.n else extend_poses(self.poses, n, size=size, seed=self.seed)
         )
         kinds = (self.kinds + (self.kinds[-1],) * n)[:n]
-        return self._replace(poses=poses, kinds=kinds, topology=self._topology_for(n))
+        title = _title(n, self.control.protocol)
+        return self._replace(title=title, poses=poses, kinds=kinds, topology=self._topology_for(n))
 
     def with_protocol(self, protocol):
         """Return this scenario under another protocol, with that protocol's own parameters.
@@ -109,7 +110,8 @@ class Scenario(NamedTuple):
         if protocol == self.control.protocol:
             return self
         kept = {key: value for key, value in self.control.parameters.items() if key == "l"}
-        return self._replace(control=self.control._replace(protocol=protocol, parameters=kept))
+        control = self.control._replace(protocol=protocol, parameters=kept)
+        return self._replace(title=_title(self.n, protocol), control=control)
 
     def changed(self, **values):
         """Return this scenario with top-level keys set anew, checked as in a file."""
@@ -147,6 +149,12 @@ class Scenario(NamedTuple):
     def to_yaml(self):
         """Return the scenario as YAML text."""
         return yaml.safe_dump(self.to_dict(), sort_keys=False, default_flow_style=None)
+
+
+def _title(n, protocol):
+    """Return a title for a scenario that is no longer the one that its author named."""
+    name = protocol.rpartition(":")[2] if ":" in protocol else os.path.basename(protocol)
+    return "{} robots, {}".format(n, name)
 
 
 def load_scenario(path):

@@ -1,28 +1,31 @@
 #!/usr/bin/env python3
 """How fast experiments run headless: simulated seconds per second of one process, medians of 3.
 
-    python3 benchmarks/headless.py [--quick] [--history FILE]
+    python3 benchmarks/headless.py [--quick] [--keep]
 
-The world has no obstacles, steps of 20 ms, a command at each step, collisions checked.  Beside them
-runs a fixed load, pybullet writing poses of massless bodies: figures of two machines, or of one
-machine at two times, are compared as multiples of it.
+The world has no obstacles, steps of 20 ms, a command at each step, collisions checked; in the crowd
+robots touch all the time.  Beside them pybullet writes poses of massless bodies, a load known from
+other simulators' figures.  With ``--keep`` the figures go to benchmarks/history.csv.
 """
 
 import argparse
-import json
 import math
 import os
 import statistics
 import time
+import tracemalloc
+from importlib.util import find_spec
 
 import numpy as np
 import pybullet
+from history import Report
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist
 from mrs_simulator.control.library.formation import Formation
+from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.scenario import Control, Scenario
 from mrs_simulator.experiment import Experiment
-from mrs_simulator.version import __version__
+from mrs_simulator.world.world import EVERY, World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 WALL = 1.0  # [s] of one measurement, at least
@@ -101,50 +104,84 @@ def reference(n):
     return factor
 
 
+def crowd_factor(n):
+    """Return simulated over wall time of n robots that drive about in a crowd, 0.8 m apart."""
+    world = World(("pioneer3dx",) * n, make_layout("grid", n, spacing=0.8), limits="top")
+    draw = np.random.default_rng(0)
+    begin, steps = time.process_time(), 0
+    while time.process_time() - begin < WALL:
+        if steps % 50 == 0:
+            command = draw.uniform(-1.0, 1.0, (n, 2))
+        world.set_commands(EVERY, command)
+        world.step()
+        steps += 1
+    return 0.02 * steps / (time.process_time() - begin)
+
+
+def memory_per_robot(n):
+    """Return what the world holds and what its steps leave behind, [bytes] per robot."""
+    poses, kinds = make_layout("grid", n, spacing=0.8), ("pioneer3dx",) * n
+    tracemalloc.start()
+    world = World(kinds, poses, limits="top")
+    command = np.full((n, 2), 0.2)
+    _run(world, command, 100)
+    held = tracemalloc.get_traced_memory()[0]
+    _run(world, command, 200)
+    after = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    return held / n, (after - held) / n
+
+
+def _run(world, command, steps):
+    for _ in range(steps):
+        world.set_commands(EVERY, command)
+        world.step()
+
+
+HOOK, ARRAYS = "kinematic, by calculateControlLaw", "kinematic, by arrays"
 CASES = (
-    ("kinematic, by calculateControlLaw", "kinematic", ByHook, (7, 100, 1000)),
-    ("kinematic, by arrays", "kinematic", Formation, (7, 100, 1000, 10000)),
+    (HOOK, "kinematic", ByHook, (7, 100, 1000)),
+    (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
     ("dynamic, by arrays", "dynamic", Formation, (7, 100)),
 )
+COMPILED = "MRS_SIMULATOR_COMPILED"
 
 
 def main():
-    """Print the table; append it to a history file if one is named."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one measurement instead of three")
-    parser.add_argument("--history", help="JSON lines file to append to and to compare with")
+    parser.add_argument("--keep", action="store_true", help="append the figures to the history")
     arguments = parser.parse_args()
     repeats = 1 if arguments.quick else REPEATS
-    result = {"version": __version__, "time": time.strftime("%Y-%m-%dT%H:%M:%S"), "rtf": {}}
-    base = {n: statistics.median(reference(n) for _ in range(repeats)) for n in (7, 100, 1000)}
-    last = _last(arguments.history)
-    print(
-        "{:36} {:>6} {:>10} {:>14} {:>12}".format("case", "n", "RTF", "x reference", "x last time")
-    )
-    for n, factor in base.items():
-        print("{:36} {:6d} {:10.2f}".format("reference: pybullet writes poses", n, factor))
-    for name, fidelity, protocol, sizes in CASES:
+    report = Report("headless", arguments.keep)
+
+    def note(case, n, measure, *how):
+        value = statistics.median(measure(n, *how) for _ in range(repeats))
+        return report.note(case, n, value, "x real time")
+
+    os.environ[COMPILED] = "0"
+    for n in (7, 100, 1000):
+        note("reference: pybullet writes poses", n, reference)
+    factors = {}
+    for case, fidelity, protocol, sizes in CASES:
         for n in sizes:
-            factor = statistics.median(
-                real_time_factor(n, fidelity, protocol) for _ in range(repeats)
-            )
-            relative = factor / base.get(n, base[1000] * 1000.0 / n)
-            key = "{}, n={}".format(name, n)
-            result["rtf"][key] = {"rtf": factor, "relative": relative}
-            before = last.get("rtf", {}).get(key, {}).get("relative")
-            change = "{:.2f}".format(relative / before) if before else "-"
-            print("{:36} {:6d} {:10.2f} {:14.3f} {:>12}".format(name, n, factor, relative, change))
-    if arguments.history:
-        with open(arguments.history, "a", encoding="utf-8") as file:
-            file.write(json.dumps(result) + "\n")
-
-
-def _last(path):
-    if not path or not os.path.exists(path):
-        return {}
-    with open(path, encoding="utf-8") as file:
-        lines = file.read().splitlines()
-    return json.loads(lines[-1]) if lines else {}
+            factors[case, n] = note(case, n, real_time_factor, fidelity, protocol)
+    for n in (100, 1000):
+        note("kinematic, a crowd in contact", n, crowd_factor)
+    if find_spec("numba"):
+        os.environ[COMPILED] = "1"
+        for n in (7, 100, 1000, 10000):
+            note(ARRAYS + ", compiled", n, real_time_factor, "kinematic", Formation)
+        os.environ[COMPILED] = "0"
+    costs = {n: 0.02e6 / (factors[ARRAYS, n] * n) for n in (100, 1000, 10000)}
+    for n, cost in costs.items():
+        report.note("cost of a robot-step", n, cost, "us")
+    report.note("growth of that cost from 100 robots", 10000, costs[10000] / costs[100], "-")
+    held, left = memory_per_robot(10000)
+    report.note("memory of the world per robot", 10000, held, "bytes")
+    report.note("memory left behind by 200 steps per robot", 10000, max(left, 0.0), "bytes")
+    report.close()
 
 
 if __name__ == "__main__":

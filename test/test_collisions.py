@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mrs_simulator.core.neighbours import close_pairs, least_distance
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.collisions import (
@@ -10,10 +11,11 @@ from mrs_simulator.world.collisions import (
     Rectangles,
     VerletList,
     circle_overlap,
-    close_pairs,
     footprints_at,
     rectangle_overlap,
 )
+from mrs_simulator.world.kinematic import KinematicMotion
+from mrs_simulator.world.world import EVERY, World
 
 
 def rectangle(x, y, theta, half):
@@ -105,3 +107,44 @@ def test_a_robot_is_pushed_out_of_an_obstacle(obstacle):
     assert contacts[0][:2] == ("robot1", obstacle.name)
     assert pose[0, 0] < -0.1 + 1e-9
     assert not bodies.separate(pose)
+
+
+@pytest.mark.parametrize("n", [2, 40, 300])
+def test_the_least_distance_is_that_of_all_pairs(n):
+    position = np.random.default_rng(n).uniform(-10.0, 10.0, (n, 2))
+    apart = position[:, np.newaxis] - position[np.newaxis]
+    every = np.linalg.norm(apart, axis=2)[np.triu_indices(n, 1)]
+    assert least_distance(position) == pytest.approx(every.min(), abs=1e-15)
+    assert least_distance(position[:1]) == np.inf
+    assert least_distance(np.concatenate([position, position[:1]])) == 0.0
+    assert least_distance(1e-9 * position) == pytest.approx(1e-9 * every.min(), rel=1e-6)
+
+
+def drive_about(limits):
+    poses = np.array([[1.2 * i, 1.3 * j, i + 2.0 * j] for i in range(6) for j in range(5)])
+    post = [Cylinder("post", 3.0, 3.25, 0.15, 0.5), Box("crate", 5.4, 0.65, 0.3, 0.3, 0.2, 0.5)]
+    world = World(("pioneer3dx",) * 30, poses, post, limits=limits)
+    draw, track, collisions = np.random.default_rng(3), [], []
+    for step in range(400):
+        if step % 40 == 0:
+            world.set_commands(EVERY, draw.uniform(-0.6, 0.6, (30, 2)))
+        world.step()
+        track.append(np.concatenate([world.pose, world.twist], axis=1))
+        collisions += world.take_collisions()
+    return np.array(track), collisions, world.closest_approach
+
+
+@pytest.mark.parametrize("limits", ["top", None])
+def test_bodies_that_cannot_have_met_need_no_look(limits, monkeypatch):
+    looks = []
+    pushed_apart = Bodies._pushed_apart
+    monkeypatch.setattr(
+        Bodies, "_pushed_apart", lambda *args: (looks.append(1), pushed_apart(*args))[1]
+    )
+    track, collisions, closest = drive_about(limits)
+    seldom = len(looks)
+    monkeypatch.setattr(KinematicMotion, "_farthest", lambda *_: np.inf)
+    each_step = drive_about(limits)
+    np.testing.assert_array_equal(track, each_step[0])
+    assert (collisions, closest) == each_step[1:] and len(collisions) > 5
+    assert seldom < len(looks) - seldom == 400

@@ -6,6 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.spectra import (
+    algebraic_connectivity,
+    is_balanced,
+    is_infinitesimally_rigid,
+    laplacian_eigenvalues,
+    left_null_vector,
+    rigidity_matrix,
+    sampled_rate,
+    spectral_radius,
+)
 
 
 def test_path_laplacian_typed_out():
@@ -66,3 +76,92 @@ def test_bad_edges_are_named(edge, said):
 def test_an_edge_twice_is_refused():
     with pytest.raises(ValueError, match="edge 2-1: given twice"):
         Topology(3, [(1, 2), (2, 1)], directed=False)
+
+
+def test_the_mean_of_what_is_heard():
+    values = np.array([[1.0, 0.0], [2.0, 4.0], [6.0, 8.0]])
+    chain = Topology.preset("chain", 3)
+    np.testing.assert_array_equal(chain.neighbour_mean(values), values[[1, 2, 2]])
+    # Robot 1 hears 2 and, thrice as much, 3; robot 3 hears nobody.
+    weighted = Topology(3, [(1, 2), (1, 3, 3.0), (2, 1, 0.5)])
+    np.testing.assert_allclose(
+        weighted.neighbour_mean(values), [[5.0, 7.0], [1.0, 0.0], [6.0, 8.0]], atol=1e-12
+    )
+
+
+# Quantities of theorems, typed out.
+
+
+@pytest.mark.parametrize(
+    "name, n, slowest, largest",
+    [
+        ("path", 3, 1.0, 3.0),
+        ("path", 4, 2.0 - 2.0**0.5, 2.0 + 2.0**0.5),  # 2 (1 - cos(k pi/4))
+        ("star", 5, 1.0, 5.0),
+        ("complete", 4, 4.0, 4.0),
+        ("cycle", 4, 1.0, 2.0),  # directed: 1 - i, 2, 1 + i
+        ("cycle", 6, 0.5, 2.0),  # 1 - cos(pi/3)
+        ("chain", 3, 1.0, 1.0),
+        ("path", 1, 0.0, 0.0),
+    ],
+)
+def test_lambda_2_and_lambda_max(name, n, slowest, largest):
+    graph = Topology.preset(name, n)
+    assert algebraic_connectivity(graph) == pytest.approx(slowest, abs=1e-7)
+    assert spectral_radius(graph) == pytest.approx(largest, abs=1e-7)
+
+
+def test_the_left_null_vector():
+    np.testing.assert_allclose(left_null_vector(Topology.preset("chain", 3)), [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(left_null_vector(Topology.preset("star", 4)), [0.25] * 4, atol=1e-12)
+    # Robot 1 hears 2 with weight 1, 2 hears 1 with weight 3: w_1 = 3 w_2; robot 3 decides nothing.
+    weighted = Topology(3, [(1, 2), (2, 1, 3.0), (3, 1)])
+    np.testing.assert_allclose(left_null_vector(weighted), [0.75, 0.25, 0.0], atol=1e-12)
+    assert not is_balanced(weighted) and is_balanced(Topology.preset("cycle", 5))
+    with pytest.raises(ValueError, match="no spanning tree"):
+        left_null_vector(Topology(3, [(1, 2)]))
+
+
+@pytest.mark.parametrize(
+    "n, edges, holds",
+    [
+        (1, [], True),
+        (3, [(1, 2), (2, 3)], True),
+        (3, [(1, 2), (1, 3)], False),  # neither of those heard hears the other
+        (3, [(2, 1), (3, 1)], True),
+        (3, [(1, 2)], False),
+        (4, [(1, 2), (2, 1), (3, 4), (4, 3)], False),
+        (3, [(1, 2), (3, 2), (2, 3)], True),
+    ],
+)
+def test_spanning_trees(n, edges, holds):
+    assert Topology(n, edges).has_spanning_tree() is holds
+
+
+def test_rigidity():
+    square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    sides = [(0, 1), (1, 2), (2, 3), (3, 0)]
+    expected = [-2, 0, 2, 0, 0, 0, 0, 0]
+    np.testing.assert_array_equal(rigidity_matrix(square, sides)[0], expected)
+    assert not is_infinitesimally_rigid(square, sides)
+    assert is_infinitesimally_rigid(square, sides + [(0, 2)])  # 2n - 3 = 5 edges
+    # As many edges, and one robot can turn about another.
+    assert not is_infinitesimally_rigid(square[[0, 1, 2, 3]], [(0, 1), (1, 2), (0, 2), (2, 3)])
+    # Three robots on one line: rigid, but not to first order.
+    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    assert not is_infinitesimally_rigid(line, [(0, 1), (1, 2), (0, 2)])
+
+
+def test_the_rate_of_held_inputs():
+    # lambda = 1 and 3, held for 0.5 s: factors 0.5 and -0.5.
+    path = Topology.preset("path", 3)
+    assert sampled_rate(path.laplacian(), 0.5) == pytest.approx(2.0 * np.log(2.0))
+    assert sampled_rate(path.laplacian(), 0.7) < 0.0  # 0.7 * 3 above 2
+    assert sampled_rate(np.zeros((2, 2)), 0.1) == 0.0
+
+
+def test_quantities_are_computed_once():
+    graph = Topology.preset("path", 5)
+    assert laplacian_eigenvalues(graph) is laplacian_eigenvalues(graph)
+    with pytest.raises(ValueError):
+        left_null_vector(graph)[0] = 1.0

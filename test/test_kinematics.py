@@ -1,11 +1,14 @@
 """Kinematics: the paper's equations with typed-out numbers."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
 
 from mrs_simulator.core import kinematics as kin
+from mrs_simulator.world import compiled, kinematic
+from mrs_simulator.world.collisions import Footprint, footprints_at
 
 LIMITS = kin.Limits(0.75, 1.5, 0.3, 2.0)
 
@@ -94,3 +97,62 @@ def test_compose_and_wrap():
     np.testing.assert_allclose(
         kin.wrap_angle([math.pi, -math.pi, 7.0]), [-math.pi, -math.pi, 7.0 - 2.0 * math.pi]
     )
+
+
+def test_sines_are_taken_of_contiguous_arrays_only(monkeypatch):
+    # numpy's last bits of a strided one depend on where the heap put the result.
+    def checked(function):
+        def call(angle, *args, **kwargs):
+            assert np.asarray(angle).flags.c_contiguous
+            return function(angle, *args, **kwargs)
+
+        return call
+
+    pose, pairs = np.ones((5, 3)), np.ones((5, 2))
+    monkeypatch.setattr(np, "cos", checked(np.cos))
+    monkeypatch.setattr(np, "sin", checked(np.sin))
+    for rows in (pose, np.asfortranarray(pose), pose[::2]):
+        kin.hand_points(rows, 0.05)
+        kin.unicycle_from_point_mass(pairs[: len(rows)], rows[:, 2], 0.05)
+        kin.point_mass_from_unicycle(pairs[: len(rows)], rows[:, 2], 0.05)
+        kin.compose(rows, rows)
+        kin.origins(rows, rows)
+        kin.arc(rows, pairs[: len(rows)], 0.02)
+        footprints_at(rows, Footprint(0.2, 0.3, 0.4))
+
+
+def same_drives(drive):
+    draw = np.random.default_rng(2)
+    for limits in (LIMITS, kin.NO_LIMITS):
+        pose = np.asfortranarray(draw.uniform(-np.pi, np.pi, (50, 3)))
+        velocity = np.zeros((50, 2), order="F")
+        for _ in range(60):
+            command = np.asfortranarray(draw.normal(size=(50, 2)))
+            command[::3, 1] = 0.0
+            how = velocity, command, limits.velocities(), limits.accelerations(), 0.1
+            wanted, found = kinematic.drive(pose, *how), drive(pose, *how)
+            for one, other in zip(wanted, found):
+                np.testing.assert_array_equal(one, other)
+            velocity, _, pose = wanted
+
+
+def test_the_kernels_give_numpys_bits():
+    same_drives(compiled.driver(lambda kernel: kernel))
+
+
+def test_the_compiled_kernels_give_numpys_bits():
+    pytest.importorskip("numba")
+    same_drives(compiled.compiled_drive())
+
+
+def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
+    monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
+    assert kinematic.drive_function() is kinematic.drive
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "yes")
+    with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=yes: wanted 0 or 1"):
+        kinematic.drive_function()
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
+    monkeypatch.setitem(sys.modules, "numba", None)
+    compiled.compiled_drive.cache_clear()
+    with pytest.raises(ValueError, match="numba is not installed"):
+        kinematic.drive_function()

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrs_simulator.core import formation, verdict
+from mrs_simulator.core import formation, recording, verdict
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import (
     COLUMNS,
@@ -63,7 +63,7 @@ def test_a_run_cut_off_anywhere_keeps_its_whole_samples(tmp_path):
     "text, said",
     [
         ("a,b\n1,2\n", "line 1: .*wanted the columns"),
-        ("", "line 1: None"),
+        ("", "line 1: '', wanted the columns"),
         (",".join(COLUMNS) + "\n", "holds no sample"),
         (",".join(COLUMNS) + "\n0,1,x,0,0,0,0,0,0\n0,2,0,0,0,0,0,0,0\n", "line 2: 0,1,x"),
         (",".join(COLUMNS) + "\n0,1,nan,0,0,0,0,0,0\n0,2,0,0,0,0,0,0,0\n", "finite numbers"),
@@ -171,3 +171,16 @@ def test_closest_approach():
     pose[1, :, 0] = [0.0, 2.5, 7.0]
     assert closest_approach(pose) == 2.5
     assert closest_approach(pose[:, :1]) == math.inf
+
+
+def test_a_file_of_many_blocks_is_read_as_one(tmp_path, monkeypatch):
+    path, poses, _ = recorded(tmp_path, samples=40, n=5)
+    monkeypatch.setattr(recording, "BLOCK", 500)
+    np.testing.assert_array_equal(read_run_csv(path).pose, poses)
+    with open(path, "a") as file:
+        file.write("9.0,1,0.5,0.")  # killed while it wrote
+    np.testing.assert_array_equal(read_run_csv(path).pose, poses)
+    with open(path, "a") as file:
+        file.write("\n9.1,1,0,0,0,0,0,0,0\n")
+    with pytest.raises(RunError, match="line 202: 9.0,1,0.5"):
+        read_run_csv(path)

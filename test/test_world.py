@@ -7,7 +7,7 @@ from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.obstacles import Box
 from mrs_simulator.world.robots import pioneer3dx
-from mrs_simulator.world.world import World, WorldError
+from mrs_simulator.world.world import EVERY, World, WorldError
 
 ONE = ("pioneer3dx",)
 
@@ -148,3 +148,26 @@ def test_any_number_of_robots_drives(n):
     world = drive(World(ONE * n, poses, limits=Limits(1.0, 1.0, np.inf, np.inf)), [0.2, 0.1], 0.2)
     np.testing.assert_allclose(world.pose[:, 2] - poses[:, 2], 0.02)
     assert world.take_collisions() == []
+
+
+def test_watchdogs_look_at_every_robot_in_time():
+    world = World(
+        ONE * 6, make_layout("grid", 6, spacing=2.0), cmd_vel_timeout=0.1, watch_period=0.04
+    )
+    heard, draw = np.full(6, -100), np.random.default_rng(5)
+    for step in range(200):
+        rows = np.flatnonzero(draw.random(6) < 0.15)
+        world.set_commands(rows, np.full((len(rows), 2), 0.1))
+        heard[rows] = step
+        world.step()
+        # Silent for more than 5 steps, looked at every second one: known by the next look.
+        assert world.commanded[step - heard <= 4].all()
+        assert not world.commanded[step - heard >= 6].any()
+        assert not world.command[~world.commanded].any()
+
+
+def test_every_robot_is_commanded_at_once_and_by_one_bad_row_no_other_is_lost():
+    world = World(ONE * 3, make_layout("grid", 3, spacing=2.0))
+    world.set_commands(EVERY, np.array([[0.1, 0.0], [np.nan, 0.0], [0.3, 0.0]]))
+    assert world.command[:, 0].tolist() == [0.1, 0.0, 0.3]
+    assert world.refused.tolist() == [0, 1, 0] and world.commanded.tolist() == [True, False, True]

@@ -14,7 +14,7 @@ from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.reporting import make_control, write_report, write_scenario
-from mrs_simulator.world.world import World
+from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
 
@@ -42,12 +42,11 @@ class Experiment:
         Raises ``LawFailed`` after all robots were told to stop.
         """
         scenario, world = self.scenario, self.world
-        rows = np.arange(scenario.n)
         self.control.start()
         steps = int(round(scenario.duration / scenario.step))
         for step in range(steps + 1):
             if step % scenario.steps_per_command == 0:
-                world.set_commands(rows, self._command(world.estimate()))
+                world.set_commands(EVERY, self._command(world.estimate()))
             if step % scenario.steps_per_record == 0:
                 yield world.time, world.pose, world.command
             if step < steps:
@@ -58,7 +57,7 @@ class Experiment:
         try:
             return self.control.commands(pose, self.world.time)
         except Exception as error:
-            self.world.set_commands(np.arange(self.scenario.n), np.zeros((self.scenario.n, 2)))
+            self.world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
             raise LawFailed(
                 "at {:.3f} s the law failed: {}: {}".format(
                     self.world.time, type(error).__name__, error

@@ -56,7 +56,7 @@ PARAMETERS = (
 
 def line_offsets(n, c):
     """Return ``d``, shape (n, 2) [m]: ``d_i = ((n - i) c, 0)``, the line with separation c [m]."""
-    offsets = np.zeros((n, 2))
+    offsets = np.zeros((n, 2), order="F")
     offsets[:, 0] = c * np.arange(n - 1, -1, -1)
     return offsets
 
@@ -77,10 +77,7 @@ def closure_topology(closure, n, topology=None):
 def target_errors(hand, offsets, topology):
     """Return ``alpha_i - alpha_i*``, shape (n, 2) [m], zero for a robot that hears nobody."""
     relative = hand - offsets
-    degree = topology.in_degree()[:, np.newaxis]
-    listens = degree > 0.0
-    mean = topology.neighbour_sum(relative) / np.where(listens, degree, 1.0)
-    return np.where(listens, relative - mean, 0.0)
+    return relative - topology.neighbour_mean(relative)
 
 
 def formation_velocity(hand, offsets, topology, k, T):

@@ -35,6 +35,9 @@ class Topology:
         # Where every robot hears just one other, with weight 1, a sum is a look-up.
         single = len(self._hears) == len(self.listeners) and np.all(self._weight == 1.0)
         self._look_up = bool(single)
+        # Where means are look-ups: whose value; their own for the deaf.
+        self._means = np.arange(self.n)
+        self._means[self._hears] = self._heard
         self._in_degree = self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
         self._in_degree.setflags(write=False)
 
@@ -120,6 +123,18 @@ class Topology:
             heard = self._weight[:, np.newaxis] * values[self._heard]
             total[self.listeners] = np.add.reduceat(heard, self._starts, axis=0)
         return total
+
+    def __deepcopy__(self, _):
+        """Return itself: a graph never changes, so that copies of what holds it share it."""
+        return self
+
+    def neighbour_mean(self, values):
+        """Return ``sum_j a_ij values_j / sum_j a_ij``, (n, d); of the deaf their own value."""
+        if self._look_up:
+            return values.T.take(self._means, axis=1).T
+        mean, rows = np.array(values, dtype=float), self.listeners
+        mean[rows] = self.neighbour_sum(values)[rows] / self._in_degree[rows, np.newaxis]
+        return mean
 
     def in_degree(self):
         """Return ``sum_j a_ij``, shape (n,), not to be written to."""

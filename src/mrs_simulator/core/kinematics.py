@@ -3,6 +3,9 @@
 Equation numbers are those of the paper: (1) the unicycle, (2) and (3) its hand point, (7) the
 mapping of a point-mass input to the unicycle.  Angles are in rad, counter-clockwise from the x axis
 of the common frame (REP 103).
+
+Results lie in memory column by column (``order="F"``): numpy runs along a thousand x eight times as
+fast as across a thousand pairs.
 """
 
 from typing import NamedTuple
@@ -35,16 +38,26 @@ NO_LIMITS = Limits(np.inf, np.inf, np.inf, np.inf)
 def wrap_angle(angle):
     """Return ``angle`` [rad] brought into [-pi, pi), any shape; one that lies there stays to the bit."""
     angle = np.asarray(angle, dtype=float)
-    outside = (angle < -np.pi) | (angle >= np.pi)
-    if not outside.any():
+    if np.maximum.reduce(np.abs(angle), axis=None, initial=0.0) < np.pi:
         return angle
+    outside = (angle < -np.pi) | (angle >= np.pi)
     return np.where(outside, (angle + np.pi) % (2.0 * np.pi) - np.pi, angle)
+
+
+def cos_sin(angle):
+    """Return cosine and sine of ``angle`` [rad], any shape, the same to the bit in every process.
+
+    Of a contiguous copy: where numpy takes a strided array and the result for overlapping, which is
+    up to the heap, it calls another routine with other last bits.
+    """
+    angle = np.asarray(angle, dtype=float, order="C")
+    return np.cos(angle), np.sin(angle)
 
 
 def compose(origin, pose):
     """Return ``pose`` (n, 3), given in frames at ``origin`` (n, 3), in the frame of ``origin``."""
-    cos, sin = np.cos(origin[:, 2]), np.sin(origin[:, 2])
-    result = np.empty_like(pose)
+    cos, sin = cos_sin(origin[:, 2])
+    result = np.empty(pose.shape, order="F")
     result[:, 0] = origin[:, 0] + cos * pose[:, 0] - sin * pose[:, 1]
     result[:, 1] = origin[:, 1] + sin * pose[:, 0] + cos * pose[:, 1]
     result[:, 2] = wrap_angle(origin[:, 2] + pose[:, 2])
@@ -53,9 +66,9 @@ def compose(origin, pose):
 
 def origins(common, pose):
     """Return the origins (n, 3) from which ``pose`` (n, 3) is ``common`` (n, 3); undoes ``compose``."""
-    result = np.empty_like(pose)
+    result = np.empty(pose.shape, order="F")
     result[:, 2] = wrap_angle(common[:, 2] - pose[:, 2])
-    cos, sin = np.cos(result[:, 2]), np.sin(result[:, 2])
+    cos, sin = cos_sin(result[:, 2])
     result[:, 0] = common[:, 0] - cos * pose[:, 0] + sin * pose[:, 1]
     result[:, 1] = common[:, 1] - sin * pose[:, 0] - cos * pose[:, 1]
     return result
@@ -67,10 +80,10 @@ def hand_points(pose, l):
     ``pose`` has shape (..., 3) [m, m, rad]; ``l`` [m] is the distance from the wheel-axle centre.
     """
     pose = np.asarray(pose, dtype=float)
-    theta = pose[..., 2]
-    hand = np.empty(pose.shape[:-1] + (2,))
-    hand[..., 0] = pose[..., 0] + l * np.cos(theta)
-    hand[..., 1] = pose[..., 1] + l * np.sin(theta)
+    cos, sin = cos_sin(pose[..., 2])
+    hand = np.empty(pose.shape[:-1] + (2,), order="F")
+    hand[..., 0] = pose[..., 0] + l * cos
+    hand[..., 1] = pose[..., 1] + l * sin
     return hand
 
 
@@ -81,8 +94,8 @@ def unicycle_from_point_mass(u, theta, l):
     ``omega = (-sin(theta) ux + cos(theta) uy) / l`` [rad/s].
     ``u`` has shape (n, 2) [m/s] in the common frame, ``theta`` shape (n,) [rad], ``l`` > 0 [m].
     """
-    cos, sin = np.cos(theta), np.sin(theta)
-    command = np.empty((len(u), 2))
+    cos, sin = cos_sin(theta)
+    command = np.empty((len(u), 2), order="F")
     command[:, 0] = cos * u[:, 0] + sin * u[:, 1]
     command[:, 1] = (cos * u[:, 1] - sin * u[:, 0]) / l
     return command
@@ -93,9 +106,9 @@ def point_mass_from_unicycle(command, theta, l):
 
     ``A = [[cos, -l sin], [sin, l cos]]``; the inverse of :func:`unicycle_from_point_mass`.
     """
-    cos, sin = np.cos(theta), np.sin(theta)
+    cos, sin = cos_sin(theta)
     lateral = l * command[:, 1]
-    u = np.empty((len(command), 2))
+    u = np.empty((len(command), 2), order="F")
     u[:, 0] = cos * command[:, 0] - sin * lateral
     u[:, 1] = sin * command[:, 0] + cos * lateral
     return u
@@ -109,19 +122,20 @@ def arc(pose, command, duration):
     ``theta + D/2``.  The heading is not wrapped.
     """
     half = 0.5 * duration * command[:, 1]
-    turning = np.where(half == 0.0, 1.0, half)
-    chord = duration * command[:, 0] * np.where(half == 0.0, 1.0, np.sin(turning) / turning)
+    share = np.empty(len(half))
+    share.fill(1.0)
+    np.divide(np.sin(half), half, out=share, where=half != 0.0)
+    chord = duration * command[:, 0] * share
     middle = pose[:, 2] + half
-    after = np.empty_like(pose)
+    after = np.empty(pose.shape, order="F")
     after[:, 0] = pose[:, 0] + chord * np.cos(middle)
     after[:, 1] = pose[:, 1] + chord * np.sin(middle)
     after[:, 2] = middle + half
     return after
 
 
-def clip_commands(command, limits):
-    """Return commands, shape (n, 2), clipped to ``limits`` one by one, as a robot's firmware does."""
-    top = limits.velocities()
+def clip_commands(command, top):
+    """Return commands, (n, 2), clipped to ``top`` (2,) [m/s, rad/s] one by one, as firmware does."""
     return np.minimum(np.maximum(command, -top), top)
 
 
@@ -165,7 +179,7 @@ def saturate(command, limits, scope="robot"):
 def wheel_speeds(command, track):
     """Return the rim speeds of the left and right wheel, shape (n, 2) [m/s]: ``v -+ omega track/2``."""
     lateral = 0.5 * track * command[:, 1]
-    rims = np.empty_like(command)
+    rims = np.empty(command.shape, order="F")
     rims[:, 0], rims[:, 1] = command[:, 0] - lateral, command[:, 0] + lateral
     return rims
 
@@ -173,4 +187,6 @@ def wheel_speeds(command, track):
 def body_speeds(wheels, track):
     """Return ``(v, omega)``, shape (n, 2), of rim speeds (left, right); inverse of ``wheel_speeds``."""
     left, right = wheels[:, 0], wheels[:, 1]
-    return np.stack([0.5 * (left + right), (right - left) / track], axis=1)
+    body = np.empty(wheels.shape, order="F")
+    body[:, 0], body[:, 1] = 0.5 * (left + right), (right - left) / track
+    return body

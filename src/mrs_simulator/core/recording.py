@@ -1,17 +1,19 @@
 """Recording a run to ``run.csv`` as it happens, and reading it back."""
 
-import csv
 import math
 import os
 import time
+from array import array
 from typing import Any, Dict, List, NamedTuple, Optional
 
 import numpy as np
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
 
 COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
+BLOCK = 1 << 22  # [characters] of a file read at once
 FLUSH_PERIOD = 0.2  # [s] of wall time; a run that is killed loses no more than this
 
 
@@ -89,11 +91,10 @@ def read_run_csv(path, scenario=None, collisions=(), meta=None):
     A last sample that was cut off is left out.  Raises ``RunError`` that names the file and line.
     """
     try:
-        with open(path, encoding="ascii", newline="") as file:
-            rows = _number_rows(csv.reader(file), path)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        with open(path, encoding="ascii") as file:
+            table = _number_table(file, path)
+    except (OSError, UnicodeDecodeError) as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
-    table = np.array(rows).reshape(-1, len(COLUMNS))
     robots, samples = _shape_of(table, path)
     table = table[: samples * len(robots)].reshape(samples, len(robots), len(COLUMNS))
     if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
@@ -110,30 +111,49 @@ def read_run_csv(path, scenario=None, collisions=(), meta=None):
     )
 
 
-def _number_rows(reader, path):
-    header = next(reader, None)
-    if header != list(COLUMNS):
+def _number_table(file, path):
+    """Return all rows of ``file``, (m, 9), read in blocks: never is all of its text held at once."""
+    header = file.readline()
+    if header.rstrip("\n") != ",".join(COLUMNS):
         raise RunError(
-            "{}, line 1: {}, wanted the columns {}".format(path, header, ",".join(COLUMNS))
+            "{}, line 1: {!r}, wanted the columns {}".format(
+                path, header[:100].rstrip("\n"), ",".join(COLUMNS)
+            )
         )
-    lines = list(reader)
-    rows = []
-    for index, line in enumerate(lines):
+    numbers, begin = array("d"), 2
+    for lines in iter(lambda: file.readlines(BLOCK), []):
         try:
-            row = [float(value) for value in line]
-            if len(row) != len(COLUMNS) or not all(map(math.isfinite, row)):
-                raise ValueError
+            numbers.frombytes(_numbers(lines).tobytes())
         except ValueError:
+            bad = next(index for index, line in enumerate(lines) if not _is_row(line))
             # The last line of a run that was killed may be half written.
-            if index == len(lines) - 1 and index:
-                break
-            raise RunError(
-                "{}, line {}: {}, wanted {} finite numbers".format(
-                    path, index + 2, ",".join(line)[:60], len(COLUMNS)
-                )
-            ) from None
-        rows.append(row)
-    return rows
+            if bad < len(lines) - 1 or begin + bad == 2 or file.readline():
+                raise RunError(
+                    "{}, line {}: {}, wanted {} finite numbers".format(
+                        path, begin + bad, lines[bad].rstrip("\n")[:60], len(COLUMNS)
+                    )
+                ) from None
+            numbers.frombytes(_numbers(lines[:bad]).tobytes() if bad else b"")
+        begin += len(lines)
+    return np.frombuffer(numbers).reshape(-1, len(COLUMNS))
+
+
+def _numbers(lines):
+    """Return the numbers in ``lines``, (9 m,); ``ValueError`` if one line is not nine finite ones."""
+    if any(line.count(",") != len(COLUMNS) - 1 for line in lines):
+        raise ValueError
+    numbers = np.fromiter(map(float, ",".join(lines).split(",")), float)
+    if not np.isfinite(numbers).all():
+        raise ValueError
+    return numbers
+
+
+def _is_row(line):
+    try:
+        _numbers([line])
+    except ValueError:
+        return False
+    return True
 
 
 def _shape_of(table, path):
@@ -149,12 +169,4 @@ def _shape_of(table, path):
 
 def closest_approach(pose):
     """Return the least distance [m] between two robots' centres over all samples; inf for one."""
-    n = pose.shape[1]
-    least = np.inf
-    if n < 2:
-        return least
-    upper = np.triu_indices(n, 1)
-    for sample in pose[:, :, :2]:
-        apart = sample[:, np.newaxis] - sample[np.newaxis]
-        least = min(least, float(np.einsum("ijk,ijk->ij", apart, apart)[upper].min()))
-    return math.sqrt(least)
+    return min((least_distance(sample) for sample in pose[:, :, :2]), default=math.inf)

@@ -1,10 +1,25 @@
 """Exact quantities of interaction topologies, which theorems speak of."""
 
+import functools
+
 import numpy as np
 
 ZERO = 1e-9  # [-] eigenvalues closer to zero than this count as zero
 
 
+def _once(function):
+    """Keep what ``function`` returns of a topology, which never changes; arrays not to be written to."""
+
+    @functools.lru_cache(maxsize=16)
+    def kept(topology):
+        result = function(topology)
+        result.setflags(write=False)
+        return result
+
+    return functools.update_wrapper(kept, function)
+
+
+@_once
 def laplacian_eigenvalues(topology):
     """Return the eigenvalues of the Laplacian, (n,), ascending by real part; real if undirected."""
     laplacian = topology.laplacian()
@@ -24,6 +39,7 @@ def spectral_radius(topology):
     return float(np.max(np.abs(laplacian_eigenvalues(topology))))
 
 
+@_once
 def left_null_vector(topology):
     """Return ``w``, (n,), with ``w^T L = 0`` and sum 1: the weights of the limit of consensus.
 

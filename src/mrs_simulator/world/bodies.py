@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.world.collisions import (
     Footprint,
@@ -16,6 +17,7 @@ from mrs_simulator.world.collisions import (
 from mrs_simulator.world.robots import robot_kind
 
 PASSES = 4  # [-] rounds of pushing apart in one step
+ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
 
 
 class Contact(NamedTuple):
@@ -42,10 +44,12 @@ class Bodies:
         self.mirrored = np.zeros(len(kinds), dtype=bool)
         self.mirrored[list(mirrored)] = True
         self._list = VerletList(2.0 * self.footprint.reach)
+        self._room = 0.0  # [m] that every robot may move before any can touch
 
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
         self._list.clear()
+        self._room = 0.0
 
     def near_pairs(self, pose):
         """Return the rows of all pairs of robots that may touch soon."""
@@ -56,8 +60,7 @@ class Bodies:
         first, second = self.near_pairs(pose)
         if not len(first):
             return first, second, np.empty(0), np.empty((0, 2))
-        apart = pose[second, :2] - pose[first, :2]
-        near = np.einsum("ij,ij->i", apart, apart) < self._list.reach**2
+        near = squared(pose[second, :2] - pose[first, :2]) < self._list.reach**2
         first, second = first[near], second[near]
         if not len(first):
             return first, second, np.empty(0), np.empty((0, 2))
@@ -66,6 +69,16 @@ class Bodies:
         depth, direction = rectangle_overlap(a, b)
         hit = depth > 0.0
         return first[hit], second[hit], depth[hit], direction[hit]
+
+    def closest(self, pose):
+        """Return the least distance [m] between two centres; quick where two bodies are in contact."""
+        first, second = self.near_pairs(pose)
+        if len(first):
+            nearest = squared(pose[second, :2] - pose[first, :2]).min()
+            # Every pair within reach is listed.
+            if nearest < self._list.reach**2:
+                return float(np.sqrt(nearest))
+        return least_distance(pose[:, :2])
 
     def obstacle_overlaps(self, pose):
         """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
@@ -79,8 +92,11 @@ class Bodies:
                 yield obstacle, rows[hit], depth[hit], direction[hit]
 
     def _within_reach(self, obstacle, pose):
-        far = _size(obstacle) + self.footprint.reach
-        return np.max(np.abs(pose[:, :2] - [obstacle.x, obstacle.y]), axis=1) < far
+        return self._box_distance(obstacle, pose) < _size(obstacle) + self.footprint.reach
+
+    @staticmethod
+    def _box_distance(obstacle, pose):
+        return np.max(np.abs(pose[:, :2] - [obstacle.x, obstacle.y]), axis=1)
 
     def _overlap_with(self, obstacle, pose):
         own = footprints_at(pose, self.footprint)
@@ -91,21 +107,39 @@ class Bodies:
         half = np.array([0.5 * obstacle.length, 0.5 * obstacle.width])
         return rectangle_overlap(own, Rectangles(middle, np.broadcast_to(axis, middle.shape), half))
 
-    def separate(self, pose):
+    def separate(self, pose, travel=np.inf):
         """Push overlapping bodies of ``pose`` (n, 3) apart, in place; return the contacts found.
 
         Robots give way by half of the depth each, to a mirrored robot by all of it; an obstacle and
-        a mirrored robot not at all.  Headings stay.
+        a mirrored robot not at all.  Headings stay.  ``travel`` [m]: no robot moved farther since
+        the last call; while that cannot have brought two bodies together none is looked at.
         """
+        self._room -= travel
+        if self._room > 0.0:
+            return []
+        contacts = self._pushed_apart(pose)
+        self._room = 0.0 if contacts else self._room_to_move(pose)
+        return contacts
+
+    def _room_to_move(self, pose):
+        """Return how far [m] all robots may move from ``pose`` before any two bodies can touch."""
+        room = self._list.room(pose[:, :2])
+        for obstacle in self.obstacles:
+            apart = self._box_distance(obstacle, pose).min()
+            room = min(room, apart - _size(obstacle) - self.footprint.reach)
+        return room - ROUNDING
+
+    def _pushed_apart(self, pose):
         contacts = []
         for turn in range(PASSES):
             first, second, depth, direction = self.overlaps(pose)
-            back, on = self._shares(first, second)
-            if turn == 0:
-                contacts += self._robot_contacts(pose, first, second, depth, direction)
-            np.subtract.at(pose[:, :2], first, (back * depth)[:, np.newaxis] * direction)
-            np.add.at(pose[:, :2], second, (on * depth)[:, np.newaxis] * direction)
             touched = len(first) > 0
+            if touched:
+                back, on = self._shares(first, second)
+                if turn == 0:
+                    contacts += self._robot_contacts(pose, first, second, depth, direction)
+                np.subtract.at(pose[:, :2], first, (back * depth)[:, np.newaxis] * direction)
+                np.add.at(pose[:, :2], second, (on * depth)[:, np.newaxis] * direction)
             for obstacle, rows, deep, toward in self.obstacle_overlaps(pose):
                 if turn == 0:
                     contacts += self._obstacle_contacts(obstacle, pose, rows, deep, toward)

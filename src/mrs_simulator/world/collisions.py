@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.neighbours import close_pairs, dot, squared
+
 SKIN = 1.0  # [m] beyond reach, for which a pair is listed
-DENSE = 256  # [-] robots up to which all pairs are looked at when listing
-NEIGHBOUR_CELLS = ((0, 0), (1, 0), (0, 1), (1, 1), (1, -1))  # half of them: each pair once
 
 
 class Footprint(NamedTuple):
@@ -47,7 +48,8 @@ class Rectangles(NamedTuple):
 
 def footprints_at(pose, footprint):
     """Return the ``Rectangles`` of robots at ``pose`` (n, 3)."""
-    axis = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
+    axis = np.empty((len(pose), 2), order="F")
+    axis[:, 0], axis[:, 1] = cos_sin(pose[:, 2])
     return Rectangles(pose[:, :2] + footprint.ahead * axis, axis, footprint.half)
 
 
@@ -57,31 +59,34 @@ def rectangle_overlap(a, b):
     Separating axes: the least overlap over the four sides' directions; negative where apart (then
     at most the distance).  Pushing b by depth along the direction separates the pair.
     """
-    apart = b.middle - a.middle
-    least, direction = None, None
-    for axis, own, other in (
-        (a.axis, a, b),
-        (_left(a.axis), a, b),
-        (b.axis, b, a),
-        (_left(b.axis), b, a),
-    ):
-        along = np.einsum("ij,ij->i", apart, axis)
-        overlap = _extent(own, axis) + _extent(other, axis) - np.abs(along)
-        outward = axis * np.where(along < 0.0, -1.0, 1.0)[:, np.newaxis]
-        if least is None:
-            least, direction = overlap, outward
-            continue
-        better = overlap < least
-        least = np.where(better, overlap, least)
-        direction = np.where(better[:, np.newaxis], outward, direction)
-    return least, direction
+    apart, rows = b.middle - a.middle, np.arange(len(a.middle))
+    along = np.empty((4, len(rows)))
+    along[0], along[1] = dot(apart, a.axis), _cross(a.axis, apart)
+    along[2], along[3] = dot(apart, b.axis), _cross(b.axis, apart)
+    overlap = _extents(a, b) - np.abs(along)
+    least = np.argmin(overlap, axis=0)
+    axis = np.where((least < 2)[:, np.newaxis], a.axis, b.axis)
+    axis = np.where((least % 2 == 1)[:, np.newaxis], _left(axis), axis)
+    sign = np.where(along[least, rows] < 0.0, -1.0, 1.0)
+    return overlap[least, rows], sign[:, np.newaxis] * axis
+
+
+def _extents(a, b):
+    """Return how far a and b together reach along a's length and width and b's, (4, m) [m]."""
+    cos, sin = np.abs(dot(a.axis, b.axis)), np.abs(_cross(a.axis, b.axis))
+    extents = np.empty((4, len(cos)))
+    for row, own, other in ((0, a, b), (2, b, a)):
+        length, width = other.half[..., 0], other.half[..., 1]
+        extents[row] = own.half[..., 0] + length * cos + width * sin
+        extents[row + 1] = own.half[..., 1] + length * sin + width * cos
+    return extents
 
 
 def circle_overlap(a, middle, radius):
     """Return how deep circles overlap rectangles a, (m,), and the direction to the circle, (m, 2)."""
     apart = middle - a.middle
     side = _left(a.axis)
-    local = np.stack([np.einsum("ij,ij->i", apart, a.axis), np.einsum("ij,ij->i", apart, side)], 1)
+    local = np.stack([dot(apart, a.axis), dot(apart, side)], axis=1)
     nearest = np.clip(local, -a.half, a.half)
     gap = local - nearest
     distance = np.linalg.norm(gap, axis=1)
@@ -100,48 +105,13 @@ def circle_overlap(a, middle, radius):
 
 
 def _left(axis):
-    return np.stack([-axis[:, 1], axis[:, 0]], axis=1)
+    left = np.empty(axis.shape, order="F")
+    left[:, 0], left[:, 1] = -axis[:, 1], axis[:, 0]
+    return left
 
 
-def _extent(rectangles, axis):
-    along = np.abs(np.einsum("ij,ij->i", rectangles.axis, axis))
-    across = np.abs(np.einsum("ij,ij->i", _left(rectangles.axis), axis))
-    half = np.broadcast_to(rectangles.half, (len(along), 2))
-    return half[:, 0] * along + half[:, 1] * across
-
-
-def close_pairs(position, distance):
-    """Return the rows of all pairs of points closer than ``distance`` [m], (m,) and (m,), i < j."""
-    if len(position) <= DENSE:
-        first, second = np.triu_indices(len(position), 1)
-    else:
-        first, second = _grid_pairs(position, distance)
-    apart = position[second] - position[first]
-    near = np.einsum("ij,ij->i", apart, apart) < distance * distance
-    return first[near], second[near]
-
-
-def _grid_pairs(position, size):
-    cell = np.floor((position - position.min(axis=0)) / size).astype(np.int64)
-    width = cell[:, 1].max() + 3
-    key = cell[:, 0] * width + cell[:, 1] + 1
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    pairs = []
-    for dx, dy in NEIGHBOUR_CELLS:
-        wanted = key + dx * width + dy
-        begin = np.searchsorted(ordered, wanted, "left")
-        count = np.searchsorted(ordered, wanted, "right") - begin
-        first = np.repeat(np.arange(len(position)), count)
-        offset = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
-        second = order[np.repeat(begin, count) + offset]
-        keep = first < second if (dx, dy) == (0, 0) else slice(None)
-        pairs.append(np.stack([first[keep], second[keep]]))
-    first, second = np.concatenate(pairs, axis=1)
-    low, high = np.minimum(first, second), np.maximum(first, second)
-    # In ascending order the result does not depend on the way it was found.
-    sequence = np.lexsort((high, low))
-    return low[sequence], high[sequence]
+def _cross(a, b):
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 class VerletList:
@@ -159,9 +129,20 @@ class VerletList:
             self._pairs = close_pairs(position, self.reach + SKIN)
         return self._pairs
 
+    def room(self, position):
+        """Return a distance [m] that all robots may move from ``position`` and none comes into reach."""
+        first, second = self.pairs(position)
+        unlisted = 0.5 * SKIN - np.sqrt(self._farthest_moved(position))
+        if not len(first):
+            return unlisted
+        nearest = np.sqrt(squared(position[second] - position[first]).min())
+        return min(unlisted, 0.5 * (nearest - self.reach))
+
     def _moved_far(self, position):
-        moved = position - self._origin
-        return np.einsum("ij,ij->i", moved, moved).max() > (0.5 * SKIN) ** 2
+        return self._farthest_moved(position) > (0.5 * SKIN) ** 2
+
+    def _farthest_moved(self, position):
+        return squared(position - self._origin).max()
 
     def clear(self):
         """Forget the list, after robots were put elsewhere."""

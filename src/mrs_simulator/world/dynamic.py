@@ -148,7 +148,7 @@ class DynamicMotion:
         Velocities are clipped and ramped once a step as the firmware does, and held by the wheels'
         motors while the solver takes its substeps.
         """
-        target = clip_commands(command, self.limits)
+        target = clip_commands(command, self.limits.velocities())
         target[self._mirrored] = 0.0
         mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
         for row, pose in zip(self._mirrored, mirrored[0].tolist()):
@@ -218,6 +218,10 @@ class DynamicMotion:
             for contact in self._plane.firm_contacts(self.pose):
                 found.setdefault(contact[:2], contact[:4])
         return list(found.values())
+
+    def closest(self):
+        """Return the least distance [m] between two robots' centres now; inf for one robot."""
+        return self._plane.closest(self.pose)
 
     def close(self):
         """Disconnect from pybullet; closing twice does no harm."""

@@ -15,11 +15,12 @@ from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.collisions import close_pairs
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
 from mrs_simulator.world.robots import robot_kind
 
+EVERY = slice(None)  # the rows of all robots
 FORGET = 0.1  # [s] without contact after which touching again is a new collision
+FEW = 100  # [-] past contacts that may be kept in memory whatever their age
 
 
 class WorldError(ValueError):
@@ -107,7 +108,7 @@ class World:
             return PointMassMotion(kinds, poses, self._hand_length, self.step_size, **mirrored)
         bodies = kinds, poses, self.obstacles, self._limits, self.step_size
         if self.fidelity == "kinematic":
-            return KinematicMotion(*bodies, **mirrored)
+            return KinematicMotion(*bodies, **mirrored, encoders=self._odometry_kind == "wheel")
         if self.fidelity != "dynamic":
             raise WorldError(
                 "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
@@ -141,8 +142,9 @@ class World:
         self._fresh_start()
 
     def _fresh_start(self):
-        self._target = np.zeros((self.n, 2))
+        self._target = np.zeros((self.n, 2), order="F")
         self._heard = np.full(self.n, -1)  # the step of the last accepted command, -1 for none
+        self._longest_silent = self._step  # no commanded robot was heard last before this step
         self.commanded = np.zeros(self.n, dtype=bool)
         self._touching = {}
         self._new_collisions = []
@@ -208,19 +210,22 @@ class World:
 
     def closest_distance(self):
         """Return the least distance [m] between two robots' centres now; inf for one robot."""
-        return _least_distance(self.pose[:, :2])
+        return self._motion.closest()
 
     # What happens --------------------------------------------------------------------------------
 
     def set_commands(self, rows, commands):
-        """Give robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s].
+        """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, 2) [m/s, rad/s].
 
         One that is not finite is refused and counted in ``refused``; that robot keeps its last
         command until its own watchdog stops it.
         """
-        rows, commands = np.asarray(rows, dtype=int), np.asarray(commands, dtype=float)
-        finite = np.isfinite(commands).all(axis=1)
+        rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
+        commands = np.asarray(commands, dtype=float)
+        finite = np.isfinite(commands)
         if not finite.all():
+            finite = finite.all(axis=1)
+            rows = np.arange(self.n)[rows]
             np.add.at(self.refused, rows[~finite], 1)
             rows, commands = rows[finite], commands[finite]
         self._target[rows] = commands
@@ -253,27 +258,39 @@ class World:
         if self._odometry_kind == "wheel":
             self._odometry.update(self._motion.wheel_travel)
         contacts = self._motion.contacts()
-        if contacts or self._touching:
+        if contacts:
             self._note_contacts(contacts)
 
     def _watch(self):
         if self._step % self._steps_per_watch:
             return
-        silent = (self._step - self._heard) * self.step_size > self.cmd_vel_timeout - 1e-9
-        late = silent & self.commanded
+        if not self._too_long(self._longest_silent):
+            return
+        late = self._too_long(self._heard) & self.commanded
         if late.any():
             self._target[late] = 0.0
             self.commanded[late] = False
+        self._longest_silent = self._heard[self.commanded].min(initial=self._step)
+
+    def _too_long(self, heard):
+        return (self._step - heard) * self.step_size > self.cmd_vel_timeout - 1e-9
 
     def _note_contacts(self, contacts):
         now = self._step
         for first, second, x, y in contacts:
             last = self._touching.get((first, second))
-            if last is None or (now - last) * self.step_size > FORGET:
+            if last is None or self._is_over(last):
                 self._new_collisions.append(Collision(self.time, first, second, x, y))
             self._touching[first, second] = now
+        if len(self._touching) > 2 * len(contacts) + FEW:
+            over = [pair for pair, last in self._touching.items() if self._is_over(last)]
+            for pair in over:
+                del self._touching[pair]
         # Robots in contact are as close as robots come.
         self.measure_closest_approach()
+
+    def _is_over(self, last):
+        return (self._step - last) * self.step_size > FORGET
 
     def measure_closest_approach(self):
         """Return the least distance [m] between two centres seen so far, now included."""
@@ -343,18 +360,3 @@ def refuse_overlaps(kinds, poses, obstacles, mirrored=()):
         raise WorldError(
             "robot{} overlaps obstacle {}; wanted them apart".format(rows[0] + 1, obstacle.name)
         )
-
-
-def _least_distance(position):
-    n = len(position)
-    if n < 2:
-        return np.inf
-    # Some pair of n points in a box is no farther apart than this; so no pair beyond it is needed.
-    span = np.ptp(position, axis=0)
-    bound = 2.0 * np.sqrt((span[0] * span[1] + 1e-9) / n) + 2.0 * max(span) / n + 1e-9
-    first, second = close_pairs(position, bound)
-    while not len(first):
-        bound *= 2.0
-        first, second = close_pairs(position, bound)
-    apart = position[second] - position[first]
-    return float(np.sqrt(np.einsum("ij,ij->i", apart, apart).min()))

@@ -1,0 +1,70 @@
+"""Which points lie near each other, without looking at all pairs of many."""
+
+import numpy as np
+
+DENSE = 256  # [-] points up to which all pairs are looked at
+NEIGHBOUR_CELLS = ((0, 0), (1, 0), (0, 1), (1, 1), (1, -1))  # half of them: each pair once
+
+
+def dot(a, b):
+    """Return the inner products (m,) of vectors a and b (m, 2), to the bit however they lie in memory."""
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+
+
+def squared(a):
+    """Return the squared lengths (m,) of vectors a (m, 2)."""
+    return dot(a, a)
+
+
+def close_pairs(position, distance):
+    """Return the rows of all pairs of points closer than ``distance`` [m], (m,) and (m,), i < j."""
+    if len(position) <= DENSE:
+        first, second = np.triu_indices(len(position), 1)
+    else:
+        first, second = _grid_pairs(position, distance)
+    near = squared(position[second] - position[first]) < distance * distance
+    return first[near], second[near]
+
+
+def _grid_pairs(position, size):
+    cell = np.floor((position - position.min(axis=0)) / size).astype(np.int64)
+    width = cell[:, 1].max() + 3
+    key = cell[:, 0] * width + cell[:, 1] + 1
+    order = np.argsort(key, kind="stable")
+    ordered = key[order]
+    pairs = []
+    for dx, dy in NEIGHBOUR_CELLS:
+        wanted = key + dx * width + dy
+        begin = np.searchsorted(ordered, wanted, "left")
+        count = np.searchsorted(ordered, wanted, "right") - begin
+        first = np.repeat(np.arange(len(position)), count)
+        offset = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
+        second = order[np.repeat(begin, count) + offset]
+        keep = first < second if (dx, dy) == (0, 0) else slice(None)
+        pairs.append(np.stack([first[keep], second[keep]]))
+    first, second = np.concatenate(pairs, axis=1)
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    # In ascending order the result does not depend on the way it was found.
+    sequence = np.lexsort((high, low))
+    return low[sequence], high[sequence]
+
+
+def least_distance(position):
+    """Return the least distance [m] between two of the points ``position`` (n, 2); inf for one."""
+    if len(position) < 2:
+        return np.inf
+    bound = np.inf if len(position) <= DENSE else _no_nearer(position)
+    if bound == 0.0:
+        return 0.0
+    first, second = close_pairs(position, bound)
+    return float(np.sqrt(squared(position[second] - position[first]).min()))
+
+
+def _no_nearer(position):
+    """Return a little more than the distance of some pair [m]; 0 only where two points coincide."""
+    least = np.inf
+    for column in range(2):
+        ordered = position[np.argsort(position[:, column], kind="stable")]
+        least = min(least, squared(ordered[1:] - ordered[:-1]).min())
+    # Not so little that cells of that size could not be numbered.
+    return 1.001 * np.sqrt(least) + (1e-6 * np.ptp(position, axis=0).max() if least else 0.0)

@@ -7,11 +7,21 @@ from mrs_simulator import load_scenario, run_experiment
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
 
 
-def shipped(name, parameters=None, **changes):
+def shipped(name, parameters=None, rate=None, **changes):
+    """Return the shipped scenario with other parameters, rate [Hz] of commands and top-level keys."""
     scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
-    changed = dict(scenario.control.parameters, **(parameters or {}))
-    control = dict(scenario.control._asdict(), parameters=changed)
+    control = scenario.control._asdict()
+    control["parameters"] = dict(control["parameters"], **(parameters or {}))
+    if rate:
+        control["rate"] = rate
+        changes["step"] = min(0.02, 1.0 / rate)
     return scenario.changed(control=control, **changes)
+
+
+def as_points(scenario):
+    """Return the scenario on point masses without limits."""
+    control = scenario.control._replace(saturation="none")
+    return scenario._replace(fidelity="point_mass", limits=None, control=control)
 
 
 def verdict_of(scenario, out, law=None):

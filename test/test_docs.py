@@ -50,7 +50,13 @@ def test_every_shipped_scenario_is_valid():
 
 
 def test_links_and_pictures_exist():
-    for name in ("README.md", "docs/protocols.md", "docs/scenarios.md", "docs/nodes.md"):
+    for name in (
+        "README.md",
+        "docs/protocols.md",
+        "docs/scenarios.md",
+        "docs/nodes.md",
+        "docs/benchmarks.md",
+    ):
         for target in re.findall(r"\]\(([^)#:]+)\)", page(name)):
             path = os.path.join(ROOT, os.path.dirname(name), target)
             assert os.path.exists(path), "{}: {}".format(name, target)

@@ -1,17 +1,14 @@
 """Formations that move: paths, feed-forward and lag, l-psi control, and their scenarios."""
 
-import os
-
 import numpy as np
 import pytest
+from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
-from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.control.library.marching import LeaderFollower, Marching, tree
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.protocols import marching as laws
 from mrs_simulator.reporting import make_control
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 HOLDS = {
     "marching": ["steady displacement error [m]", "drift of the centre from the path [m]"],
     "marching_lag": ["lag of robot 1 [m]", "worst difference from the lags [m]"],
@@ -21,38 +18,6 @@ HOLDS = {
         "decay rate of the separation error [1/s]",
     ],
 }
-
-
-def scenario(name, **changes):
-    return load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml")).changed(**changes)
-
-
-def with_control(given, protocol=None, **parameters):
-    """Return the scenario with changed parameters, and under a class of the test's own."""
-    control = given.control
-    control = control._replace(parameters=dict(control.parameters, **parameters))
-    if protocol is not None:
-        control = control._replace(protocol=protocol.__name__)
-    return given._replace(control=control)
-
-
-def as_points(given):
-    """Return the scenario on point masses without limits."""
-    control = given.control._replace(saturation="none")
-    return given._replace(fidelity="point_mass", limits=None, control=control)
-
-
-def run(given, path, protocol=None):
-    return run_experiment(given, str(path), protocol, formats=())
-
-
-def failed(verdict):
-    return {check["name"] for check in verdict["checks"] if check["passed"] is False}
-
-
-def check(verdict, name):
-    (found,) = [check for check in verdict["checks"] if check["name"] == name]
-    return found
 
 
 # Paths.
@@ -97,7 +62,7 @@ def test_a_path_that_cannot_be_is_refused():
             laws.read_waypoints(text)
     with pytest.raises(ValueError, match="wanted one of line, circle"):
         laws.make_path("spiral")
-    control = make_control(scenario("marching_patrol"))
+    control = make_control(shipped("marching_patrol"))
     with pytest.raises(ValueError, match="room for"):
         control.set_parameters(dict(control.parameters, radius=50.0))
     assert control.radius == 4.0  # all or nothing
@@ -172,9 +137,8 @@ def test_who_follows_whom():
 @pytest.mark.parametrize("path", laws.PATHS)
 @pytest.mark.parametrize("anchor", [0.0, 0.2])
 def test_point_masses_march_without_steady_error(path, anchor):
-    given = with_control(
-        as_points(scenario("marching_patrol")), path=path, anchor=anchor, swing=0.3
-    )
+    parameters = {"path": path, "anchor": anchor, "swing": 0.3}
+    given = as_points(shipped("marching_patrol", parameters))
     control = make_control(given)
     start = given.poses[:, :2] + 1.0
     hand, track = start.copy(), []
@@ -192,7 +156,7 @@ def test_point_masses_march_without_steady_error(path, anchor):
 
 
 def test_without_feed_forward_a_chain_lags_by_i_v_over_kappa():
-    given = as_points(scenario("marching_lag"))
+    given = as_points(shipped("marching_lag"))
     control = make_control(given)
     hand = given.poses[:, :2].copy()
     for step in range(3000):
@@ -207,7 +171,7 @@ def test_without_feed_forward_a_chain_lags_by_i_v_over_kappa():
 
 @pytest.mark.parametrize("name", sorted(HOLDS))
 def test_the_shipped_scenario_passes(tmp_path, name):
-    verdict = run(scenario(name), tmp_path)
+    verdict = verdict_of(shipped(name), tmp_path)
     assert verdict["passed"], failed(verdict)
     # Nothing was left out: theory speaks of the whole run.
     assert all(check["passed"] for check in verdict["checks"])
@@ -216,7 +180,7 @@ def test_the_shipped_scenario_passes(tmp_path, name):
 
 
 def test_the_rate_on_points_is_that_of_theory(tmp_path):
-    verdict = run(as_points(scenario("marching", duration=60.0)), tmp_path)
+    verdict = verdict_of(as_points(shipped("marching", duration=60.0)), tmp_path)
     assert verdict["passed"], failed(verdict)
     rate = check(verdict, "decay rate of the error [1/s]")
     assert rate["note"] == "" and rate["measured"] == pytest.approx(rate["predicted"], rel=0.02)
@@ -225,15 +189,16 @@ def test_the_rate_on_points_is_that_of_theory(tmp_path):
 def test_a_row_of_followers_keeps_separation_and_bearing(tmp_path):
     """Each follows the one ahead and knows its command, so that no error is handed on."""
     row = [[-1.6 * i, 0.1 * i, 0.0] for i in range(4)]
-    given = scenario(
+    given = shipped(
         "leader_follower",
+        {"shape": "line", "path": "circle", "l": 0.3},
         poses=row,
         robots=4,
         topology={"edges": [[2, 1], [3, 2], [4, 3]]},
         limits="none",
         duration=40.0,
     )
-    verdict = run(with_control(given, shape="line", path="circle", l=0.3), tmp_path)
+    verdict = verdict_of(given, tmp_path)
     assert verdict["passed"], failed(verdict)
     assert check(verdict, "decay rate of the separation error [1/s]")["passed"]
 
@@ -259,7 +224,7 @@ class WrongSign(Marching):
     [("marching", NoFeedForward), ("marching", WrongSign), ("marching_patrol", NoFeedForward)],
 )
 def test_a_broken_march_fails(tmp_path, name, protocol):
-    verdict = run(with_control(scenario(name, duration=15.0), protocol), tmp_path, protocol)
+    verdict = verdict_of(shipped(name, duration=15.0), tmp_path, protocol)
     assert "steady displacement error [m]" in failed(verdict)
 
 
@@ -274,7 +239,7 @@ def test_a_feed_forward_that_everybody_has_leaves_no_lag(tmp_path):
             self.running = False
             return super().claims(start)
 
-    verdict = run(with_control(scenario("marching_lag"), Everybody), tmp_path, Everybody)
+    verdict = verdict_of(shipped("marching_lag"), tmp_path, Everybody)
     assert check(verdict, "lag of robot 1 [m]")["measured"] == pytest.approx(0.0, abs=0.01)
     assert "lag of robot 1 [m]" in failed(verdict)
 
@@ -299,14 +264,14 @@ def test_outside_the_theorem_the_verdict_says_so(tmp_path, name, topology, param
     changes = {"duration": 0.4}
     if topology is not None:
         changes["topology"] = topology
-    verdict = run(with_control(scenario(name, **changes), **parameters), tmp_path)
+    verdict = verdict_of(shipped(name, parameters, **changes), tmp_path)
     assert said in failed(verdict)
     assert check(verdict, said)["note"]
 
 
 def test_points_cannot_keep_a_bearing(tmp_path):
     assert "robots with headings" in failed(
-        run(as_points(scenario("leader_follower", duration=0.4)), tmp_path)
+        verdict_of(as_points(shipped("leader_follower", duration=0.4)), tmp_path)
     )
 
 
@@ -318,8 +283,8 @@ def test_a_follower_that_ignores_its_leaders_motion_fails(tmp_path):
                 twists[number].linear.x -= self.speed
             return twists
 
-    given = with_control(scenario("leader_follower", duration=20.0), Alone)
-    assert "worst separation error at the end [m]" in failed(run(given, tmp_path, Alone))
+    given = shipped("leader_follower", duration=20.0)
+    assert "worst separation error at the end [m]" in failed(verdict_of(given, tmp_path, Alone))
 
 
 def test_the_wrong_sign_of_the_separation_fails(tmp_path):
@@ -331,12 +296,12 @@ def test_the_wrong_sign_of_the_separation_fails(tmp_path):
             finally:
                 self.k1 = self.parameters["k1"]
 
-    given = with_control(scenario("leader_follower", duration=10.0), Away)
-    assert "worst separation error at the end [m]" in failed(run(given, tmp_path, Away))
+    given = shipped("leader_follower", duration=10.0)
+    assert "worst separation error at the end [m]" in failed(verdict_of(given, tmp_path, Away))
 
 
 def test_followers_are_wanted_beside_their_leader():
-    given = scenario("leader_follower")
+    given = shipped("leader_follower")
     control = make_control(given)
     hand = given.poses[:, :2] + [given.hand_length, 0.0]
     assert control.targets(hand) is None  # before any pose is known

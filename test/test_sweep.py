@@ -2,8 +2,11 @@
 
 import csv
 import os
+import subprocess
+import sys
 
 import pytest
+from ros_fixtures import wait_until
 
 from mrs_simulator.experiment import main
 from mrs_simulator.sweep import SweepError, make_runs, read_axis, run_sweep
@@ -68,6 +71,106 @@ def test_what_was_finished_is_not_run_again(tmp_path):
     run_sweep(runs, str(tmp_path), jobs=1)
     assert done.stat().st_mtime_ns == stamp
     assert len(rows(str(tmp_path))) == 2
+
+
+DIES = """
+import os
+
+from mrs_simulator import PioneerControl
+
+
+class Dies(PioneerControl):
+    def start(self):
+        if len(self.numbers) == 3:
+            os._exit(1)
+
+    def pointMassLaw(self, hand):
+        return 0.0 * hand
+"""
+TINY = [("seed", [0, 1]), ("duration", [1.0, 2.0])]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """The address of a Dask scheduler on this machine, with two worker processes."""
+    dask = pytest.importorskip("dask")
+    from dask.distributed import LocalCluster
+
+    # Of each death the cluster blames all that waited on that worker.
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
+        worker_dashboard_address=None,
+        silence_logs="CRITICAL",
+    ) as running:
+        yield running.scheduler_address
+
+
+def tidy(out):
+    """Return the table without how fast this machine was."""
+    return [{k: v for k, v in row.items() if k != "real_time_factor"} for row in rows(str(out))]
+
+
+def test_a_cluster_gives_the_same_table_and_resumes(tmp_path, cluster, monkeypatch, capsys):
+    runs = make_runs(FOUR, TINY)
+    run_sweep(runs, str(tmp_path / "cores"), jobs=1)
+    monkeypatch.chdir(tmp_path)  # the workers are elsewhere
+    # Interrupted after one run.
+    run_sweep(runs[:1], "cluster", scheduler=cluster)
+    done = tmp_path / "cluster" / runs[0][0] / "run.csv"
+    stamp = done.stat().st_mtime_ns
+    arguments = [FOUR, "--out", "cluster", "--scheduler", cluster]
+    axes = ["--sweep", "seed=0..1", "--sweep", "duration=1.0,2.0"]
+    with pytest.raises(SystemExit):
+        main(arguments + axes)
+    assert "0 of 4 runs passed" in capsys.readouterr().out
+    assert done.stat().st_mtime_ns == stamp
+    assert tidy(tmp_path / "cluster") == tidy(tmp_path / "cores") and len(tidy("cluster")) == 4
+    for name, _, _ in runs:
+        made = [
+            (tmp_path / where / name / "run.csv").read_bytes() for where in ("cores", "cluster")
+        ]
+        assert made[0] == made[1]
+
+
+@pytest.mark.parametrize("where", ["cores", "cluster"])
+def test_a_run_that_ends_its_process_fails_alone(tmp_path, where, request, monkeypatch):
+    (tmp_path / "dies.py").write_text(DIES)
+    monkeypatch.chdir(tmp_path)
+    axes = [("robots", [2, 3, 4]), ("poses", [{"layout": "line"}]), ("duration", [1.0])]
+    runs = make_runs(FOUR, axes)
+    scheduler = request.getfixturevalue("cluster") if where == "cluster" else ""
+    verdicts = run_sweep(runs, "out", jobs=2, scheduler=scheduler, protocol="dies.py:Dies")
+    assert [verdict["ended"] == "complete" for verdict in verdicts] == [True, False, True]
+    assert "died" in verdicts[1]["ended"]
+    assert len(rows("out")) == 3
+
+
+def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
+    sweep = [sys.executable, "-m", "mrs_simulator.experiment", FOUR, "--out", str(tmp_path)]
+    sweep += ["--sweep", "seed=0..199", "--jobs", "1"]
+    process = subprocess.Popen(sweep, stderr=subprocess.DEVNULL)
+    try:
+        wait_until(lambda: (tmp_path / "sweep.csv").exists(), 60.0)
+        process.terminate()
+        assert process.wait(60.0) == 130
+    finally:
+        process.kill()
+        process.wait()
+    done = sorted(tmp_path.glob("*/verdict.json"))
+    assert 0 < len(done) < 200
+    before = [path.stat().st_mtime_ns for path in done]
+    runs = make_runs(FOUR, [("seed", list(range(200)))])
+    run_sweep([run for run in runs if (tmp_path / run[0]).exists()], str(tmp_path), jobs=1)
+    assert [path.stat().st_mtime_ns for path in done] == before
+
+
+def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("mrs_simulator.workers.CONNECT_LIMIT", 0.5)
+    with pytest.raises(SweepError, match="--scheduler tcp://127.0.0.1:9: .*"):
+        run_sweep(make_runs(FOUR, TINY), str(tmp_path), scheduler="tcp://127.0.0.1:9")
 
 
 def test_the_command(tmp_path, capsys):

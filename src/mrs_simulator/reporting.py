@@ -23,6 +23,7 @@ from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
 from mrs_simulator.world.robots import limits_of_team, robot_kind
 
 SCENARIO_FILE = "scenario.yaml"
+SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
 # [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
 SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
 
@@ -34,6 +35,8 @@ def make_control(scenario, protocol=None):
     return protocol(
         numbers=range(1, scenario.n + 1),
         topology=scenario.topology,
+        links=scenario.links,
+        seed=scenario.seed,
         limits=limits_of_team(scenario.kinds, limits),
         saturation=scenario.control.saturation,
         parameters=scenario.control.parameters,
@@ -95,15 +98,31 @@ def write_report(run, out, formats=("png", "pdf"), control=None):
 
 
 def judged(run, control=None):
-    """Return the verdict on ``run`` and the hand points that theory predicts, (m, n, 2) or None."""
+    """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
+
+    These are (m, n, 2), or where only the end is known a mapping of ``time`` and ``hand``, or None.
+    """
     if control is None:
         return judge(run), None
     start = run.hand[0]
     # A common factor for the whole team only re-times the motion: theory still speaks of it.
     limits = None if control.saturation == "team" else control.limits
-    claims = list(control.claims(start)) + _safety_claims(control, start)
+    claims = list(control.all_claims(start)) + _safety_claims(control, start)
     verdict = judge(run, claims, control.measures(run), limits)
-    return verdict, control.prediction(start, run.time - run.time[0])
+    track = control.predicted_track(start, run.time - run.time[0])
+    return verdict, _end_of(run, claims) if track is None else track
+
+
+def _end_of(run, claims):
+    """Return the place where ``claims`` say that the run ends, over its last samples, or None."""
+    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
+        return None
+    for claim in claims:
+        if getattr(claim, "place", None) is not None and not claim.unproved:
+            begin = len(run.time) - 1 - len(run.time) // SHOWN
+            hand = np.broadcast_to(claim.place, (2,) + run.hand.shape[1:])
+            return {"time": run.time[[begin, -1]], "hand": hand}
+    return None
 
 
 def read_run(path, scenario_path=None):

@@ -9,17 +9,15 @@ import re
 
 import yaml
 
+from mrs_simulator.control.loading import located_protocol
 from mrs_simulator.core.reading import ScenarioError, load_yaml
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.workers import SweepError, failed, on_cluster, on_cores
 
 TABLE = "sweep.csv"
 RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
 MOST_RUNS = 100000
 MEASURES = ("passed", "settle_time", "y_spread", "min_distance", "real_time_factor", "ended")
-
-
-class SweepError(ValueError):
-    """A sweep that cannot be made; the message names the axis."""
 
 
 def read_axis(text):
@@ -109,18 +107,21 @@ def run_one(scenario, out, protocol=""):
 def run_sweep(runs, out, jobs=None, scheduler="", protocol="", progress=False):
     """Run ``runs`` in parallel, write ``sweep.csv`` and ``sweep.png``/``.pdf``; return the verdicts.
 
-    ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``.
-    Runs that an interrupted sweep has finished are not run again.
+    ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``,
+    whose workers see the directory ``out`` under the same name.  Runs that an interrupted sweep has
+    finished are not run again.  A run that ends its process fails, and the others go on.
     """
+    out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
+    protocol = located_protocol(protocol) if protocol else ""
     tasks = [(scenario, os.path.join(out, name), protocol) for name, _, scenario in runs]
     verdicts = [None] * len(runs)
-    with _pool(jobs, scheduler) as pool:
-        futures = {pool.submit(_guarded_run, *task): row for row, task in enumerate(tasks)}
-        for future in _finished(futures, scheduler, progress):
-            verdicts[futures[future]] = future.result()
-            # The table grows as runs end, so that an interruption loses nothing.
-            _write_table(runs, verdicts, out)
+    run = _guarded_run
+    done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
+    for row, verdict in _with_progress(done, len(tasks), progress):
+        verdicts[row] = verdict
+        # The table grows as runs end, so that an interruption loses nothing.
+        _write_table(runs, verdicts, out)
     _write_figure(runs, verdicts, out)
     return verdicts
 
@@ -128,33 +129,16 @@ def run_sweep(runs, out, jobs=None, scheduler="", protocol="", progress=False):
 def _guarded_run(scenario, out, protocol):
     try:
         return run_one(scenario, out, protocol)
-    except (ValueError, OSError) as error:
-        return {"passed": False, "ended": str(error), "checks": []}
+    except Exception as error:  # a law of one's own may raise anything; the other runs go on
+        return failed("{}: {}".format(type(error).__name__, error))
 
 
-def _pool(jobs, scheduler):
-    if not scheduler:
-        from concurrent.futures import ProcessPoolExecutor
-
-        return ProcessPoolExecutor(jobs or os.cpu_count())
-    try:
-        from dask.distributed import Client
-    except ImportError:
-        raise SweepError("--scheduler: wanted the Python package dask[distributed]") from None
-    return Client(scheduler)
-
-
-def _finished(futures, scheduler, progress):
-    if scheduler:
-        from dask.distributed import as_completed
-    else:
-        from concurrent.futures import as_completed
-    done = as_completed(list(futures))
-    if not progress:
+def _with_progress(done, total, wanted):
+    if not wanted:
         return done
     from tqdm import tqdm
 
-    return tqdm(done, total=len(futures), unit="run")
+    return tqdm(done, total=total, unit="run")
 
 
 def _write_table(runs, verdicts, out):

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from geometry_msgs.msg import Twist
 
+from mrs_simulator.control.network import Network
+from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.formation import HAND_LENGTH
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import (
@@ -14,12 +16,14 @@ from mrs_simulator.core.kinematics import (
     saturate,
     unicycle_from_point_mass,
 )
+from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.protocols.safety import safe_velocities
 
 RESERVED = (
     "numbers",
     "topology",
+    "links",
     "limits",
     "saturation",
     "parameters",
@@ -76,6 +80,8 @@ class PioneerControl:
 
     PARAMETERS = (HAND_LENGTH,)
     LOCAL_FRAMES = False
+    TAKES_EDGES = True  # the law looks up ``self.topology`` at each command: edges may come and go
+    _network = None  # of edges with faults
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
@@ -99,11 +105,15 @@ class PioneerControl:
         period=0.02,
         fidelity="kinematic",
         safety=0.0,
+        links=NO_FAULTS,
+        seed=0,
     ):
         """``numbers``: the robots' numbers; ``limits``: of each robot, kept to by ``saturation``.
 
         ``period`` [s] between two commands; ``fidelity``: what moves the robots, for tolerances;
         ``safety`` [m]: radius of the robots that the safety filter keeps apart, 0 for no filter.
+        ``links``: faults of the edges, drawn from ``seed``; then each robot runs the law by itself,
+        on what reached it.
 
         Raises ``ValueError`` that names an unknown or impossible parameter.
         """
@@ -113,7 +123,10 @@ class PioneerControl:
         self.period, self.time, self.fidelity = period, 0.0, fidelity
         self.safety = safety
         self._given_topology = topology
+        self.links = links
         self.set_parameters(parameters or {})
+        if links.faults:
+            self._network = Network(self, links, seed)
 
     # What a researcher rewrites ------------------------------------------------------------------
 
@@ -155,6 +168,15 @@ class PioneerControl:
         ``core.claims.Claim`` and ``Condition``."""
         return []
 
+    def claims_over_links(self, start):
+        """Return what theory says, as :meth:`claims` does, where ``self.links`` have faults; None for
+        nothing: then those of :meth:`claims` are measured, and no theorem stands behind them."""
+        return None
+
+    def prediction_over_links(self, start, time):
+        """Return the prediction, as :meth:`prediction` does, where ``self.links`` have faults."""
+        return None
+
     def prediction(self, start, time):
         """Return the hand points that theory predicts at ``time`` (m,) [s], (m, n, 2), or None."""
         return None
@@ -180,14 +202,29 @@ class PioneerControl:
         or NaN, and whatever the law itself raises.
         """
         self.time = time
-        if type(self).calculateControlLaw is PioneerControl.calculateControlLaw:
-            command = self._array_law(pose)
-        else:
-            rows = map(Position._make, pose.tolist())
-            command = self._from_twists(self.calculateControlLaw(dict(zip(self.numbers, rows))))
+        pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
+        wanted = self.wanted_commands if self._network is None else self._network.commands
+        command = wanted(pose)
         self._check_finite(command)
         command = saturate(command, self.limits, self.saturation)
         return self._safe(command, pose) if self.safety > 0.0 else command
+
+    def wanted_commands(self, pose):
+        """Return the law's commands, (n, 2), from ``pose`` (n, 3) as it is known, at ``self.time``."""
+        if not self._gives_twists:
+            return self._array_law(pose)
+        rows = map(Position._make, pose.tolist())
+        return self._from_twists(self.calculateControlLaw(dict(zip(self.numbers, rows))))
+
+    @property
+    def _gives_twists(self):
+        return type(self).calculateControlLaw is not PioneerControl.calculateControlLaw
+
+    @property
+    def is_by_neighbours(self):
+        """Return whether the law is :meth:`neighbourLaw`."""
+        by_neighbours = type(self).neighbourLaw is not PioneerControl.neighbourLaw
+        return by_neighbours and not self._gives_twists
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name, the others to their defaults; all or none."""
@@ -195,6 +232,8 @@ class PioneerControl:
         for name, value in self.parameters.items():
             setattr(self, name, value)
         self.topology = self._given_topology or Topology(len(self.numbers), [])
+        for each in self._network.copies if self._network else ():
+            each.set_parameters(given)
 
     def checked_parameters(self, given):
         """Return all parameters' values with ``given``; ``ValueError`` names an impossible one."""
@@ -207,6 +246,22 @@ class PioneerControl:
                 "topology over {} robots, wanted {}".format(topology.n, len(self.numbers))
             )
         self._given_topology = self.topology = topology
+        for each in self._network.copies if self._network else ():
+            each.set_topology(topology)
+
+    def all_claims(self, start):
+        """Return what theory says of a run from ``start`` (n, 2) over the edges that there are."""
+        if self._network is None:
+            return list(self.claims(start))
+        known = self.claims_over_links(start)
+        if known is not None:
+            return list(known)
+        return without_theorem(self.claims(start), "edges are " + self.links.faults)
+
+    def predicted_track(self, start, time):
+        """Return the prediction over the edges that there are, as :meth:`prediction` does."""
+        perfect = self._network is None
+        return (self.prediction if perfect else self.prediction_over_links)(start, time)
 
     # Inside --------------------------------------------------------------------------------------
 
@@ -214,8 +269,9 @@ class PioneerControl:
         return hand_points(pose, self.l)
 
     def _array_law(self, pose):
-        if type(self).neighbourLaw is not PioneerControl.neighbourLaw:
-            u = self._by_neighbours(pose)
+        if self.is_by_neighbours:
+            hand = self._hand(pose)
+            u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
             u = np.asarray(self.pointMassLaw(self._hand(pose)), dtype=float)
         if u.shape != (len(self.numbers), 2):
@@ -226,18 +282,20 @@ class PioneerControl:
             )
         return unicycle_from_point_mass(u, pose[:, 2], self.l)
 
-    def _by_neighbours(self, pose):
-        hand, velocities = self._hand(pose), []
-        for row, robot in enumerate(self.numbers):
-            theta = float(pose[row, 2])
-            turn = _rotation(theta) if self.LOCAL_FRAMES else np.eye(2)
-            seen = [
-                Neighbour(self.numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
-                for other, weight in self.topology.heard_by(row)
-            ]
-            wanted = self.neighbourLaw(robot, 0.0 if self.LOCAL_FRAMES else theta, tuple(seen))
-            velocities.append(turn @ np.asarray(wanted, dtype=float))
-        return np.array(velocities)
+    def seen_by(self, row, pose, hand):
+        """Return what :meth:`neighbourLaw` wants of the robot in ``row``, (2,) [m/s].
+
+        ``pose`` (n, 3), of which its own heading is taken; ``hand`` (n, 2) as that robot knows them.
+        """
+        theta = float(pose[row, 2])
+        turn = _rotation(theta) if self.LOCAL_FRAMES else np.eye(2)
+        seen = [
+            Neighbour(self.numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
+            for other, weight in self.topology.heard_by(row)
+        ]
+        robot = self.numbers[row]
+        wanted = self.neighbourLaw(robot, 0.0 if self.LOCAL_FRAMES else theta, tuple(seen))
+        return turn @ np.asarray(wanted, dtype=float)
 
     def _safe(self, command, pose):
         """Return ``command`` as the safety filter lets it pass, on hand points."""
@@ -280,8 +338,9 @@ class PioneerControl:
             ) from None
 
     def _check_finite(self, command):
-        bad = np.flatnonzero(~np.isfinite(command).all(axis=1))
-        if len(bad):
+        finite = np.isfinite(command)
+        if not finite.all():
+            bad = np.flatnonzero(~finite.all(axis=1))
             v, omega = command[bad[0]]
             raise ControlError(
                 "the law gave robot {} v = {} m/s, omega = {} rad/s, wanted finite numbers".format(

@@ -21,7 +21,9 @@ class Claim(NamedTuple):
     """One prediction of a theorem and how to measure it in a run.
 
     ``relation``: "equal" (within ``tolerance``), "at most" or "at least" (with ``tolerance`` to
-    spare).  ``free``: it holds only while no limit on the robots' speeds is reached.
+    spare).  ``free``: it holds only while no limit on the robots' speeds is reached.  ``unproved``:
+    why no theorem says it of this run; it is measured all the same.  ``place``: where the hand points
+    end according to it, (n, 2) or (2,) [m], if it says so.
     """
 
     name: str
@@ -30,6 +32,8 @@ class Claim(NamedTuple):
     measure: Callable
     relation: str = "equal"
     free: bool = False
+    unproved: str = ""
+    place: Any = None
 
 
 class Condition(NamedTuple):
@@ -49,6 +53,7 @@ def converges_to(points, tolerance=0.05, name="final distance from the limit [m]
         tolerance,
         lambda run: float(np.linalg.norm(run.hand[-1] - points, axis=-1).max()),
         free=free,
+        place=points,
     )
 
 
@@ -127,6 +132,13 @@ def decay_rate(time, values):
         if len(window) >= FEWEST_FITTED:
             return float(-np.polyfit(time[window], np.log(share[window]), 1)[0])
     return None
+
+
+def without_theorem(claims, why):
+    """Return ``claims`` as what no theorem says of this run, ``why``; conditions stay as they are."""
+    return [
+        claim if isinstance(claim, Condition) else claim._replace(unproved=why) for claim in claims
+    ]
 
 
 # Quantities ------------------------------------------------------------------------------------

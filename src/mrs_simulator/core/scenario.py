@@ -14,6 +14,7 @@ import yaml
 from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import LAYOUTS, extend_poses, make_layout
+from mrs_simulator.core.links import NO_FAULTS, Links, read_links
 from mrs_simulator.core.obstacles import Box, Cylinder, wall
 from mrs_simulator.core.reading import (
     ScenarioError,
@@ -56,6 +57,7 @@ class Scenario(NamedTuple):
     odometry: str = "world"
     control: Control = Control()
     topology: Optional[Topology] = None
+    links: Links = NO_FAULTS
     obstacles: Tuple[Union[Box, Cylinder], ...] = ()
     duration: float = 60.0  # [s]
     seed: int = 0
@@ -144,6 +146,8 @@ class Scenario(NamedTuple):
         if self.topology is not None:
             edges = [list(edge) for edge in self.topology.edges]
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
+        if self.links != NO_FAULTS:
+            result["links"] = self.links.to_plain(self.n)
         return result
 
     def to_yaml(self):
@@ -175,6 +179,7 @@ def scenario_from_dict(content, where="scenario"):
     seed = top.whole("seed", 0, low=0, high=2**32 - 1)
     poses = _read_poses(top, seed)
     control = _read_control(top)
+    topology = _read_topology(top, poses, seed)
     scenario = Scenario(
         poses=poses,
         kinds=_read_kinds(top, len(poses)),
@@ -183,7 +188,8 @@ def scenario_from_dict(content, where="scenario"):
         limits=_read_limits(top),
         odometry=top.text("odometry", "world", ODOMETRIES),
         control=control,
-        topology=_read_topology(top, poses, seed),
+        topology=topology,
+        links=read_links(top.take("links", {}), top.at("links"), len(poses), topology),
         obstacles=_read_obstacles(top),
         duration=top.number("duration", 60.0, above=0.0),
         seed=seed,

@@ -2,6 +2,15 @@
 
 import numpy as np
 
+from mrs_simulator.control.library.common import (
+    AGREED,
+    DECAY,
+    all_hold,
+    below,
+    held_track,
+    spanning_tree,
+)
+from mrs_simulator.control.library.over_links import Linear, linear_claims
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Condition,
@@ -29,24 +38,7 @@ EPS = Parameter(
     meaning="share of the differences removed by each command",
     why="converges below 2/lambda_max",
 )
-AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
 AT_LIMIT = "distance from agreement on w^T p(0) [m]"
-DECAY = "decay rate of the disagreement [1/s]"
-
-
-def spanning_tree(topology):
-    """Return the condition that some robot is heard, over others, by all."""
-    return Condition("spanning tree", topology.has_spanning_tree(), "no robot is heard by all")
-
-
-def below(name, value, bound):
-    """Return the condition ``value < bound``, called ``name``."""
-    return Condition(name, bool(value < bound), "{:.4g} against {:.4g}".format(value, bound))
-
-
-def all_hold(conditions):
-    """Return whether the theorem speaks of this run."""
-    return all(condition.holds for condition in conditions)
 
 
 def keeps_weighted_mean(topology):
@@ -74,18 +66,6 @@ def never_grows(quantity, name, period):
         return claim.measure(run._replace(time=run.time[rows], hand=run.hand[rows]))
 
     return claim._replace(measure=growth)
-
-
-def held_track(points, time, period):
-    """Return the track (m, n, 2) [m] at ``time`` (m,) [s] of the ``points`` of successive commands.
-
-    Between two commands hand points move on straight lines.
-    """
-    count = np.asarray(time) / period
-    before = np.floor(count + 1e-6).astype(int)
-    knots = np.array([point for _, point in zip(range(int(before.max()) + 2), points)])
-    share = np.maximum(count - before, 0.0)[:, np.newaxis, np.newaxis]
-    return (1.0 - share) * knots[before] + share * knots[before + 1]
 
 
 class Consensus(PioneerControl):
@@ -120,6 +100,18 @@ class Consensus(PioneerControl):
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         return powers(step, start, np.floor(np.asarray(time) / self.period + 1e-6).astype(int))
 
+    def claims_over_links(self, start):
+        """Return limit and rate over delayed and switching edges, agreement over lossy ones."""
+        return linear_claims(self._over_links(start), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        return self._over_links(start).track(start, time)
+
+    def _over_links(self, start):
+        places = np.zeros_like(start)
+        return Linear(self.topology, self.gain, places, self.period, self.links, AGREED, 0.05)
+
 
 class DiscreteConsensus(PioneerControl):
     """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007."""
@@ -149,6 +141,18 @@ class DiscreteConsensus(PioneerControl):
     def prediction(self, start, time):
         """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]."""
         return held_track(self._points(start), time, self.period)
+
+    def claims_over_links(self, start):
+        """Return what :class:`Consensus` of gain ``eps`` over the period does."""
+        return linear_claims(self._over_links(start), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        return self._over_links(start).track(start, time)
+
+    def _over_links(self, start):
+        gain, places = self.eps / self.period, np.zeros_like(start)
+        return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.05)
 
     def _points(self, point):
         while True:

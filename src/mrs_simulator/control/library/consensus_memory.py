@@ -2,17 +2,15 @@
 
 import numpy as np
 
-from mrs_simulator.control.library.consensus import (
+from mrs_simulator.control.library.common import (
     AGREED,
-    AT_LIMIT,
-    GAIN,
     all_hold,
     below,
-    decays_at,
     held_track,
-    keeps_weighted_mean,
+    lasting,
     spanning_tree,
 )
+from mrs_simulator.control.library.consensus import AT_LIMIT, GAIN, decays_at, keeps_weighted_mean
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
 from mrs_simulator.core.parameters import Parameter
@@ -50,11 +48,6 @@ PUSH = Parameter(
     "push", 0.0, "m/s", low=0.0, high=10.0, meaning="largest initial velocity along each axis"
 )
 SEED = Parameter("seed", 0, low=0, high=2**31 - 1, meaning="of everything random in the protocol")
-
-
-def lasting(quantity):
-    """Return the quantity's largest value from each sample on: the envelope of what oscillates."""
-    return lambda hand: np.maximum.accumulate(quantity(hand)[::-1])[::-1]
 
 
 class Remembering(PioneerControl):

@@ -2,14 +2,8 @@
 
 import numpy as np
 
-from mrs_simulator.control.library.consensus import (
-    AGREED,
-    GAIN,
-    all_hold,
-    below,
-    keeps_weighted_mean,
-    spanning_tree,
-)
+from mrs_simulator.control.library.common import AGREED, all_hold, below, spanning_tree
+from mrs_simulator.control.library.consensus import GAIN, keeps_weighted_mean
 from mrs_simulator.control.library.consensus_memory import Remembering
 from mrs_simulator.core.claims import RATE_FLOOR, Claim, Condition, converges_to, decreases
 from mrs_simulator.core.parameters import Parameter

@@ -21,6 +21,7 @@ STATISTICS = 0.05  # [-] by which a mean over some hundred samples may differ
 class DoubleIntegrator(PioneerControl):
     """A law that gives accelerations; the velocity commanded is their sum."""
 
+    TAKES_EDGES = False
     _velocity = None
 
     def start(self):
@@ -268,6 +269,7 @@ class Vicsek(PioneerControl):
         ),
         SEED,
     )
+    TAKES_EDGES = False
     _headings = None
 
     def start(self):

@@ -4,9 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.library.over_links import Linear, linear_claims
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core import formation
 from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.graphs import Topology
 
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
 SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
@@ -54,7 +56,7 @@ class Formation(PioneerControl):
 
     def pointMassLaw(self, hand):
         """Return ``u``, shape (n, 2) [m/s], of law (6) for hand points ``hand`` (n, 2) [m]."""
-        return formation.formation_velocity(hand, self._offsets, self._closure, self.k, self.T)
+        return formation.formation_velocity(hand, self._offsets, self.topology, self.k, self.T)
 
     def targets(self, hand):
         """Return ``alpha_i*``, (n, 2) [m]."""
@@ -128,6 +130,32 @@ class Formation(PioneerControl):
             )
         )
         return claims
+
+    def claims_over_links(self, start):
+        """Return the shape, and as far as theory knows the edges the place and the rate."""
+        law = self._over_links()
+        known = law and linear_claims(law, start)
+        if not known or isinstance(known[-1], Condition):
+            return known
+        shape = [c for c in self.claims(start) if c.name.startswith(("final gap", "y spread"))]
+        return known + shape
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        law = self._over_links()
+        return law and law.track(start, time)
+
+    def _over_links(self):
+        """Return law (6) as ``Linear``, with the weights of a mean; None where means change as edges do."""
+        degree = self._closure.in_degree()
+        hears, heard = np.nonzero(self._closure.adjacency())
+        if self.links.changes_edges and len(hears) > len(set(hears.tolist())):
+            return None
+        share = self._closure.adjacency()[hears, heard] / degree[hears]
+        edges = list(zip((hears + 1).tolist(), (heard + 1).tolist(), share.tolist()))
+        place = TOLERANCES[self.fidelity].place
+        means = Topology(len(self.numbers), edges)
+        return Linear(means, self.gain, self._offsets, self.period, self.links, place, 0.05)
 
     @staticmethod
     def _y_spread(run):

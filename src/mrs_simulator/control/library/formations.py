@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.library.consensus import powers, spanning_tree
+from mrs_simulator.control.library.common import all_hold, spanning_tree
+from mrs_simulator.control.library.consensus import powers
+from mrs_simulator.control.library.over_links import Linear, linear_claims
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Claim,
@@ -81,11 +83,6 @@ def without_rates(claims, fidelity):
     ]
 
 
-def all_hold(conditions):
-    """Return whether each of ``conditions`` holds."""
-    return all(condition.holds for condition in conditions)
-
-
 def gain_conditions(gain, period, radius):
     """Return the conditions that ``gain`` neither drives apart nor overshoots, ``radius`` lambda_max."""
     largest = gain * period * float(radius)
@@ -160,6 +157,27 @@ class DisplacementFormation(Shaped):
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         counts = np.floor(np.asarray(time) / self.period + 1e-6).astype(int)
         return self.places() + powers(step, start - self.places(), counts)
+
+    def claims_over_links(self, start):
+        """Return what :class:`Consensus` does, of the errors ``p - d``."""
+        claims = linear_claims(self._over_links(), start)
+        return claims if claims is None else without_rates(claims, self.fidelity)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        return self._over_links().track(start, time)
+
+    def _over_links(self):
+        allowed = self.tolerance
+        return Linear(
+            self.topology,
+            self.gain,
+            self.places(),
+            self.period,
+            self.links,
+            allowed.place,
+            max(allowed.rate, 0.05),
+        )
 
 
 def decays_purely(topology):

@@ -119,6 +119,7 @@ class Rendezvous(PioneerControl):
             meaning="D: robots closer than this at the start are neighbours for ever",
         ),
     )
+    TAKES_EDGES = False
     _pairs = None
 
     def start(self):
@@ -197,6 +198,7 @@ class CyclicPursuit(PioneerControl):
             meaning="a, left of the line of sight to the next robot; a circle at pi/n",
         ),
     )
+    TAKES_EDGES = False
 
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""
@@ -291,6 +293,7 @@ class Coverage(PioneerControl):
             meaning="points of the grid along a side of the square",
         ),
     )
+    TAKES_EDGES = False
 
     def set_parameters(self, given):
         """Set the parameters and lay out the grid."""

@@ -4,13 +4,13 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.control.library.consensus import powers, spanning_tree
+from mrs_simulator.control.library.common import all_hold, spanning_tree
+from mrs_simulator.control.library.consensus import powers
 from mrs_simulator.control.library.formations import (
     GAIN,
     SHAPE,
     SIZE,
     Shaped,
-    all_hold,
     decays_purely,
     without_rates,
 )

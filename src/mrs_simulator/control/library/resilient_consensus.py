@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mrs_simulator.control.library.consensus import AGREED, GAIN, all_hold, below, never_grows
+from mrs_simulator.control.library.common import AGREED, all_hold, below
+from mrs_simulator.control.library.consensus import GAIN, never_grows
 from mrs_simulator.control.library.switching_consensus import extent
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, stays_below

@@ -2,15 +2,8 @@
 
 import numpy as np
 
-from mrs_simulator.control.library.consensus import (
-    AGREED,
-    GAIN,
-    all_hold,
-    below,
-    held_track,
-    never_grows,
-    spanning_tree,
-)
+from mrs_simulator.control.library.common import AGREED, all_hold, below, held_track, spanning_tree
+from mrs_simulator.control.library.consensus import GAIN, never_grows
 from mrs_simulator.control.library.consensus_memory import SEED, Remembering
 from mrs_simulator.core.claims import (
     Claim,
@@ -69,6 +62,7 @@ class SwitchingConsensus(Remembering):
     """
 
     PARAMETERS = (GAIN, SETS, DWELL, LOSS, SYMMETRIC, SEED)
+    TAKES_EDGES = False  # it switches and drops them by itself
 
     @property
     def turn_steps(self):

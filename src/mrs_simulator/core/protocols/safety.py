@@ -62,33 +62,37 @@ def _pressure(velocity, first, second, rows):
 
 
 def _nearest(wanted, first, second, rows, limit):
-    """Solve the quadratic programme in its dual, by accelerated projected gradients."""
-    pairs = np.bincount(np.concatenate([first, second]), minlength=len(wanted))
-    step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2)).max()
-    force, ahead, momentum = np.zeros(len(limit)), np.zeros(len(limit)), 1.0
+    """Solve the quadratic programme in its dual, by accelerated projected gradients.
+
+    A force pushes each pair apart; its step is 1 over the sum of what all forces do to its pair: 1
+    itself, and at most half for each other pair of one of the two robots.
+    """
+    n = len(wanted)
+    place = np.stack([2 * first, 2 * first + 1, 2 * second, 2 * second + 1])
+    share = np.stack([-rows[:, 0], -rows[:, 1], rows[:, 0], rows[:, 1]])  # a_k, at its four places
+    begun, places = wanted.ravel(), place.ravel()
+
+    def pushed(force):
+        """Return ``u - A^T lambda``, (2n,)."""
+        return begun - np.bincount(places, (share * force).ravel(), 2 * n)
+
+    pairs = np.bincount(np.concatenate([first, second]), minlength=n)
+    step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
+    force = ahead = np.zeros(len(limit))
+    momentum = 1.0
     tolerance = TOLERANCE * max(1e-3, float(np.abs(limit).max()), float(np.abs(wanted).max()))
     for _ in range(SWEEPS):
-        velocity = _pushed(wanted, first, second, rows, ahead)
-        excess = _pressure(velocity, first, second, rows) - limit
+        excess = (share * pushed(ahead)[place]).sum(axis=0) - limit
         new = np.maximum(0.0, ahead + step * excess)
+        change = new - force
         following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
-        if np.dot(new - force, excess) < 0.0:
+        if np.dot(change, excess) < 0.0:
             following = momentum = 1.0  # start the acceleration anew where it leads astray
-        change = np.abs(new - force).max()
-        ahead = new + (momentum - 1.0) / following * (new - force)
+        ahead = new + (momentum - 1.0) / following * change
         force, momentum = new, following
-        if change < tolerance * step:
+        if (np.abs(change) < tolerance * step).all():
             break
-    return _pushed(wanted, first, second, rows, force)
-
-
-def _pushed(wanted, first, second, rows, force):
-    """Return ``u - A^T lambda``."""
-    push = force[:, np.newaxis] * rows
-    velocity = wanted.copy()
-    np.add.at(velocity, first, push)
-    np.subtract.at(velocity, second, push)
-    return velocity
+    return pushed(force).reshape(n, 2)
 
 
 def _feasible_share(velocity, first, second, rows, limit):

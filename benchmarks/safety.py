@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""How long one call of the safety filter takes: 50 robots that cross, and 50 that crowd into one place.
+
+    python3 benchmarks/safety.py [--robots N]
+
+Each robot is 0.3 m in radius and wants the other side of a circle, or the middle of a square.  A call
+has to fit the command period: 20 ms at 50 Hz.
+"""
+
+import argparse
+import time
+
+import numpy as np
+
+from mrs_simulator.core.protocols.safety import safe_velocities
+
+PERIOD = 0.02  # [s]
+DISTANCE = 0.8  # [m] between hand points
+FASTEST = 0.75  # [m/s]
+STEPS = 500
+
+
+def circle(n):
+    """Return n points on a circle, 1.5 m apart, and the opposite ones, (n, 2) [m] each."""
+    angle = 2.0 * np.pi * np.arange(n) / n
+    points = 1.5 * n / (2.0 * np.pi) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return points, -points
+
+
+def square(n):
+    """Return n points of a grid, 1.5 m apart, and their middle, (n, 2) [m] each."""
+    side = int(np.ceil(np.sqrt(n)))
+    points = 1.5 * np.stack([np.arange(n) // side, np.arange(n) % side], axis=1).astype(float)
+    return points, np.repeat(points.mean(axis=0)[np.newaxis], n, axis=0)
+
+
+def calls(points, goals):
+    """Return how long each of ``STEPS`` calls took, (STEPS,) [ms], on the way to ``goals``."""
+    taken = []
+    for _ in range(STEPS):
+        away = goals - points
+        size = np.linalg.norm(away, axis=1, keepdims=True)
+        wanted = 2.0 * away * np.minimum(1.0, FASTEST / np.maximum(2.0 * size, 1e-9))
+        begin = time.perf_counter()
+        velocity = safe_velocities(wanted, points, DISTANCE, PERIOD)
+        taken.append(1e3 * (time.perf_counter() - begin))
+        points = points + PERIOD * velocity
+    return np.array(taken)
+
+
+def main():
+    """Print median, 95th percentile and longest of the calls."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--robots", type=int, default=50, metavar="N")
+    n = parser.parse_args().robots
+    print("{:24} {:>6} {:>12} {:>10} {:>10}".format("case", "n", "median [ms]", "95 %", "longest"))
+    for name, (points, goals) in (("crossing", circle(n)), ("crowding", square(n))):
+        taken = calls(points, goals)
+        row = (np.median(taken), np.percentile(taken, 95), taken.max())
+        print("{:24} {:6d} {:12.2f} {:10.2f} {:10.2f}".format(name, n, *row))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,40 @@
+"""Conditions and tracks that several protocols share."""
+
+import numpy as np
+
+from mrs_simulator.core.claims import Condition
+
+AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
+DECAY = "decay rate of the disagreement [1/s]"
+
+
+def spanning_tree(topology):
+    """Return the condition that some robot is heard, over others, by all."""
+    return Condition("spanning tree", topology.has_spanning_tree(), "no robot is heard by all")
+
+
+def below(name, value, bound):
+    """Return the condition ``value < bound``, called ``name``."""
+    return Condition(name, bool(value < bound), "{:.4g} against {:.4g}".format(value, bound))
+
+
+def all_hold(conditions):
+    """Return whether the theorem speaks of this run."""
+    return all(condition.holds for condition in conditions)
+
+
+def held_track(points, time, period):
+    """Return the track (m, n, 2) [m] at ``time`` (m,) [s] of the ``points`` of successive commands.
+
+    Between two commands hand points move on straight lines.
+    """
+    count = np.asarray(time) / period
+    before = np.floor(count + 1e-6).astype(int)
+    knots = np.array([point for _, point in zip(range(int(before.max()) + 2), points)])
+    share = np.maximum(count - before, 0.0)[:, np.newaxis, np.newaxis]
+    return (1.0 - share) * knots[before] + share * knots[before + 1]
+
+
+def lasting(quantity):
+    """Return the quantity's largest value from each sample on: the envelope of what oscillates."""
+    return lambda hand: np.maximum.accumulate(quantity(hand)[::-1])[::-1]

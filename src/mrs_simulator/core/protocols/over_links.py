@@ -1,0 +1,60 @@
+"""Laws ``e_i' = sum_j w_ij (e_j - e_i)`` over edges that are delayed or switch: their exact steps.
+
+``w`` (n, n) [1/s], rows hear columns; ``delays`` (n, n) are whole command periods.  The state holds
+the errors e at the last commands, the newest first: with D the longest delay it has n (D + 1) rows.
+"""
+
+import numpy as np
+
+from mrs_simulator.core.spectra import ZERO
+
+
+def step_matrix(weights, delays, period, both_terms):
+    """Return the map, (n (D+1), n (D+1)), of the state over one command, held for ``period`` [s].
+
+    ``e_i+ = e_i + period sum_j w_ij (e_j(d_ij ago) - e_i(d_ij ago))`` with ``both_terms`` of the same
+    age (Olfati-Saber and Murray, 2004), else with e_i as it is now (Moreau, 2004).
+    """
+    n, depth = len(weights), int(delays.max(initial=0)) + 1
+    matrix = np.zeros((n * depth, n * depth))
+    matrix[n:, :-n] = np.eye(n * (depth - 1))
+    matrix[:n, :n] = np.eye(n)
+    hears, heard = np.nonzero(weights)
+    age, flow = delays[hears, heard], period * weights[hears, heard]
+    np.add.at(matrix, (hears, age * n + heard), flow)
+    np.add.at(matrix, (hears, (age if both_terms else 0) * n + hears), -flow)
+    return matrix
+
+
+def round_of(steps, lengths):
+    """Return the map of the state over one round: each of ``steps`` for its number of commands."""
+    product = np.eye(len(steps[0]))
+    for step, length in zip(steps, lengths):
+        product = np.linalg.matrix_power(step, length) @ product
+    return product
+
+
+def agreement(matrix, n):
+    """Return ``(modulus, weights)`` of the map ``matrix`` of a state over one round.
+
+    ``modulus``: the largest of its eigenvalues other than the one at 1; errors agree from every start
+    iff it is below 1.  ``weights`` (n,): they agree on ``weights @ e(0)`` if robots stood still
+    before the start.
+    """
+    values, vectors = np.linalg.eig(matrix.T)
+    one = int(np.argmin(np.abs(values - 1.0)))
+    left = vectors[:, one].real
+    total = left.sum()
+    weights = left.reshape(-1, n).sum(axis=0) / (total if abs(total) > ZERO else 1.0)
+    return float(np.abs(np.delete(values, one)).max(initial=0.0)), weights
+
+
+def points_over_links(start, steps, lengths):
+    """Yield the errors (n, 2) [m] of each command from ``start`` on, round after round."""
+    n = len(start)
+    state = np.tile(start, (len(steps[0]) // n, 1))
+    while True:
+        for step, length in zip(steps, lengths):
+            for _ in range(length):
+                yield state[:n]
+                state = step @ state

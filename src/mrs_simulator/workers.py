@@ -1,0 +1,101 @@
+"""Where the runs of a sweep run: processes of this machine, or a Dask cluster."""
+
+import contextlib
+import os
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, as_completed
+
+CONNECT_LIMIT = 10.0  # [s] of wall time to reach a Dask scheduler
+POLL = 5.0  # [s] of wall time between two looks at the cluster's workers
+WORKER_LIMIT = 60.0  # [s] of wall time for which a cluster may be without workers
+
+
+class SweepError(ValueError):
+    """A sweep that cannot be made; the message names the axis, or the scheduler."""
+
+
+def failed(reason):
+    """Return the verdict on a run that did not come to an end."""
+    return {"passed": False, "ended": reason, "checks": []}
+
+
+def on_cores(run, tasks, jobs):
+    """``run(*task)`` for each of ``tasks``, in ``jobs`` processes of this machine (default: its cores).
+
+    Yields ``(row, verdict)`` as they end.
+    """
+    left = set(range(len(tasks)))
+    with contextlib.suppress(BrokenExecutor), ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
+        futures = {pool.submit(run, *task): row for row, task in enumerate(tasks)}
+        try:
+            for future in as_completed(futures):
+                verdict = future.result()
+                left.discard(futures[future])
+                yield futures[future], verdict
+        finally:
+            for future in futures:  # an interruption waits for no more than what runs
+                future.cancel()
+    # A process that dies takes the whole pool with it: who did it shows when each runs alone.
+    for row in sorted(left):
+        try:
+            with ProcessPoolExecutor(1) as pool:
+                verdict = pool.submit(run, *tasks[row]).result()
+        except BrokenExecutor:
+            verdict = failed("its process died")
+        yield row, verdict
+
+
+def on_cluster(run, tasks, scheduler):
+    """The same on the Dask cluster at ``scheduler``; ``SweepError`` if it cannot be used."""
+    try:
+        from dask import distributed
+    except ImportError:
+        raise SweepError("--scheduler: wanted the Python package distributed") from None
+    try:
+        client = distributed.Client(scheduler, timeout=CONNECT_LIMIT)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise SweepError("--scheduler {}: {}".format(scheduler, error)) from None
+    with client:
+        killed = []
+        for row, future in _submitted(
+            distributed, client, run, tasks, range(len(tasks)), scheduler
+        ):
+            if isinstance(future.exception(), distributed.KilledWorker):
+                killed.append(row)  # perhaps by another run that was on the same worker
+            else:
+                yield row, _verdict_of(future)
+        for row in killed:
+            for _, future in _submitted(distributed, client, run, tasks, [row], scheduler):
+                yield row, _verdict_of(future)
+
+
+def _submitted(distributed, client, run, tasks, rows, scheduler):
+    """Run the tasks in ``rows`` on the cluster; yield ``(row, future)`` as they end."""
+    futures = {client.submit(run, *tasks[row], pure=False): row for row in rows}
+    left = set(futures)
+    while left:
+        ended = _ended(distributed, client, left, scheduler)
+        left -= ended
+        for future in ended:
+            yield futures[future], future
+
+
+def _verdict_of(future):
+    error = future.exception()
+    return future.result() if error is None else failed("its process died: {}".format(error))
+
+
+def _ended(distributed, client, futures, scheduler):
+    """Return those of ``futures`` that have ended, at least one; ``SweepError`` without workers."""
+    alone = 0.0
+    while True:
+        try:
+            first = distributed.wait(futures, POLL, return_when="FIRST_COMPLETED")
+            return set(first.done)
+        except distributed.TimeoutError:
+            alone = 0.0 if client.scheduler_info()["workers"] else alone + POLL
+        if alone >= WORKER_LIMIT:
+            raise SweepError(
+                "--scheduler {}: no worker for {:g} s; what has ended is kept".format(
+                    scheduler, alone
+                )
+            )

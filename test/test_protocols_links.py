@@ -1,0 +1,449 @@
+"""Edges that are delayed, lossy or switching, for any protocol: what is known, and what is claimed."""
+
+import os
+import threading
+
+import numpy as np
+import pytest
+from protocol_fixtures import SCENARIOS, check, failed, shipped, verdict_of
+from test_bringup import launch
+
+from mrs_simulator import PioneerControl, load_scenario
+from mrs_simulator.control.library import HOMES
+from mrs_simulator.control.library import shipped as protocol_called
+from mrs_simulator.core.channel import Channel
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.links import Links, PerEdge, Switching
+from mrs_simulator.core.protocols import over_links as laws
+from mrs_simulator.core.protocols.consensus import delayed_rate
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.scenario import ScenarioError, scenario_from_dict
+from mrs_simulator.experiment import Experiment
+from mrs_simulator.reporting import make_control
+
+EXAMPLES = ("consensus_delays", "formation_lossy", "formation_switching")
+RING = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 1]]
+
+
+def track_of(scenario, law=None):
+    """Return the poses, (m, n, 3), of a run without its files."""
+    return np.array([pose.copy() for _, pose, _ in Experiment(scenario, law).samples()])
+
+
+def poses_over(channel, poses):
+    """Return what robots know, (m, n, n, 3), at each of ``poses`` (m, n, 3)."""
+    channel.begin(poses[0])
+    known = []
+    for pose in poses:
+        channel.take(pose)
+        known.append(channel.views(pose, 0.1))
+    return np.array(known)
+
+
+def marching_poses(steps, n=3):
+    """Return poses, (steps, n, 3), of which x tells the command and y the robot."""
+    poses = np.zeros((steps, n, 3))
+    poses[:, :, 0] = np.arange(steps)[:, np.newaxis]
+    poses[:, :, 1] = np.arange(n)
+    return poses
+
+
+# What robots know
+
+
+def test_each_edge_has_its_own_delay():
+    links = Links(delay=PerEdge(0.1, ((1, 2, 0.3), (2, 1, 0.0))))
+    known = poses_over(Channel(links, 3, 0.1, 0), marching_poses(6))
+    # Robots stood at x = 0 before the start; rows hear columns.
+    expected = [[5, 2, 4], [5, 5, 4], [4, 4, 5]]
+    np.testing.assert_array_equal(known[5, :, :, 0], expected)
+    np.testing.assert_array_equal(known[1, :, :, 0], [[1, 0, 0], [1, 1, 0], [0, 0, 1]])
+    np.testing.assert_array_equal(known[5, 0, :, 1], [0, 1, 2])
+
+
+def test_what_was_lost_is_held_and_comes_as_often_as_asked():
+    links = Links(loss=PerEdge(0.3, ((1, 2, 0.0), (1, 3, 1.0))))
+    known = poses_over(Channel(links, 3, 0.1, 7), marching_poses(4000))[:, :, :, 0]
+    now = np.arange(4000.0)
+    np.testing.assert_array_equal(known[:, 0, 1], now)
+    np.testing.assert_array_equal(known[:, 0, 2], 0.0)
+    np.testing.assert_array_equal(known[:, 1, 1], now)
+    held = known[:, 1, 0]
+    assert np.mean(held == now) == pytest.approx(0.7, abs=0.03)
+    # Held is the last that came: it never goes back, and is new or that of before.
+    assert np.all((held[1:] == now[1:]) | (held[1:] == held[:-1]))
+
+
+def test_a_symmetric_loss_takes_both_directions():
+    links = Links(loss=PerEdge(0.5), symmetric=True)
+    known = poses_over(Channel(links, 3, 0.1, 1), marching_poses(200))[:, :, :, 0]
+    np.testing.assert_array_equal(known, known.transpose(0, 2, 1))
+    assert np.any(known[:, 0, 1] != known[:, 0, 2])
+
+
+def test_differences_have_both_ends_of_the_same_age():
+    draw = np.random.default_rng(0)
+    poses = draw.normal(size=(8, 3, 3))
+    links = Links(delay=PerEdge(0.2), carries="difference")
+    known = poses_over(Channel(links, 3, 0.1, 0), poses)
+    hand, seen = hand_points(poses, 0.1), hand_points(known, 0.1)
+    apart = seen[7, 0, 1] - hand[7, 0]
+    np.testing.assert_allclose(apart, hand[5, 1] - hand[5, 0], atol=1e-12)
+    np.testing.assert_allclose(known[7, 0, 0], poses[7, 0])
+    np.testing.assert_array_equal(known[7, 0, 1, 2], poses[5, 1, 2])
+
+
+@pytest.mark.parametrize("order", ["periodic", "random"])
+def test_edges_are_up_in_turn(order):
+    ring = Topology(6, RING, directed=False)
+    links = Links(switching=Switching(sets=3, dwell=0.2, order=order))
+    channel = Channel(links, 6, 0.1, 5)
+    channel.begin(np.zeros((6, 3)))
+    up = []
+    for _ in range(120):
+        channel.take(np.zeros((6, 3)))
+        up.append([edge[:2] for edge in channel.graph(ring).edges])
+    sets = [sorted([(a, b), (b, a), (c, d), (d, c)]) for a, b, c, d in
+            ((1, 2, 4, 5), (2, 3, 5, 6), (3, 4, 6, 1))]  # fmt: skip
+    turns = [sets.index(sorted(edges)) for edges in up]
+    assert turns[::2] == turns[1::2]
+    if order == "periodic":
+        assert turns[::2] == [0, 1, 2] * 20
+    else:
+        assert 10 < turns[::2].count(1) < 30 and turns[::2] != [0, 1, 2] * 20
+
+
+def test_given_graphs_and_dropped_edges():
+    ring = Topology(6, RING, directed=False)
+    switching = Switching(graphs=(((2, 1), (4, 5)), ()), dwell=0.1)
+    channel = Channel(Links(switching=switching), 6, 0.1, 0)
+    channel.begin(np.zeros((6, 3)))
+    channel.take(np.zeros((6, 3)))
+    assert channel.graph(ring).neighbours(1) == [2] and channel.graph(ring).neighbours(3) == []
+    channel.take(np.zeros((6, 3)))
+    assert channel.graph(ring).edges == []
+    channel = Channel(Links(loss=PerEdge(0.0, ((1, 2, 1.0),)), on_loss="drop"), 6, 0.1, 0)
+    channel.begin(np.zeros((6, 3)))
+    channel.take(np.zeros((6, 3)))
+    assert (channel.graph(ring).neighbours(1), channel.graph(ring).neighbours(2)) == ([6], [1, 3])
+
+
+# Any protocol
+
+
+@pytest.mark.parametrize("name", sorted(HOMES) + ["marching_lag", "cyclic_pursuit_inwards"])
+def test_edges_that_lose_nothing_change_nothing(name):
+    """One law for the team, and one for each robot with what it knows, are the same."""
+    known = name if name != "formation" else "paper_four"
+    scenario = shipped(known, duration=0.4)
+    perfect = track_of(scenario)
+    # A chance this small is drawn, and never met.
+    over = track_of(scenario._replace(links=Links(loss=PerEdge(1e-15))))
+    np.testing.assert_allclose(over, perfect, rtol=0.0, atol=1e-12)
+    late = scenario._replace(links=Links(loss=PerEdge(0.5), delay=PerEdge(0.1)))
+    assert np.isfinite(track_of(late)).all()
+
+
+class ByTwists(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        from mrs_simulator import make_twist
+
+        return [make_twist(0.1 * (pos_map[2].x - pos_map[1].x), 0.0) for _ in self.numbers]
+
+
+class ByNeighbour(PioneerControl):
+    def neighbourLaw(self, robot, theta, neighbours):
+        return sum(0.5 * n.x for n in neighbours), sum(0.5 * n.y for n in neighbours)
+
+
+def test_a_hook_by_robots_sees_each_robots_own_view():
+    links = Links(delay=PerEdge(0.0, ((1, 2, 0.04),)))
+    control = ByTwists([1, 2], links=links)
+    pose = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    for step in range(4):
+        control_of_two = control.commands(pose + [[0.0, 0.0, 0.0], [step, 0.0, 0.0]], 0.02 * step)
+        age = min(step, 2)
+        expected = [0.1 * (1.0 + step - age), 0.1 * (1.0 + step)]
+        np.testing.assert_allclose(control_of_two[:, 0], expected)
+
+
+def test_a_law_that_cannot_be_copied_is_named():
+    class Holds(PioneerControl):
+        def start(self):
+            self.lock = threading.Lock()
+
+        def pointMassLaw(self, hand):
+            return 0.0 * hand
+
+    control = Holds([1, 2], links=Links(delay=PerEdge(0.1)))
+    control.start()
+    with pytest.raises(ValueError, match="links: Holds cannot be copied for each robot: .*lock"):
+        control.commands(np.zeros((2, 3)))
+
+
+def test_a_neighbours_law_and_an_array_law_go_by_the_same_messages():
+    scenario = shipped("consensus_delays", duration=4.0)
+    alike = track_of(scenario, ByNeighbour)
+    np.testing.assert_allclose(alike, track_of(scenario), rtol=0.0, atol=1e-12)
+    dropped = Links(loss=PerEdge(0.5), on_loss="drop")
+    scenario = scenario._replace(links=dropped)
+    np.testing.assert_allclose(
+        track_of(scenario, ByNeighbour), track_of(scenario), rtol=0.0, atol=1e-12
+    )
+
+
+def test_parameters_and_edges_change_while_running():
+    control = make_control(shipped("formation_lossy"))
+    pose = np.array(shipped("formation_lossy").poses)
+    control.commands(pose, 0.0)
+    control.set_parameters(dict(control.parameters, gain=0.0))
+    np.testing.assert_array_equal(control.commands(pose, 0.1), 0.0)
+    control.set_parameters(dict(control.parameters, gain=0.3))
+    control.set_topology(Topology(6, [(1, 2)]))
+    moving = np.abs(control.commands(pose, 0.2)).sum(axis=1) > 0.0
+    assert moving.tolist() == [True] + [False] * 5
+
+
+def test_delays_are_in_seconds_however_often_commands_come():
+    links = Links(delay=PerEdge(0.2))
+    for period in (0.02, 0.05, 0.3):
+        control, pose = ByNeighbour([1, 2], Topology(2, [(1, 2)]), links=links, period=0.1), None
+        seen = []
+        for now in np.arange(0.0, 1.21, period):
+            pose = np.array([[0.0, 0.0, 0.0], [1.0 + now, 0.0, 0.0]])
+            seen.append((now, control.commands(pose, now)[0, 0] / 0.5 - 1.0))
+        age = np.array([now - told for now, told in seen if now > 0.5])
+        assert np.all(age > 0.2 - 0.051) and np.all(age < 0.2 + 0.101 + max(0.0, period - 0.1))
+
+
+def test_the_edges_begin_anew_with_time():
+    control = make_control(shipped("formation_lossy"))
+    pose = np.array(shipped("formation_lossy").poses)
+    runs = []
+    for _ in range(2):
+        control.start()
+        p, commands = pose.copy(), []
+        for step in range(20):
+            commands.append(control.commands(p, 0.1 * step))
+            p[:, :2] += 0.1 * commands[-1]
+        runs.append(commands)
+    np.testing.assert_array_equal(runs[0], runs[1])
+
+
+@pytest.mark.parametrize("name", ["coverage", "vicsek", "rendezvous", "switching_consensus"])
+def test_edges_cannot_be_dropped_from_a_law_that_does_not_take_them(name):
+    links = Links(loss=PerEdge(0.1), on_loss="drop")
+    with pytest.raises(ValueError, match="does not take its neighbours from the topology"):
+        protocol_called(name)([1, 2], links=links)
+
+
+# Theorems
+
+
+def test_step_matrix_in_numbers():
+    weights = np.array([[0.0, 2.0], [0.0, 0.0]])
+    delays = np.array([[0, 1], [0, 0]])
+    told = laws.step_matrix(weights, delays, 0.1, both_terms=False)
+    np.testing.assert_allclose(
+        told, [[0.8, 0, 0, 0.2], [0, 1, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0]], atol=1e-12
+    )
+    seen = laws.step_matrix(weights, delays, 0.1, both_terms=True)
+    np.testing.assert_allclose(seen[0], [1, 0, -0.2, 0.2], atol=1e-12)
+
+
+def test_agreement_is_that_of_equal_delays():
+    pair = Topology.preset("path", 2).adjacency()
+    step = laws.step_matrix(0.5 * pair, 5 * pair.astype(int), 0.1, both_terms=True)
+    modulus, weights = laws.agreement(step, 2)
+    rate = delayed_rate(Topology.preset("path", 2), 0.5, 0.1, 5)
+    assert -np.log(modulus) / 0.1 == pytest.approx(rate)
+    np.testing.assert_allclose(weights, [0.5, 0.5])
+
+
+def test_equal_delays_of_differences_are_the_delayed_protocol():
+    links = {"delay": 0.6, "carries": "difference"}
+    plain = shipped("delayed_consensus").changed(duration=10.0)
+    control = dict(plain.control._asdict(), protocol="consensus", parameters={"gain": 0.5})
+    over = plain.changed(control=control, links=links)
+    np.testing.assert_allclose(track_of(over), track_of(plain), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("share, stable", [(0.95, True), (1.05, False)])
+def test_equal_delays_five_percent_either_side_of_the_bound(tmp_path, share, stable):
+    tau = round(share * np.pi / (2.0 * 4.0), 2)  # gain 1, lambda_max of the ring 4
+    links = {"delay": tau, "carries": "difference"}
+    scenario = shipped("consensus_delays", {"gain": 1.0}, duration=75.0, links=links)
+    control = dict(scenario.control._asdict(), rate=100.0)
+    scenario = scenario.changed(control=control, step=0.01)
+    verdict = verdict_of(scenario, tmp_path)
+    if stable:
+        assert verdict["passed"], verdict["checks"]
+    else:
+        names = ["tau < pi/(2 gain lambda_max) [s]", "stable over these edges, with held commands"]
+        assert failed(verdict) == names
+    hand = read_run_csv(str(tmp_path / "run.csv")).hand
+    size = np.ptp(hand, axis=1).max(axis=1)
+    assert (size[-50:].max() < 0.1) == stable and (size[-50:].max() > 10.0) == (not stable)
+
+
+def test_states_that_are_told_late_never_make_consensus_unstable(tmp_path):
+    scenario = shipped("consensus_delays", duration=120.0)
+    links = dict(scenario.links.to_plain(6), carries="state", delay=1.5)
+    verdict = verdict_of(scenario.changed(links=links), tmp_path)
+    assert verdict["passed"], verdict["checks"]
+    assert all(one["passed"] for one in verdict["checks"])
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_example_passes_and_nothing_is_left_out(tmp_path, name):
+    verdict = verdict_of(shipped(name), tmp_path)
+    assert all(one["passed"] for one in verdict["checks"]), verdict["checks"]
+    assert len(verdict["checks"]) >= 7
+
+
+def test_the_prediction_over_delays_and_turns_is_exact():
+    for links in (
+        Links(delay=PerEdge(0.3, ((1, 2, 0.1), (4, 3, 0.5)))),
+        Links(delay=PerEdge(0.3, ((1, 2, 0.1),)), carries="difference"),
+        Links(delay=PerEdge(0.2), switching=Switching(sets=3, dwell=0.4)),
+    ):
+        scenario = shipped("consensus_delays", duration=6.0)._replace(links=links)
+        poses = track_of(scenario)
+        start = hand_points(scenario.poses, scenario.hand_length)
+        predicted = make_control(scenario).predicted_track(start, 0.1 * np.arange(len(poses)))
+        hand = hand_points(poses, scenario.hand_length)
+        np.testing.assert_allclose(hand, predicted, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("on_loss, symmetric", [("hold", False), ("drop", False), ("drop", True)])
+def test_lossy_consensus_agrees_and_keeps_the_mean_if_losses_are_alike(
+    tmp_path, on_loss, symmetric
+):
+    links = {"loss": 0.6, "on_loss": on_loss, "symmetric": symmetric}
+    verdict = verdict_of(shipped("consensus_delays", links=links, duration=60.0), tmp_path)
+    assert verdict["passed"], verdict["checks"]
+    hand = read_run_csv(str(tmp_path / "run.csv")).hand
+    drift = np.linalg.norm(hand[-1].mean(axis=0) - hand[0].mean(axis=0))
+    assert (drift < 1e-9) == symmetric
+    assert symmetric == any("mean" in one["name"] for one in verdict["checks"])
+
+
+@pytest.mark.parametrize("links", [{"loss": 0.4}, {"delay": 0.5}, {"loss": 0.3, "on_loss": "drop"}])
+def test_the_papers_formation_over_such_edges(tmp_path, links):
+    verdict = verdict_of(shipped("paper_theory", links=links, duration=150.0), tmp_path)
+    assert verdict["passed"], verdict["checks"]
+    assert check(verdict, "final gap")["passed"] and not [
+        one for one in verdict["checks"] if "settling" in one["name"]
+    ]
+
+
+@pytest.mark.parametrize("links", [{"delay": 0.4}, {"loss": 0.3, "delay": 0.2}])
+def test_discrete_consensus_over_such_edges(tmp_path, links):
+    scenario = shipped("discrete_consensus", {"eps": 0.25}, links=links, duration=90.0)
+    verdict = verdict_of(scenario, tmp_path)
+    assert all(one["passed"] for one in verdict["checks"]), verdict["checks"]
+
+
+def test_other_protocols_are_measured_and_no_theorem_is_claimed(tmp_path):
+    scenario = shipped("distance_formation", links={"loss": 0.3, "delay": 0.1}, duration=10.0)
+    verdict = verdict_of(scenario, tmp_path)
+    length = check(verdict, "worst length error")
+    assert length["passed"] is None and length["measured"] > 0.0
+    assert length["note"] == "does not apply: edges are delayed and lossy"
+    assert check(verdict, "rigid target")["passed"]
+    assert make_control(scenario).predicted_track(scenario.poses[:, :2], np.zeros(1)) is None
+
+
+class WrongSign(protocol_called("consensus")):
+    def pointMassLaw(self, hand):
+        return -super().pointMassLaw(hand)
+
+
+class Faster(protocol_called("consensus")):
+    def pointMassLaw(self, hand):
+        return 1.2 * super().pointMassLaw(hand)
+
+
+@pytest.mark.parametrize("law", [WrongSign, Faster])
+def test_another_law_over_delays_fails(tmp_path, law):
+    assert failed(verdict_of(shipped("consensus_delays", duration=20.0), tmp_path, law))
+
+
+def test_another_law_over_losses_fails(tmp_path):
+    links = {"loss": 0.3}
+    scenario = shipped("consensus_delays", duration=5.0, links=links)
+    assert "way out of the box of the start [m]" in failed(
+        verdict_of(scenario, tmp_path, WrongSign)
+    )
+
+
+def test_turns_that_are_not_connected_together_fail(tmp_path):
+    links = {"switching": {"graphs": [[[1, 2], [2, 3]], [[4, 5], [5, 6]]]}}
+    verdict = verdict_of(shipped("consensus_delays", links=links, duration=1.0), tmp_path)
+    assert failed(verdict) == ["jointly a spanning tree"]
+
+
+# Scenarios
+
+
+def test_links_survive_writing_and_robots_that_go():
+    links = {
+        "delay": {"default": 0.1, "edges": [[1, 2, 0.5], [6, 1, 0.2]]},
+        "loss": 0.25,
+        "symmetric": True,
+        "switching": {"graphs": [[[1, 2]], [[5, 6]]], "dwell": 1.0, "order": "random"},
+    }
+    scenario = shipped("consensus_delays", links=links)
+    again = scenario_from_dict(scenario.to_dict())
+    assert again.links == scenario.links and "links" in scenario.to_dict()
+    fewer = scenario._replace(poses=scenario.poses[:5], kinds=scenario.kinds[:5], topology=None)
+    assert fewer.links.delay.matrix(5)[0].tolist() == [0.0, 0.5, 0.1, 0.1, 0.1]
+    assert "links" not in load_scenario(os.path.join(SCENARIOS, "paper.yaml")).to_dict()
+
+
+@pytest.mark.parametrize(
+    "links, said",
+    [
+        ({"los": 0.1}, "links: unknown 'los'; did you mean 'loss'"),
+        ({"loss": 1.5}, "links.loss: 1.5, wanted a number from 0 to 1"),
+        (
+            {"delay": {"edges": [[1, 9, 0.1]]}},
+            r"links.delay.edges\[0\]: \[1, 9\], wanted two robots",
+        ),
+        ({"delay": {"edges": [[1, 2]]}}, r"\[1, 2\], wanted \[i, j, value\]"),
+        ({"delay": {"edges": [[1, 2, 1], [1, 2, 2]]}}, "given twice"),
+        ({"on_loss": "forget"}, "links.on_loss: 'forget', wanted one of hold, drop"),
+        ({"carries": "pose"}, "links.carries: 'pose', wanted one of state, difference"),
+        ({"switching": {}}, "links.switching.sets: nothing given"),
+        ({"switching": {"sets": 2, "graphs": [[]]}}, "both graphs and sets"),
+        ({"switching": {"graphs": [[[1, 3]]]}}, r"edge \[1, 3\] is not in the topology"),
+        (
+            {"symmetric": True, "loss": {"edges": [[1, 2, 0.5]]}},
+            "links.symmetric: true, but loss differs",
+        ),
+        ([1], "links: .*wanted a mapping"),
+    ],
+)
+def test_mistakes_are_named(links, said):
+    with pytest.raises(ScenarioError, match=said):
+        shipped("consensus_delays", links=links)
+    with pytest.raises(ScenarioError, match="links.switching: the scenario has no topology"):
+        scenario_from_dict({"poses": [[0, 0, 0]], "links": {"switching": {"sets": 2}}})
+
+
+def test_the_seed_makes_the_losses():
+    tracks = [track_of(shipped("formation_lossy", seed=s, duration=2.0)) for s in (1, 1, 2)]
+    np.testing.assert_array_equal(tracks[0], tracks[1])
+    assert np.any(tracks[0] != tracks[2])
+
+
+def test_ros_in_lockstep_loses_the_same_messages(ros, tmp_path):
+    scenario = "scenario:=" + os.path.join(SCENARIOS, "formation_lossy.yaml")
+    launch(ros, tmp_path, scenario, "lockstep:=true", "speed:=0", "duration:=4")
+    recorded = read_run_csv(str(tmp_path / "run.csv"))
+    headless = track_of(shipped("formation_lossy", duration=4.0))
+    # Angles travel as quaternions, whose rounding the edges must not turn into other messages.
+    np.testing.assert_allclose(recorded.pose, headless, rtol=0.0, atol=1e-9)
+    lossless = track_of(shipped("formation_lossy", duration=4.0, links={}))
+    assert np.abs(headless - lossless).max() > 0.01

@@ -1,29 +1,30 @@
 #!/usr/bin/env python3
-"""Per-robot topics over ROS at 50 Hz both ways, in real time: how many robots two processes carry.
+"""Odometry out and commands back over ROS at 50 Hz in real time: how many robots two processes carry.
 
-    source build/devel/setup.bash; python3 benchmarks/ros_transport.py [N ...]
+    source build/devel/setup.bash
+    python3 benchmarks/ros_transport.py [--topics robots|team] [--record] [--gui] [N ...]
 
-Starts a master, the stage and the control node of its own.  For some robots it listens to odometry
-and commands: the round trip is from an odometry's arrival here to that of the next command; a period
-without a command is missed.  CPU is that of each process, in shares of a core.
+Starts a master, the stage and the control node of its own, and with ``--record`` and ``--gui`` the
+recorder and the GUI (offscreen).  Round trips, from an odometry's leaving to the arrival of each
+robot's next command, and missed periods are those that the stage publishes.  CPU is that of each
+process, in shares of a core.
 """
 
+import argparse
 import os
 import socket
 import subprocess
-import sys
 import tempfile
-import threading
 import time
 import xmlrpc.client
 
 import numpy as np
 import yaml
 
-PERIOD = 0.02  # [s]
 MEASURED = 10.0  # [s] of wall time
+SETTLING, GUI_SETTLING = 5.0, 15.0  # [s] of wall time
 LIMIT = 60.0  # [s] for the nodes to be up
-LOOKED_AT = 5  # [-] robots listened to
+NODES = ("stage", "pioneer_control", "record", "mrs_gui")
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -41,89 +42,104 @@ def cpu_time(pid):
     return (int(fields[11]) + int(fields[12])) / TICKS
 
 
-class Listener:
-    """Times odometry and commands of one robot."""
+class Status:
+    """Keeps what the stage says of its round trips."""
 
-    def __init__(self, robot):
+    def __init__(self):
         import rospy
 
-        from mrs_simulator.nodes.wire import PlanarOdometry, PlanarTwist
+        from mrs_simulator.msg import StageStatus
 
-        self.heard, self.trips, self.odometry, self.commands = None, [], 0, 0
-        self.lock = threading.Lock()
-        name = "/robot{}".format(robot)
-        options = {"queue_size": 1, "tcp_nodelay": True}
-        rospy.Subscriber(name + "/odom", PlanarOdometry, self.on_odometry, **options)
-        rospy.Subscriber(name + "/cmd_vel", PlanarTwist, self.on_command, **options)
+        self.heard = []
+        self._subscriber = rospy.Subscriber("stage/status", StageStatus, self.heard.append)
 
-    def on_odometry(self, _):
-        with self.lock:
-            self.heard, self.odometry = time.monotonic(), self.odometry + 1
+    def wait(self, wanted, limit=LIMIT):
+        """Return the newest status of which ``wanted(status)`` is true."""
+        end = time.monotonic() + limit
+        while not (self.heard and wanted(self.heard[-1])):
+            if time.monotonic() > end:
+                raise SystemExit("not within {:g} s; last: {}".format(limit, self.heard[-1:]))
+            time.sleep(0.1)
+        return self.heard[-1]
 
-    def on_command(self, _):
-        with self.lock:
-            self.commands += 1
-            if self.heard is not None:
-                self.trips.append(time.monotonic() - self.heard)
-                self.heard = None
-
-    def clear(self):
-        with self.lock:
-            self.trips, self.odometry, self.commands = [], 0, 0
+    def close(self):
+        self._subscriber.unregister()
 
 
-def measure(n):
-    """Return a row of the table for n robots."""
-    import rospy
-
-    from mrs_simulator.msg import StageStatus
-
-    folder = tempfile.mkdtemp(prefix="mrs_simulator_bench_")
+def commands_for(n, options, folder):
+    """Return the command line of each node by name."""
     scenario = os.path.join(folder, "scenario.yaml")
     poses = [[3.0 * (n - 1 - i), 4.0 * (i % 2), 0.0] for i in range(n)]
     with open(scenario, "w") as file:
-        yaml.safe_dump({"poses": poses, "limits": "top", "duration": 1e5}, file)
-    nodes = [
-        subprocess.Popen(
-            ["rosrun", "mrs_simulator", name, "--scenario", scenario],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        for name in ("stage", "pioneer_control")
-    ]
+        yaml.safe_dump({"poses": poses, "limits": "top", "duration": 1e4}, file)
+    topics = {"robots": "never", "team": "always"}[options.topics]
+    extra = {
+        "pioneer_control": ["_team_topics:=" + topics],
+        "record": ["--out", os.path.join(folder, "run")],
+    }
+    chosen = NODES[:2] + NODES[2:3] * options.record
+    started = {
+        name: ["rosrun", "mrs_simulator", name, "--scenario", scenario] + extra.get(name, [])
+        for name in chosen
+    }
+    if options.gui:
+        started["mrs_gui"] = ["rosrun", "mrs_simulator", "mrs_gui"]
+    return started
+
+
+def measure(n, options):
+    """Return a row of the table for n robots."""
+    folder = tempfile.mkdtemp(prefix="mrs_simulator_bench_")
+    environment = dict(os.environ, QT_QPA_PLATFORM="offscreen", HOME=folder)
+    status = Status()
+    nodes = {}
     try:
-        listeners = [Listener(r) for r in np.unique(np.linspace(1, n, LOOKED_AT, dtype=int))]
-        end = time.monotonic() + LIMIT
-        while not all(listener.commands > 10 for listener in listeners):
-            if time.monotonic() > end:
-                raise SystemExit("{} robots: no commands within {:g} s".format(n, LIMIT))
-            time.sleep(0.1)
-        time.sleep(3.0)
-        for listener in listeners:
-            listener.clear()
-        used = [cpu_time(node.pid) for node in nodes]
+        for name, command in commands_for(n, options, folder).items():
+            nodes[name] = subprocess.Popen(
+                command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+        status.wait(lambda s: s.robots == n and s.round_trip_median > 0.0)
+        time.sleep(SETTLING + options.gui * GUI_SETTLING)
+        missed = status.heard[-1].missed_periods
+        used = [cpu_time(node.pid) for node in nodes.values()]
         begun = time.monotonic()
+        del status.heard[:]
         time.sleep(MEASURED)
         elapsed = time.monotonic() - begun
-        shares = [(cpu_time(node.pid) - u) / elapsed for node, u in zip(nodes, used)]
-        factor = rospy.wait_for_message("stage/status", StageStatus, 5.0).real_time_factor
-        trips = 1e3 * np.concatenate([listener.trips for listener in listeners])
-        wanted = len(listeners) * elapsed / PERIOD
-        missed = 1.0 - sum(listener.commands for listener in listeners) / wanted
-        return factor, missed, np.median(trips), np.percentile(trips, 99), shares
+        shares = [(cpu_time(node.pid) - u) / elapsed for node, u in zip(nodes.values(), used)]
+        heard = list(status.heard)
+        simulated = (heard[-1].header.stamp - heard[0].header.stamp).to_sec()
+        periods = n * 50.0 * simulated
+        return [
+            np.mean([s.real_time_factor for s in heard]),
+            100.0 * (heard[-1].missed_periods - missed) / periods,
+            1e3 * np.median([s.round_trip_median for s in heard]),
+            1e3 * np.median([s.round_trip_p99 for s in heard]),
+        ] + shares
     finally:
-        for node in nodes:
+        status.close()
+        for node in nodes.values():
             node.terminate()
-        for node in nodes:
+        for node in nodes.values():
             try:
                 node.wait(15)
             except subprocess.TimeoutExpired:
                 node.kill()
 
 
+def arguments():
+    """Return the command line's choices."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("robots", nargs="*", type=int, default=[7, 50, 100], metavar="N")
+    parser.add_argument("--topics", choices=("robots", "team"), default="robots")
+    parser.add_argument("--record", action="store_true", help="with the recorder")
+    parser.add_argument("--gui", action="store_true", help="with the GUI, offscreen")
+    return parser.parse_args()
+
+
 def main():
     """Print the table."""
-    sizes = [int(text) for text in sys.argv[1:]] or [7, 50, 100]
+    options = arguments()
     port = free_port()
     os.environ.update(ROS_MASTER_URI="http://localhost:{}".format(port), ROS_HOSTNAME="localhost")
     master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)])
@@ -138,15 +154,12 @@ def main():
             except OSError:
                 time.sleep(0.1)
         rospy.init_node("benchmark", disable_signals=True)
-        columns = ("robots", "RTF", "missed %", "median ms", "p99 ms", "stage CPU", "control CPU")
+        columns = ["robots", "RTF", "missed %", "median ms", "p99 ms", "stage CPU", "control CPU"]
+        columns += ["record CPU"] * options.record + ["GUI CPU"] * options.gui
         print(" ".join("{:>11}".format(column) for column in columns))
-        for n in sizes:
-            factor, missed, median, late, (stage, control) = measure(n)
-            print(
-                "{:11d} {:11.2f} {:11.2f} {:11.2f} {:11.2f} {:11.2f} {:11.2f}".format(
-                    n, factor, 100.0 * missed, median, late, stage, control
-                )
-            )
+        for n in options.robots:
+            row = " ".join("{:11.2f}".format(value) for value in measure(n, options))
+            print("{:11d} {}".format(n, row), flush=True)
     finally:
         master.terminate()
         master.wait()

@@ -1,4 +1,4 @@
-"""What keeps real robots from harm, as functions of arrays: fences, distances, jumps, speeds.
+"""What keeps real robots from harm, by arrays: fences, distances, jumps, speeds, standstill.
 
 Poses are in the common frame, (n, 3) [m, m, rad], unless said otherwise; comparisons with NaN, a
 robot that is not heard, are false.
@@ -14,6 +14,10 @@ from mrs_simulator.core.kinematics import Limits, saturate, wrap_angle
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
+LEAST_TOLD = np.array([0.05, 0.1])  # [m/s, rad/s] from which on a robot counts as told to move
+LEAST_DONE = 0.2  # [-] of what it was told that a moving robot does at least, its ramps included
+SMOOTHING = 0.5  # [s] over which its measured speed is averaged
+LONGEST_GAP = 1.0  # [s] between two looks, after which nothing is known of the time between
 
 
 def checked_fence(fence):
@@ -83,9 +87,13 @@ class Violations:
                 found[row] = found[row] + " and " + text if row in found else text
         return found
 
-    def check(self, pose):
-        """Take in ``pose``; return the texts of the robots that are stopped from now on."""
-        new = {row: why for row, why in self.causes(pose).items() if row not in self.reasons}
+    def check(self, pose, others=()):
+        """Take in ``pose``; return the texts of the robots that are stopped from now on.
+
+        ``others``: causes ``{row: text}`` found elsewhere, which are gone when they are released.
+        """
+        found = {**dict(others), **self.causes(pose)}
+        new = {row: why for row, why in found.items() if row not in self.reasons}
         self.reasons.update(new)
         return [self._line(row, new) for row in sorted(new)]
 
@@ -100,6 +108,50 @@ class Violations:
 
     def _line(self, row, reasons):
         return "robot{} stopped: {}".format(self.numbers[row], reasons[row])
+
+
+class Standstill:
+    """Finds robots that are told to move and do not: motors off, stuck, miswired, or a dead link.
+
+    Forward speed and turn rate are told and done each for itself; a robot that does either moves.
+    """
+
+    def __init__(self, patience):
+        """``patience`` (n,) [s]: for how long each may fail to move, ``inf``: for ever."""
+        self._patience = np.asarray(patience, dtype=float)
+        self._time = None
+
+    def forget(self):
+        """Watch from the next pose on, as if for the first time."""
+        self._time = None
+
+    def stuck(self, now, pose, command):
+        """Return the rows of the robots that have failed to move for longer than their patience.
+
+        ``pose`` (n, 3) at ``now`` [s]; ``command`` (n, 2) [m/s, rad/s] in force since the last call.
+        """
+        told = np.where(np.abs(command) >= LEAST_TOLD, np.sign(command), 0.0)
+        if self._time is None or not 0.0 <= now - self._time <= LONGEST_GAP:
+            self._speed, self._since = np.zeros_like(told), np.full(told.shape, float(now))
+            self._told = told
+        else:
+            fade = math.exp((self._time - now) / SMOOTHING)
+            self._speed = fade * self._speed + body_motion(self._pose, pose) / SMOOTHING
+        self._time, self._pose = now, pose.copy()
+        # Whichever way: one that is told to turn back takes seconds to slow down.
+        moves = (told != 0.0) & (np.abs(self._speed) >= LEAST_DONE * np.abs(command))
+        self._since[moves | (told == 0.0) | (told != self._told)] = now
+        self._told = told
+        late = (now - self._since).max(axis=1) > self._patience
+        return np.flatnonzero(late & ~moves.any(axis=1)).tolist()
+
+
+def body_motion(before, after):
+    """Return how far robots went forward [m] and turned [rad], (n, 2), from ``before`` to ``after``."""
+    turn = wrap_angle(after[:, 2] - before[:, 2])
+    heading = before[:, 2] + 0.5 * turn
+    step = after[:, :2] - before[:, :2]
+    return np.array([step[:, 0] * np.cos(heading) + step[:, 1] * np.sin(heading), turn]).T
 
 
 class JumpBounds(NamedTuple):
@@ -131,7 +183,10 @@ class Tracks:
     """The newest pose of each robot; from a jump on, the last one before it, until accepted."""
 
     def __init__(self, n, bounds=None):
-        """``bounds``: :class:`JumpBounds`, None where every pose is believed."""
+        """``bounds``: of each robot :class:`JumpBounds`, or None where every pose is believed.
+
+        None instead of all of them: every pose of every robot is believed.
+        """
         self.pose = np.full((n, 3), np.nan)
         self.first = np.full((n, 3), np.nan)
         self.jumps = {}
@@ -142,10 +197,11 @@ class Tracks:
     def take(self, row, pose, times):
         """Take in ``pose`` of robot ``row``; ``times`` [s]: when it came, and its stamp."""
         last, self._times[row] = self._times[row], times
-        if self._bounds is not None and last is not None:
+        bounds = self._bounds and self._bounds[row]
+        if bounds and last is not None:
             # Of two messages that come in one burst the stamps tell the time between them.
             dt = max(0.0, times[0] - last[0], times[1] - last[1])
-            jump = self._bounds.exceeded(self._heard[row], pose, dt)
+            jump = bounds.exceeded(self._heard[row], pose, dt)
             if jump:
                 self.jumps[row] = jump
         self._heard[row] = pose
@@ -153,6 +209,18 @@ class Tracks:
             self.pose[row] = pose
         if last is None:
             self.first[row] = pose
+
+    def take_all(self, rows, poses, times):
+        """Take in ``poses`` (m, 3) of the robots ``rows`` (m,), as ``take`` does one by one."""
+        if self._bounds is not None:
+            for row, pose in zip(rows.tolist(), poses.tolist()):
+                self.take(row, pose, times)
+            return
+        new = rows[np.isnan(self.first[rows, 0])]
+        self.pose[rows] = self._heard[rows] = poses
+        self.first[new] = self.pose[new]
+        for row in new.tolist():
+            self._times[row] = times
 
     def accept(self):
         """Believe the robots that jumped from now on."""

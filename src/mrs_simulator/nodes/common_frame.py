@@ -2,14 +2,14 @@
 
 import math
 
-import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped
 
-from mrs_simulator.core.guards import JumpBounds, Tracks
+from mrs_simulator.core.guards import JumpBounds
 from mrs_simulator.core.kinematics import compose, origins
-from mrs_simulator.nodes.odometry_inbox import OdometryInbox, planar, silence
+from mrs_simulator.nodes.odometry_inbox import OdometryInbox, make_inbox, silence
 from mrs_simulator.nodes.parameters import number_parameter, pattern_parameter, text_parameter
+from mrs_simulator.nodes.real_robots import real_among
 from mrs_simulator.world.robots import limits_of_team
 
 DEFAULT_SOURCES = {"world": "odometry", "wheel": "scenario"}
@@ -40,13 +40,15 @@ class CommonFrame:
         self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
         self._starts = scenario.poses
         self._bounds = self._jump_bounds(scenario)
-        self.inbox = OdometryInbox(self.numbers, self._bounds if self.WATCHES_ODOMETRY else None)
+        self.inbox = make_inbox(self.numbers, self._bounds if self.WATCHES_ODOMETRY else None)
 
     def _jump_bounds(self, scenario):
+        """Return the ``JumpBounds`` of each robot, None for one that may be anywhere, or None."""
         # The simulator's robots are put elsewhere on purpose: by reset, by another team.
-        simulated = rospy.get_param("/use_sim_time", False)
-        slack = number_parameter("~max_jump", 0.0 if simulated else MAX_JUMP, low=0.0)
-        if slack == 0.0:
+        given = rospy.get_param("~max_jump", "") != ""
+        rows = range(scenario.n) if given else real_among(scenario.n)
+        slack = number_parameter("~max_jump", MAX_JUMP, low=0.0)
+        if slack == 0.0 or not len(rows):
             return None
         limits = limits_of_team(scenario.kinds, scenario.limits)
         top = limits_of_team(scenario.kinds, "top")
@@ -54,7 +56,8 @@ class CommonFrame:
             given if math.isfinite(given) else highest for given, highest in zip(limits[:2], top)
         ]
         silent = min(self.odom_timeout, RESTART) if self.BEGINS_AT_ZERO else math.inf
-        return JumpBounds(slack, *speeds, longest=self.odom_timeout + WATCHDOG, silence=silent)
+        bounds = JumpBounds(slack, *speeds, longest=self.odom_timeout + WATCHDOG, silence=silent)
+        return [bounds if row in rows else None for row in range(scenario.n)]
 
     def pose(self):
         """Return the robots' poses in the common frame, (n, 3), NaN where not known."""
@@ -120,19 +123,17 @@ class FirstFrame(ScenarioFrame):
         return compose(origins(self._starts, self.inbox.first()), self.inbox.pose())
 
 
-class ExternalFrame(CommonFrame):
-    """PoseStamped of each robot on ``~pose_topic``, from a camera or motion capture."""
+class LocalisedFrame(CommonFrame):
+    """Poses from what localises the robots; the odometry is a sign of life of their drivers."""
 
     WATCHES_ODOMETRY = False
-    WHAT = "pose"
     ADVICE = "see what localises it"
 
     def __init__(self, scenario):
-        """Listen to the poses, and to the odometry as a sign of life of the robots' drivers."""
+        """Listen to the poses and to the odometry."""
         super().__init__(scenario)
-        topic = pattern_parameter("~pose_topic", "/robot{}/pose")
         self.pose_timeout = number_parameter("~pose_timeout", 0.5, above=0.0)
-        self._poses = OdometryInbox(self.numbers, self._bounds, topic, PoseStamped)
+        self._poses = self._open_poses()
 
     def pose(self):
         """Return the newest poses."""
@@ -141,7 +142,7 @@ class ExternalFrame(CommonFrame):
     def missing(self, now):
         """Return which robots' odometry or pose is missing, or ""."""
         stale = self._poses.stale(now, self.pose_timeout)
-        return super().missing(now) or silence(stale, "pose on " + self._poses.topic)
+        return super().missing(now) or silence(stale, self.WHAT + " on " + self._poses.topic)
 
     def stale(self, now):
         """Return the numbers of the robots whose odometry or pose is missing."""
@@ -156,80 +157,27 @@ class ExternalFrame(CommonFrame):
         self._poses.accept()
 
 
-class TfFrame(CommonFrame):
+class ExternalFrame(LocalisedFrame):
+    """PoseStamped of each robot on ``~pose_topic``, from a camera or motion capture."""
+
+    WHAT = "pose"
+
+    def _open_poses(self):
+        topic = pattern_parameter("~pose_topic", "/robot{}/pose")
+        return OdometryInbox(self.numbers, self._bounds, topic, PoseStamped)
+
+
+class TfFrame(LocalisedFrame):
     """The transforms from ``~world_frame`` to each robot's ``~base_frame``."""
 
-    WATCHES_ODOMETRY = False
     WHAT = "transform"
-    ADVICE = "see what localises it"
 
-    def __init__(self, scenario):
-        """Listen to tf, and to the odometry as a sign of life of the robots' drivers."""
-        super().__init__(scenario)
-        import tf2_ros  # only where it is wanted
+    def _open_poses(self):
+        from mrs_simulator.nodes.transform_inbox import TransformInbox  # tf only where it is wanted
 
-        self._world = text_parameter("~world_frame", "world").lstrip("/")
+        world = text_parameter("~world_frame", "world").lstrip("/")
         base = pattern_parameter("~base_frame", "robot{}/base_link").lstrip("/")
-        self._frames = [base.replace("{}", str(number)) for number in self.numbers]
-        self.pose_timeout = number_parameter("~pose_timeout", 0.5, above=0.0)
-        self._tracks = Tracks(scenario.n, self._bounds)
-        self._stamps = [None] * scenario.n
-        self._wrong = {}
-        self._buffer = tf2_ros.Buffer()
-        self._error = tf2_ros.TransformException
-        self._listener = tf2_ros.TransformListener(self._buffer)
-
-    def _look(self, now):
-        """Take in the newest transforms; keep what is wrong with the others."""
-        self._wrong = {}
-        for row, frame in enumerate(self._frames):
-            try:
-                found = self._buffer.lookup_transform(self._world, frame, rospy.Time(0))
-            except self._error as error:
-                self._wrong[row] = "{} -> {}: {}".format(self._world, frame, error)
-                continue
-            stamp = found.header.stamp
-            if not stamp.is_zero() and now - stamp.to_sec() > self.pose_timeout:
-                text = "{} -> {} is {:.1f} s old"
-                self._wrong[row] = text.format(self._world, frame, now - stamp.to_sec())
-            elif stamp != self._stamps[row]:
-                self._stamps[row] = stamp
-                self._take(row, found.transform, stamp.to_sec())
-
-    def _take(self, row, move, stamp):
-        pose = planar(_Pose(move.translation, move.rotation))
-        if np.isfinite(pose).all():
-            self._tracks.take(row, pose, (stamp, stamp))
-
-    def pose(self):
-        """Return the poses that ``missing`` last found."""
-        return self._tracks.pose.copy()
-
-    def missing(self, now):
-        """Look all transforms up; return which robots' odometry or transform is missing, or ""."""
-        self._look(now)
-        lost = "; ".join(self._wrong[row] for row in sorted(self._wrong)[:3])
-        more = ", and {} more".format(len(self._wrong) - 3) if len(self._wrong) > 3 else ""
-        return super().missing(now) or ("no fresh transform " + lost + more if lost else "")
-
-    def stale(self, now):
-        """Return the numbers of the robots whose odometry or transform is missing."""
-        return sorted(set(super().stale(now)).union(self.numbers[row] for row in self._wrong))
-
-    def jumped(self):
-        """Return ``{row: text}`` of the robots whose transform jumped."""
-        return dict(self._tracks.jumps)
-
-    def accept(self):
-        """Follow the transforms again."""
-        self._tracks.accept()
-
-
-class _Pose:
-    """What ``planar`` reads, from the parts of a transform."""
-
-    def __init__(self, position, orientation):
-        self.position, self.orientation = position, orientation
+        return TransformInbox(self.numbers, self._bounds, world, base)
 
 
 SOURCES = {

@@ -2,6 +2,7 @@
 
 import math
 import threading
+import time
 
 import numpy as np
 import rospy
@@ -26,15 +27,25 @@ class Inbox:
     def put(self, twist, row):
         """Keep ``twist``, a ``PlanarTwist``, as the newest command of robot ``row``."""
         with self._lock:
-            self._commands[row] = twist.command
+            self._commands[row] = twist.command, time.monotonic()
+
+    def put_all(self, rows, commands):
+        """Keep ``commands`` (v, omega) of the robots ``rows``."""
+        now = time.monotonic()
+        with self._lock:
+            self._commands.update((row, (pair, now)) for row, pair in zip(rows, commands))
 
     def take(self, n):
-        """Return ``(rows, commands)`` of the first n robots, ascending, (m,) and (m, 2); forget all."""
+        """Return ``(rows, commands, times)`` of the first n robots, ascending, and forget all.
+
+        Shapes (m,), (m, 2) [m/s, rad/s] and (m,) [s]: when each came, by ``time.monotonic``.
+        """
         with self._lock:
             taken, self._commands = self._commands, {}
         # A late message may still come for a robot that has been taken away.
         rows = sorted(row for row in taken if row < n)
-        return rows, np.array([taken[row] for row in rows]).reshape(-1, 2)
+        commands = np.array([taken[row][0] for row in rows]).reshape(-1, 2)
+        return rows, commands, np.array([taken[row][1] for row in rows])
 
 
 class RobotLink:

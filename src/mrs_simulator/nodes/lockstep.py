@@ -2,6 +2,20 @@
 
 import time
 
+from mrs_simulator.nodes.parameters import flag_parameter
+
+
+def lockstep_wanted(real):
+    """Return the parameter ``~lockstep``; ``ValueError`` if any robot of the rows ``real`` is real."""
+    wanted = flag_parameter("~lockstep", False)
+    if wanted and real:
+        numbers = ", ".join(str(row + 1) for row in real)
+        raise ValueError(
+            "lockstep: true with real robots {}: simulated time cannot wait for what goes on by "
+            "itself, wanted false".format(numbers)
+        )
+    return wanted
+
 
 class Lockstep:
     """Keeps which robots have yet to answer, and when it is time to name the silent ones."""

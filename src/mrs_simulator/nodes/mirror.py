@@ -88,14 +88,3 @@ class RealLink:
         """Withdraw both topics."""
         for subscriber in self._subscribers:
             subscriber.unregister()
-
-
-def real_rows(text):
-    """Return the rows of the robots whose numbers are listed in ``text``, such as "2,4"."""
-    try:
-        numbers = [int(part) for part in text.split(",")] if text.strip() else []
-    except ValueError:
-        raise ValueError(
-            "real = {!r}: wanted robots' numbers with commas between them".format(text)
-        ) from None
-    return sorted({number - 1 for number in numbers})

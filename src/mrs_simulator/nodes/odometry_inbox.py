@@ -2,67 +2,40 @@
 
 import math
 import threading
+import time
 
 import numpy as np
 import rospy
 
 from mrs_simulator.core.guards import Tracks
+from mrs_simulator.msg import TeamOdometry
 from mrs_simulator.nodes.parameters import pattern_parameter
+from mrs_simulator.nodes.team_topics import ODOMETRY, team_topics_wanted
 from mrs_simulator.nodes.wire import PlanarOdometry
 
 MOST_NAMED = 8  # robots named in one line
+NEVER = -1  # [ns] the stamp of what was not heard yet
 
 
-class OdometryInbox:
-    """Subscribes to ``/robotN/odom`` of every robot, or to another topic of poses."""
+def make_inbox(numbers, bounds=None):
+    """Return the inbox of the robots' odometry: from one topic for all, or from one for each."""
+    kind = TeamInbox if team_topics_wanted(len(numbers)) else OdometryInbox
+    return kind(numbers, bounds)
 
-    def __init__(self, numbers, bounds=None, topic="", kind=PlanarOdometry):
-        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
 
-        ``topic``: its pattern, ``{}`` for the robot's number, by default the parameter
-        ``~odom_topic``; ``kind`` of message: PlanarOdometry or PoseStamped.
-        """
+class Inbox:
+    """The newest poses; how they come in is the subclasses' business."""
+
+    def __init__(self, numbers, bounds=None):
+        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None."""
         self._numbers = list(numbers)
-        self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
         n = len(self._numbers)
         self._tracks = Tracks(n, bounds)
-        self._stamp = [None] * n
+        self._stamp = np.full(n, NEVER)  # [ns]
         self._received = np.full(n, -math.inf)
-        self._refused = np.zeros(n, dtype=int)
         self._repeated = set()
         self._changed = threading.Condition()
-        self._subscribers = [
-            rospy.Subscriber(
-                self.topic.replace("{}", str(number)),
-                kind,
-                self.put,
-                callback_args=row,
-                queue_size=1,
-                tcp_nodelay=True,
-            )
-            for row, number in enumerate(self._numbers)
-        ]
-
-    def put(self, message, row):
-        """Keep the pose of robot ``row``; one that is not finite is refused and so grows stale."""
-        if isinstance(message, PlanarOdometry):
-            pose, stamp = message.planar, message.stamp
-        else:
-            pose, stamp = planar(message.pose), message.header.stamp
-        with self._changed:
-            if not all(map(math.isfinite, pose)):
-                self._refused[row] += 1
-                return
-            if self._stamp[row] == stamp:
-                self._repeated.add(row)
-            self._stamp[row] = stamp
-            self._received[row] = rospy.get_time()
-            self._tracks.take(row, pose, (self._received[row], stamp.to_sec()))
-            self._changed.notify()
-
-    def names(self):
-        """Return the names of the robots' topics, remappings applied."""
-        return [rospy.resolve_name(self.topic.replace("{}", str(n))) for n in self._numbers]
+        self.arrived = -math.inf  # [s] of wall time, when the newest came
 
     def pose(self):
         """Return the newest poses, shape (n, 3), NaN for a robot that has not been heard."""
@@ -95,6 +68,14 @@ class OdometryInbox:
             number: float(age) for number, age in zip(self._numbers, ages) if not age <= timeout
         }
 
+    def now(self):
+        """Return ROS time [s]."""
+        return rospy.get_time()
+
+    def _note_arrival(self):
+        self.arrived = time.monotonic()
+        self._changed.notify()
+
     def wait(self, seconds):
         """Return once something arrives, or after ``seconds`` of wall time."""
         with self._changed:
@@ -103,14 +84,94 @@ class OdometryInbox:
     def complete(self):
         """Return the stamp that the newest odometry of all robots bears, or None."""
         with self._changed:
-            first = self._stamp[0]
-            return first if all(stamp == first for stamp in self._stamp) else None
+            first = int(self._stamp[0])
+            same = first != NEVER and bool((self._stamp == first).all())
+        return rospy.Time(*divmod(first, 10**9)) if same else None
 
     def take_repeated(self):
         """Return the rows whose odometry came again with the same stamp, and forget them."""
         with self._changed:
             taken, self._repeated = self._repeated, set()
         return sorted(taken)
+
+
+class OdometryInbox(Inbox):
+    """Subscribes to ``/robotN/odom`` of every robot, or to another topic of poses."""
+
+    def __init__(self, numbers, bounds=None, topic="", kind=PlanarOdometry):
+        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
+
+        ``topic``: its pattern, ``{}`` for the robot's number, by default the parameter
+        ``~odom_topic``; ``kind`` of message: PlanarOdometry or PoseStamped.
+        """
+        super().__init__(numbers, bounds)
+        self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
+        self._subscribers = [
+            rospy.Subscriber(
+                self.topic.replace("{}", str(number)),
+                kind,
+                self.put,
+                callback_args=row,
+                queue_size=1,
+                tcp_nodelay=True,
+            )
+            for row, number in enumerate(self._numbers)
+        ]
+
+    def put(self, message, row):
+        """Keep the pose of robot ``row``; one that is not finite is refused and so grows stale."""
+        if isinstance(message, PlanarOdometry):
+            pose, stamp = message.planar, message.stamp
+        else:
+            pose, stamp = planar(message.pose), message.header.stamp
+        if not all(map(math.isfinite, pose)):
+            return
+        now, stamped = rospy.get_time(), stamp.to_nsec()
+        with self._changed:
+            if self._stamp[row] == stamped:
+                self._repeated.add(row)
+            self._stamp[row], self._received[row] = stamped, now
+            self._tracks.take(row, pose, (now, stamp.to_sec()))
+            self._note_arrival()
+
+    def names(self):
+        """Return the names of the robots' topics, remappings applied."""
+        return [rospy.resolve_name(self.topic.replace("{}", str(n))) for n in self._numbers]
+
+
+class TeamInbox(Inbox):
+    """Subscribes to one topic with the odometry of all robots."""
+
+    def __init__(self, numbers, bounds=None):
+        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None."""
+        super().__init__(numbers, bounds)
+        self._rows = {number: row for row, number in enumerate(self._numbers)}
+        self._subscriber = rospy.Subscriber(
+            ODOMETRY, TeamOdometry, self.put, queue_size=1, tcp_nodelay=True
+        )
+
+    def put(self, message):
+        """Keep the poses of the team's robots; what is not finite is refused and so grows stale."""
+        if not len(message.robot) == len(message.x) == len(message.y) == len(message.theta):
+            return
+        poses = np.array([message.x, message.y, message.theta]).T
+        rows = np.array([self._rows.get(number, -1) for number in message.robot], dtype=int)
+        good = (rows >= 0) & np.isfinite(poses).all(axis=1)
+        rows, poses = rows[good], poses[good]
+        now, stamp = rospy.get_time(), message.header.stamp
+        with self._changed:
+            self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
+            self._stamp[rows], self._received[rows] = stamp.to_nsec(), now
+            self._tracks.take_all(rows, poses, (now, stamp.to_sec()))
+            self._note_arrival()
+
+    def now(self):
+        """Return ROS time [s]: an odometry may bring it before ``/clock`` does."""
+        return max(rospy.get_time(), 1e-9 * int(self._stamp.max()))
+
+    def names(self):
+        """Return the name of the topic, once for each robot."""
+        return [self._subscriber.resolved_name] * len(self._numbers)
 
 
 def planar(pose):

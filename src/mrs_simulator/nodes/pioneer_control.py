@@ -15,13 +15,17 @@ from mrs_simulator.control.loading import choose_protocol, in_progress
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.msg import ControlStatus
+from mrs_simulator.nodes import lifecycle
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.nodes.common_frame import make_common_frame
+from mrs_simulator.nodes.common_frame import START, make_common_frame
 from mrs_simulator.nodes.guards import Guards, slower
-from mrs_simulator.nodes.lifecycle import start_node
+from mrs_simulator.nodes.lockstep import lockstep_wanted
 from mrs_simulator.nodes.motors import Motors
+from mrs_simulator.nodes.odometry_inbox import TeamInbox
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.nodes.real_robots import real_among
 from mrs_simulator.nodes.reconfigure import ParameterServer
+from mrs_simulator.nodes.team_topics import TeamCommands
 from mrs_simulator.nodes.wire import PlanarTwist
 from mrs_simulator.reporting import make_control
 from mrs_simulator.srv import SetTopology
@@ -46,32 +50,31 @@ class ControlNode:
         )
         control = scenario.control._replace(rate=rate, saturation=saturation)
         self.control = make_control(slower(scenario)._replace(control=control), protocol)
-        self.guards = Guards(self.control.numbers, saturation)
         self.dry_run = flag_parameter("~dry_run", False)
+        self.guards = Guards(self.control.numbers, saturation, self.dry_run)
         self.motors = Motors(self.control.numbers, self.dry_run)
-        self.lockstep = flag_parameter("~lockstep", False)
+        real = real_among(scenario.n)
+        self.lockstep = lockstep_wanted(real)
+        self.resumes = flag_parameter("~resume", not real)
         self.running = flag_parameter("~autostart", True)
         self.trouble = "" if self.running else "not started"
         self._lock = threading.RLock()
         self._next, self._answered, self._begun = None, None, None
         self._warnings, self._emergency, self._jump = [], False, ""
         self._command = np.zeros((scenario.n, 2))
-        self._compute_time = 0.0
+        self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
         self._last = {"status": 0.0, "report": 0.0, "clock": time.monotonic()}
         self._simulated = rospy.get_param("/use_sim_time", False)
         self._open_topics()
 
     def _open_topics(self):
-        self._publishers = [
-            rospy.Publisher(
-                "/robot{}/cmd_vel".format(n), PlanarTwist, queue_size=1, tcp_nodelay=True
-            )
-            for n in self.control.numbers
-            if not self.dry_run
-        ]
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario)
         self.inbox = self.frame.inbox
+        self._commands = None
+        if not self.dry_run:
+            kind = TeamCommands if isinstance(self.inbox, TeamInbox) else RobotCommands
+            self._commands = kind(self.control.numbers)
         if self._simulated:
             self._clock = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
         self._services = [
@@ -106,40 +109,47 @@ class ControlNode:
         trouble = self._what_is_missing()
         jump = self.frame.jump_trouble()
         if jump and jump != self._jump:
-            rospy.logerr("pioneer_control: robots stopped: %s", jump)
             self._stop(jump)
+            rospy.logerr("pioneer_control: robots stopped: %s", jump)
         self._jump = jump
         if trouble:
             self._hold(trouble)
         elif self.lockstep:
             self._answer()
-        elif self._due():
+        elif self._due(self.inbox.now()):
             self._act()
 
     def _what_is_missing(self):
         """Return why no command can be given now, or ""."""
+        return self._who_is_silent() or self.motors.missing()
+
+    def _who_is_silent(self):
         if self._simulated and time.monotonic() - self._last["clock"] > CLOCK_SILENCE:
             return "/clock is silent: no simulator is running"
-        return self.frame.missing(rospy.get_time()) or self.motors.missing()
+        return self.frame.missing(rospy.get_time())
 
-    def _due(self):
-        now = rospy.get_time()
+    def _due(self, now):
         # Waiting longer than this means that the clock went back: a simulator was started again.
         if self._next is not None and 1e-6 < self._next - now <= 2.0 * self.period:
             return False
         late = self._next is None or now - self._next > self.period
+        if late and self._next is not None and now > self._next and self.running:
+            self._missed += int((now - self._next) / self.period + 1e-6)
         self._next = (now if late else self._next) + self.period
         return True
 
     def _answer(self):
-        """Lockstep: one command for each robot and each odometry, and again if it comes again."""
+        """Lockstep: commands for each odometry, the last ones between two periods of the control."""
         stamp = self.inbox.complete()
         if stamp is None:
             return
         repeated = self.inbox.take_repeated()
         if stamp != self._answered:
             self._answered = stamp
-            self._act()
+            if self._due(stamp.to_sec()):
+                self._act()
+            else:
+                self._send(self._command)
         elif repeated:
             self._send(self._command)
 
@@ -149,17 +159,18 @@ class ControlNode:
                 self._send(np.zeros_like(self._command))
             return
         pose = self.frame.pose()
-        now = self._answered.to_sec() if self.lockstep else rospy.get_time()
+        now = self._answered.to_sec() if self.lockstep else self.inbox.now()
         started = time.perf_counter()
         try:
             if self._begun is None:
                 self.control.start()
                 self._warn(pose)
                 self._begun = now
-            command = self.guards.passed(self.control.commands(pose, now - self._begun), pose)
+            command = self.control.commands(pose, now - self._begun)
+            command = self.guards.passed(command, pose, now)
         except Exception as error:
-            rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             self._stop("the law failed: {}: {}".format(type(error).__name__, error))
+            rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             return
         self._compute_time = time.perf_counter() - started
         if self.trouble and not self.guards.stopped:
@@ -175,13 +186,18 @@ class ControlNode:
     def _hold(self, trouble):
         """Tell the robots to stop as long as something is missing."""
         moving = bool(np.any(self._command))
+        self.trouble = self.trouble if not self.running else trouble
+        self._next = None  # what passes meanwhile are no missed periods
+        if moving:
+            self._send(np.zeros_like(self._command))
+        if self.running and self._begun is not None and not self.resumes:
+            # Whoever walks up to robots that stand is not to be surprised by them.
+            start = START.format(rospy.resolve_name("~start"))
+            self._stop("{}: see to it, {}".format(trouble, start))
         if moving or time.monotonic() - self._last["report"] > REPORT_PERIOD:
             self._last["report"] = time.monotonic()
             text = "robots stopped: " if moving else "waiting: "
             (rospy.logerr if moving else rospy.loginfo)("pioneer_control: %s%s", text, trouble)
-        self.trouble = self.trouble if not self.running else trouble
-        if moving:
-            self._send(np.zeros_like(self._command))
 
     def _stop(self, reason):
         self.running, self.trouble = False, reason
@@ -190,24 +206,26 @@ class ControlNode:
 
     def _send(self, command):
         self._command = command
-        for publisher, pair in zip(self._publishers, command.tolist()):
-            message = PlanarTwist()
-            message.command = pair
-            publisher.publish(message)
+        if self._commands is not None:
+            self._commands.publish(command)
+        self._latency = time.monotonic() - self.inbox.arrived
 
     # Services and events -------------------------------------------------------------------------
 
     def _on_emergency_stop(self, message):
         with self._lock:
             if message.data and not self._emergency:
-                rospy.logerr("pioneer_control: emergency stop")
                 self._stop("emergency stop")
+                rospy.logerr("pioneer_control: emergency stop")
             self._emergency = message.data
 
     def _on_start(self, _):
         with self._lock:
             if self._emergency:
                 return False, "emergency stop: release it first"
+            silent = self._who_is_silent()
+            if silent and not self.resumes:
+                return False, silent + ": nobody is to move later by surprise, start again then"
             # Robots that are let go on join the others, whose law goes on too.
             self._begun = self._begun if self.running and self.guards.stopped else None
             self.running, self._next = True, None
@@ -267,6 +285,8 @@ class ControlNode:
             dry_run=self.dry_run,
             period=self.period,
             compute_time=self._compute_time,
+            latency=self._latency,
+            missed_periods=self._missed,
         )
         message.command_v, message.command_omega = self._command.T.tolist()
         message.target_x, message.target_y = self._targets()
@@ -289,6 +309,26 @@ class ControlNode:
             return [], []
 
 
+class RobotCommands:
+    """Publishes ``/robotN/cmd_vel`` of each robot."""
+
+    def __init__(self, numbers):
+        """``numbers``: the robots' numbers."""
+        self._publishers = [
+            rospy.Publisher(
+                "/robot{}/cmd_vel".format(number), PlanarTwist, queue_size=1, tcp_nodelay=True
+            )
+            for number in numbers
+        ]
+
+    def publish(self, command):
+        """Publish ``command`` (n, 2) [m/s, rad/s]."""
+        for publisher, pair in zip(self._publishers, command.tolist()):
+            message = PlanarTwist()
+            message.command = pair
+            publisher.publish(message)
+
+
 def run(protocol=None, argv=None):
     """Run the control node with ``protocol``, a ``PioneerControl`` subclass.
 
@@ -302,12 +342,12 @@ def run(protocol=None, argv=None):
     try:
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
-        start_node("pioneer_control")
+        lifecycle.start_node("pioneer_control")
         node = ControlNode(scenario, protocol)
     except (ValueError, OSError) as error:
         print("pioneer_control: {}".format(error), file=sys.stderr)
         sys.exit(2)
-    node.spin()
+    lifecycle.run(node.spin)
 
 
 def main():

@@ -1,5 +1,6 @@
 """The stage node: a world of robots behind ROS topics and services."""
 
+import gc
 import sys
 import time
 
@@ -14,10 +15,11 @@ from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import run, start_node
 from mrs_simulator.nodes.links import Frames, Inbox, RobotLink, transform
-from mrs_simulator.nodes.lockstep import Lockstep
-from mrs_simulator.nodes.mirror import SILENCE, Mirror, RealLink, real_rows
+from mrs_simulator.nodes.lockstep import Lockstep, lockstep_wanted
+from mrs_simulator.nodes.mirror import SILENCE, Mirror, RealLink
 from mrs_simulator.nodes.pacing import Pacer
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.nodes.real_robots import real_rows
 from mrs_simulator.nodes.requests import Requests
 from mrs_simulator.nodes.rosaria import (
     ODOM_RATE,
@@ -26,6 +28,8 @@ from mrs_simulator.nodes.rosaria import (
     behind_rosaria,
     chosen_preset,
 )
+from mrs_simulator.nodes.team_topics import TeamLink
+from mrs_simulator.nodes.timing import RoundTrips
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.world.world import World
 
@@ -67,14 +71,16 @@ class Stage:
             text_parameter("~base_frame", "robot{}/base_link"),
         )
         self.lockstep = None
-        if flag_parameter("~lockstep", False):
+        if lockstep_wanted(real):
             self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
         self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
         self.paused = flag_parameter("~paused", False)
         self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
         self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
         odom_rate = number_parameter("~odom_rate", ODOM_RATE if rosaria else 50.0, above=0.0)
-        self._steps_per_odom = max(1, int(round(1.0 / (odom_rate * self.world.step_size))))
+        self._steps_per_odom = self._steps_between(odom_rate)
+        self._steps_per_command = self._steps_between(min(odom_rate, scenario.control.rate))
+        self.round_trips = RoundTrips(self.world.n)
         self._started = False
         self._steps_asked = 0
         self._step = 0
@@ -84,7 +90,7 @@ class Stage:
         self._real_silent = []
         self._last = {"clock": 0.0, "status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox = Inbox()
-        self.links = []
+        self.links, self.team_link = [], None
         self.requests = Requests()
         self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
         self._open_topics()
@@ -93,6 +99,9 @@ class Stage:
         self.view = None
         if flag_parameter("~view", False):
             self._open_view()
+
+    def _steps_between(self, rate):
+        return max(1, int(round(1.0 / (rate * self.world.step_size))))
 
     def _open_view(self):
         from mrs_simulator.world.view import View  # pybullet only where it is used
@@ -111,6 +120,8 @@ class Stage:
         self._status = publisher("~status", StageStatus, queue_size=1)
         self._collision = publisher("~collisions", Collision, queue_size=1000)
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
+        # Real robots have topics of their own only.
+        self.team_link = None if self.mirror.rows else TeamLink(self.inbox)
 
     def _open_services(self):
         def service(name, kind, handler):
@@ -136,6 +147,9 @@ class Stage:
             self.drivers.follow_team()
         self._scenario.publish(String(data=self.scenario.to_yaml()))
         self._publish_static_transforms()
+        # With 2000 topics each of the collector's rounds over them would take longer than a period.
+        gc.collect()
+        gc.freeze()
 
     def _new_link(self, row):
         if row in self.mirror.rows:
@@ -182,11 +196,13 @@ class Stage:
 
     def _ready(self):
         waits = []
-        if self._wait_for_control:
+        together = self.team_link
+        if self._wait_for_control and not (together and together.commanded):
             silent = [link for link in self.links if not link.commanded]
             if silent:
                 waits.append("commands for {} of {} robots".format(len(silent), len(self.links)))
-        if self.lockstep and not all(link.listened_to for link in self.links):
+        heard = together and together.listened_to
+        if self.lockstep and not (heard or all(link.listened_to for link in self.links)):
             waits.append("a listener to each robot's odometry")
         missing = self._recorders_wanted - self._state.get_num_connections()
         if missing > 0:
@@ -198,13 +214,15 @@ class Stage:
         if self.mirror.rows and self.pacer.speed != 1.0:
             rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)
         self.pacer.resume()
+        self.round_trips.begin(self.world.n)
         self._expect_answers()
         return True
 
     def _take_commands(self):
-        rows, commands = self.inbox.take(self.world.n)
+        rows, commands, times = self.inbox.take(self.world.n)
         if len(rows):
             (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
+            self.round_trips.answered(rows, times)
             if self.lockstep:
                 self.lockstep.answered(rows)
 
@@ -218,8 +236,11 @@ class Stage:
         self._publish_clock()
         for collision in self.world.take_collisions():
             self._publish_collision(collision)
+        if self._step % self._steps_per_command == 0:
+            self.round_trips.end_period(self.world.commanded)
         if self._step % self._steps_per_odom == 0:
             self._expect_answers()
+            self.round_trips.sent()
             self._publish_odometry()
         self._publish_status()
 
@@ -228,6 +249,7 @@ class Stage:
         now = time.monotonic()
         if now - self._last["clock"] > IDLE_CLOCK:
             self._publish_clock()
+            self.mirror.place(self.world)  # real robots know no pause
             if self._started and self.paused:
                 self._publish_state()
             elif not self._started:
@@ -242,7 +264,7 @@ class Stage:
 
     def _expect_answers(self):
         if self.lockstep:
-            self.lockstep.expect(set(range(self.world.n)) - self.mirror.rows)
+            self.lockstep.expect(range(self.world.n))
 
     def _report_silence(self):
         rospy.logerr(
@@ -302,6 +324,7 @@ class Stage:
         # What was said to the robots before is not meant for these.
         self.inbox.take(self.world.n)
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self.round_trips.begin(self.world.n)
         # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
         # back between two different states.
         self.world.step()
@@ -321,7 +344,10 @@ class Stage:
 
     def _publish_odometry(self):
         stamp = self._stamp()
-        poses, twists = self.world.odometry().tolist(), self.world.twist.tolist()
+        poses, twists = self.world.odometry(), self.world.twist
+        if self.team_link:
+            self.team_link.publish(stamp, poses, twists)
+        poses, twists = poses.tolist(), twists.tolist()
         for link, pose, twist in zip(self.links, poses, twists):
             link.publish(stamp, pose, twist)
         listeners = self._tf.get_num_connections()
@@ -416,9 +442,11 @@ class Stage:
             timed_out=[row + 1 for row in sorted(self._silent)],
             refused=world.refused.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
+            missed_periods=self.round_trips.missed,
             collisions=self._collisions,
             closest_approach=world.measure_closest_approach(),
         )
+        message.round_trip_median, message.round_trip_p99 = self.round_trips.median_and_p99()
         message.header.stamp = self._stamp()
         self._status.publish(message)
 

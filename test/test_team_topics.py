@@ -1,0 +1,109 @@
+"""One topic for all robots: the same run as with a topic for each, and nothing taken on trust."""
+
+import numpy as np
+import pytest
+from ros_fixtures import log_of, wait_until
+
+from mrs_simulator.core.guards import JumpBounds, Tracks
+from mrs_simulator.nodes.timing import RoundTrips
+
+POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
+
+
+def recorded(ros, directory, team_topics):
+    """Run four simulated seconds in lockstep; return run.csv as a table."""
+    out = directory / team_topics
+    nodes = [
+        ros.node("stage", "_lockstep:=true", "_speed:=0", "_wait_for_recorders:=1"),
+        ros.node("pioneer_control", "_lockstep:=true", "_team_topics:=" + team_topics),
+        ros.node("record", "--out", out, "--duration", 4),
+    ]
+    nodes[-1].wait(60)
+    for node in nodes:
+        ros.stop(node)
+    return np.genfromtxt(out / "run.csv", delimiter=",", skip_header=1)
+
+
+def test_both_kinds_of_topics_give_the_same_run(ros, tmp_path):
+    by_robot, by_team = (recorded(ros, tmp_path, choice) for choice in ("never", "always"))
+    assert len(by_robot) == 7 * 41
+    # nav_msgs/Odometry tells a heading as a quaternion, which costs its last digit.
+    np.testing.assert_allclose(by_team, by_robot, rtol=0.0, atol=1e-10)
+
+
+def test_a_large_team_uses_one_topic_by_itself_and_stops_with_its_control(ros):
+    ros.node("stage", "--robots", 60)
+    control = ros.node("pioneer_control", "--robots", 60)
+    probe = ros.probe()
+    probe.wait("max(map(abs, state('vx') or [0])) > 0.1")
+    publishers = ros.python(
+        "import rosgraph\n"
+        "published, subscribed, _ = rosgraph.Master('/test').getSystemState()\n"
+        "print(dict(published).get('/stage/command'), dict(published).get('/robot1/cmd_vel'))\n"
+        "print('/robot1/cmd_vel' in dict(subscribed))"
+    )
+    assert publishers.split("\n")[:2] == ["['/pioneer_control'] None", "True"]
+    assert probe.wait("0.0 < (status('round_trip_p99') or 0.0) and status('robots')") == 60
+    control.kill()
+    probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0")
+    assert probe.wait("len(status('timed_out'))") == 60
+
+
+def test_a_stage_without_team_topics_is_driven_robot_by_robot(ros):
+    ros.node("stage", "--robots", 60, "--real", "60", "stage/command:=/elsewhere")
+    control = ros.node("pioneer_control", "--robots", 60, "_odom_timeout:=1000")
+    wait_until(lambda: "none found: each robot has its own topics" in log_of(control), 40.0)
+
+
+def test_a_malformed_command_moves_nobody_and_is_named(ros):
+    stage = ros.node("stage", "--robots", 3)
+    probe = ros.probe()
+    probe.wait("now()")
+    code = """
+import rospy, sys
+from mrs_simulator.msg import TeamCommand
+rospy.init_node("sender", disable_rostime=True)
+publisher = rospy.Publisher("/stage/command", TeamCommand, queue_size=10, latch=True)
+publisher.publish(TeamCommand({}))
+rospy.sleep(1.0)
+"""
+    ros.python(code.format("[1, 2, 3], [0.5, 0.5], [0.0, 0.0, 0.0]"))
+    wait_until(lambda: "3 robots, 2 v, 3 omega" in log_of(stage))
+    ros.python(code.format("[0, 2], [0.5, 0.5], [0.0, 0.0]"))
+    ros.python(code.format("[2, 9], [float('nan'), 0.5], [0.0, 0.0]"))
+    probe.wait("status('refused') == [0, 1, 0]")
+    assert probe.ask("any(state('commanded'))") is False
+    assert probe.ask("max(map(abs, state('vx')))") == 0.0
+
+
+@pytest.mark.parametrize("bounds", [None, [JumpBounds(0.3, 1.0, 1.0)] * 3])
+def test_tracks_take_all_robots_as_they_take_each(bounds):
+    one, all_at_once = Tracks(3, bounds), Tracks(3, bounds)
+    for time, shift in ((1.0, 0.0), (1.1, 0.01), (1.2, 5.0)):
+        for row, pose in zip((0, 2), (POSES + shift).tolist()):
+            one.take(row, pose, (time, time))
+        all_at_once.take_all(np.array([0, 2]), POSES + shift, (time, time))
+    np.testing.assert_array_equal(one.pose, all_at_once.pose)
+    np.testing.assert_array_equal(one.first, all_at_once.first)
+    assert one.jumps == all_at_once.jumps and len(one.jumps) == (0 if bounds is None else 2)
+
+
+def test_round_trips_and_missed_periods():
+    now = [10.0]
+    trips = RoundTrips(3, clock=lambda: now[0])
+    commanded = np.array([True, True, False])
+    assert np.isnan(trips.median_and_p99()).all()
+    trips.end_period(commanded)  # had begun before anything was sent
+    trips.sent()
+    trips.answered([0, 1], np.array([10.004, 10.006]))
+    trips.answered([0], np.array([10.010]))  # only the first answer counts
+    assert trips.median_and_p99() == pytest.approx((0.005, 0.00598))
+    trips.end_period(commanded)
+    assert trips.missed == 0
+    now[0] = 10.02
+    trips.sent()
+    trips.answered([1], np.array([10.021]))
+    trips.end_period(commanded)
+    assert trips.missed == 1  # robot 1; the third is not under command
+    trips.begin(2)
+    assert trips.missed == 1 and np.isnan(trips.median_and_p99()).all()

@@ -142,14 +142,14 @@ def drive(robots, v, omega):
     return True
 
 
-def stand_in(robot, pose, twist=(0.0, 0.0)):
+def stand_in(robot, pose, twist=(0.0, 0.0), topic="/robot{}/odom"):
     """Be the odometry of a real robot at ``pose`` (x, y, yaw), at 20 Hz until ``fall_silent``."""
     message = Odometry()
     message.pose.pose.position.x, message.pose.pose.position.y = pose[:2]
     message.pose.pose.orientation.z = math.sin(0.5 * pose[2])
     message.pose.pose.orientation.w = math.cos(0.5 * pose[2])
     message.twist.twist.linear.x, message.twist.twist.angular.z = twist
-    name = "/robot{}/odom".format(robot)
+    name = topic.format(robot)
     old = driven.get(name)
     publisher = old[0] if old else rospy.Publisher(name, Odometry, queue_size=1, tcp_nodelay=True)
     driven[name] = (publisher, message)

@@ -18,15 +18,16 @@ from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.core.kinematics import arc, ramp
 
-TOP = np.array([0.75, math.radians(100.0)])  # [m/s, rad/s], the firmware's
 RAMP = np.array([0.3, math.radians(100.0)])  # [m/s^2, rad/s^2], the firmware's
 STEP = 0.01  # [s] of wall time
 LATEST = 0.1  # [s] that one step may stand for if the machine is busy
-WATCHDOG = 0.6  # [s]
 
 
 class Robot:
     """One robot and its driver."""
+
+    TOP = np.array([0.75, math.radians(100.0)])  # [m/s, rad/s], the firmware's
+    WATCHDOG = 0.6  # [s]
 
     def __init__(self):
         self.pose = np.zeros((1, 3))
@@ -37,8 +38,11 @@ class Robot:
             rospy.get_param("~odom_frame", "odom"),
             rospy.get_param("~base_link_frame", "base_link"),
         )
-        self._publisher = rospy.Publisher("~pose", Odometry, queue_size=1000)
         self._transforms = rospy.Publisher("/tf", TFMessage, queue_size=100)
+        self._open_topics()
+
+    def _open_topics(self):
+        self._publisher = rospy.Publisher("~pose", Odometry, queue_size=1000)
         self._state = rospy.Publisher("~motors_state", Bool, queue_size=5, latch=True)
         self._state.publish(True)
         self._kept = [
@@ -49,8 +53,9 @@ class Robot:
 
     def _on_command(self, twist):
         v, omega = twist.linear.x, twist.angular.z
-        v = 0.0 if math.isnan(v) else min(max(v, -TOP[0]), TOP[0])
-        omega = TOP[1] if not math.isfinite(omega) else min(max(omega, -TOP[1]), TOP[1])
+        fastest, quickest = self.TOP
+        v = 0.0 if math.isnan(v) else min(max(v, -fastest), fastest)
+        omega = min(max(omega, -quickest), quickest) if math.isfinite(omega) else quickest
         # 0.3 rad/s becomes 17 deg/s, and what is below half a degree nothing.
         self.target = np.array([[round(v * 1e3) / 1e3, math.radians(round(math.degrees(omega)))]])
         self._commanded = time.monotonic()
@@ -69,7 +74,7 @@ class Robot:
 
     def step(self, duration):
         """Move on by ``duration`` [s]."""
-        silent = time.monotonic() - self._commanded > WATCHDOG
+        silent = time.monotonic() - self._commanded > self.WATCHDOG
         self.target = np.zeros((1, 2)) if silent else self.target
         wanted = self.target if self.motors else np.zeros((1, 2))
         self.velocity, mean = ramp(self.velocity, wanted, RAMP, duration)

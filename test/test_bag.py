@@ -9,25 +9,29 @@ from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.verdict import judge
 from mrs_simulator.report.bag import read_bag
 
 SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}
 
 
-def write(path, odom="RosAria/pose", command="RosAria/cmd_vel"):
-    """Two robots of which each goes straight on at 0.5 m/s, by its own odometry, from 1 s on."""
+def write(path, odom="RosAria/pose", command="RosAria/cmd_vel", jitter=0.0):
+    """Two robots of which each goes straight on at 0.5 m/s, by its own odometry, from 1 s on.
+
+    Before they are told to stand; every other odometry is late by ``jitter`` [s].
+    """
     with rosbag.Bag(str(path), "w") as bag:
         for step in range(31):
-            stamp = rospy.Time.from_sec(100.0 + 0.1 * step)
+            stamp = rospy.Time.from_sec(100.0 + 0.1 * step + jitter * (step % 2))
             for robot in (1, 2):
                 message = Odometry()
                 message.header.stamp = stamp
                 message.pose.pose.position.x = 0.05 * max(0, step - 10)
                 message.pose.pose.orientation.w = 1.0
                 bag.write("/robot{}/{}".format(robot, odom), message, stamp)
-                if step >= 10:
+                if step >= 5:
                     twist = Twist()
-                    twist.linear.x = 0.5
+                    twist.linear.x = 0.5 if step >= 10 else 0.0
                     bag.write("/robot{}/{}".format(robot, command), twist, stamp)
     return str(path)
 
@@ -46,6 +50,16 @@ def test_real_robots_are_read_in_the_common_frame(tmp_path, odom, command):
     np.testing.assert_allclose(run.pose[-1], expected, atol=0.0501)
     np.testing.assert_allclose(run.pose[-1, 0], expected[0], atol=1e-9)
     np.testing.assert_array_equal(run.command[-1], [[0.5, 0.0], [0.5, 0.0]])
+
+
+def test_odometry_that_is_late_at_times_is_all_there(tmp_path):
+    scenario = scenario_from_dict(dict(SCENARIO, duration=1.5))
+    run = read_bag(write(tmp_path / "run.bag", jitter=0.02), scenario)
+    assert len(run.time) == 16 and np.diff(run.time).max() < 0.13
+    # What nobody measured is not judged.
+    assert run.meta["collisions_unknown"]
+    checks = {check["name"]: check["passed"] for check in judge(run)["checks"]}
+    assert checks["collisions"] is None and checks["ended"] is True
 
 
 def test_odometry_of_the_common_frame_stays_as_it_is(tmp_path):

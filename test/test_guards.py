@@ -7,15 +7,17 @@ import pytest
 
 from mrs_simulator.core.guards import (
     JumpBounds,
+    Standstill,
     Tracks,
     Violations,
+    body_motion,
     checked_fence,
     limited,
     outside,
     pairs_nearer,
     slowed,
 )
-from mrs_simulator.core.kinematics import Limits, compose, origins
+from mrs_simulator.core.kinematics import Limits, arc, compose, origins, ramp
 
 POSE = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 1.0], [3.0, 0.5, 2.0], [9.0, -1.0, 3.0]])
 FENCE = (-1.0, -1.0, 5.0, 5.0)
@@ -104,7 +106,7 @@ def test_jumps(before, after, dt, jumps):
 
 
 def test_a_jump_is_not_followed_until_it_is_accepted():
-    tracks = Tracks(2, BOUNDS)
+    tracks = Tracks(2, [BOUNDS] * 2)
     for t in range(5):
         tracks.take(0, (0.1 * t, 0.0, 0.0), (0.1 * t, 0.1 * t))
     tracks.take(0, (5.0, 0.0, 0.0), (0.5, 0.5))
@@ -120,7 +122,7 @@ def test_a_jump_is_not_followed_until_it_is_accepted():
 
 
 def test_a_burst_after_a_stall_is_no_jump():
-    tracks = Tracks(1, BOUNDS)
+    tracks = Tracks(1, [BOUNDS])
     tracks.take(0, (0.0, 0.0, 0.0), (0.0, 0.0))
     tracks.take(0, (0.8, 0.0, 0.0), (0.001, 0.8))
     assert tracks.jumps == {}
@@ -131,3 +133,90 @@ def test_without_bounds_every_pose_is_believed():
     tracks.take(0, (0.0, 0.0, 0.0), (0.0, 0.0))
     tracks.take(0, (80.0, 0.0, 0.0), (0.001, 0.8))
     assert tracks.jumps == {} and tracks.pose[0, 0] == 80.0
+
+
+def test_bounds_are_each_robots_own():
+    tracks = Tracks(2, [None, BOUNDS])
+    for t, x in ((0.0, 0.0), (0.1, 5.0)):
+        for row in (0, 1):
+            tracks.take(row, (x, 0.0, 0.0), (t, t))
+    assert list(tracks.jumps) == [1] and tracks.pose[:, 0].tolist() == [5.0, 0.0]
+
+
+def test_the_motion_of_the_body():
+    before = np.array([[1.0, 2.0, 0.5 * math.pi], [0.0, 0.0, 3.1], [0.0, 0.0, 0.0]])
+    after = np.array([[1.0, 1.5, 0.5 * math.pi], [0.0, 0.0, -3.1], [0.0, 0.4, 0.0]])
+    expected = [[-0.5, 0.0], [0.0, 2.0 * math.pi - 6.2], [0.0, 0.0]]
+    np.testing.assert_allclose(body_motion(before, after), expected, atol=1e-12)
+
+
+def when_stuck(told, done, patience=2.0, seconds=10.0, odometry=0.1, period=0.05):
+    """Return when [s] each robot was first found stuck, ``inf`` if never.
+
+    ``told`` and ``done``: the commands and the twists in force from time t on, (n, 2).
+    """
+    pose = np.zeros((len(told(0.0)), 3))
+    guard = Standstill(np.full(len(pose), patience))
+    found, heard, next_odometry = np.full(len(pose), math.inf), pose, 0.0
+    for step in range(int(round(seconds / period))):
+        t = step * period
+        if t >= next_odometry - 1e-9:
+            heard, next_odometry = pose, next_odometry + odometry
+        command = told(t - period) if step else np.zeros_like(told(0.0))
+        rows = guard.stuck(t, heard, command)
+        found[rows] = np.minimum(found[rows], t)
+        pose = arc(pose, done(t), period)
+    return found
+
+
+STANDS, CREEPS = np.zeros(2), np.array([0.03, 0.0])
+
+
+def test_who_is_told_to_move_and_does_not_is_found():
+    told = np.array([[0.3, 0.0], [0.0, 0.5], [-0.3, 0.2], [0.3, 0.0], [0.04, 0.05], [0.3, 0.0]])
+    done = np.array([STANDS, STANDS, STANDS, CREEPS, STANDS, [0.0, 1.0]])  # the last turns instead
+    found = when_stuck(lambda t: told, lambda t: done)
+    np.testing.assert_allclose(found, [2.05, 2.05, 2.05, 2.05, math.inf, 2.05], atol=0.06)
+    assert (when_stuck(lambda t: told, lambda t: done, patience=math.inf) == math.inf).all()
+
+
+def test_who_stops_on_the_way_is_found_after_the_patience():
+    told = np.array([[0.3, 0.0]])
+    found = when_stuck(lambda t: told, lambda t: told if t < 4.0 else np.zeros((1, 2)))
+    assert 6.0 < found[0] < 7.2  # the average has forgotten the drive after 0.8 s
+
+
+def test_who_moves_however_badly_is_left_alone():
+    def told(t):
+        v = 0.75 if t < 5.0 else -0.75  # turns about on the way: its ramp takes 5 s
+        return np.array([[v, 0.0], [0.3, 1.5 * math.cos(9.0 * t)], [0.06, 1.7], [0.2, 0.0]])
+
+    reached = {0.0: np.zeros((4, 2))}
+
+    def done(t):
+        """Return what ramps, a blocked turn, a blocked drive and a quarter of the speed leave."""
+        velocity, _ = ramp(reached[0.0], told(t), np.array([0.3, 1.7]), 0.05)
+        reached[0.0] = velocity
+        return velocity * [[1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.3, 1.0]]
+
+    assert (when_stuck(told, done) == math.inf).all()
+
+
+def test_nothing_is_known_of_a_long_gap_and_of_the_time_before_a_release():
+    guard, told, pose = Standstill([2.0]), np.array([[0.3, 0.0]]), np.zeros((1, 3))
+    for t in (0.0, 0.9, 1.8):
+        assert guard.stuck(t, pose, told) == []
+    assert guard.stuck(30.0, pose, told) == []
+    guard.forget()
+    for t in (30.1, 31.0, 31.9):
+        assert guard.stuck(t, pose, told) == []
+    assert guard.stuck(32.2, pose, told) == [0]
+    assert guard.stuck(1.0, pose, told) == []  # another simulator's clock
+
+
+def test_other_causes_join_and_are_gone_when_released():
+    guard = Violations((1, 2), FENCE)
+    assert guard.check(POSE[:2], {1: "stuck"}) == ["robot2 stopped: stuck"]
+    assert guard.check(POSE[:2], {1: "stuck"}) == []
+    guard.release(POSE[:2])
+    assert guard.reasons == {}

@@ -93,3 +93,15 @@ def test_what_cannot_be_predicted_is_said():
 def test_the_table():
     checks = [preflight.Check("a", True, "x"), preflight.Check("bcd", False, "y")]
     assert preflight.table(checks) == "OK      a    x\nNOT OK  bcd  y"
+
+
+def test_rows_for_other_programs():
+    pose = scenario().poses + [[0.5, 0.0, 0.0], [0.0] * 3, [0.0] * 3]
+    placed = preflight.place_checks((1, 2, 3), pose, scenario().poses)
+    far, lost = preflight.as_rows([placed[0], preflight.Check("poses", False, "robot2 unknown")])
+    assert (far["robot"], far["what"], far["passed"]) == ("robot1", "stands in place", False)
+    assert far["wanted"] == "at most 0.3" and far["value"].startswith(
+        "at (0.50, 0.00, 0.00), 0.50 m"
+    )
+    assert (lost["robot"], lost["what"], lost["wanted"]) == ("", "poses", "")
+    assert far["judged"] and not lost["judged"]

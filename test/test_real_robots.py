@@ -4,6 +4,7 @@ import math
 
 import pytest
 from ros_fixtures import log_of, wait_until
+from test_rosaria import FORWARD
 from test_stage_node import start
 
 TEAM = """
@@ -74,10 +75,43 @@ def test_simulated_robots_collide_with_a_real_one_and_it_obeys_nobody(ros, tmp_p
     assert probe.ask("[state('command_v')[1], state('commanded')[1]]") == [0.5, True]
 
 
-def test_lockstep_and_a_start_with_control_wait_for_no_real_robot(ros, tmp_path):
-    _, probe = start_team(ros, tmp_path, "_lockstep:=true", real="2,3")
+def test_a_start_with_control_waits_for_no_real_robot(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path, "_wait_for_control:=true", real="2,3")
     probe.ask("listen('/robot1/odom', Odometry) and drive([1], 0.2, 0.0)")
     probe.wait("state('x') and state('x')[0] > 0.05", limit=60)
+
+
+@pytest.mark.parametrize("node, real", [("stage", "--real"), ("pioneer_control", "_real:=2,3")])
+def test_lockstep_cannot_wait_for_real_robots(ros, tmp_path, node, real):
+    arguments = [real, "2,3"] if node == "stage" else [real]
+    process = ros.node(node, "--robots", 3, "_lockstep:=true", *arguments)
+    assert process.wait(30) == 2
+    assert "lockstep: true with real robots 2, 3: simulated time cannot wait" in log_of(process)
+
+
+def test_a_real_robot_is_followed_while_the_stage_is_paused(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path, "_paused:=true")
+    probe.ask("stand_in(2, [4.0, 1.0, 0.5])")
+    probe.wait("(state('x') or [0, 0])[1] == 4.0")
+    paused = probe.ask("now()")
+    probe.ask("stand_in(2, [4.5, 1.0, 0.5])")
+    probe.wait("state('x')[1] == 4.5")
+    assert probe.ask("[now(), state('x')[0], state('x')[2]]") == [paused, 0.0, 0.0]
+
+
+def test_the_jump_of_a_real_robot_is_noticed_and_that_of_a_simulated_one_is_not(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path)
+    probe.ask("stand_in(2, [3.0, 0.0, 1.5707963])")
+    (tmp_path / "law.py").write_text(FORWARD)
+    team = ["--scenario", tmp_path / "team.yaml", "--protocol", tmp_path / "law.py"]
+    ros.node("pioneer_control", *team, "_real:=2", "_stuck_time:=0")
+    probe.wait("(state('x') or [0])[0] > 0.5")
+    assert probe.ask("call('/stage/reset', Trigger)")[0]
+    probe.wait("0.0 < state('x')[0] < 0.4")
+    assert probe.ask("control('trouble')") == ""
+    probe.ask("stand_in(2, [6.0, 0.0, 1.5707963])")
+    probe.wait("'robot2: the odometry jumped by 3.00 m' in control('trouble')")
+    probe.wait("max(map(abs, state('vx'))) == 0.0")
 
 
 def test_reset_and_a_new_team_know_the_real_robot(ros, tmp_path):
@@ -112,3 +146,10 @@ def test_numbers_that_are_no_robots_are_said(ros, tmp_path, real, said):
     stage = ros.node("stage", "--scenario", path, "--real", real)
     assert stage.wait(30) == 2
     assert said in log_of(stage) and "Traceback" not in log_of(stage)
+
+
+def test_the_control_node_too_says_which_numbers_are_no_robots(ros):
+    control = ros.node("pioneer_control", "--robots", 3, "_real:=[2, 4]")
+    assert control.wait(30) == 2
+    said = "parameter /pioneer_control/real names [4]: wanted numbers from 1 to 3"
+    assert said in log_of(control) and "Traceback" not in log_of(control)

@@ -1,12 +1,16 @@
 """The control node on robots whose driver behaves as RosAria does."""
 
+import json
 import os
+import signal
 import sys
 import xmlrpc.client
 
 import numpy as np
 import pytest
 from ros_fixtures import log_of, wait_until
+
+from mrs_simulator.core.recording import read_run_csv
 
 ROBOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "rosaria_robot.py")
 SCENARIO = """
@@ -25,6 +29,15 @@ from mrs_simulator import PioneerControl, make_twist
 class Forward(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {i: make_twist(0.2, 0.0) for i in pos_map}
+"""
+MOTORS_ON = """
+import sys, rospy
+from genpy.dynamic import generate_dynamic
+kind = generate_dynamic("p2os_msgs/MotorState", "uint32 state\\n")["p2os_msgs/MotorState"]
+rospy.init_node("switch", anonymous=True)
+out = rospy.Publisher("/robot{}/cmd_motor_state".format(sys.argv[1]), kind, queue_size=1)
+while rospy.wait_for_message("/robot{}/motor_state".format(sys.argv[1]), kind).state != 1:
+    out.publish(kind(1))
 """
 ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
 START = "call('/pioneer_control/start', Trigger)"
@@ -119,6 +132,10 @@ class Team:
 
         wait_until(far)
 
+    def go(self):
+        """Start the controller, which refuses as long as it hears not all; return what it says."""
+        return self.probe.wait("[said for done, said in [{}] if done]".format(START))[0]
+
     def forward(self, *arguments, n=4):
         """Start the control node with a law that drives all straight on."""
         return self.node("pioneer_control", "--protocol", self.law, *arguments, n=n)
@@ -179,7 +196,7 @@ def test_a_restarted_driver_is_noticed_and_not_followed(team, source, said):
     assert "robots stopped: robot2: the odometry jumped" in log_of(control)
     team.at_rest((1, 2))
     assert team.probe.ask("control('running')") is False
-    assert team.probe.ask(START)[0] is True
+    team.go()
     wait_until(lambda: team.sent(1) == [0.2, 0.0] and team.sent(2) == [0.2, 0.0])
 
 
@@ -236,8 +253,7 @@ def test_a_robot_that_leaves_the_fence_stands_and_the_others_go_on(team):
     assert team.probe.ask("control('running')")
     # As long as it stands outside, starting does not move it.
     logged = log_of(control).count("robot1 stopped: outside")
-    done, said = team.probe.ask(START)
-    assert done and "robot1 stopped: outside the geofence" in said
+    assert "robot1 stopped: outside the geofence" in team.go()
     wait_until(lambda: team.sent(2) == [0.15, 0.0])
     assert team.sent(1) == [0.0, 0.0]
     assert log_of(control).count("robot1 stopped: outside") == logged > 0
@@ -282,6 +298,16 @@ def test_poses_from_tf(team):
     team.trouble("no fresh odometry of robot1")
 
 
+def test_a_missing_transform_is_named(team):
+    team.robot(1)  # its frames are odom and base_link, of which nobody knows where they are
+    control = team.forward("_frame_source:=tf", n=1)
+    team.trouble(
+        "no fresh transform on /tf from world to robot{}/base_link of robot1 (never heard)"
+    )
+    # tf's own reason is told too.
+    wait_until(lambda: "/tf from world to robot1/base_link: " in log_of(control))
+
+
 def preflight(team, *arguments):
     """Run the preflight; return its exit code and what it printed."""
     process = team.node("preflight", "_time_limit:=3", *arguments)
@@ -318,6 +344,100 @@ def test_preflight_names_who_is_missing_and_bad_input(team):
     assert code == 2 and "x_min < x_max" in text and "Traceback" not in text
 
 
+@pytest.mark.parametrize("resume", [False, True])
+def test_after_a_silence_they_go_on_when_told_to(team, resume):
+    robot = team.robot(1)
+    team.forward(*["_resume:=true"] * resume, n=1)
+    team.drives((1,))
+    robot.send_signal(signal.SIGSTOP)
+    trouble = team.trouble("no fresh odometry of robot1")
+    assert ("then call the service /pioneer_control/start" in trouble) is not resume
+    team.at_rest((1,))
+    if not resume:
+        done, said = team.probe.ask(START)
+        assert not done and said.startswith("no fresh odometry of robot1")
+    robot.send_signal(signal.SIGCONT)
+    if not resume:
+        team.probe.wait("control('stale') == []")
+        assert team.probe.ask("control('running')") is False
+        assert team.sent(1) == [0.0, 0.0]
+        team.go()
+    wait_until(lambda: team.sent(1) == [0.2, 0.0])
+
+
+def test_a_robot_that_is_told_to_move_and_does_not_stands_alone(team):
+    team.robot(1)
+    team.robot(2)
+    wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
+    assert team.probe.ask("switch('/robot2/RosAria/disable_motors')")
+    control = team.forward(n=2)
+    stuck = "robot2 stopped: told to move at 0.20 m/s, 0.00 rad/s for 2 s and has not"
+    assert stuck in team.trouble(stuck) and stuck in log_of(control)
+    wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
+    assert team.probe.wait("control('stopped')") == [2]
+    assert team.probe.ask("switch('/robot2/RosAria/enable_motors')")
+    assert team.go() == "running"
+    team.drives((2,))
+    assert team.probe.wait("control('trouble') == ''")
+
+
+def test_a_record_begins_with_the_first_motion_and_ends_with_a_jump(team, tmp_path):
+    team.robot(1)
+    team.robot(2)
+    out = tmp_path / "run"
+    record = team.node("record", "--protocol", team.law, "--out", out, n=2)
+    team.forward("_autostart:=false", n=2)
+    team.probe.wait("control('trouble') == 'not started'")
+    wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
+    # Zeros, which are told before the start too, are no beginning.
+    assert team.probe.ask("call('/pioneer_control/stop', Trigger)")[0]
+    team.at_rest((1, 2))
+    assert "recording" not in log_of(record)
+    team.go()
+    team.drives((1, 2))
+    team.robots[2].kill()
+    team.trouble("no fresh odometry of robot2")
+    team.robot(2, name="again")
+    assert record.wait(60) == 1
+    run = read_run_csv(str(out / "run.csv"))
+    assert run.command[0].tolist() == [[0.2, 0.0]] * 2
+    np.testing.assert_allclose(run.pose[0], STARTS[:2], atol=0.05)
+    with open(str(out / "verdict.json")) as file:
+        assert json.load(file)["ended"].startswith("robot2: the odometry jumped by")
+
+
+def test_a_record_of_a_dry_run_says_that_there_is_nothing(team, tmp_path):
+    team.robot(1)
+    record = team.node("record", "--out", tmp_path / "run", n=1)
+    team.forward("_dry_run:=true", n=1)
+    team.probe.wait("control('command_v') == [0.2]")
+    record.send_signal(signal.SIGINT)
+    assert record.wait(20) == 1
+    assert "nothing was recorded: no command reached the robots" in log_of(record)
+
+
+def test_p2os_drivers_need_remaps_alone_and_their_motors_on(team):
+    robot = os.path.join(os.path.dirname(ROBOT), "p2os_robot.py")
+    for n in (1, 2):
+        space = ["__name:=p2os_driver", "__ns:=/robot{}".format(n)]
+        team.ros.start("robot{}".format(n), [sys.executable, robot, *space])
+    team.ros.node(
+        "pioneer_control",
+        *("--scenario", team.scenario, "--robots", 2, "--odometry", "wheel"),
+        *("--protocol", team.law, "_odom_topic:=/robot{}/pose"),
+    )
+    probe = team.probe
+    said = "control('trouble') or ''"
+    probe.wait("all('robot%d stopped: told to move' % n in ({}) for n in (1, 2))".format(said))
+    for n in (1, 2):
+        team.ros.python(MOTORS_ON, n)
+    probe.ask("[listen('/robot{}/pose'.format(n), Odometry) for n in (1, 2)]")
+    moved = "newest['/robot{}/pose'].pose.pose.position.x"
+    probe.wait("'/robot1/pose' in newest and '/robot2/pose' in newest")
+    assert team.go() == "running"
+    probe.wait("min({}, {}) > 0.1".format(moved.format(1), moved.format(2)))
+
+
 def n_robots(n):
     return "_robots:={}".format(n)
 
@@ -326,12 +446,28 @@ def test_the_launch_file_drives_them(team, tmp_path):
     for number in (1, 2, 3, 4):
         team.robot(number)
     command = ["roslaunch", "mrs_simulator", "rosaria.launch", "drivers:=false"]
-    command += ["scenario:={}".format(team.scenario), "out:={}".format(tmp_path / "run")]
+    command += [
+        "scenario:={}".format(team.scenario),
+        "out:={}".format(tmp_path / "run"),
+        "duration:=25",
+    ]
     launch = team.ros.start("launch", command)
     team.probe.wait("control('trouble') == 'not started'", 60)
     wait_until((tmp_path / "run" / "run.bag.active").exists)
     assert team.sent(1) is None
-    assert team.probe.ask(START)[0] is True
+    team.go()
     wait_until(team.in_line, 60)
-    team.ros.stop(launch)
+    wait_until(lambda: launch.poll() is not None, 60)
     assert (tmp_path / "run" / "run.bag").exists(), log_of(launch)
+    with open(str(tmp_path / "run" / "verdict.json")) as file:
+        verdict = json.load(file)
+    run = read_run_csv(str(tmp_path / "run" / "run.csv"))
+    # From where the scenario says that they stood, with the commands that moved them.
+    np.testing.assert_allclose(run.pose[0], STARTS, atol=0.05)
+    assert run.command[0].any() and run.time[-1] >= 25.0
+    assert verdict["ended"] == "complete" and verdict["robots"] == 4
+    checks = {check["name"]: check for check in verdict["checks"]}
+    assert checks["collisions"]["passed"] is None
+    assert checks["final gap, the worst [m]"]["passed"], verdict
+    files = set(os.listdir(str(tmp_path / "run")))
+    assert {"scenario.yaml", "trajectories.png", "inputs.pdf"} <= files

@@ -15,6 +15,8 @@ from mrs_simulator.world.robots import limits_of_team
 
 PLACE_TOLERANCE = 0.3  # [m], [rad]
 MIN_DISTANCE = 1.0  # [m] between centres
+# What a person who sees the robots may judge otherwise; nobody can who does not know where they are.
+JUDGED = ("stands in place", "distances", "predicted distances")
 
 
 class Check(NamedTuple):
@@ -53,8 +55,8 @@ def place_checks(numbers, pose, wanted, tolerance=PLACE_TOLERANCE):
             continue
         distance = math.hypot(here[0] - there[0], here[1] - there[1])
         turn = float(wrap_angle(here[2] - there[2]))
-        text = "at {}, {:.2f} m and {:.2f} rad from the scenario's {}".format(
-            shown(here), distance, turn, shown(there)
+        text = "at {}, {:.2f} m and {:.2f} rad from the scenario's {}, wanted at most {:g}".format(
+            shown(here), distance, turn, shown(there), tolerance
         )
         passed = distance <= tolerance and abs(turn) <= tolerance
         checks.append(Check("robot{} stands in place".format(number), passed, text))
@@ -168,3 +170,15 @@ def table(checks):
         "{:6}  {:{}}  {}".format("OK" if c.passed else "NOT OK", c.subject, width, c.text)
         for c in checks
     )
+
+
+def as_rows(checks):
+    """Return the checks as plain mappings for other programs: robot ("" for the team), what, ..."""
+    rows = []
+    for check in checks:
+        first, _, rest = check.subject.partition(" ")
+        robot, what = (first, rest) if first[:5] == "robot" else ("", check.subject)
+        value, _, wanted = check.text.partition(", wanted ")
+        row = {"robot": robot, "what": what, "passed": bool(check.passed), "value": value}
+        rows.append(dict(row, wanted=wanted, judged=what in JUDGED))
+    return rows

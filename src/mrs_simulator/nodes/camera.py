@@ -13,7 +13,7 @@ from std_msgs.msg import String
 
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
 from mrs_simulator.msg import Camera, TeamState
-from mrs_simulator.nodes.lifecycle import start_node
+from mrs_simulator.nodes.lifecycle import run, start_node
 from mrs_simulator.nodes.parameters import number_parameter
 from mrs_simulator.world.view import PITCH, YAW, View
 
@@ -101,7 +101,7 @@ def main():
     except ValueError as error:
         print("camera: {}".format(error), file=sys.stderr)
         sys.exit(2)
-    camera.spin()
+    run(camera.spin)
 
 
 if __name__ == "__main__":

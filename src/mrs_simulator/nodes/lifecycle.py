@@ -10,6 +10,8 @@ import rospy
 # A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
 PARENT = "MRS_SIMULATOR_PARENT"
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
+FAREWELL = 5.0  # [s] of wall time for the last commands and for the master's answer
+NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -21,6 +23,11 @@ def start_node(name):
     tells the main loop.
     """
     rospy.init_node(name, disable_signals=True)
+    # As long as it is not set, rospy asks the master for it at each log message, and a node whose
+    # master is out of reach hangs in the first.
+    if not rospy.has_param(NO_TOPICS_IN_LOG):
+        rospy.set_param(NO_TOPICS_IN_LOG, False)
+    rospy.get_param_cached(NO_TOPICS_IN_LOG)
     for number in ENDINGS:
         signal.signal(number, _end)
     if os.environ.get(PARENT) == str(os.getppid()):
@@ -45,4 +52,12 @@ def run(spin):
 
 def _end(number, _frame):
     reason = "signal {}".format(signal.Signals(number).name)
-    threading.Thread(target=rospy.signal_shutdown, args=(reason,)).start()
+    ending = threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True)
+    ending.start()
+    threading.Thread(target=_end_without_leave, args=(ending,), daemon=True).start()
+
+
+def _end_without_leave(ending):
+    """End though the master does not answer the node's farewell: it may be out of reach for ever."""
+    ending.join(FAREWELL)
+    rospy.core._shutdown_flag = True

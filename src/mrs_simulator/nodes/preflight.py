@@ -1,6 +1,7 @@
 """The preflight: listens to the robots and says whether they can be driven."""
 
 import contextlib
+import json
 import logging
 import os
 import sys
@@ -22,6 +23,7 @@ TIME_LIMIT = 5.0  # [s] of wall time in which every robot is to be heard
 LISTENING = 2.0  # [s] of wall time in which silences are measured
 NAP = 0.02  # [s] of wall time
 INTERRUPTED = 130  # exit code
+ARGUMENTS = dict(RUN_ARGUMENTS, json="file for the checks as JSON, beside the table")
 
 
 class Preflight:
@@ -96,7 +98,8 @@ def main(argv=None):
     argv = sys.argv[1:] if argv is None else argv
     try:
         text = "Check that the robots stand ready; parameters as those of pioneer_control."
-        scenario = scenario_from(parse(text, RUN_ARGUMENTS, argv))
+        arguments = parse(text, ARGUMENTS, argv)
+        scenario = scenario_from(arguments)
         if not rosgraph.is_master_online():
             raise OSError("no ROS master at {}".format(os.environ.get("ROS_MASTER_URI", "")))
         logging.disable(
@@ -107,6 +110,10 @@ def main(argv=None):
     except (ValueError, OSError) as error:
         print("preflight: {}".format(error), file=sys.stderr)
         sys.exit(2)
+    if arguments.json:
+        text = json.dumps(preflight.as_rows(checks), indent=1)
+        with open(arguments.json, "w", encoding="utf-8") as file:
+            file.write(text)
     wrong = sum(not check.passed for check in checks)
     print(preflight.table(checks))
     print("{} of {} not OK".format(wrong, len(checks)) if wrong else "ready")

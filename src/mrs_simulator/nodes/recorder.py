@@ -1,8 +1,9 @@
-"""The record node: writes a run as it happens; at its end the figures and the verdict."""
+"""The record node: writes a run as it happens; at its end the figures and the verdict.
 
-import math
+Of a stage in simulated time, else of real robots.
+"""
+
 import os
-import queue
 import sys
 import time
 
@@ -11,20 +12,21 @@ import rospy
 
 from mrs_simulator.core import recording
 from mrs_simulator.core.verdict import verdict_text
-from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.nodes.lifecycle import start_node
+from mrs_simulator.nodes.guards import slower
+from mrs_simulator.nodes.lifecycle import run, start_node
 from mrs_simulator.nodes.parameters import number_parameter
+from mrs_simulator.nodes.run_sources import make_source
 from mrs_simulator.reporting import make_control, write_report, write_scenario
 
-SILENCE = 10.0  # [s] of wall time without a state after which the run counts as ended
+SILENCE = 10.0  # [s] of wall time without a sample after which the run counts as ended
 NAP = 0.2  # [s] of wall time
 
 LOCAL = dict(RUN_ARGUMENTS, out="directory for run.csv, figures and verdict.json")
 
 
 class RunRecorder:
-    """Records the stage's states from the first command on, for the scenario's duration."""
+    """Records a source's samples from the first command on, for the scenario's duration."""
 
     def __init__(self, scenario, out):
         """Write to the directory ``out``."""
@@ -35,76 +37,62 @@ class RunRecorder:
         numbers = range(1, scenario.n + 1)
         self._file = recording.Recorder(self.csv_path, numbers, scenario.hand_length)
         write_scenario(scenario, out)
-        self._queue = queue.Queue()
         self._start, self._next = None, 0.0
-        self._collisions = []
-        self._closest = math.inf
         self._wall_start = None
         self.ended = "interrupted"
         self.elapsed = 0.0
-        self._subscribers = [
-            rospy.Subscriber("stage/state", TeamState, self._queue.put, tcp_nodelay=True),
-            rospy.Subscriber("stage/collisions", Collision, self._on_collision),
-            rospy.Subscriber("stage/status", StageStatus, self._on_status),
-        ]
+        self.source = make_source(scenario)
 
     def spin(self):
-        """Record until the duration is over, the stage falls silent, or ROS shuts down."""
+        """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
         heard = time.monotonic()
         while not rospy.is_shutdown():
-            try:
-                state = self._queue.get(timeout=NAP)
-            except queue.Empty:
-                if self._start is not None and time.monotonic() - heard > self.silence:
-                    self.ended = "the stage fell silent"
-                    rospy.logerr("record: no state for %g s; the run ends here", self.silence)
-                    return
+            sample = self.source.next(NAP)
+            broken = self._start is not None and self._broken(sample, heard)
+            if broken:
+                self.ended = broken
+                rospy.logerr("record: the run ends here: %s", broken)
+                return
+            if sample is None:
                 continue
             heard = time.monotonic()
-            self._take(state)
+            self._take(sample)
             if self.elapsed >= self.scenario.duration - 1e-6:
                 self.ended = "complete"
                 return
 
-    def _take(self, state):
-        stamp = state.header.stamp.to_sec()
+    def _broken(self, sample, heard):
+        """Return why the run cannot go on, or ""."""
+        silent = sample is None and time.monotonic() - heard > self.silence
+        return self.source.silence() if silent else self.source.broken()
+
+    def _take(self, sample):
         if self._start is None:
-            if not any(state.commanded):
+            if not sample.commanded:
                 return
-            self._begin(state, stamp)
-        self.elapsed = stamp - self._start
-        if self.elapsed < self._next - 1e-6:
+            self._begin(sample)
+        self.elapsed = sample.stamp - self._start
+        if not self.source.PACED and self.elapsed < self._next - 1e-6:
             return
         self._next = self.elapsed + 1.0 / self.scenario.record_rate
-        pose = np.array([state.x, state.y, state.theta]).T
-        command = np.array([state.command_v, state.command_omega]).T
-        if len(pose) != self.scenario.n:
+        if len(sample.pose) != self.scenario.n:
             rospy.logerr_throttle(
-                5.0, "record: {} robots, wanted {}".format(len(pose), self.scenario.n)
+                5.0,
+                "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
         # Stamps carry whole nanoseconds: what is finer is their rounding.
-        self._file.sample(round(self.elapsed, 9), pose, command)
+        self._file.sample(round(self.elapsed, 9), sample.pose, sample.command)
 
-    def _begin(self, state, stamp):
-        self._start, self._wall_start = stamp, time.monotonic()
-        begun = np.array([state.x, state.y]).T
-        if begun.shape == (self.scenario.n, 2):
+    def _begin(self, sample):
+        self._start, self._wall_start = sample.stamp, time.monotonic()
+        self.source.begin()
+        begun = sample.pose[:, :2]
+        if len(begun) == self.scenario.n:
             away = np.max(np.abs(begun - self.scenario.poses[:, :2]))
             if away > 0.05:
                 rospy.logwarn("record: robots began %.2f m away from the scenario's poses", away)
         rospy.loginfo("record: recording %g s to %s", self.scenario.duration, self.csv_path)
-
-    def _on_collision(self, message):
-        if self._start is not None:
-            elapsed = message.header.stamp.to_sec() - self._start
-            self._collisions.append(
-                recording.Collision(elapsed, message.first, message.second, message.x, message.y)
-            )
-
-    def _on_status(self, message):
-        if self._start is not None:
-            self._closest = min(self._closest, message.closest_approach)
 
     def finish(self):
         """Write figures and verdict of what was recorded; return the verdict, None if nothing was."""
@@ -112,16 +100,10 @@ class RunRecorder:
         if self._start is None:
             return None
         wall = time.monotonic() - self._wall_start
-        run = recording.read_run_csv(
-            self.csv_path,
-            self.scenario,
-            self._collisions,
-            {
-                "real_time_factor": self.elapsed / wall,
-                "closest_approach": self._closest,
-                "ended": self.ended,
-            },
-        )
+        collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
+        meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
+        meta.update(self.source.meta())
+        run = recording.read_run_csv(self.csv_path, self.scenario, collisions, meta)
         return write_report(run, self.out, control=self.control)
 
 
@@ -133,11 +115,11 @@ def main():
         if not arguments.out:
             raise ValueError("--out: nothing given, wanted a directory for the results")
         start_node("record")
-        recorder = RunRecorder(scenario, os.path.abspath(arguments.out))
+        recorder = RunRecorder(slower(scenario), os.path.abspath(arguments.out))
     except (ValueError, OSError) as error:
         print("record: {}".format(error), file=sys.stderr)
         sys.exit(2)
-    recorder.spin()
+    run(recorder.spin)
     verdict = recorder.finish()
     if verdict is None:
         print("record: nothing was recorded: no command reached the robots", file=sys.stderr)

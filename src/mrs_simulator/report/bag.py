@@ -12,6 +12,7 @@ from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
 # As the stage has them, and as RosAria and p2os drivers in namespaces do.
 ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
 COMMANDS = re.compile(r"^/robot(\d+)/(?:RosAria/)?cmd_vel$")
+JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
 
 
@@ -34,13 +35,16 @@ def read_bag(path, scenario=None):
             if reader is _from_robots:
                 pose = _in_common_frame(pose, scenario)
             collisions = _collisions(bag)
+            unknown = reader is _from_robots and COLLISIONS not in topics
     except (OSError, rosbag.ROSBagException, ScenarioError) as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
     if not len(time):
         raise RunError("{}: holds no sample in which a robot is commanded".format(path))
-    keep = _every(time, scenario.record_rate if scenario else None)
+    slack = JITTER if reader is _from_robots else 0.0
+    keep = _every(time, scenario.record_rate if scenario else None, slack)
     if scenario is not None:  # a bag may have run on while the results were written
-        keep = keep[time[keep] - time[0] <= scenario.duration + 1e-6]
+        late = slack / scenario.record_rate + 1e-6
+        keep = keep[time[keep] - time[0] <= scenario.duration + late]
     start, l = time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     return Run(
         time=np.round(time[keep] - start, 9),
@@ -50,6 +54,7 @@ def read_bag(path, scenario=None):
         command=command[keep],
         collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
         scenario=scenario,
+        meta={"collisions_unknown": True} if unknown else {},
     )
 
 
@@ -82,7 +87,8 @@ def _from_robots(bag, topics):
         if topic in commands:
             if commands[topic] in newest:
                 newest[commands[topic]][3:] = [message.linear.x, message.angular.z]
-                commanded = True
+                # Zeros are also what a node says that has not begun or is stopped.
+                commanded = commanded or any(newest[commands[topic]][3:])
             continue
         position, turn = message.pose.pose.position, message.pose.pose.orientation
         newest[odometry[topic]][:3] = position.x, position.y, 2.0 * math.atan2(turn.z, turn.w)
@@ -114,13 +120,16 @@ def _collisions(bag):
     ]
 
 
-def _every(time, rate):
-    """Return the indices of samples at least 1/rate [s] apart; all if ``rate`` is None."""
+def _every(time, rate, slack=0.0):
+    """Return the indices of samples at least 1/rate [s] apart; all if ``rate`` is None.
+
+    ``slack`` [-]: part of 1/rate by which one may be early.
+    """
     if rate is None:
         return np.arange(len(time))
     keep, following = [], -math.inf
     for index, stamp in enumerate(time):
         if stamp >= following - 1e-6:
             keep.append(index)
-            following = stamp + 1.0 / rate
+            following = stamp + (1.0 - slack) / rate
     return np.array(keep)

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Make the pictures of the GUI that the README shows: python3 docs/make_screenshots.py DIR
+"""Make the pictures of the GUI that the README shows: python3 docs/make_screenshots.py DIR [--all]
 
-Starts a ROS master of its own on this host; needs no display.
+With --all also a run of 7 and of 100 robots in each of some looks: light and dark at 1366x768, and
+on a 4K screen with its fonts twice as large.  Starts ROS masters of its own on this host; needs no
+display.
 """
 
+import argparse
 import os
 import socket
 import subprocess
@@ -13,8 +16,28 @@ import time
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ["ROS_HOSTNAME"] = "localhost"
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-SIZE = (1366, 768)  # [px]
 LIMIT = 90.0  # [s] for anything to come about
+# size [px] of the screen, pixels of the screen in one of the widgets', whether it is dark
+LOOKS = {
+    "light": ((1366, 768), 1, False),
+    "dark": ((1366, 768), 1, True),
+    "4k": ((3840, 2160), 2, False),
+}
+MANY = 100  # [-] robots of the larger team
+DARK = {
+    "Window": "#2b2d30",
+    "WindowText": "#e6e6e6",
+    "Base": "#1e1f22",
+    "AlternateBase": "#26282b",
+    "Text": "#e6e6e6",
+    "Button": "#3a3d41",
+    "ButtonText": "#e6e6e6",
+    "ToolTipBase": "#3a3d41",
+    "ToolTipText": "#e6e6e6",
+    "PlaceholderText": "#8f9296",
+    "Highlight": "#3d6fb4",
+    "HighlightedText": "#ffffff",
+}
 
 
 def free_port():
@@ -24,29 +47,76 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def main(folder):
-    """Take the pictures of a whole study."""
+def main():
+    """Take the pictures, those of each look in a process of its own."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", help="an existing directory")
+    parser.add_argument("--all", action="store_true", help="every look with 7 and 100 robots")
+    parser.add_argument("--look", choices=LOOKS, help=argparse.SUPPRESS)
+    parser.add_argument("--robots", type=int, default=7, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if not os.path.isdir(options.folder):
+        parser.error("{}: no such directory".format(options.folder))
+    if options.look:
+        with_master(lambda: take(options))
+        return
+    wanted = [(look, robots) for look in LOOKS for robots in (7, MANY)]
+    for look, robots in wanted if options.all else wanted[:1]:
+        command = [sys.executable, os.path.abspath(__file__), options.folder]
+        environment = dict(os.environ, QT_SCALE_FACTOR=str(LOOKS[look][1]))
+        subprocess.run(
+            command + ["--look", look, "--robots", str(robots)], env=environment, check=True
+        )
+
+
+def with_master(work):
+    """Do ``work`` with a master on a free port."""
     port = free_port()
     os.environ["ROS_MASTER_URI"] = "http://localhost:{}".format(port)
     master = subprocess.Popen(["rosmaster", "--core", "-p", str(port)])
     try:
-        _study(folder)
+        work()
     finally:
         master.terminate()
         master.wait()
 
 
-def _study(folder):
+def scenario_of(robots):
+    """Return the paper's scenario, or, of another number of robots, that of a flock."""
+    from mrs_simulator import load_scenario
+    from mrs_simulator.core.layouts import make_layout
+    from mrs_simulator.core.scenario import scenario_from_dict
+
+    if robots == 7:
+        return load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
+    poses = make_layout("random", robots, seed=1, min_distance=1.7, size=2.4 * robots**0.5)
+    parameters = {"distance": 2.0, "reach": 2.8, "leader_vx": 0.4, "leader_vy": 0.1, "l": 0.2}
+    control = {"protocol": "flocking", "parameters": parameters}
+    return scenario_from_dict({"poses": poses.tolist(), "control": control}, "flock")
+
+
+def take(options):
+    """Take the pictures of a whole study in one look."""
     import rosgraph
     import rospy
+    from python_qt_binding.QtGui import QColor, QPalette
     from python_qt_binding.QtWidgets import QApplication
 
-    from mrs_simulator import load_scenario
     from mrs_simulator.rqt_plugin.link import RosLink
     from mrs_simulator.rqt_plugin.processes import Processes
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
+    size, ratio, dark = LOOKS[options.look]
     application = QApplication([])
+    if dark:
+        palette = QPalette()
+        for role, shade in DARK.items():
+            palette.setColor(getattr(QPalette, role), QColor(shade))
+        for role in (QPalette.WindowText, QPalette.Text, QPalette.ButtonText):
+            palette.setColor(QPalette.Disabled, role, QColor("#7d8085"))
+        application.setPalette(palette)
 
     def until(condition):
         end = time.monotonic() + LIMIT
@@ -60,39 +130,44 @@ def _study(folder):
         end = time.monotonic() + seconds
         until(lambda: time.monotonic() > end)
 
+    first = options.look == "light" and options.robots == 7
+    suffix = "" if first else "_{}_{}".format(options.look, options.robots)
+
+    def press(name):
+        until(gui.bar.button(name).isEnabled)
+        gui.bar.button(name).click()
+
     def picture(name):
         rest(0.8)
-        gui.grab().save(os.path.join(folder, name + ".png"))
+        gui.grab().save(os.path.join(options.folder, name + suffix + ".png"))
 
     until(rosgraph.is_master_online)
     rospy.init_node("screenshots", disable_signals=True)
-    paper = load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
-    gui = StudyWidget(RosLink(), Processes(), paper)
-    gui.resize(*SIZE)
+    gui = StudyWidget(RosLink(), Processes(), scenario_of(options.robots))
+    gui.resize(*(side // ratio for side in size))
     gui.show()
     try:
         rest(1.5)
         picture("gui_team")
-        gui.bar.set_speed(5)
-        gui.bar.button("simulate").click()
+        gui.bar.set_speed(5 if options.robots == 7 else 1)
+        press("simulate")
         until(lambda: gui.link.is_fresh("stage"))
-        gui.bar.button("control").click()
+        press("control")
         gui.settings_tabs.setCurrentIndex(1)
         until(lambda: len(gui.history.time) and gui.history.command[-1].any())
         begun = gui.history.time[-1]
         until(lambda: gui.history.time[-1] > begun + 15.0)
         gui.curves.setFocus()
         picture("gui_run")
-        until(lambda: gui.history.time[-1] > begun + 80.0)
         gui.settings_tabs.setCurrentIndex(2)
-        gui.save_results(os.path.join(gui.study.processes.directory, "results"))
-        until(lambda: gui.verdict.toPlainText())
+        if options.robots == 7:
+            until(lambda: gui.history.time[-1] > begun + 80.0)
+            gui.save_results(os.path.join(gui.study.processes.directory, "results"))
+            until(lambda: gui.verdict.verdict)
         picture("gui_verdict")
     finally:
         gui.close_study()
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2 or not os.path.isdir(sys.argv[1]):
-        raise SystemExit(__doc__)
-    main(sys.argv[1])
+    main()

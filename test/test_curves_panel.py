@@ -347,6 +347,29 @@ def test_a_zoomed_plot_is_of_full_detail_and_thinning_keeps_peaks():
     assert list(curves.thinned(curve, 100.0, 102.0, 800)[0]) == [99.0, 100.0, 101.0, 102.0, 103.0]
 
 
+def test_curves_thinned_together_keep_the_peaks_of_each():
+    time, table = np.arange(10000.0), np.zeros((10000, 3))
+    table[1234, 0], table[777, 1], table[9999, 2], table[50, 2] = 7.0, -5.0, 3.0, np.nan
+    when, values = curves.thinned_together(time, table, 0.0, 1e4, 100)
+    assert len(when) == len(values) <= 101 and when[-1] == 9999.0 and (np.diff(when) >= 0.0).all()
+    assert (np.nanmax(values, axis=0) == [7.0, 0.0, 3.0]).all()
+    assert values.min(axis=0)[1] == -5.0 and values[-1, 2] == 3.0
+    whole, _ = curves.thinned_together(time, table, 100.0, 102.0, 100)
+    assert whole.tolist() == [99.0, 100.0, 101.0, 102.0, 103.0]
+
+
+def test_the_curves_of_a_large_team_are_drawn_as_one_and_still_named(panel):
+    panel.set_history(make_history(30, 300))
+    settle(panel)
+    bundle = panel._plot._bundle
+    assert len(lines(panel)) == 0 and bundle in panel._plot.axes.collections
+    segments = bundle.get_segments()
+    assert len(segments) == 300 and len({tuple(colour) for colour in bundle.get_colors()}) > 200
+    np.testing.assert_allclose(segments[299], [[t, 300.0 * (1.0 + t)] for t in segments[299][:, 0]])
+    move(panel, pixel(panel, 1.5, 300.0 * 2.5))
+    assert panel._label.text().startswith("Robot 300:")
+
+
 @pytest.mark.parametrize("size", [(500, 300), (1200, 500)])
 @pytest.mark.parametrize("n", [1, 12, 50])
 def test_nothing_is_cut_off(panel, size, n):

@@ -6,80 +6,11 @@ import signal
 import subprocess
 import sys
 import time
-
-os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+import xmlrpc.client
 
 import pytest
-from ros_fixtures import log_of, wait_until
-
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-# A GUI of its own process: rospy joins one master only.
-PROGRAM = """
-import json, os, sys, time
-import rospy
-from python_qt_binding.QtWidgets import QApplication
-from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtCore import QPoint, Qt
-application = QApplication([])
-rospy.init_node("gui", disable_signals=True)
-import logging
-from mrs_simulator.rqt_plugin import guard
-trouble = []
-class Keep(logging.Handler):
-    def emit(self, record):
-        trouble.append(self.format(record))
-guard.LOG.addHandler(Keep())
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.rqt_plugin.link import RosLink
-from mrs_simulator.rqt_plugin.processes import Processes
-from mrs_simulator.rqt_plugin.study_widget import StudyWidget
-gui = StudyWidget(RosLink(), Processes(), load_scenario(sys.argv[1]))
-gui.resize(1366, 768)
-gui.show()
-
-def until(condition, limit=40.0):
-    end = time.monotonic() + limit
-    while time.monotonic() < end:
-        application.processEvents()
-        if condition():
-            return
-        time.sleep(0.005)
-    raise SystemExit("not within {} s\\n{}\\n{}".format(limit, gui.messages.toPlainText(), trouble))
-
-def click(name):
-    until(lambda: gui.bar.button(name).isEnabled())
-    QTest.mouseClick(gui.bar.button(name), Qt.LeftButton)
-
-def key(letter):
-    QTest.keyClick(gui, letter, Qt.ControlModifier)
-
-"""
-END = """
-gui.close_study()
-assert not trouble, trouble
-print("done", flush=True)
-os._exit(0)  # as the window does: the interpreter takes Qt's objects down in any order
-"""
-
-
-@pytest.fixture
-def gui(ros):
-    """Run a piece of Python in a GUI's process; return what it printed."""
-
-    def run(code, *arguments, scenario="paper_four", limit=120):
-        path = os.path.join(ROOT, "scenarios", scenario + ".yaml")
-        process = subprocess.run(
-            [sys.executable, "-c", PROGRAM + code + END, path] + [str(a) for a in arguments],
-            env=ros.environment,
-            timeout=limit,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
-        output = process.stdout.decode()
-        assert process.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
-        return output
-
-    return run
+from gui_fixtures import PROGRAM, ROOT
+from ros_fixtures import free_port, log_of, wait_until
 
 
 def test_a_study_from_click_to_saved_figures(gui, tmp_path):
@@ -98,7 +29,9 @@ assert gui.map.grab().width() > 300
 QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
 until(lambda: not gui.study.is_controlled())
 gui.save_results(sys.argv[2])
-until(lambda: "final gap" in gui.verdict.toPlainText())
+until(lambda: gui.verdict.verdict)
+assert gui.results_tabs.currentWidget() is gui.verdict
+assert gui.verdict.row("ended")["result"] == "passed"
 click("end")
 until(lambda: not gui.link.is_fresh("stage"))
 """,
@@ -139,6 +72,7 @@ QTest.keyClick(gui, Qt.Key_Escape)
 until(lambda: gui.link.newest("control").trouble == "emergency stop")
 assert gui.bar.button("emergency").text() == "RELEASE STOP"
 QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
+until(lambda: "emergency stop released: press Start" in gui.status["controller"].text())
 until(lambda: gui.bar.button("control").isEnabled())
 key("g")
 until(lambda: gui.study.is_controlled())
@@ -187,6 +121,48 @@ until(lambda: abs(gui.link.snapshot().pose[0, 2] - 0.5) < 1e-9)
     )
 
 
+@pytest.mark.parametrize("before", [None, False])
+def test_the_masters_clock_setting_is_left_as_it_was(gui, ros, before):
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.deleteParam("/test", "/use_sim_time")
+    if before is not None:
+        master.setParam("/test", "/use_sim_time", before)
+    gui(
+        """
+import threading
+askers = []
+def spied(function):
+    return lambda *a: askers.append(threading.current_thread()) or function(*a)
+rospy.set_param, rospy.delete_param = spied(rospy.set_param), spied(rospy.delete_param)
+click("simulate")
+until(lambda: gui.link.is_fresh("stage"))
+assert rospy.get_param("/use_sim_time") is True
+click("end")
+until(lambda: rospy.get_param("/use_sim_time", None) is {0})
+until(lambda: not gui.link.is_fresh("stage"))
+click("simulate")
+until(lambda: gui.link.is_fresh("stage"))
+assert rospy.get_param("/use_sim_time") is True
+gui.close_study()
+assert rospy.get_param("/use_sim_time", None) is {0}
+assert threading.main_thread() not in askers and len(askers) >= 3
+""".format(before)
+    )
+
+
+def test_with_nothing_running_the_state_says_so_and_no_more(gui):
+    gui(
+        """
+start = gui.bar.button("control")
+assert not start.isEnabled() and "no ROS master" in start.toolTip()
+until(lambda: gui.bar.button("simulate").isEnabled())
+assert not start.isEnabled() and "no robots" in start.toolTip()
+assert not gui.status["time"].isVisible() and gui.status["robots"].isVisible()
+assert "no simulation runs" in gui.bar.button("pause").toolTip()
+"""
+    )
+
+
 def test_what_is_wrong_is_said(gui, tmp_path):
     (tmp_path / "broken.py").write_text("raise RuntimeError('half done')")
     (tmp_path / "bad.yaml").write_text("poses: [[0, 0]]")
@@ -206,6 +182,24 @@ assert gui.shown["trails"].isChecked()
         tmp_path / "bad.yaml",
     )
     assert "half done" in output and "poses[0]" in output and "not taken up" in output
+
+
+def test_another_protocol_takes_over_running_robots_and_starts_no_standing_ones(gui):
+    gui(
+        """
+click("simulate")
+click("control")
+until(lambda: gui.study.is_controlled())
+gui.protocol.protocol_chosen.emit("consensus")
+until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Consensus")
+click("stop")
+until(lambda: not gui.study.is_controlled())
+gui.protocol.protocol_chosen.emit("formation")
+assert not gui.study.processes.is_running("control")
+click("control")
+until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Formation")
+"""
+    )
 
 
 def test_what_a_killed_gui_had_started_ends(gui, ros):
@@ -239,8 +233,6 @@ os.kill(os.getpid(), 9)
 
 def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
     environment = dict(os.environ, HOME=str(tmp_path), ROS_HOSTNAME="localhost")
-    from ros_fixtures import free_port
-
     environment["ROS_MASTER_URI"] = "http://localhost:{}".format(free_port())
     with open(str(tmp_path / "log"), "wb") as log:
         window = subprocess.Popen(
@@ -251,7 +243,6 @@ def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
         )
     window.log = str(tmp_path / "log")
     try:
-        import xmlrpc.client
 
         def joined():
             try:
@@ -272,3 +263,37 @@ def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
         window.kill()
         window.wait()
     assert "Traceback" not in log_of(window)
+
+
+def test_a_signal_in_the_middle_of_painting_closes_the_window_afterwards(ros, tmp_path):
+    code = """
+import os, signal, sys
+from mrs_simulator.rqt_plugin import map_view, standalone
+paint, painted = map_view.MapView.paintEvent, []
+def painting(*arguments):
+    paint(*arguments)
+    painted.append(True)
+    if len(painted) == 20:
+        os.kill(os.getpid(), signal.SIGTERM)
+        for _ in range(1000):
+            pass  # Python calls the handler here
+        print("closed within" if hasattr(standalone, "closed") else "painting goes on", flush=True)
+map_view.MapView.paintEvent = painting
+close = standalone.Window.closeEvent
+def noted(self, event):
+    standalone.closed = True
+    close(self, event)
+standalone.Window.closeEvent = noted
+sys.argv[1:] = ["--fresh"]
+standalone.main()
+"""
+    ros.environment["HOME"] = str(tmp_path)
+    ros.node("stage", "--robots", 4)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=ros.environment,
+        timeout=60,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    assert done.returncode == 0 and "painting goes on" in done.stdout.decode(), done.stdout

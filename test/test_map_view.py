@@ -9,12 +9,21 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from python_qt_binding.QtCore import QEvent, QPoint, QPointF, Qt
-from python_qt_binding.QtGui import QColor, QHelpEvent, QMouseEvent, QPalette, QWheelEvent
+from python_qt_binding.QtGui import (
+    QColor,
+    QHelpEvent,
+    QMouseEvent,
+    QPainter,
+    QPalette,
+    QPixmap,
+    QWheelEvent,
+)
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
 from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.rqt_plugin import map_drawing, map_geometry
+from mrs_simulator.rqt_plugin import map_drawing, map_geometry, map_ground
+from mrs_simulator.rqt_plugin.map_sprites import Sprites
 from mrs_simulator.rqt_plugin.map_view import MapView
 from mrs_simulator.rqt_plugin.study import Snapshot
 
@@ -551,3 +560,108 @@ def test_a_mode_that_is_none_is_refused(view):
     with pytest.raises(ValueError, match="fly.*look, poses, edges"):
         view.set_mode("fly")
     assert view.mode == "look"
+
+
+# Speed: what is painted once
+
+
+def test_the_ground_is_painted_once_until_the_view_or_what_lies_there_changes(view, monkeypatch):
+    painted = []
+    paint = map_ground._draw_ground
+    monkeypatch.setattr(
+        map_ground, "_draw_ground", lambda *those: painted.append(1) or paint(*those)
+    )
+    for count in range(10):
+        view.show_snapshot(snapshot(float(count), POSES + [0.01 * count, 0.0, 0.0]))
+        view.grab()
+    assert len(painted) == 1
+    for change in (
+        lambda: wheel(view, QPoint(300, 300), 1),
+        lambda: view.show_obstacles([Cylinder("post", 1.0, 3.0, 0.3, 1.0)]),
+        lambda: view.set_trail_shown(2, False),
+        view.clear_trails,
+        lambda: view.resize(700, 500),
+    ):
+        before = len(painted)
+        change()
+        view.grab()
+        assert len(painted) == before + 1
+
+
+@pytest.mark.parametrize("n", [3, 150])
+def test_trails_continued_bit_by_bit_are_those_painted_at_once(view, n):
+    start = team(n)
+    view.show_team(start + [0.0, 2.0, 0.0])
+    view.show_team(start)
+    # There are no robots, targets or edges over the trails.
+    for setter in (view.set_numbers_shown, view.set_targets_shown, view.set_edges_shown):
+        setter(False)
+    for count in range(60):
+        wave = [0.03 * count, 0.5 * np.sin(0.1 * count), 0.0]
+        view.show_snapshot(snapshot(float(count), start + wave))
+        view.grab()
+    bits = drawn(view)
+    view.set_trails_shown(False)
+    none = drawn(view)
+    view.set_trails_shown(True)
+    whole = drawn(view)
+    inked, wanted = ((picture != none).reshape(-1, 4).any(axis=1) for picture in (bits, whole))
+    assert wanted.sum() > 500
+    assert (inked & wanted).sum() > 0.85 * wanted.sum()
+    assert inked.sum() < 1.2 * wanted.sum()
+
+
+def test_a_continued_trail_begins_anew_with_the_trails(view):
+    view.show_snapshot(snapshot(0.0, POSES))
+    view.grab()
+    view.show_snapshot(snapshot(1.0, POSES + [0.0, 1.0, 0.0]))
+    with_trail = drawn(view)
+    view.clear_trails()
+    view.show_snapshot(snapshot(2.0, POSES + [0.0, 1.0, 0.0]))
+    assert (drawn(view) != with_trail).any()
+    view.set_trails_shown(False)
+    none = drawn(view)
+    view.set_trails_shown(True)
+    changed = (drawn(view) != none).reshape(-1, 4).any(axis=1).sum()
+    assert changed < 200  # [px] starts that the robots stand on
+
+
+def test_robots_of_a_large_team_have_their_colours_too(view):
+    poses = team(40)
+    poses[:, 2] = 0.0
+    view.show_team(poses)
+    fresh = np.arange(40) != 5
+    view.show_snapshot(snapshot(0.0, poses, fresh))
+    view.set_numbers_shown(False)
+    view.set_trails_shown(False)
+    for row in (0, 1, 33):
+        x, y, _ = poses[row]
+        wanted = map_drawing.colour(row + 1)
+        assert shade(view, x - 0.1, y) == wanted
+    red, green, blue, _ = shade(view, *(poses[5, :2] - [0.1, 0.0])).getRgb()
+    assert red == green == blue
+
+
+def test_a_sprite_is_kept_until_its_kind_changes(app):
+    sprites, painted = Sprites(), []
+    canvas = QPixmap(100, 100)
+    canvas.fill(QColor("white"))
+    painter = QPainter(canvas)
+
+    def paint(brush, key):
+        painted.append(key)
+        brush.fillRect(-2, -2, 4, 4, QColor("red"))
+
+    places = np.array([[20.0, 30.0], [60.2, 30.0]])
+    for kind in ("a", "a", "b"):
+        sprites.put(painter, kind, 3.0, places, [7, 7], paint)
+    painter.end()
+    assert painted == [7, 7]
+    image = canvas.toImage()
+    red = [(x, y) for x in range(100) for y in range(100) if image.pixelColor(x, y).green() < 99]
+    assert red == [(x, y) for x in [*range(18, 22), *range(58, 62)] for y in range(28, 32)]
+
+
+def test_numbers_that_would_cover_another_are_left_out():
+    places = np.array([[0.0, 0.0], [9.0, 0.0], [11.0, 0.0], [9.0, 6.0], [-9.0, -4.9]])
+    assert map_geometry.apart(places, 10.0, 5.0) == [0, 2, 3]

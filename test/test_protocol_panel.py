@@ -1,7 +1,6 @@
 """The form of a protocol's parameters: what is typed is checked, sent once, and not overwritten."""
 
 import os
-import sys
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
@@ -13,7 +12,6 @@ from python_qt_binding.QtWidgets import QApplication, QFileDialog, QPushButton, 
 
 from mrs_simulator.core.formation import PARAMETERS
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.rqt_plugin.guard import LOG
 from mrs_simulator.rqt_plugin.note import Note
 from mrs_simulator.rqt_plugin.protocol_panel import ProtocolPanel
 
@@ -26,16 +24,7 @@ OWN = (
 )
 DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 APP = QApplication.instance() or QApplication([])
-
-
-@pytest.fixture(autouse=True)
-def no_hidden_errors(monkeypatch):
-    """Fail if a slot or an event handler raised."""
-    raised = []
-    monkeypatch.setattr(LOG, "exception", lambda *told: raised.append((told, sys.exc_info()[1])))
-    yield
-    APP.processEvents()
-    assert raised == []
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 import math
 import os
-import sys
 import time
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -15,21 +14,11 @@ from python_qt_binding.QtWidgets import QAbstractItemView, QApplication, QComboB
 
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.rqt_plugin import team_panel
-from mrs_simulator.rqt_plugin.guard import LOG
 from mrs_simulator.rqt_plugin.team_panel import TeamPanel
 from mrs_simulator.world.robots import KINDS
 
 APP = QApplication.instance() or QApplication([])
-
-
-@pytest.fixture(autouse=True)
-def no_hidden_errors(monkeypatch):
-    """Fail if a slot or an event handler raised."""
-    raised = []
-    monkeypatch.setattr(LOG, "exception", lambda *told: raised.append((told, sys.exc_info()[1])))
-    yield
-    APP.processEvents()
-    assert raised == []
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 
 
 def shown_panel():

@@ -151,6 +151,27 @@ def thinned(curve, begin, end, most):
     return thin(time, values, most)
 
 
+def thinned_together(time, table, begin, end, most):
+    """Return times (p,) and values (p, n) of the curves ``table`` (m, n) from ``begin`` to ``end`` [s].
+
+    Of about ``most`` samples; of each stretch of more the least and the greatest value are kept.
+    """
+    first = max(0, int(np.searchsorted(time, begin)) - 1)
+    last = int(np.searchsorted(time, end, side="right")) + 1
+    time, table = time[first:last], table[first:last]
+    stretch = -(-2 * len(time) // most)
+    if stretch <= 2:
+        return time, table
+    whole = len(time) // stretch * stretch
+    parts = table[:whole].reshape(-1, stretch, table.shape[1])
+    low, high = np.fmin.reduce(parts, axis=1), np.fmax.reduce(parts, axis=1)
+    falls = parts.argmax(axis=1) < parts.argmin(axis=1)
+    pairs = np.stack([np.where(falls, high, low), np.where(falls, low, high)], axis=1)
+    ends = time[:whole].reshape(-1, stretch)[:, [0, -1]]
+    values = pairs.reshape(-1, table.shape[1])
+    return np.append(ends.ravel(), time[-1]), np.concatenate([values, table[-1:]])
+
+
 def fitted(drawn, log):
     """Return the limits of a vertical axis that shows the ``drawn`` values."""
     values = np.concatenate([np.empty(0)] + [values[np.isfinite(values)] for values in drawn])

@@ -1,5 +1,7 @@
 """Curves against time: the states of a team, and its formation error with theory's prediction."""
 
+import time as clock
+
 import numpy as np
 from matplotlib.backends.backend_qt5agg import FigureCanvasQTAgg
 from python_qt_binding.QtCore import QEvent, Qt, QTimer
@@ -21,6 +23,7 @@ from mrs_simulator.rqt_plugin.guard import guarded
 from mrs_simulator.rqt_plugin.study import History
 
 PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
+MOST_DRAWING = 0.15  # of the time that redraws may take; beyond, they come less often
 ZOOM = 0.8  # of one step of the wheel
 ALL = "Robots whose curves are drawn, such as 1-3, 7; empty: all"
 FOLLOW = (
@@ -47,6 +50,7 @@ class CurvesPanel(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
+        self.setAutoFillBackground(True)  # as the figure, whatever the tabs about it look like
         self._history, self._ranges = History(), ()
         self._error, self._theory = ErrorCurve(), None
         self._xlim, self._ylim = None, None  # None: all
@@ -122,7 +126,8 @@ class CurvesPanel(QWidget):
         palette, pixels = self.palette(), QFontInfo(self.font()).pixelSize()
         roles = QPalette.Window, QPalette.Base, QPalette.WindowText
         self._plot.take_look(pixels, *(palette.color(role).getRgbF()[:3] for role in roles))
-        self._field.setFixedWidth(int(9 * pixels))
+        self._field.setMinimumWidth(4 * pixels)
+        self._field.setMaximumWidth(9 * pixels)
         self._canvas.setPalette(palette)
         self._dirty = True
 
@@ -181,10 +186,11 @@ class CurvesPanel(QWidget):
 
     @guarded
     def _tick(self):
-        self._timer.setInterval(PERIOD)
-        seen = self.isVisible() and not self.window().isMinimized()
+        seen, begun = self.isVisible() and not self.window().isMinimized(), clock.monotonic()
         if seen and (self._dirty or self._stamp() != self._drawn):
             self._canvas.draw()
+        taken = 1e3 * (clock.monotonic() - begun)
+        self._timer.setInterval(max(PERIOD, int(taken / MOST_DRAWING)))
 
     def _renew(self):
         """Let the next redraw come at once: a person waits for it."""

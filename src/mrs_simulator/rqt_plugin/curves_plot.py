@@ -6,6 +6,7 @@ relied on: a thread that saves figures may have borrowed them.
 
 import numpy as np
 from matplotlib.cm import viridis
+from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -19,9 +20,17 @@ from matplotlib.ticker import (
 
 from mrs_simulator.report.figures import MANY_ROBOTS, MOST_IN_LEGEND, STYLE
 from mrs_simulator.rqt_plugin.colours import colour
-from mrs_simulator.rqt_plugin.curves import ERROR, QUANTITIES, fitted, foot, thinned
+from mrs_simulator.rqt_plugin.curves import (
+    ERROR,
+    QUANTITIES,
+    fitted,
+    foot,
+    thinned,
+    thinned_together,
+)
 
 MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
+MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # for robots of one colour
 MANY_ON_DARK = ListedColormap(viridis(np.linspace(0.3, 1.0, 256)))
@@ -35,6 +44,7 @@ class CurvesPlot:
         self.figure = Figure(figsize=(5, 3), dpi=DPI)
         self.axes, self._bar = self.figure.add_subplot(1, 1, 1), None
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
+        self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
 
     def take_look(self, pixels, face, base, text):
         """Take the font's size [pixels] and the colours (r, g, b) of what is drawn on."""
@@ -71,8 +81,11 @@ class CurvesPlot:
             self._build(message, {"marker": "o", "ms": 3} if lone else {})
             self._built = built
         self.axes.set_xlim(xlim)
-        drawn = [self._fill(*pair) for pair in zip(curves, self.axes.lines)]
-        self.axes.set_ylim(ylim or fitted(drawn, index == ERROR))
+        if self._bundle is not None:
+            self._drawn = self._fill_bundle()
+        else:
+            self._drawn = [self._fill(*pair) for pair in zip(curves, self.axes.lines)]
+        self.axes.set_ylim(ylim or fitted([values for _, values in self._drawn], index == ERROR))
         self._lay_out()
 
     def nearest(self, x, y):
@@ -82,8 +95,7 @@ class CurvesPlot:
             return None
         data = self.axes.transData
         begin, end = data.inverted().transform([[x - best, y], [x + best, y]])[:, 0]
-        for curve, line in zip(self._curves, self.axes.lines):
-            time, values = line.get_data()
+        for curve, (time, values) in zip(self._curves, self._drawn):
             first = max(0, np.searchsorted(time, begin) - 1)
             near = slice(first, np.searchsorted(time, end) + 1)
             place = foot(data.transform(np.column_stack([time[near], values[near]])), (x, y))
@@ -137,8 +149,15 @@ class CurvesPlot:
         axes.tick_params(which="both", labelcolor=self._text)
         for spine in axes.spines.values():
             spine.set(color=self._mixed(0.7), linewidth=0.7)
-        for curve in self._curves:
-            axes.plot([], [], **curve.style, **marks)
+        self._bundle = None
+        if len(self._curves) > MANY_CURVES:
+            styles = [curve.style for curve in self._curves]
+            colours = [style["color"] for style in styles]
+            self._bundle = LineCollection([], colors=colours, linewidths=styles[0]["lw"])
+            axes.add_collection(self._bundle, autolim=False)
+        else:
+            for curve in self._curves:
+                axes.plot([], [], **curve.style, **marks)
         self._name_curves()
 
     def _number(self, axis, most, offset):
@@ -199,11 +218,22 @@ class CurvesPlot:
         self._side = 3.8 * em
 
     def _fill(self, curve, line):
-        """Give ``line`` what can be seen of ``curve``; return the values."""
+        """Give ``line`` what can be seen of ``curve``; return it."""
         most = min(MOST_POINTS, ALL_POINTS // len(self._curves))
         drawn = thinned(curve, *self.axes.get_xlim(), most)
         line.set_data(*drawn)
-        return drawn[1]
+        return drawn
+
+    def _fill_bundle(self):
+        """Give the bundle what can be seen of all curves, which share their times; return it."""
+        table = np.stack([curve.values for curve in self._curves], axis=1)
+        most = BUNDLED_POINTS // len(self._curves)
+        limits = self.axes.get_xlim()
+        time, table = thinned_together(self._curves[0].time, table, *limits, most)
+        values = table.T
+        points = np.stack([np.broadcast_to(time, values.shape), values], axis=2)
+        self._bundle.set_segments(points)
+        return [(time, row) for row in values]
 
     def _log_ticks(self):
         """Write powers of ten, or plain numbers within a decade; return their width [em]."""

@@ -41,6 +41,12 @@ class Frame:
         self.scale = 50.0  # [px/m]
         self.area = QRectF(0.0, 0.0, 100.0, 100.0)  # [px]
 
+    def about_origin(self):
+        """Return a frame of the same scale that shows the origin at (0, 0) [px]."""
+        result = Frame()
+        result.scale, result.area = self.scale, QRectF(-1.0, -1.0, 2.0, 2.0)
+        return result
+
     def _middle(self):
         return np.array([self.area.center().x(), self.area.center().y()])
 
@@ -97,9 +103,8 @@ class Trails:
 
     def add(self, position):
         """Add the ``position`` (n, 2) of those robots that have moved far enough."""
-        last = self._points[np.arange(len(position)), np.maximum(self.count - 1, 0)]
         with np.errstate(invalid="ignore"):
-            far = np.hypot(*(position - last).T) >= self._spacing
+            far = np.hypot(*(position - self.last()).T) >= self._spacing
         rows = np.flatnonzero((far | (self.count == 0)) & np.isfinite(position).all(axis=1))
         if not len(rows):
             return
@@ -121,6 +126,19 @@ class Trails:
             self._points[row, : len(kept)] = kept
             self.count[row] = len(kept)
             self._spacing[row] *= 2.0
+
+    @property
+    def begun(self):
+        """Return the number of robots that have a trail."""
+        return int(np.count_nonzero(self.count))
+
+    def first(self):
+        """Return where the trails (n, 2) begin; without meaning for robots that have none."""
+        return self._points[:, 0].copy()
+
+    def last(self):
+        """Return the newest points (n, 2) of the trails; without meaning for robots without one."""
+        return self._points[np.arange(len(self.count)), np.maximum(self.count - 1, 0)]
 
     def path(self, row, stride=1):
         """Return every ``stride``-th point (m, 2) of one robot's trail."""
@@ -182,6 +200,19 @@ def clearance(pose, toward, frame, unit):
     with np.errstate(divide="ignore"):
         reach = np.minimum(ends / np.abs(along), 0.5 * pioneer.WIDTH / np.abs(across))
     return reach * frame.scale + unit
+
+
+def apart(places, width, height):
+    """Return rows of ``places`` (n, 2) [px] about which boxes of that size do not touch, by order."""
+    taken, rows = {}, []
+    for row, (x, y) in enumerate(places.tolist()):
+        column, line = int(x // width), int(y // height)
+        near = [(column + i, line + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        others = [taken[cell] for cell in near if cell in taken]
+        if all(abs(x - u) >= width or abs(y - v) >= height for u, v in others):
+            taken[column, line] = x, y
+            rows.append(row)
+    return rows
 
 
 def nice_step(least):

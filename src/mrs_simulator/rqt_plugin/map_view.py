@@ -10,9 +10,12 @@ from python_qt_binding.QtCore import QEvent, QSize, Qt, QTimer, Signal
 from python_qt_binding.QtGui import QPainter
 from python_qt_binding.QtWidgets import QSizePolicy, QToolTip, QWidget
 
+from mrs_simulator.rqt_plugin import map_axes as axes
 from mrs_simulator.rqt_plugin import map_drawing as drawing
 from mrs_simulator.rqt_plugin import map_geometry as geometry
 from mrs_simulator.rqt_plugin.guard import guarded
+from mrs_simulator.rqt_plugin.map_ground import Ground
+from mrs_simulator.rqt_plugin.map_sprites import Sprites
 from mrs_simulator.world.bodies import Bodies
 
 HINTS = {
@@ -48,7 +51,8 @@ class MapView(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._frame, self._plates = geometry.Frame(), drawing.NumberPlates()
+        self._frame, self._ground = geometry.Frame(), Ground()
+        self._robots, self._plates, self._crosses = Sprites(), Sprites(), Sprites()
         self._mode, self._drag, self._cursor, self._moved = "look", None, None, False
         self._shown = {"trails": True, "targets": True, "edges": True, "numbers": True}
         self._hidden_trails, self._selected = set(), 0
@@ -56,6 +60,7 @@ class MapView(QWidget):
         self._edges = geometry.Edges()
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
         self._untouched = True  # the view is still the one that fit() chose
+        self.cost = 0.0  # [s] that the last picture took
         self._begin_team((), np.empty((0, 3)))
         self._timer = QTimer(self, interval=FLASH_PERIOD)
         self._timer.timeout.connect(self._fade)
@@ -89,7 +94,7 @@ class MapView(QWidget):
         elif self._begin_anew or snapshot.time < self._time:
             self.clear_trails()
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
-        self._place(poses, np.array(snapshot.fresh, dtype=bool))
+        self._place(poses, np.array(snapshot.fresh, dtype=bool), snapshot.real)
         self._trails.add(poses[:, :2])
         if changed:
             self.fit()
@@ -103,8 +108,8 @@ class MapView(QWidget):
         self._flashes.clear()
         self._place(poses, np.ones(len(poses), dtype=bool))
 
-    def _place(self, poses, fresh):
-        self._pose, self._fresh, self._overlapping = poses, fresh, None
+    def _place(self, poses, fresh, real=frozenset()):
+        self._pose, self._fresh, self._overlapping, self._real = poses, fresh, None, real
         self._known = np.isfinite(poses).all(axis=1)
 
     def show_targets(self, points):
@@ -257,7 +262,7 @@ class MapView(QWidget):
         super().changeEvent(event)
 
     def _measure(self):
-        self._frame.area = drawing.plot_area(self, HINTS[self._mode])
+        self._frame.area = axes.plot_area(self, HINTS[self._mode])
         if self._untouched:
             self.fit()
 
@@ -324,7 +329,7 @@ class MapView(QWidget):
     def _edit(self, row, position, theta):
         pose = self._pose.copy()
         pose[row] = position[0], position[1], theta
-        self._place(pose, self._fresh)
+        self._place(pose, self._fresh, self._real)
         self._begin_anew = True
         self.pose_edited.emit(self._numbers[row], *pose[row].tolist())
 
@@ -401,7 +406,8 @@ class MapView(QWidget):
                 x,
                 y,
                 math.degrees(math.remainder(theta, 2.0 * math.pi)),
-                "" if self._fresh[row] else "\nNot heard lately",
+                ("\nA real robot" if self._numbers[row] in self._real else "")
+                + ("" if self._fresh[row] else "\nNot heard lately"),
             )
         else:
             edge = self._edge_at(at)
@@ -415,25 +421,32 @@ class MapView(QWidget):
     @guarded
     def paintEvent(self, event):
         look, painter = drawing.Look.of(self), QPainter(self)
+        begun = time.perf_counter()
         try:
+            self._paint_ground(painter, look)
             painter.setFont(self.font())
-            painter.fillRect(self.rect(), look.base)
             painter.setRenderHint(QPainter.Antialiasing)
             painter.setClipRect(self._frame.area)
-            drawing.draw_grid(painter, look, self._frame)
-            drawing.draw_obstacles(painter, look, self._frame, self._obstacles)
+            axes.draw_scale_bar(painter, look, self._frame)
             remark = self._paint_edges(painter, look)
-            self._paint_marks(painter, look)
+            if self._shown["targets"] and self._targets is not None:
+                team = self._targets, self._numbers
+                drawing.draw_targets(painter, look, self._frame, *team, self._crosses)
             self._paint_robots(painter, look)
             self._paint_passing(painter, look)
             if remark:
-                drawing.draw_remark(painter, look, self._frame, remark)
-            drawing.draw_scale_bar(painter, look, self._frame)
-            painter.setClipping(False)
-            drawing.draw_axes(painter, look, self._frame)
-            drawing.draw_hint(painter, look, self._frame, HINTS[self._mode])
+                axes.draw_remark(painter, look, self._frame, remark)
         finally:
             painter.end()
+        self.cost = time.perf_counter() - begun
+
+    def _paint_ground(self, painter, look):
+        """Paint the ground with the trails."""
+        trails = self._trails if self._shown["trails"] else None
+        now = None if self._begin_anew else self._pose[:, :2]  # robots may have been put elsewhere
+        obstacles, hint, numbers = self._obstacles, HINTS[self._mode], self._numbers
+        arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
+        self._ground.draw(painter, self, look, self._frame, *arguments)
 
     def _paint_edges(self, painter, look):
         """Paint the edges; return a remark where some are left out."""
@@ -445,22 +458,6 @@ class MapView(QWidget):
         stride *= drawing.draw_edges(painter, look, segments, self._edges.directed)
         return "" if stride == 1 else "One edge in {} is drawn".format(stride)
 
-    def _paint_marks(self, painter, look):
-        """Paint trails, starts and targets."""
-        if self._shown["trails"]:
-            trails, numbers = self._trails, self._numbers
-            rows = trails.in_view(self._frame).tolist()
-            rows = [row for row in rows if numbers[row] not in self._hidden_trails]
-            now = (
-                None if self._begin_anew else self._pose[:, :2]
-            )  # robots may have been put elsewhere
-            drawing.draw_trails(painter, look, self._frame, trails, now, numbers, rows)
-            starts = [trails.path(row)[0] for row in rows]
-            if starts:
-                drawing.draw_starts(painter, look, self._frame, np.array(starts))
-        if self._shown["targets"] and self._targets is not None:
-            drawing.draw_targets(painter, look, self._frame, self._targets, self._numbers)
-
     def _paint_robots(self, painter, look):
         frame, scale = self._frame, self._frame.scale
         screen = frame.to_screen(self._pose)
@@ -471,12 +468,16 @@ class MapView(QWidget):
         if self._selected in numbers:
             chosen = pose[numbers.index(self._selected)]
             drawing.draw_selection(painter, look, frame, chosen)
-        drawing.draw_robots(painter, look, frame, pose, numbers, self._fresh[rows])
+        drawing.draw_robots(painter, look, frame, pose, numbers, self._fresh[rows], self._robots)
+        if self._real:
+            real = [row for row, number in enumerate(numbers) if number in self._real]
+            drawing.draw_real(painter, look, frame, pose[real])
+            drawing.draw_legend(painter, look, frame)
         if (self._at_rest or self._mode == "poses") and self.overlapping:
             alarmed = [row for row, number in enumerate(numbers) if number in self.overlapping]
             drawing.draw_alarms(painter, look, frame, pose[alarmed])
         if self._shown["numbers"] and len(rows) <= drawing.MANY_ROBOTS:
-            self._plates.draw(painter, look, frame, pose, numbers)
+            drawing.draw_numbers(painter, look, frame, pose, numbers, self._plates)
 
     def _paint_passing(self, painter, look):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""

@@ -13,9 +13,15 @@ COLOURS = {
     "error": ("#b3261e", "#ff8a80"),
     "warning": ("#7a4f00", "#ffc46b"),
     "aside": ("#5c5c5c", "#b4b4b4"),
+    "good": ("#1b6b34", "#7fdc9a"),
 }
 DARK = 128  # [-] a background whose lightness (of 255) is below is dark
 LONG_WORD = re.compile("([^\\s\u200b]{20})(?=\\S)")  # may be broken after 20 characters
+
+
+def tint(kind, palette):
+    """Return the colour of ``kind``, a key of ``COLOURS``, that can be read in the theme."""
+    return COLOURS[kind][palette.color(QPalette.Window).lightness() < DARK]
 
 
 class TintedLabel(QLabel):
@@ -31,8 +37,7 @@ class TintedLabel(QLabel):
         """Take the colour of ``kind``."""
         self._kind = kind
         palette = self.palette()
-        dark = palette.color(QPalette.Window).lightness() < DARK
-        wanted = QColor(COLOURS[kind][dark])
+        wanted = QColor(tint(kind, palette))
         if palette.color(QPalette.WindowText) != wanted:
             palette.setColor(QPalette.WindowText, wanted)
             self.setPalette(palette)

@@ -6,6 +6,7 @@ from qt_gui.plugin import Plugin
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.nodes.arguments import shipped_scenarios
 from mrs_simulator.rqt_plugin.guard import guarded
+from mrs_simulator.rqt_plugin.interrupts import defer_interrupts
 from mrs_simulator.rqt_plugin.link import RosLink
 from mrs_simulator.rqt_plugin.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
@@ -25,6 +26,7 @@ class MrsSimulator(Plugin):
             title = "{} ({})".format(self._widget.windowTitle(), context.serial_number())
             self._widget.setWindowTitle(title)
         context.add_widget(self._widget)
+        defer_interrupts()
 
     @guarded
     def shutdown_plugin(self):

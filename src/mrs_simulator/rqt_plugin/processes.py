@@ -18,42 +18,45 @@ class Processes:
 
     def __init__(self):
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
-        self._running = {}
+        self._running, self._jobs = {}, {}
 
     def start(self, name, script, *arguments, package="mrs_simulator"):
         """Start ``rosrun package script``; one of that name that still runs is ended first."""
         self.stop(name)
-        log = open(os.path.join(self.directory, name + ".log"), "wb")
-        command = ["rosrun", package, script] + [str(argument) for argument in arguments]
-        # A group of its own: Ctrl-C in the terminal is for the GUI, which then ends these in order.
-        self._running[name] = subprocess.Popen(
-            command,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
-            start_new_session=True,
-            env=dict(os.environ, **{PARENT: str(os.getpid())}),
-        )
-        log.close()
+        self._running[name] = self._open(name, package, script, arguments)
 
-    def run(self, command, name, limit=None):
-        """Run ``command`` to its end; return ``(exit code, output)``."""
-        path = os.path.join(self.directory, name + ".log")
-        with open(path, "wb") as log:
-            process = subprocess.Popen(
-                command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
-            )
-            try:
-                code = process.wait(limit)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                code = process.wait()
+    def run(self, name, script, *arguments, limit=None):
+        """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
+        self._jobs[name] = process = self._open(name, "mrs_simulator", script, arguments)
+        try:
+            code = process.wait(limit)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            code = process.wait()
         return code, self.output(name)
+
+    def _open(self, name, package, script, arguments):
+        command = ["rosrun", package, script] + [str(argument) for argument in arguments]
+        with open(os.path.join(self.directory, name + ".log"), "wb") as log:
+            # A group of its own: Ctrl-C in the terminal is for the GUI, which then ends these in order.
+            return subprocess.Popen(
+                command,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+                env=dict(os.environ, **{PARENT: str(os.getpid())}),
+            )
 
     def is_running(self, name):
         """Return whether the program started as ``name`` still runs."""
         process = self._running.get(name)
         return process is not None and process.poll() is None
+
+    def is_ending(self, name):
+        """Return whether one that was started as ``name`` and asked to end still runs."""
+        asked = [p for n, p in self._running.items() if n.partition(" ")[0] == name and n != name]
+        return any(process.poll() is None for process in asked)
 
     def take_ended(self):
         """Return ``(name, exit code, output)`` of the programs that ended by themselves."""
@@ -79,11 +82,12 @@ class Processes:
 
     def stop_all(self):
         """End every program that was started here, for certain, within ``STOP_LIMIT``."""
-        for process in self._running.values():
+        started = [*self._running.values(), *self._jobs.values()]
+        for process in started:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
         end = time.monotonic() + STOP_LIMIT
-        for process in self._running.values():
+        for process in started:
             try:
                 process.wait(max(0.0, end - time.monotonic()))
             except subprocess.TimeoutExpired:

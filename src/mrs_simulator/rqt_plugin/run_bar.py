@@ -5,13 +5,13 @@ from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import (
     QComboBox,
     QFrame,
-    QHBoxLayout,
     QPushButton,
     QShortcut,
-    QSizePolicy,
+    QToolButton,
     QWidget,
 )
 
+from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.guard import guarded
 
 SPEEDS = ("0.1", "0.5", "1", "2", "5", "10", "20", "0")
@@ -32,18 +32,28 @@ ACTIONS = (
         "Put the robots back to their initial poses; time goes on",
     ),
     ("end", "End", "Ctrl+E", "End the simulation that was started here"),
+    (
+        "preflight",
+        "Check robots",
+        "Ctrl+K",
+        "Check that all robots are heard, in place and far enough apart, and their predicted paths too",
+    ),
     ("control", "Start controller", "Ctrl+G", "Start the formation controller"),
     ("stop", "Stop controller", "Ctrl+T", "Stop the controller: all robots get zero commands"),
     ("bag", "Record bag", "Ctrl+B", "Record a rosbag of the run, or end it; it goes to ~/mrs_runs"),
-    ("save", "Save results...", "Ctrl+S", "Save data, figures, verdict and scenario"),
+    ("save", "Save...", "Ctrl+S", "Save data, figures, verdict and scenario"),
 )
-BREAKS = ("control", "bag")  # a gap before these
+SPEED_TIP = "Simulated over wall time; max: as fast as possible"
+BREAKS = ("preflight", "bag")  # a gap before these
 EMERGENCY_KEY = "Esc"
 RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
 
 
 class RunBar(QWidget):
-    """Buttons with shortcuts that work inside the plugin alone."""
+    """Buttons with shortcuts that work inside the plugin alone.
+
+    Where the width ends they go on in another line; the emergency stop keeps its corner.
+    """
 
     asked = Signal(str)  # the name of an action
     speed_chosen = Signal(float)  # simulated over wall time, 0: as fast as possible
@@ -52,17 +62,18 @@ class RunBar(QWidget):
     def __init__(self, owner, parent=None):
         """``owner``: the widget within which the shortcuts work."""
         super().__init__(parent)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(2, 2, 2, 2)
-        layout.setSpacing(4)
-        self._buttons = {}
+        row = FlowLayout(self)
+        row.setContentsMargins(2, 2, 2, 2)
+        self._buttons, self._tips = {}, {"speed": SPEED_TIP}
         for name, text, key, meaning in ACTIONS:
             if name in BREAKS:
-                layout.addWidget(_line())
-            layout.addWidget(self._button(owner, name, text, key, meaning))
+                row.add_gap(_line())
+            row.addWidget(self._button(owner, name, text, key, meaning))
             if name == "end":
-                layout.addWidget(self._build_speed())
-        layout.addStretch(1)
+                row.addWidget(self._build_speed())
+        row.add_corner(self._build_emergency(owner))
+
+    def _build_emergency(self, owner):
         self._stop_all = QPushButton("EMERGENCY STOP")
         self._stop_all.setCheckable(True)
         self._stop_all.setStyleSheet(RED)
@@ -71,12 +82,13 @@ class RunBar(QWidget):
         )
         self._stop_all.toggled.connect(self._on_emergency)
         _shortcut(EMERGENCY_KEY, owner, self._press)
-        layout.addWidget(self._stop_all)
+        return self._stop_all
 
     def _button(self, owner, name, text, key, meaning):
-        button = QPushButton(text)
-        button.setToolTip("{} ({})".format(meaning, key))
-        button.setSizePolicy(QSizePolicy.Minimum, QSizePolicy.Fixed)
+        button = QToolButton()
+        button.setText(text)
+        self._tips[name] = "{} ({})".format(meaning, key)
+        button.setToolTip(self._tips[name])
         button.clicked.connect(guarded(lambda *_: self.asked.emit(name)))
         _shortcut(key, owner, button.click)
         self._buttons[name] = button
@@ -84,7 +96,7 @@ class RunBar(QWidget):
 
     def _build_speed(self):
         self._speed = QComboBox()
-        self._speed.setToolTip("Simulated over wall time; max: as fast as possible")
+        self._speed.setToolTip(SPEED_TIP)
         for speed in SPEEDS:
             self._speed.addItem("max" if speed == "0" else "{} \u00d7".format(speed), float(speed))
         self._speed.setCurrentIndex(SPEEDS.index("1"))
@@ -113,9 +125,15 @@ class RunBar(QWidget):
             index = self._speed.count() - 1
         self._speed.setCurrentIndex(index)
 
-    def set_enabled(self, name, enabled):
-        """Enable or disable the action ``name``."""
-        self._buttons[name].setEnabled(enabled)
+    def set_enabled(self, name, enabled, remark=""):
+        """Enable or disable the action ``name``, or "speed"; ``remark``: why, in the tooltip."""
+        widget = self.button(name)
+        widget.setEnabled(enabled)
+        tip = self._tips[name]
+        if remark:
+            tip += "\n{}{}".format("" if enabled else "Not now: ", remark)
+        if tip != widget.toolTip():
+            widget.setToolTip(tip)
 
     def set_paused(self, paused):
         """Show what the pause button would do now."""
@@ -134,8 +152,9 @@ class RunBar(QWidget):
             self._stop_all.blockSignals(False)
 
     def button(self, name):
-        """Return the button of the action ``name``; "emergency" is one too."""
-        return self._stop_all if name == "emergency" else self._buttons[name]
+        """Return the button of the action ``name``; "emergency" and "speed" are there too."""
+        others = {"emergency": self._stop_all, "speed": self._speed}
+        return others[name] if name in others else self._buttons[name]
 
 
 def _shortcut(key, owner, action):
@@ -148,5 +167,7 @@ def _shortcut(key, owner, action):
 def _line():
     line = QFrame()
     line.setFrameShape(QFrame.VLine)
-    line.setFrameShadow(QFrame.Sunken)
+    line.setFrameShadow(QFrame.Plain)
+    line.setEnabled(False)  # pale in every theme
+    line.setFixedHeight(line.fontMetrics().height())
     return line

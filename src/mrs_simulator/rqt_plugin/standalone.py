@@ -1,6 +1,7 @@
 """The GUI in a window of its own, for systems without rqt."""
 
 import argparse
+import gc
 import os
 import signal
 import subprocess
@@ -13,12 +14,16 @@ import rospy
 from python_qt_binding.QtCore import QSettings, QTimer
 from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
-from mrs_simulator.nodes.arguments import scenario_from
+from mrs_simulator.nodes.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.rqt_plugin.guard import guarded
+from mrs_simulator.rqt_plugin.interrupts import from_event_loop
 from mrs_simulator.rqt_plugin.link import RosLink
 from mrs_simulator.rqt_plugin.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
+ARGUMENTS = dict(
+    RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING
+)
 MASTER_LIMIT = 15.0  # [s] for a master that is started here
 SIZE = (1280, 740)  # [px] of the window at first
 
@@ -51,11 +56,15 @@ def main():
     parser = argparse.ArgumentParser(
         prog="mrs_gui", description="Coordination studies in one window."
     )
-    parser.add_argument("--scenario", default="", help="YAML file (default: the last one)")
     parser.add_argument(
         "--fresh", action="store_true", help="without the settings of the last time"
     )
+    # Those of the controller that a launch file starts beside it: the check is to be of the same run.
+    for name, meaning in ARGUMENTS.items():
+        parser.add_argument("--" + name, default="", help=meaning)
     arguments, rest = parser.parse_known_args(rospy.myargv()[1:])
+    if os.path.isdir(arguments.directory):
+        os.chdir(arguments.directory)
     application = QApplication([sys.argv[0]] + rest)
     master = None if rosgraph.is_master_online() else _start_master()
     try:
@@ -71,6 +80,9 @@ def main():
         study.restore_settings(kept)
         window = Window(study, settings)
         window.show()
+        # What is there now stays: looking it through for garbage takes 50 ms at a time.
+        gc.collect()
+        gc.freeze()
         _end_on_signals(application, window)
         code = application.exec_()
     except (ValueError, OSError) as error:
@@ -79,8 +91,7 @@ def main():
     finally:
         rospy.signal_shutdown("window closed")
         if master is not None:
-            master.terminate()
-            master.wait()
+            _end_master(master)
     sys.stdout.flush()
     sys.stderr.flush()
     # Everything has been ended in order; the interpreter takes Qt's objects down in any order, and
@@ -109,9 +120,18 @@ def _start_master():
     return master
 
 
+def _end_master(master):
+    master.terminate()
+    try:
+        master.wait(MASTER_LIMIT)
+    except subprocess.TimeoutExpired:
+        master.kill()
+        master.wait()
+
+
 def _end_on_signals(application, window):
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: window.close())
+        signal.signal(number, from_event_loop(lambda *_: window.close()))
     # Python sees a signal only when Qt gives it a moment.
     timer = QTimer(application)
     timer.timeout.connect(lambda: None)

@@ -1,6 +1,6 @@
 """What the GUI knows of a run: the newest state, and its history.  No Qt, no ROS."""
 
-from typing import NamedTuple, Tuple
+from typing import FrozenSet, NamedTuple, Tuple
 
 import numpy as np
 
@@ -18,6 +18,7 @@ class Snapshot(NamedTuple):
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robot's frame
     command: np.ndarray  # (n, 2) [m/s, rad/s]
     fresh: np.ndarray  # (n,) bool, whether the robot was heard lately
+    real: FrozenSet[int] = frozenset()  # numbers of the robots that are not simulated
 
 
 class History:

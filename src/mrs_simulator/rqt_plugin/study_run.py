@@ -5,7 +5,6 @@ import re
 import time
 
 import numpy as np
-import rospy
 
 from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.graphs import Topology
@@ -13,6 +12,8 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Recorder
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.reporting import make_control, write_scenario
+from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun
+from mrs_simulator.rqt_plugin.study_state import StudyState, named
 
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
@@ -24,6 +25,11 @@ class StudyRun:
 
     def __init__(self, link, processes, scenario):
         self.link, self.processes, self.scenario = link, processes, scenario
+        self.preflight = PreflightRun(link, processes)
+        self.state = StudyState(link, processes, self.preflight)
+        self.is_controlled = self.state.is_controlled
+        self._speed = None  # at which a stage is about to start
+        self._swapped = None  # [what /use_sim_time was before a stage was started here]
 
     # The scenario --------------------------------------------------------------------------------
 
@@ -58,7 +64,7 @@ class StudyRun:
         except Exception as error:  # a file of one's own may raise anything
             self.scenario = before
             return "protocol {}: {}".format(name, error)
-        return self._restart_control()
+        return ""
 
     def set_parameters(self, values):
         """Take other values; a running controller gets them at once.  Return what is wrong, or ""."""
@@ -82,6 +88,10 @@ class StudyRun:
         if self.is_controlled():
             self.link.set_topology(edges, directed)
         return ""
+
+    def starts(self):
+        """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
+        return self.scenario.poses if self.scenario.odometry == "wheel" else None
 
     def error_function(self, control):
         """Return a function of poses (m, n, 3) that gives the largest target error (m,), or None."""
@@ -118,17 +128,29 @@ class StudyRun:
 
     def _do_simulate(self, speed):
         if self.link.is_fresh("stage"):
-            self.send_team()
-            return "attached to the stage that runs"
+            return "; ".join(filter(None, ("attached to the stage that runs", self.send_team())))
         try:
             scenario_from_dict(self.scenario.to_dict(), "scenario")
         except ValueError as error:
             return str(error)
-        rospy.set_param("/use_sim_time", True)
-        self.processes.start(
-            "stage", "stage", "--scenario", self._written(), "_speed:={:g}".format(speed)
-        )
+        if self._speed is None:
+            self.link.begin_simulated_time()  # then take_result starts the stage
+        self._speed = speed
+        return ""
+
+    def _start_stage(self, success, before):
+        speed, self._speed = "_speed:={:g}".format(self._speed), None
+        if not success:
+            return "simulation not started: {}".format(before)
+        self._swapped = [before]
+        self.processes.start("stage", "stage", "--scenario", self._written(), speed)
         return "simulation started"
+
+    def _restore_time(self):
+        """Leave ``/use_sim_time`` as it was before a stage was started here."""
+        if self._swapped is not None:
+            self.link.restore_simulated_time(*self._swapped)
+            self._swapped = None
 
     def _do_pause(self, _):
         stage = self.link.newest("stage")
@@ -144,20 +166,70 @@ class StudyRun:
         return ""
 
     def _do_end(self, _):
+        self.preflight.cancel()
         self.processes.stop("control")
         self.processes.stop("stage")
+        self._restore_time()
         return "simulation ended"
 
     def _do_control(self, _):
+        if not self.state.real():
+            return self._start_control()
+        self.preflight.begin(self._written(), self._own_findings(), accepted=frozenset())
+        return "some robots are real: they are checked before the controller starts"
+
+    def start_anyway(self):
+        """Start the controller in spite of what the last check found; what is new keeps it from it."""
+        accepted = self.preflight.keys()
+        self.preflight.begin(self._written(), self._own_findings(), accepted)
+        return "the robots are checked again; then the controller starts unless there is more"
+
+    def _start_control(self):
         if self.link.is_fresh("control") and self._control_fits():
             self.link.ask("start")
             return ""
+        if self.state.real() and self.state.started_elsewhere():
+            # Its remappings and limits are not known here: it is not to be replaced.
+            return "not started: the controller that runs is for another team than this scenario's"
         self.processes.start("control", "pioneer_control", "--scenario", self._written())
         return "controller started: {}".format(self.scenario.control.protocol)
 
     def _do_stop(self, _):
+        if self.preflight.cancel():
+            return "the controller does not start"
         self.link.ask("stop")
         return ""
+
+    def _do_preflight(self, _):
+        self.preflight.begin(self._written(), self._own_findings())
+        return ""
+
+    def _own_findings(self):
+        """Return what the GUI knows and the command ``preflight`` does not."""
+        found, control, stage = [], self.link.newest("control"), self.link.newest("stage")
+        wanted = type(self.control()).__name__
+        if self.state.started_elsewhere() and control.protocol != wanted:
+            found.append(Finding("", "controller", "runs " + control.protocol, wanted))
+        if self.state.real() and self.link.is_fresh("stage") and stage.speed != 1.0:
+            found.append(Finding("", "speed", "{:g}".format(stage.speed), "1, as real robots go"))
+        return found
+
+    def take_result(self, name, success, answer):
+        """Take in the answer called ``name``; return a message, or ""."""
+        if name == "simulated_time":
+            return self._start_stage(success, answer)
+        if name == "preflight":
+            return self._after_preflight(success, answer)
+        return str(answer) if success else "{} failed: {}".format(name, answer)
+
+    def _after_preflight(self, success, answer):
+        preflight = self.preflight
+        if preflight.ended(success, answer):
+            why = self.state.no_start()
+            preflight.outcome = "" if why else preflight.outcome
+            return "not started: {}".format(why) if why else self._start_control()
+        refused = ", the controller is not started" if preflight.outcome == "refused" else ""
+        return "robots checked, findings: {}{}".format(len(preflight.findings), refused)
 
     def _do_bag(self, _):
         if self.processes.is_running("rosbag"):
@@ -173,15 +245,19 @@ class StudyRun:
     def set_speed(self, speed):
         """Ask a running stage for ``speed``."""
         self.scenario = self.scenario._replace(speed=speed)
-        if self.link.is_fresh("stage"):
-            self.link.ask("set_speed", speed)
-        return ""
+        if not self.link.is_fresh("stage"):
+            return ""
+        self.link.ask("set_speed", speed)
+        real = self.state.real() if speed != 1.0 else ()
+        return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
 
     def send_team(self):
         """Ask the stage for the team as it stands; a controller of another team ends."""
         if self.processes.is_running("control") and not self._control_fits():
             self.processes.stop("control")
         self.link.set_team(self.scenario.poses, self.scenario.kinds)
+        real = self.state.real()
+        return "{}: real, not moved".format(named(real)) if real else ""
 
     def _control_fits(self):
         control = self.link.newest("control")
@@ -189,15 +265,17 @@ class StudyRun:
         size = self.scenario.n if snapshot is None else len(snapshot.numbers)
         return control is not None and not control.stale and size == self.scenario.n
 
-    def _restart_control(self):
-        if self.processes.is_running("control"):
-            return self._do_restart()
-        return ""
-
-    def _do_restart(self):
+    def follow_protocol(self):
+        """Let a controller started here, if one runs, follow the scenario; return a message, or ""."""
+        if not self.processes.is_running("control"):
+            return ""
+        goes_on = self.is_controlled() and not self.state.real()
         self.processes.stop("control")
-        self.processes.start("control", "pioneer_control", "--scenario", self._written())
-        return ""
+        if goes_on:
+            self.processes.start("control", "pioneer_control", "--scenario", self._written())
+            return ""
+        # Robots that stand are not set going by a choice, nor real ones without a check.
+        return "controller ended: start it for the new protocol"
 
     def _written(self):
         path = os.path.join(self.processes.directory, "scenario.yaml")
@@ -221,16 +299,17 @@ class StudyRun:
 
     def ended_processes(self):
         """Return messages on the programs that ended by themselves."""
+        ended = self.processes.take_ended()
+        names = {name.partition(" ")[0] for name, _, _ in ended}
+        if "control" in names:  # its last status is not that of a controller that could be started
+            self.link.forget("control")
+        if any(name == "stage" for name, _, _ in ended):
+            self._restore_time()
         return [
             "{} ended with {}: {}".format(name, code, output.strip()[-500:])
-            for name, code, output in self.processes.take_ended()
+            for name, code, output in ended
             if code not in (0, -2, 130)  # ended in good order
         ]
-
-    def is_controlled(self):
-        """Return whether a controller runs and gives commands."""
-        control = self.link.newest("control")
-        return self.link.is_fresh("control") and control is not None and control.running
 
     # Results -------------------------------------------------------------------------------------
 
@@ -261,82 +340,17 @@ class StudyRun:
                     file.sample(round(float(stamp), 9), poses, commands)
             write_scenario(scenario, directory)
             table = os.path.join(directory, "run.csv")
-            command_line = ["rosrun", "mrs_simulator", "report", table, "--out", directory]
-            code, said = self.processes.run(
-                command_line + ["--formats", "png,pdf,svg"], "report", REPORT_LIMIT
-            )
-            return code in (0, 1), said
+            arguments = [table, "--out", directory, "--formats", "png,pdf,svg"]
+            code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
+            verdict = os.path.join(directory, "verdict.json")
+            return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
 
         self.link.do("save", work)
 
-    # What is so ----------------------------------------------------------------------------------
-
-    def states(self):
-        """Return ``name: (good, text)`` of master, stage, controller, robots and time."""
-        link = self.link
-        stage, control = link.newest("stage"), link.newest("control")
-        alive = link.is_fresh("stage")
-        return {
-            "master": (link.master_online, "master" if link.master_online else "no master"),
-            "stage": self._stage_state(stage, alive),
-            "controller": self._control_state(control),
-            "robots": self._robots_state(),
-            "time": self._time_state(stage, alive),
-        }
-
-    def _stage_state(self, stage, alive):
-        if not alive:
-            return (
-                (False, "stage starting")
-                if self.processes.is_running("stage")
-                else (None, "no stage")
-            )
-        where = "" if self.processes.is_running("stage") else ", started elsewhere"
-        return True, "stage: {}{}{}".format(
-            stage.fidelity, " (paused)" if stage.paused else "", where
-        )
-
-    def _control_state(self, control):
-        if control is None or not self.link.is_fresh("control"):
-            return None, "no controller"
-        if control.running and not control.trouble:
-            return True, "controller: {}".format(control.protocol)
-        return False, "controller: {}".format(control.trouble or "stopped")
-
-    def _robots_state(self):
-        snapshot = self.link.snapshot()
-        if snapshot is None:
-            return None, "no robots"
-        stale = [n for n, fresh in zip(snapshot.numbers, snapshot.fresh) if not fresh]
-        if stale:
-            return False, "{} robots, {} stale".format(len(snapshot.numbers), len(stale))
-        return True, "{} robots fresh".format(len(snapshot.numbers))
-
-    def _time_state(self, stage, alive):
-        snapshot = self.link.snapshot()
-        if snapshot is None:
-            return None, ""
-        factor = ", {:.1f} \u00d7 real time".format(stage.real_time_factor) if alive else ""
-        return (True if alive else None), "t = {:.1f} s{}".format(snapshot.time, factor)
-
-    def enabled(self):
-        """Return which actions make sense now."""
-        stage = self.link.newest("stage")
-        alive = self.link.is_fresh("stage")
-        robots = self.link.snapshot() is not None
-        paused = alive and stage is not None and stage.paused
-        return {
-            "simulate": self.link.master_online and not self.processes.is_running("stage"),
-            "pause": alive,
-            "step": paused,
-            "reset": alive,
-            "end": self.processes.is_running("stage"),
-            "control": robots and not self.is_controlled(),
-            "stop": self.is_controlled(),
-            "bag": self.link.master_online,
-            "save": robots,
-        }
+    # The end -------------------------------------------------------------------------------------
 
     def close(self):
-        """End what was started here."""
+        """End what was started here, and leave the master as it was."""
+        self.preflight.cancel()
         self.processes.close()
+        self._restore_time()

@@ -1,5 +1,7 @@
 """The whole GUI as one widget: team, protocol, topology, map, curves, verdict, and the run."""
 
+import html
+import json
 import math
 import os
 import time
@@ -8,13 +10,13 @@ import numpy as np
 from python_qt_binding.QtCore import Qt, QTimer
 from python_qt_binding.QtWidgets import (
     QFileDialog,
-    QHBoxLayout,
+    QFrame,
     QLabel,
     QPlainTextEdit,
-    QPushButton,
+    QScrollArea,
+    QSizePolicy,
     QSplitter,
     QTabWidget,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -23,30 +25,24 @@ from mrs_simulator.control.library import HOMES
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_yaml
 from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
+from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.guard import guarded
-from mrs_simulator.rqt_plugin.map_view import MapView
+from mrs_simulator.rqt_plugin.map_panel import MapPanel
+from mrs_simulator.rqt_plugin.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.protocol_panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.run_bar import RunBar
 from mrs_simulator.rqt_plugin.study import History
 from mrs_simulator.rqt_plugin.study_run import StudyRun
 from mrs_simulator.rqt_plugin.team_panel import TeamPanel
 from mrs_simulator.rqt_plugin.topology_panel import TopologyPanel
+from mrs_simulator.rqt_plugin.verdict_panel import VerdictPanel
 from mrs_simulator.rqt_plugin.view_panel import ViewPanel
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
+MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
 TICK = 100  # [ms] between two looks at everything else
 GRAPH_REST = 0.3  # [s] after the controller's answer, within which an older status may still come
 TEAM_REST = 0.4  # [s] after the last change of the team until the stage is asked for it
-MODES = (
-    ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
-    ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
-    ("edges", "Edges", "Drag from robot i to robot j: i hears j. Click an edge to delete it"),
-)
-SHOWN = (
-    ("trails", "Trails", "trajectories so far"),
-    ("targets", "Targets", "where the protocol wants the robots"),
-    ("edges", "Graph", "who hears whom"),
-)
 
 
 class StudyWidget(QWidget):
@@ -61,17 +57,18 @@ class StudyWidget(QWidget):
         self.study = StudyRun(link, processes, scenario)
         self.history = History()
         self._graph_changed_at = 0.0
-        self._chosen, self._hidden = 0, set()  # the robot clicked, and those without a trail
         self._team_changed_at, self._last_control, self._last_image = None, None, None
+        self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._build()
         self.show_scenario(scenario)
-        self._timers = [self._timer(FRAME, self._on_frame), self._timer(TICK, self._on_tick)]
+        self._start_timer(FRAME, self._on_frame)
+        self._start_timer(TICK, self._on_tick)
+        self._on_tick()
 
-    def _timer(self, period, slot):
+    def _start_timer(self, period, slot):
         timer = QTimer(self)
         timer.timeout.connect(slot)
         timer.start(period)
-        return timer
 
     # Building ------------------------------------------------------------------------------------
 
@@ -82,7 +79,7 @@ class StudyWidget(QWidget):
         self.bar = RunBar(self)
         self.bar.asked.connect(self._on_asked)
         self.bar.speed_chosen.connect(self._on_speed)
-        self.bar.emergency.connect(self.link.set_emergency)
+        self.bar.emergency.connect(self._on_emergency)
         layout.addWidget(self.bar)
         self._right = QSplitter(Qt.Vertical)
         self._right.addWidget(self._build_map())
@@ -112,71 +109,18 @@ class StudyWidget(QWidget):
             (self.protocol, "Protocol"),
             (self.topology, "Topology"),
         ):
-            tabs.addTab(widget, title)
+            tabs.addTab(_scrolled(widget), title)
         self.settings_tabs = tabs
         return tabs
 
     def _build_map(self):
-        box = QWidget()
-        layout = QVBoxLayout(box)
-        layout.setContentsMargins(0, 0, 0, 0)
-        self.map = MapView()
+        panel = MapPanel()
+        self.map, self.modes, self.shown = panel.map, panel.modes, panel.shown
         self.map.pose_edited.connect(self._on_pose)
         self.map.edge_added.connect(self._on_edge_added)
         self.map.edge_removed.connect(self._on_edge_removed)
-        row = QHBoxLayout()
-        self.modes = {}
-        for mode, text, tip in MODES:
-            button = self._tool(row, text, tip, exclusive=True)
-            button.toggled.connect(guarded(lambda on, m=mode: on and self.map.set_mode(m)))
-            self.modes[mode] = button
-        self.modes["look"].setChecked(True)
-        row.addSpacing(12)
-        self.shown = {}
-        for name, text, tip in SHOWN:
-            button = self._tool(row, text, "Show or hide " + tip)
-            button.setChecked(True)
-            setter = getattr(self.map, "set_{}_shown".format(name))
-            button.toggled.connect(guarded(lambda on, s=setter: s(on)))
-            self.shown[name] = button
-        self._trail = self._tool(
-            row, "Trail of ...", "Show or hide the trajectory of the robot clicked"
-        )
-        self._trail.setVisible(False)
-        self._trail.toggled.connect(self._on_trail)
-        self.map.robot_clicked.connect(self._on_robot)
-        row.addStretch(1)
-        fit = QPushButton("Fit")
-        fit.setToolTip("Bring the whole team into view (F)")
-        fit.clicked.connect(guarded(lambda *_: self.map.fit()))
-        row.addWidget(fit)
-        layout.addLayout(row)
-        layout.addWidget(self.map, 1)
-        return box
-
-    @guarded
-    def _on_robot(self, number):
-        self._chosen = number
-        self.map.select(number)
-        self._trail.setText("Trail of {}".format(number))
-        self._trail.blockSignals(True)
-        self._trail.setChecked(number not in self._hidden)
-        self._trail.blockSignals(False)
-        self._trail.setVisible(number > 0)
-
-    @guarded
-    def _on_trail(self, shown):
-        (self._hidden.discard if shown else self._hidden.add)(self._chosen)
-        self.map.set_trail_shown(self._chosen, shown)
-
-    def _tool(self, row, text, tip, exclusive=False):
-        button = QToolButton()
-        button.setText(text)
-        button.setToolTip(tip)
-        button.setCheckable(True)
-        button.setAutoExclusive(exclusive)
-        row.addWidget(button)
-        return button
+        self._map_panel = panel
+        return panel
 
     def _build_results(self):
         self.curves = CurvesPanel()
@@ -184,22 +128,17 @@ class StudyWidget(QWidget):
         self.view = ViewPanel()
         self.view.switched.connect(self._on_view)
         self.view.look_changed.connect(self._on_look)
-        self.verdict, self.messages = QPlainTextEdit(), QPlainTextEdit()
-        for text in (self.verdict, self.messages):
-            text.setReadOnly(True)
-            text.setLineWrapMode(QPlainTextEdit.NoWrap)
-        font = self.verdict.font()
-        font.setFamily("monospace")
-        font.setStyleHint(font.TypeWriter)
-        self.verdict.setFont(font)
-        self.verdict.setPlaceholderText(
-            "Save results of a run: the verdict against theory comes here."
-        )
+        self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
+        self.preflight.start_asked.connect(self._on_start_anyway)
+        self.messages = QPlainTextEdit()
+        self.messages.setReadOnly(True)
+        self.messages.setLineWrapMode(QPlainTextEdit.NoWrap)
         self.messages.setMaximumBlockCount(500)
         tabs = QTabWidget()
         for widget, title in (
             (self.curves, "Curves"),
             (self.view, "3D view"),
+            (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
             (self.messages, "Messages"),
         ):
@@ -208,15 +147,16 @@ class StudyWidget(QWidget):
         return tabs
 
     def _build_status(self):
-        row = QHBoxLayout()
+        row = FlowLayout()
+        row.setSpacing(16)
         self.status = {}
         for name in ("master", "stage", "controller", "robots", "time"):
             label = QLabel()
             label.setTextFormat(Qt.RichText)
+            # However long the trouble is, the window stays as wide as it is.
+            label.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
             self.status[name] = label
             row.addWidget(label)
-            row.addSpacing(12)
-        row.addStretch(1)
         return row
 
     # The scenario --------------------------------------------------------------------------------
@@ -245,6 +185,7 @@ class StudyWidget(QWidget):
         self._show_control(control)
 
     def _show_control(self, control):
+        self.link.set_starts(self.study.starts())
         self.protocol.set_warnings(self.study.warnings(control))
         topology = control.topology
         self.topology.set_team(self.scenario.poses[:, :2])
@@ -301,6 +242,7 @@ class StudyWidget(QWidget):
         if self.say(self.study.set_protocol(name)):
             self.protocol.set_protocol(self.scenario.control.protocol)
             return
+        self.say(self.study.follow_protocol())
         self._show_protocol()
 
     @guarded
@@ -335,6 +277,22 @@ class StudyWidget(QWidget):
         if name == "reset":
             self.map.clear_trails()
         self.say(self.study.do(name, self.bar.speed()))
+        self._show_checking()
+
+    @guarded
+    def _on_start_anyway(self):
+        self.say(self.study.start_anyway())
+        self._show_checking()
+
+    def _show_checking(self):
+        if self.study.preflight.running:
+            self.preflight.set_running(self.study.preflight.starting)
+            self.results_tabs.setCurrentWidget(self.preflight)
+
+    @guarded
+    def _on_emergency(self, on):
+        self.link.set_emergency(on)
+        self.study.preflight.cancel()
 
     @guarded
     def _on_speed(self, speed):
@@ -383,8 +341,10 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_frame(self):
-        snapshot = self.link.snapshot()
-        if snapshot is not None:
+        snapshot, now = self.link.snapshot(), time.monotonic()
+        rested = now - self._last_frame[0] >= self.map.cost / MOST_PAINTING
+        if rested and snapshot is not None and snapshot is not self._last_frame[1]:
+            self._last_frame = now, snapshot
             self.map.show_snapshot(snapshot)
         for _, _, x, y in self.link.take_collisions():
             self.map.flash_collision(x, y)
@@ -405,17 +365,29 @@ class StudyWidget(QWidget):
             self._team_changed_at = None
             if self.link.is_fresh("state"):
                 self.study.send_team()
+        if self.study.state.is_emergency():
+            self.study.preflight.cancel()
         self._follow_control()
         self._show_status()
 
-    def _on_result(self, name, success, message):
+    def _on_result(self, name, success, answer):
         if name == "set_topology":
             self._graph_changed_at = time.monotonic()
         if name == "save" and success:
-            self.verdict.setPlainText(message)
-            self.results_tabs.setCurrentWidget(self.verdict)
+            self._show_verdict(answer)
             return
-        self.say(message if success else "{} failed: {}".format(name, message))
+        self.say(self.study.take_result(name, success, answer))
+        if name == "preflight":
+            check = self.study.preflight
+            self.preflight.set_findings(
+                check.findings, check.passed, check.outcome, check.may_judge()
+            )
+
+    def _show_verdict(self, path):
+        with open(path, encoding="utf-8") as file:
+            self.verdict.set_verdict(json.load(file))
+        self.results_tabs.setCurrentWidget(self.verdict)
+        self.say("saved to {}".format(os.path.dirname(path)))
 
     def _follow_control(self):
         """Show what the running controller says of its places and its graph."""
@@ -437,27 +409,36 @@ class StudyWidget(QWidget):
             self.topology.set_topology(edges, control.directed)
 
     def _show_status(self):
-        states = self.study.states()
-        for name, (good, text) in states.items():
+        for name, (good, text) in self.study.state.lines().items():
             colour = {True: "#2e8b57", False: "#c00000", None: "#888888"}[good]
             self.status[name].setText(
-                "<span style='color:{}'>\u25cf</span> {}".format(colour, text)
+                "<span style='color:{}'>\u25cf</span> {}".format(colour, html.escape(text))
             )
-        for name, enabled in self.study.enabled().items():
-            self.bar.set_enabled(name, enabled)
+            self.status[name].setToolTip(text)
+            self.status[name].setVisible(bool(text))
         stage = self.link.newest("stage")
         self.bar.set_paused(stage is not None and stage.paused)
         self.bar.set_recording(self.study.processes.is_running("rosbag"))
-        emergency = self.link.newest("emergency")
-        if emergency is not None:
-            self.bar.set_emergency(emergency.data)
-        self.team.set_editable(not self.study.is_controlled())
+        if self.link.newest("emergency") is not None:
+            self.bar.set_emergency(self.study.state.is_emergency())
+        self._show_possible()
+
+    def _show_possible(self):
+        """Offer what can be done now, and say why the rest cannot."""
+        actions = self.study.state.actions()
+        self.view.set_possible(*actions.pop("view"))
+        for name, (possible, remark) in actions.items():
+            self.bar.set_enabled(name, possible, remark)
+        why, alone = self.study.state.team_locked(), self.study.state.real_alone()
+        self.team.set_editable(not why, why, may_open=alone and not self.study.is_controlled())
+        self.team.set_real(self.study.state.real())
+        self._map_panel.set_poses_editable(not why, why)
 
     # The end -------------------------------------------------------------------------------------
 
     def close_study(self):
-        """Stop the timers, end what was started here, withdraw from ROS."""
-        for timer in self._timers:
+        """Stop the timers, of the panels too, end what was started here, withdraw from ROS."""
+        for timer in self.findChildren(QTimer):
             timer.stop()
         self.study.close()
         self.link.close()
@@ -486,3 +467,12 @@ class StudyWidget(QWidget):
             wanted = str(settings["shown"]).split()
             for name, button in self.shown.items():
                 button.setChecked(name in wanted)
+
+
+def _scrolled(widget):
+    """Return ``widget`` in an area that scrolls where there is less room than it needs."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.NoFrame)
+    area.setWidget(widget)
+    return area

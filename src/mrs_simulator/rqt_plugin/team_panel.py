@@ -24,6 +24,9 @@ from mrs_simulator.world import robots
 from mrs_simulator.world.bodies import Bodies
 
 MOST_ROBOTS = 200
+NUMBER_TIP = (
+    "<p>Number of robots, 1 to {}. New ones are put where there is room, the last ones go first.</p>"
+).format(MOST_ROBOTS)
 LAYOUT_ORDER = ("line", "circle", "grid", "random")
 SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")
 ROOM = (20.0, 2.5)  # [m] side of the square for new robots: at least, and times root n
@@ -60,10 +63,7 @@ class TeamPanel(QWidget):
     def _build_number(self):
         self._number = PatientSpinBox()
         self._number.setRange(1, MOST_ROBOTS)
-        self._number.setToolTip(
-            "<p>Number of robots, 1 to {}. New ones are put where there is room, "
-            "the last ones go first.</p>".format(MOST_ROBOTS)
-        )
+        self._number.setToolTip(NUMBER_TIP)
         self._number.valueChanged.connect(self._on_number)
 
     def _build_scenario_buttons(self):
@@ -143,11 +143,23 @@ class TeamPanel(QWidget):
         self._model.set_team(poses, self._model.kinds, pairs)
         self._tell_overlaps(pairs)
 
-    def set_editable(self, editable):
-        """Allow changes of the team or not; saving stays possible."""
+    def set_editable(self, editable, why="", may_open=False):
+        """Allow changes of the team or not; saving stays possible.
+
+        ``why`` not, in the tooltips; ``may_open``: another scenario may be opened all the same.
+        """
         self._table.set_editable(editable)
-        for widget in (self._number, self._open, self._group):
+        self._open.setEnabled(editable or may_open)
+        for widget in (self._number, self._group):
             widget.setEnabled(editable)
+        remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
+        self._number.setToolTip(NUMBER_TIP + remark)
+        self._group.setToolTip(remark)
+        self._table.setToolTip(remark)
+
+    def set_real(self, numbers):
+        """Mark the robots ``numbers`` as real ones."""
+        self._model.set_real(numbers)
 
     def _overlapping_pairs(self, poses):
         if self._bodies is None:

@@ -49,7 +49,13 @@ class TeamModel(QAbstractTableModel):
         self.kind_choices = tuple(kind_choices)
         self.poses, self.kinds = np.zeros((0, 3)), ()
         self._pairs, self.overlapping = NO_PAIRS, frozenset()
-        self.editable = True
+        self.editable, self.real = True, frozenset()
+
+    def set_real(self, numbers):
+        """Mark the robots ``numbers``, a set, as real ones."""
+        if numbers != self.real and len(self.poses):
+            self.real = frozenset(numbers)
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.poses) - 1, 0))
 
     def set_team(self, poses, kinds, pairs):
         """Show ``poses`` (n, 3) [m, m, rad]; ``pairs``: rows (m,), (m,) of robots that overlap."""
@@ -101,15 +107,13 @@ class TeamModel(QAbstractTableModel):
             return colour(row + 1)
         if role == Qt.TextAlignmentRole and column < KIND:
             return int(Qt.AlignVCenter | Qt.AlignRight)
-        if row not in self.overlapping:
-            return None
-        if role == Qt.BackgroundRole:
+        if role == Qt.BackgroundRole and row in self.overlapping:
             return QBrush(OVERLAP)
         return self._tooltip(row) if role == Qt.ToolTipRole else None
 
     def _text(self, row, column, exact):
         if column == 0:
-            return str(row + 1)
+            return str(row + 1) + (" real" if row + 1 in self.real and not exact else "")
         if column == KIND:
             return self.kinds[row]
         value = float(self.poses[row, column - 1])
@@ -119,6 +123,12 @@ class TeamModel(QAbstractTableModel):
         return short_number(value, DECIMALS[column - 1])
 
     def _tooltip(self, row):
+        """Return what is to be said of a robot, None if nothing."""
+        told = ["robot{} is a real one".format(row + 1)] if row + 1 in self.real else []
+        told += [self._overlap(row)] if row in self.overlapping else []
+        return "\n".join(told) or None
+
+    def _overlap(self, row):
         first, second = self._pairs
         rows = sorted(first[second == row].tolist() + second[first == row].tolist())
         others = ["robot{}".format(other + 1) for other in rows]

@@ -8,6 +8,7 @@ from mrs_simulator.rqt_plugin.guard import guarded
 
 TURN = 0.4  # [deg] of the camera for a pixel of the mouse
 ZOOM = 1.15  # [-] for a notch of the wheel
+TIP = "Render the stage in a process of its own; drag to orbit, wheel to zoom"
 NEAREST, FARTHEST = 1.0, 300.0  # [m]
 
 
@@ -24,9 +25,7 @@ class ViewPanel(QWidget):
         layout = QVBoxLayout(self)
         row = QHBoxLayout()
         self._on = QCheckBox("3D view")
-        self._on.setToolTip(
-            "Render the stage in a process of its own; drag to orbit, wheel to zoom"
-        )
+        self._on.setToolTip(TIP)
         self._on.toggled.connect(self._on_switched)
         self._follow = QComboBox()
         self._follow.setToolTip("Keep a robot in the middle")
@@ -51,6 +50,11 @@ class ViewPanel(QWidget):
             low, high = points.min(axis=0), points.max(axis=0)
             self.x, self.y = (float(value) for value in 0.5 * (low + high))
             self.distance = 3.0 + 1.2 * float((high - low).max())
+
+    def set_possible(self, possible, remark=""):
+        """Let the view be switched on or not; ``remark``: why not, in the tooltip."""
+        self._on.setEnabled(possible or self._on.isChecked())
+        self._on.setToolTip(TIP if possible else "{}\nNot now: {}".format(TIP, remark))
 
     def follow(self):
         """Return the number of the robot to follow, 0 for none."""
@@ -93,6 +97,12 @@ class Picture(QWidget):
     def paintEvent(self, _):
         """Paint the picture in the middle, or say that there is none."""
         painter = QPainter(self)
+        try:
+            self._paint(painter)
+        finally:
+            painter.end()  # even if the traceback of an error holds it for a while
+
+    def _paint(self, painter):
         if self.image is None:
             painter.drawText(self.rect(), Qt.AlignCenter, "Off: it costs up to half of a core")
             return

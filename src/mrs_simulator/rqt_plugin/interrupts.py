@@ -1,0 +1,26 @@
+"""Signals that close windows: Python may run a handler in the middle of a paint event, Qt must not."""
+
+import signal
+
+from python_qt_binding.QtCore import QTimer
+
+
+def from_event_loop(handler):
+    """Return a signal handler that has ``handler`` called by Qt's event loop, a moment later.
+
+    Python calls a handler between any two instructions of the main thread.  A window that is closed
+    while it is painted leaves Qt painting widgets that are gone.
+    """
+
+    def later(*arguments):
+        QTimer.singleShot(0, lambda: handler(*arguments))
+
+    later.handler = handler
+    return later
+
+
+def defer_interrupts():
+    """Have the host's own handler of SIGINT, if it has one, called by the event loop."""
+    handler = signal.getsignal(signal.SIGINT)
+    if callable(handler) and handler is not signal.default_int_handler:
+        signal.signal(signal.SIGINT, from_event_loop(getattr(handler, "handler", handler)))

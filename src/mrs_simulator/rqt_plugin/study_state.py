@@ -1,0 +1,196 @@
+"""What is so, and what can be done now, in words.  No Qt, no ROS."""
+
+EMERGENCY = "emergency stop"
+NO_MASTER = "no ROS master"
+NO_STAGE = "no simulation runs"
+REAL_ALONE = "the robots are real, there is no simulation to {}"
+USUAL_TOPIC = "/robot{}/odom"
+
+
+class StudyState:
+    """Reads the state of master, stage, controller and robots off the link."""
+
+    def __init__(self, link, processes, preflight):
+        """``preflight``: the ``PreflightRun``."""
+        self.link, self.processes, self.preflight = link, processes, preflight
+
+    # What is so ----------------------------------------------------------------------------------
+
+    def is_controlled(self):
+        """Return whether a controller runs and gives commands."""
+        control = self.link.newest("control")
+        return self.link.is_fresh("control") and control is not None and control.running
+
+    def is_emergency(self):
+        """Return whether the emergency stop is latched."""
+        emergency = self.link.newest("emergency")
+        return emergency is not None and emergency.data
+
+    def real(self):
+        """Return the numbers of the real robots."""
+        snapshot = self.link.snapshot()
+        return frozenset() if snapshot is None else snapshot.real
+
+    def real_alone(self):
+        """Return whether there are real robots, and no simulation about them."""
+        return bool(self.real()) and not self.link.is_fresh("stage")
+
+    def started_elsewhere(self):
+        """Return whether a controller runs that was not started here."""
+        return self.link.is_fresh("control") and not self.processes.is_running("control")
+
+    def lines(self):
+        """Return ``name: (good, text)`` of master, stage, controller, robots and time."""
+        link = self.link
+        stage, alive = link.newest("stage"), link.is_fresh("stage")
+        return {
+            "master": (link.master_online, "master" if link.master_online else "no master"),
+            "stage": self._stage(stage, alive),
+            "controller": self._controller(link.newest("control")),
+            "robots": self._robots(),
+            "time": self._time(stage, alive),
+        }
+
+    def _stage(self, stage, alive):
+        if not alive:
+            starting = self.processes.is_running("stage")
+            return (False, "stage starting") if starting else (None, "no stage")
+        where = "" if self.processes.is_running("stage") else ", started elsewhere"
+        return True, "stage: {}{}{}".format(
+            stage.fidelity, " (paused)" if stage.paused else "", where
+        )
+
+    def _controller(self, control):
+        if self.preflight.starting:
+            return None, "controller: the robots are checked before it starts"
+        if control is None or not self.link.is_fresh("control"):
+            return None, "no controller"
+        if control.running and not control.trouble:
+            return True, "controller: {}".format(control.protocol)
+        if control.trouble == EMERGENCY and not control.running and not self.is_emergency():
+            return None, "controller: stopped; emergency stop released: press Start"
+        return False, "controller: {}".format(control.trouble or "stopped")
+
+    def _robots(self):
+        snapshot = self.link.snapshot()
+        if snapshot is None:
+            return None, "no robots"
+        n, real, stale = len(snapshot.numbers), len(snapshot.real), len(self._stale(snapshot))
+        text = "{} robot{}".format(n, "" if n == 1 else "s")
+        if real:
+            simulated = "{} simulated, ".format(n - real) if n > real else ""
+            text = "robots: {}{} real".format(simulated, real)
+        return not stale, "{}, {}".format(text, "{} stale".format(stale) if stale else "fresh")
+
+    @staticmethod
+    def _stale(snapshot):
+        return [n for n, fresh in zip(snapshot.numbers, snapshot.fresh) if not fresh]
+
+    def _time(self, stage, alive):
+        snapshot = self.link.snapshot()
+        if snapshot is None:
+            return None, ""
+        text = "t = {:.1f} s".format(snapshot.time)
+        if not alive:
+            return None, text
+        text += ", {:.1f} \u00d7 real time".format(stage.real_time_factor)
+        if snapshot.real and stage.speed != 1.0:
+            return False, text + ", but real robots go at 1 \u00d7"
+        return True, text
+
+    # What can be done ----------------------------------------------------------------------------
+
+    def actions(self):
+        """Return ``name: (possible, remark)`` of the run's actions; the remark says why, or what of it."""
+        stage, alive = self.link.newest("stage"), self.link.is_fresh("stage")
+        paused = alive and stage is not None and stage.paused
+        reasons = {
+            "simulate": self._no_simulation(),
+            "pause": self._no_stage("pause"),
+            "step": self._no_stage("step") or ("" if paused else "pause the simulation first"),
+            "reset": self._no_stage("reset"),
+            "speed": self._no_stage("speed up") if self.real_alone() else "",
+            "view": self._no_stage("show in 3D"),
+            "end": "" if self.processes.is_running("stage") else "none was started here",
+            "preflight": self._no_check(),
+            "control": self.no_start(),
+            "stop": ""
+            if self.is_controlled() or self.preflight.starting
+            else "none gives commands",
+            "bag": "" if self.link.master_online else NO_MASTER,
+            "save": "" if self.link.snapshot() is not None else "no robot has been heard",
+        }
+        remarks = dict.fromkeys(reasons, "")
+        if self.real() and alive:
+            remarks["reset"] = "real robots stay where they are: {}".format(named(self.real()))
+            remarks["speed"] = "real robots go at 1 \u00d7, whatever the simulation's speed"
+        if self.real():
+            remarks["control"] = "the robots are checked first: some are real"
+        return {name: (not why, why or remarks[name]) for name, why in reasons.items()}
+
+    def _no_stage(self, what):
+        if self.link.is_fresh("stage"):
+            return ""
+        return REAL_ALONE.format(what) if self.real() else NO_STAGE
+
+    def _no_simulation(self):
+        if not self.link.master_online:
+            return NO_MASTER
+        if self.processes.is_running("stage"):
+            return "it runs"
+        if self.real_alone():  # two would answer for one robot
+            return "real robots are heard: a simulation would be mixed up with them"
+        return ""
+
+    def _no_check(self):
+        if not self.link.master_online:
+            return NO_MASTER
+        return "a check is under way" if self.preflight.running else ""
+
+    def no_start(self):
+        """Return why the controller cannot be started now, or ""."""
+        snapshot = self.link.snapshot()
+        if not self.link.master_online:
+            return NO_MASTER
+        if snapshot is None:
+            return "no robots: start the simulation, or the robots' drivers"
+        if self.is_controlled():
+            return "a controller runs"
+        if self.processes.is_ending("control"):
+            return "the last controller is ending"
+        if self.is_emergency():
+            return "release the emergency stop first"
+        if self.preflight.running:
+            return "a check is under way"
+        stale = self._stale(snapshot)
+        if stale:
+            return "not heard lately: {}".format(named(stale))
+        return self._no_topics(snapshot)
+
+    def _no_topics(self, snapshot):
+        """Return why no controller of the GUI's own can reach the real robots, or ""."""
+        if self.link.is_fresh("control") or self.link.is_fresh("stage"):
+            return ""
+        topics = self.link.odometry_topics()
+        other = [t for n, t in sorted(topics.items()) if t != USUAL_TOPIC.format(n)]
+        if not snapshot.real or not other:
+            return ""
+        return "odometry on {}: start the controller with its launch file, which knows the names".format(
+            other[0]
+        )
+
+    def team_locked(self):
+        """Return why the team cannot be changed now, or ""."""
+        if self.is_controlled():
+            return "stop the controller to change the team"
+        if self.real_alone():
+            return "the robots are real, they stand where they stand; a scenario can be opened"
+        return ""
+
+
+def named(numbers, most=6):
+    """Return robots' ``numbers`` for a message: all of a few, else the first and how many."""
+    numbers = sorted(numbers)
+    shown = ", ".join("robot{}".format(number) for number in numbers[:most])
+    more = len(numbers) - most
+    return shown + (" and {} more".format(more) if more > 0 else "")

@@ -1,0 +1,92 @@
+"""What the tests of the GUI share: a GUI over a real master, and errors that nobody would see."""
+
+import os
+import subprocess
+import sys
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import pytest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+# A GUI of its own process: rospy joins one master only.
+PROGRAM = """
+import json, os, sys, time
+import rospy
+from python_qt_binding.QtWidgets import QApplication
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtCore import QPoint, Qt
+application = QApplication([])
+rospy.init_node("gui", disable_signals=True)
+import logging
+from mrs_simulator.rqt_plugin import guard
+trouble = []
+class Keep(logging.Handler):
+    def emit(self, record):
+        trouble.append(self.format(record))
+guard.LOG.addHandler(Keep())
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.rqt_plugin.link import RosLink
+from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+gui = StudyWidget(RosLink(), Processes(), load_scenario(sys.argv[1]))
+gui.resize(1366, 768)
+gui.show()
+
+def until(condition, limit=40.0):
+    end = time.monotonic() + limit
+    while time.monotonic() < end:
+        application.processEvents()
+        if condition():
+            return
+        time.sleep(0.005)
+    raise SystemExit("not within {} s\\n{}\\n{}".format(limit, gui.messages.toPlainText(), trouble))
+
+def click(name):
+    until(lambda: gui.bar.button(name).isEnabled())
+    QTest.mouseClick(gui.bar.button(name), Qt.LeftButton)
+
+def key(letter):
+    QTest.keyClick(gui, letter, Qt.ControlModifier)
+
+"""
+END = """
+gui.close_study()
+assert not trouble, trouble
+print("done", flush=True)
+os._exit(0)  # as the window does: the interpreter takes Qt's objects down in any order
+"""
+
+
+@pytest.fixture
+def gui(ros):
+    """Run a piece of Python in a GUI's process; return what it printed."""
+
+    def run(code, *arguments, scenario="paper_four", limit=120):
+        path = os.path.join(ROOT, "scenarios", scenario + ".yaml")
+        process = subprocess.run(
+            [sys.executable, "-c", PROGRAM + code + END, path] + [str(a) for a in arguments],
+            env=ros.environment,
+            timeout=limit,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        output = process.stdout.decode()
+        assert process.returncode == 0 and output.rstrip().endswith("done"), output[-3000:]
+        return output
+
+    return run
+
+
+@pytest.fixture
+def no_hidden_errors(monkeypatch):
+    """Fail if a slot or an event handler raised."""
+    from python_qt_binding.QtWidgets import QApplication  # not for the tests without widgets
+
+    from mrs_simulator.rqt_plugin.guard import LOG
+
+    raised = []
+    monkeypatch.setattr(LOG, "exception", lambda *told: raised.append((told, sys.exc_info()[1])))
+    yield
+    QApplication.instance().processEvents()
+    assert raised == []

@@ -1,0 +1,205 @@
+"""The GUI with real robots, alone and among simulated ones: marked, checked, started only if ready."""
+
+import xmlrpc.client
+
+import pytest
+
+from mrs_simulator.core.scenario import load_scenario
+
+FOUR = "scenarios/paper_four.yaml"
+
+
+@pytest.fixture
+def robots(ros):
+    """Return a probe that is the odometry of four real robots at the scenario's poses."""
+    xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/use_sim_time", False)
+    probe = ros.probe()
+    for number, pose in enumerate(poses(), 1):
+        probe.ask("stand_in({}, {})".format(number, pose))
+    return probe
+
+
+def poses():
+    from gui_fixtures import ROOT
+
+    return load_scenario(ROOT + "/" + FOUR).poses.tolist()
+
+
+ALL_REAL = """
+until(lambda: "4 real, fresh" in gui.status["robots"].text())
+"""
+NOT_SIMULATED = """
+for name in ("simulate", "pause", "step", "reset", "speed"):
+    assert not gui.bar.button(name).isEnabled(), name
+    assert "real" in gui.bar.button(name).toolTip().partition("Not now: ")[2], name
+assert not gui.view._on.isEnabled() and "real" in gui.view._on.toolTip()
+assert not gui.team._number.isEnabled() and "real" in gui.team._number.toolTip()
+assert not gui.modes["poses"].isEnabled() and gui.team._open.isEnabled()
+table = gui.team._table.model()
+assert [table.index(row, 0).data() for row in range(4)] == ["1 real", "2 real", "3 real", "4 real"]
+"""
+
+
+def test_real_robots_are_marked_checked_and_started(gui, robots):
+    gui(
+        ALL_REAL
+        + NOT_SIMULATED
+        + """
+key("k")
+assert gui.results_tabs.currentWidget() is gui.preflight and "Checking" in gui.preflight.title()
+until(lambda: gui.preflight.title().startswith("All robots ready"))
+assert gui.preflight.rows() == [] and not gui.study.is_controlled()
+click("control")
+assert not gui.study.processes.is_running("control")
+until(lambda: gui.study.is_controlled())
+# Another law does not take over real robots unchecked.
+gui.protocol.protocol_chosen.emit("consensus")
+until(lambda: not gui.study.is_controlled())
+assert not gui.study.processes.is_running("control")
+assert "start it for the new protocol" in gui.messages.toPlainText()
+"""
+    )
+
+
+def test_a_person_may_judge_a_place(gui, robots):
+    x, y, theta = poses()[2]
+    robots.ask("stand_in(3, [{}, {}, {}])".format(x + 0.6, y, theta))
+    gui(
+        ALL_REAL
+        + """
+panel = gui.preflight
+click("control")
+until(lambda: panel.title().startswith("Not started"))
+assert [row[:2] for row in panel.rows()] == [["robot3", "stands in place"]]
+assert "0.60 m" in panel.rows()[0][2] and panel.rows()[0][3] == "at most 0.3"
+assert panel._start.isVisible() and not panel._start.isEnabled()
+def judge():
+    QTest.mouseClick(panel._judged, Qt.LeftButton, pos=QPoint(8, panel._judged.height() // 2))
+    QTest.mouseClick(panel._start, Qt.LeftButton)
+judge()
+until(lambda: gui.study.is_controlled())
+assert panel.title() == "1 finding, 14 checks passed. The controller starts."
+"""
+    )
+
+
+def test_what_is_no_matter_of_judgement_keeps_the_robots_standing(gui, robots):
+    robots.ask("fall_silent(2)")
+    gui(
+        """
+until(lambda: len(gui.link.snapshot().numbers if gui.link.snapshot() else ()) == 3)
+click("control")
+until(lambda: gui.preflight.title().startswith("Not started"))
+found = {(row[0], row[1]) for row in gui.preflight.rows()}
+assert {("robot2", "publishes"), ("team", "predicted paths")} <= found, found
+assert not gui.preflight._start.isVisible()
+assert not gui.study.is_controlled() and not gui.study.processes.is_running("control")
+"""
+    )
+
+
+def test_the_emergency_stop_calls_off_a_start(gui, robots):
+    gui(
+        ALL_REAL
+        + """
+click("control")
+until(lambda: "checked before" in gui.status["controller"].text())
+QTest.keyClick(gui, Qt.Key_Escape)
+until(lambda: gui.link.newest("emergency") is not None)
+QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
+until(lambda: not gui.study.preflight.running)
+assert gui.preflight.title().startswith("All robots ready")
+assert not gui.study.processes.is_running("control")
+click("control")
+QTest.mouseClick(gui.bar.button("stop"), Qt.LeftButton)
+until(lambda: gui.bar.button("control").isEnabled())
+assert not gui.study.processes.is_running("control")
+"""
+    )
+
+
+def test_silent_robots_and_odd_names_are_not_started(gui, robots):
+    robots.ask("stand_in(5, [3.0, 0.0, 0.0], topic='/robot{}/RosAria/pose')")
+    gui(
+        """
+until(lambda: "5 real, fresh" in gui.status["robots"].text())
+start = gui.bar.button("control")
+assert not start.isEnabled() and "/robot5/RosAria/pose" in start.toolTip()
+"""
+    )
+    robots.ask("fall_silent(1)")
+    gui(
+        """
+until(lambda: "4 real, fresh" in gui.status["robots"].text())
+poses = gui.link.snapshot().pose
+assert poses[-1].tolist() == [3.0, 0.0, 0.0]
+"""
+    )
+
+
+def test_a_team_that_is_partly_real(gui, ros):
+    probe = ros.probe()
+    probe.ask("stand_in(2, {})".format(poses()[1]))
+    stage = ros.node("stage", "--scenario", FOUR.partition("/")[2], "--real", 2, "_speed:=2")
+    gui(
+        """
+until(lambda: "3 simulated, 1 real, fresh" in gui.status["robots"].text())
+until(lambda: "but real robots go at 1" in gui.status["time"].text())
+assert "robot2" in gui.bar.button("reset").toolTip() and gui.bar.button("reset").isEnabled()
+assert gui.map._real == {2}
+click("control")
+until(lambda: gui.preflight.title().startswith("Not started"))
+assert gui.preflight.rows() == [["team", "speed", "2", "1, as real robots go"]]
+assert not gui.preflight._start.isVisible()
+gui.bar.speed_chosen.emit(5.0)
+assert "robot2: real" in gui.messages.toPlainText()
+gui.bar.speed_chosen.emit(1.0)
+until(lambda: gui.link.newest("stage").speed == 1.0)
+click("control")
+until(lambda: gui.study.is_controlled())
+"""
+    )
+    ros.stop(stage)
+
+
+def test_a_controller_for_another_law_is_said(gui, robots, ros):
+    ros.node("pioneer_control", "--robots", 4, "--protocol", "consensus", "_autostart:=false")
+    gui(
+        ALL_REAL
+        + """
+until(lambda: gui.link.is_fresh("control"))
+click("control")
+until(lambda: gui.preflight.title().startswith("Not started"))
+assert ["team", "controller", "runs Consensus", "Formation"] in gui.preflight.rows()
+assert not gui.study.is_controlled()
+"""
+    )
+
+
+def test_robots_behind_other_names_with_odometry_from_zero(gui, ros):
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.setParam("/test", "/use_sim_time", False)
+    master.setParam("/test", "/pioneer_control/geofence", [-1.0, -4.0, 4.0, 4.0])
+    probe, names = ros.probe(), []
+    for number in range(1, 5):
+        topic = "/robot{}/RosAria/pose"
+        probe.ask("stand_in({}, [0.0, 0.0, 0.0], topic={!r})".format(number, topic))
+        names.append("/robot{0}/odom:=/robot{0}/RosAria/pose".format(number))
+    ros.node("pioneer_control", "--scenario", "lab_four.yaml", "_autostart:=false", *names)
+    gui(
+        """
+until(lambda: "4 real, fresh" in gui.status["robots"].text())
+until(lambda: gui.link.is_fresh("control"))
+assert abs(gui.link.snapshot().pose - gui.scenario.poses).max() < 1e-6
+click("control")
+until(lambda: gui.preflight.title().startswith("Not started"))
+# As the controller, the check heard all robots on their own topics and knew the fence.
+assert {row[1] for row in gui.preflight.rows()} >= {"geofence"}, gui.preflight.rows()
+assert not any("publishes" in row[1] for row in gui.preflight.rows())
+rospy.set_param("/pioneer_control/geofence", [-9.0, -9.0, 9.0, 9.0])
+click("control")
+until(lambda: gui.study.is_controlled())
+assert not gui.study.processes.is_running("control")
+""",
+        scenario="lab_four",
+    )

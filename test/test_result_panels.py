@@ -1,0 +1,179 @@
+"""The verdict and the preflight as tables: words beside colours, copied to a spreadsheet, both themes."""
+
+import os
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import pytest
+from python_qt_binding.QtCore import QPoint, Qt
+from python_qt_binding.QtGui import QColor, QPalette
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication
+
+from mrs_simulator.rqt_plugin.preflight_panel import PreflightPanel
+from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun
+from mrs_simulator.rqt_plugin.verdict_panel import VerdictPanel
+
+APP = QApplication.instance() or QApplication([])
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+PLACE = Finding("robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3", True)
+SILENT = Finding("robot2", "publishes", "never heard on /robot2/odom", "")
+
+
+def check(name, predicted, measured, passed, note="", tolerance=0.1):
+    difference = None if measured is None or tolerance is None else measured - predicted
+    keys = ("name", "predicted", "measured", "tolerance", "passed", "difference", "note")
+    return dict(zip(keys, (name, predicted, measured, tolerance, passed, difference, note)))
+
+
+VERDICT = {
+    "title": "Four robots",
+    "passed": False,
+    "checks": [
+        check("connected", "holds", "holds", True, tolerance=None),
+        check("gap [m]", 2.0, 2.05, True),
+        check("speed [m/s]", 0.5, 0.75, False, "at most"),
+        check("rate [1/s]", 0.25, None, None, "does not apply: a robot was at its speed limit"),
+    ],
+    "final_gaps": [2.05, 1.99],
+    "min_distance": 1.25,
+    "warnings": ["k T is above 2"],
+}
+
+
+def shown(widget):
+    widget.resize(800, 300)
+    widget.show()
+    widget.activateWindow()
+    assert QTest.qWaitForWindowActive(widget)
+    return widget
+
+
+@pytest.fixture
+def verdict():
+    widget = shown(VerdictPanel())
+    widget.set_verdict(VERDICT)
+    yield widget
+    widget.close()
+    widget.deleteLater()
+
+
+@pytest.fixture
+def panel():
+    widget = shown(PreflightPanel())
+    widget.asked = []
+    widget.start_asked.connect(lambda: widget.asked.append(True))
+    yield widget
+    widget.close()
+    widget.deleteLater()
+
+
+def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
+    assert verdict.title() == "Four robots: FAILED (2 passed, 1 failed, 1 does not apply)"
+    gap, speed, rate = map(verdict.row, ("gap [m]", "speed [m/s]", "rate [1/s]"))
+    assert (gap["predicted"], gap["measured"], gap["difference"]) == ("2", "2.05", "0.05")
+    assert [row["result"] for row in (gap, speed, rate)] == ["passed", "FAILED", "does not apply"]
+    assert rate["measured"] == rate["difference"] == "\u2013"
+    assert "speed limit" in rate["remark"] and verdict.row("connected")["measured"] == "holds"
+    tip = verdict._table.item(2, 0).toolTip()
+    assert "at most 0.5, within 0.1" in tip and "measured: 0.75" in tip
+    assert "k T is above 2" in verdict._more.message and "1.250 m" in verdict._more.message
+
+
+def test_results_are_tinted_as_the_theme_allows(verdict):
+    def tints():
+        return [verdict._table.item(row, 5).foreground().color().lightness() for row in range(4)]
+
+    assert max(tints()) < 128
+    palette = QPalette(verdict.palette())
+    palette.setColor(QPalette.Window, QColor("#202020"))
+    palette.setColor(QPalette.WindowText, QColor("white"))
+    verdict.setPalette(palette)
+    APP.processEvents()
+    assert min(tints()) > 128
+
+
+def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
+    QTest.mouseClick(verdict._copy, Qt.LeftButton)
+    lines = QApplication.clipboard().text().split("\n")
+    assert lines[0].split("\t")[:4] == ["claim", "predicted", "measured", "difference"]
+    assert len(lines) == 5 and lines[3].split("\t")[5] == "FAILED"
+    where = verdict._table.visualItemRect(verdict._table.item(1, 0)).center()
+    QTest.mouseClick(verdict._table.viewport(), Qt.LeftButton, pos=where)
+    QTest.keyClick(verdict._table, Qt.Key_C, Qt.ControlModifier)
+    copied = QApplication.clipboard().text().split("\n")
+    assert len(copied) == 2 and copied[1].startswith("gap [m]\t2\t2.05\t")
+
+
+def test_the_table_uses_the_width_that_there_is(verdict):
+    table = verdict._table
+    for width in (500, 900):
+        verdict.resize(width, 300)
+        APP.processEvents()
+        used = sum(table.columnWidth(column) for column in range(table.columnCount()))
+        assert used >= table.viewport().width()
+
+
+def test_robots_that_are_ready(panel):
+    panel.set_running(False)
+    assert panel.title().startswith("Checking the robots")
+    panel.set_findings([], 12, "", False)
+    assert panel.title() == "All robots ready: 12 checks passed."
+    assert panel.rows() == [] and not panel._start.isVisible()
+
+
+def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
+    panel.set_findings([PLACE], 11, "refused", True)
+    assert panel.rows() == [["robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3"]]
+    QTest.mouseClick(panel._start, Qt.LeftButton)
+    assert panel.asked == []
+    QTest.mouseClick(panel._judged, Qt.LeftButton, pos=QPoint(8, panel._judged.height() // 2))
+    QTest.mouseClick(panel._start, Qt.LeftButton)
+    assert panel.asked == [True] and not panel._start.isVisible()
+    # What was judged once is not judged for the next time.
+    panel.set_findings([PLACE], 11, "refused", True)
+    assert panel._start.isVisible() and not panel._start.isEnabled()
+    panel.set_findings([PLACE, SILENT], 10, "refused", False)
+    assert not panel._start.isVisible() and "Not started: 2 findings" in panel.title()
+    QTest.mouseClick(panel._copy, Qt.LeftButton)
+    assert QApplication.clipboard().text().count("\n") == 2
+
+
+class Link:
+    """What a check needs of the link; the work is done at once, and never."""
+
+    do = staticmethod(lambda name, work: None)
+    odometry_topics = staticmethod(dict)
+    is_fresh = staticmethod(lambda name: False)
+
+
+@pytest.mark.parametrize(
+    "accepted, findings, outcome",
+    [
+        (None, [], ""),
+        (None, [PLACE], ""),
+        ([], [], "started"),
+        ([], [PLACE], "refused"),
+        ([PLACE], [PLACE], "started"),
+        ([PLACE], [PLACE, PLACE._replace(robot="robot4")], "refused"),
+        ([PLACE, SILENT], [PLACE, SILENT], "refused"),
+    ],
+)
+def test_only_what_was_found_before_and_can_be_judged_is_started_with(accepted, findings, outcome):
+    run = PreflightRun(Link(), None)
+    keys = None if accepted is None else frozenset(finding.key for finding in accepted)
+    run.begin("scenario.yaml", accepted=keys)
+    assert run.running and run.starting == (accepted is not None)
+    assert run.ended(True, (9, findings)) == (outcome == "started")
+    assert run.outcome == outcome and not run.running
+
+
+def test_a_check_that_fails_or_is_called_off_starts_nothing():
+    run = PreflightRun(Link(), None)
+    run.begin("scenario.yaml", accepted=frozenset())
+    assert not run.ended(False, "Traceback: no such file")
+    assert run.outcome == "refused" and not run.may_judge()
+    assert run.findings[0].what == "the check itself" and "no such file" in run.findings[0].value
+    run.begin("scenario.yaml", accepted=frozenset())
+    assert run.cancel() and not run.ended(True, (9, []))
+    assert run.outcome == "" and not run.cancel()

@@ -1,0 +1,160 @@
+"""Nothing of the GUI's frame is cut off: wide, at half a screen, in a narrow dock."""
+
+import os
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from python_qt_binding.QtCore import QRect, QSize, QTimer
+from python_qt_binding.QtWidgets import QApplication, QLabel, QSizePolicy, QWidget
+
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
+from mrs_simulator.rqt_plugin.run_bar import ACTIONS, RunBar
+from mrs_simulator.rqt_plugin.study import Snapshot
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+
+
+@pytest.fixture(scope="module")
+def app():
+    return QApplication.instance() or QApplication([])
+
+
+@pytest.fixture
+def study(app):
+    """The whole GUI with nothing behind it."""
+    link = MagicMock(master_online=False)
+    link.snapshot.return_value = None
+    link.newest.return_value = None
+    link.is_fresh.return_value = False
+    for take in (link.take_samples, link.take_results, link.take_collisions):
+        take.return_value = []
+    processes = MagicMock()
+    processes.is_running.return_value = False
+    processes.take_ended.return_value = []
+    widget = StudyWidget(link, processes, scenario_from_dict({"poses": [[0, 0, 0], [3, 0, 0]]}))
+    for timer in widget.findChildren(QTimer):
+        timer.stop()
+    yield widget
+    widget.close()
+    widget.deleteLater()
+    app.processEvents()
+
+
+def shown(app, widget, width, height):
+    widget.resize(width, height)
+    widget.show()
+    app.processEvents()
+    return widget
+
+
+def place(widget, within):
+    """Return the rectangle of ``widget`` in the pixels of ``within``."""
+    return QRect(widget.mapTo(within, widget.rect().topLeft()), widget.size())
+
+
+@pytest.mark.parametrize("width", [320, 480, 683, 1022, 1366, 3840])
+def test_no_button_is_cut_off_and_the_emergency_stop_has_the_corner(app, width):
+    owner = QWidget()
+    bar = RunBar(owner)
+    shown(app, bar, width, bar.heightForWidth(width))
+    buttons = [bar.button(name) for name in ("emergency", "speed", *(a[0] for a in ACTIONS))]
+    places = [place(button, bar) for button in buttons]
+    assert bar.width() == width
+    for button, rect in zip(buttons, places):
+        assert button.isVisible() and bar.rect().contains(rect)
+        assert rect.width() >= button.sizeHint().width()
+    for i, rect in enumerate(places):
+        assert not any(rect.intersects(other) for other in places[:i])
+    assert places[0].right() >= width - 4 and places[0].top() <= 8
+    bar.close()
+
+
+@pytest.mark.parametrize("size", [(480, 640), (683, 700), (1366, 700)])
+def test_the_emergency_stop_is_seen_in_the_whole_gui_however_narrow(app, study, size):
+    shown(app, study, *size)
+    assert study.size() == QSize(*size)  # no part of it asks for more
+    stop = study.bar.button("emergency")
+    assert not stop.visibleRegion().isEmpty()
+    assert stop.visibleRegion().boundingRect() == stop.rect()
+    assert study.rect().contains(place(stop, study))
+
+
+def test_a_long_trouble_in_the_status_does_not_widen_the_window(app, study):
+    before = study.minimumSizeHint().width()
+    study.status["controller"].setText("no fresh odometry of " + "robot1, " * 200)
+    assert study.minimumSizeHint().width() == before
+
+
+def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
+    poses = np.zeros((2, 3))
+    poses[1, 0] = 3.0
+
+    def heard(time):
+        flags = np.ones(2, dtype=bool)
+        study.link.snapshot.return_value = Snapshot(
+            time, (1, 2), poses, np.zeros((2, 3)), np.zeros((2, 2)), flags
+        )
+        study._on_frame()
+        return study.map._time
+
+    assert heard(1.0) == 1.0
+    study.map.cost = 1e4  # [s]
+    assert heard(2.0) == 1.0
+    study.map.cost = 0.0
+    assert heard(3.0) == 3.0
+
+
+def boxes(app, layout, width):
+    """Return the places of labels of 60 by 20 pixels, three of them about a gap, and a corner."""
+    box = QWidget()
+    flow = FlowLayout(box)
+    flow.setSpacing(10)
+    labels = [QLabel() for _ in range(5)]
+    for label in labels:
+        label.setFixedSize(60, 20)
+    labels[1].setFixedSize(2, 20)
+    for label, add in zip(labels, layout):
+        getattr(flow, add)(label)
+    box.resize(width, flow.heightForWidth(width))
+    box.show()
+    app.processEvents()
+    result = [(label.x(), label.y()) if label.width() else None for label in labels]
+    box.close()
+    return result, flow.heightForWidth(width)
+
+
+FLOW = ("addWidget", "add_gap", "addWidget", "addWidget", "add_corner")
+
+
+@pytest.mark.parametrize(
+    "width, places, height",
+    [
+        (400, [(0, 0), (70, 0), (82, 0), (152, 0), (340, 0)], 20),
+        (212, [(0, 0), (70, 0), (82, 0), (0, 30), (152, 0)], 50),
+        # A gap neither ends nor begins a line.
+        (150, [(0, 0), None, (0, 30), (70, 30), (90, 0)], 50),
+    ],
+)
+def test_lines_break_where_the_width_ends(app, width, places, height):
+    found, needed = boxes(app, FLOW, width)
+    if places[1] is None:
+        assert found[1] is None or found[1] == (0, 0)
+        found[1] = None
+    assert (found, needed) == (places, height)
+
+
+def test_a_widget_that_may_be_cut_off_does_not_ask_for_width(app):
+    box = QWidget()
+    flow = FlowLayout(box)
+    label = QLabel("many words " * 50)
+    label.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+    flow.addWidget(label)
+    box.resize(200, 40)
+    box.show()
+    app.processEvents()
+    assert box.minimumSizeHint().width() == 0 and label.width() == 200
+    box.close()

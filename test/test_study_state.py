@@ -1,0 +1,133 @@
+"""What the GUI says of the run and offers, from what was heard."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mrs_simulator.rqt_plugin.study import Snapshot
+from mrs_simulator.rqt_plugin.study_state import StudyState
+
+STAGE = SimpleNamespace(fidelity="kinematic", paused=False, real_time_factor=1.0, speed=1.0)
+RUNNING = SimpleNamespace(running=True, trouble="", protocol="Formation")
+STOPPED = SimpleNamespace(running=False, trouble="emergency stop", protocol="Formation")
+
+
+def snapshot(n=3, stale=(), real=()):
+    numbers = tuple(range(1, n + 1))
+    fresh = np.array([number not in stale for number in numbers])
+    zeros = np.zeros((n, 3))
+    return Snapshot(2.5, numbers, zeros, zeros, zeros[:, :2], fresh, frozenset(real))
+
+
+class Link:
+    """What was heard: all of it is fresh."""
+
+    def __init__(self, master_online=True, snapshot=None, topics=None, **heard):
+        self.master_online, self._snapshot, self._topics = master_online, snapshot, topics or {}
+        self._heard = heard
+
+    def newest(self, name):
+        return self._heard.get(name)
+
+    def is_fresh(self, name):
+        return name in self._heard
+
+    def snapshot(self):
+        return self._snapshot
+
+    def odometry_topics(self):
+        return self._topics
+
+
+def state(checking=False, started=(), ending=(), **heard):
+    preflight = SimpleNamespace(running=checking, starting=checking)
+    processes = SimpleNamespace(
+        is_running=lambda name: name in started, is_ending=lambda name: name in ending
+    )
+    return StudyState(Link(**heard), processes, preflight)
+
+
+@pytest.mark.parametrize(
+    "shown, said",
+    [
+        (snapshot(), (True, "3 robots, fresh")),
+        (snapshot(1), (True, "1 robot, fresh")),
+        (snapshot(4, real=[2]), (True, "robots: 3 simulated, 1 real, fresh")),
+        (snapshot(4, stale=[1, 3], real=[1, 2, 3, 4]), (False, "robots: 4 real, 2 stale")),
+        (None, (None, "no robots")),
+    ],
+)
+def test_the_robots_in_the_status_line(shown, said):
+    assert state(snapshot=shown).lines()["robots"] == said
+
+
+def test_the_controller_in_the_status_line():
+    def said(pressed, control=STOPPED):
+        return state(control=control, emergency=SimpleNamespace(data=pressed)).lines()["controller"]
+
+    assert said(True) == (False, "controller: emergency stop")
+    assert said(False) == (None, "controller: stopped; emergency stop released: press Start")
+    assert said(False, RUNNING) == (True, "controller: Formation")
+    assert "checked" in state(checking=True).lines()["controller"][1]
+
+
+def test_no_time_where_there_is_none():
+    assert state().lines()["time"] == (None, "")
+    assert state(snapshot=snapshot()).lines()["time"] == (None, "t = 2.5 s")
+    fast = SimpleNamespace(**dict(vars(STAGE), speed=2.0, real_time_factor=2.0))
+    good, text = state(snapshot=snapshot(real=[1]), stage=fast).lines()["time"]
+    assert good is False and "real robots go at 1" in text
+
+
+@pytest.mark.parametrize(
+    "given, why",
+    [
+        (dict(master_online=False, snapshot=snapshot()), "no ROS master"),
+        (dict(), "no robots: start the simulation, or the robots' drivers"),
+        (dict(snapshot=snapshot(stale=[2])), "not heard lately: robot2"),
+        (dict(snapshot=snapshot(), control=RUNNING), "a controller runs"),
+        (
+            dict(snapshot=snapshot(), emergency=SimpleNamespace(data=True)),
+            "release the emergency stop first",
+        ),
+        (dict(snapshot=snapshot(), checking=True), "a check is under way"),
+        (dict(snapshot=snapshot(), ending=["control"]), "the last controller is ending"),
+        (dict(snapshot=snapshot(), stage=STAGE), ""),
+        (dict(snapshot=snapshot(real=[1]), topics={1: "/robot1/odom"}), ""),
+        (
+            dict(snapshot=snapshot(real=[1]), topics={1: "/robot1/pose"}),
+            "odometry on /robot1/pose: start the controller with its launch file, "
+            "which knows the names",
+        ),
+        (dict(snapshot=snapshot(real=[1]), topics={1: "/robot1/pose"}, control=STOPPED), ""),
+    ],
+)
+def test_a_start_that_is_not_possible_says_why(given, why):
+    assert state(**given).no_start() == why
+    assert state(**given).actions()["control"][0] is (not why)
+
+
+def test_real_robots_alone_offer_no_simulation():
+    actions = state(snapshot=snapshot(real=[1, 2, 3])).actions()
+    for name in ("simulate", "pause", "step", "reset", "speed", "view"):
+        assert not actions[name][0] and "real" in actions[name][1], name
+    assert actions["control"] == (True, "the robots are checked first: some are real")
+    assert actions["preflight"][0] and actions["bag"][0] and actions["save"][0]
+    assert "real" in state(snapshot=snapshot(real=[1])).team_locked()
+    assert state(snapshot=snapshot(real=[1]), stage=STAGE).team_locked() == ""
+
+
+def test_nothing_yet_offers_the_speed_to_begin_with():
+    actions = state().actions()
+    assert actions["speed"] == (True, "") and actions["simulate"] == (True, "")
+    assert actions["pause"] == (False, "no simulation runs")
+    assert actions["step"][0] is False and actions["end"] == (False, "none was started here")
+
+
+def test_a_team_that_is_partly_real_is_told_what_reset_and_speed_do_not_reach():
+    actions = state(snapshot=snapshot(real=[2]), stage=STAGE).actions()
+    assert actions["reset"] == (True, "real robots stay where they are: robot2")
+    assert actions["speed"][0] and "1 \u00d7" in actions["speed"][1]
+    assert state(snapshot=snapshot(), stage=STAGE).actions()["reset"] == (True, "")
+    assert actions["step"] == (False, "pause the simulation first")

@@ -89,6 +89,27 @@ def test_lockstep_gives_the_same_bytes_on_idle_and_on_busy_cores(ros, tmp_path, 
     assert idle == busy
 
 
+def test_a_stage_that_stalls_in_lockstep_changes_nothing(ros, tmp_path):
+    """The control takes the silent clock for a dead simulator; its zeros must not count as an answer."""
+
+    def recorded(out, stalled):
+        stage = ros.node("stage", "_lockstep:=true", "_wait_for_recorders:=1")
+        control = ros.node("pioneer_control", "_lockstep:=true")
+        recorder = ros.node("record", "--out", out, "--duration", 3)
+        if stalled:
+            csv = out / "run.csv"
+            wait_until(lambda: csv.exists() and csv.stat().st_size > 2000, 40.0)
+            stage.send_signal(signal.SIGSTOP)
+            wait_until(lambda: "/clock is silent" in log_of(control))
+            stage.send_signal(signal.SIGCONT)
+        recorder.wait(60)
+        for node in (recorder, control, stage):
+            ros.stop(node)
+        return (out / "run.csv").read_bytes()
+
+    assert recorded(tmp_path / "stalled", True) == recorded(tmp_path / "smooth", False)
+
+
 def test_lockstep_names_the_silent_robot(ros):
     stage = ros.node("stage", "--robots", 2, "_lockstep:=true", "_lockstep_timeout:=0.5")
     control = ros.node("pioneer_control", "--robots", 2, "_lockstep:=true")

@@ -185,9 +185,11 @@ class ControlNode:
 
     def _hold(self, trouble):
         """Tell the robots to stop as long as something is missing."""
-        moving = bool(np.any(self._command))
+        # In lockstep nothing moves before its answer, and zeros would be one.
+        moving = bool(np.any(self._command)) and not self.lockstep
         self.trouble = self.trouble if not self.running else trouble
-        self._next = None  # what passes meanwhile are no missed periods
+        if not self.lockstep:
+            self._next = None  # what passes meanwhile are no missed periods
         if moving:
             self._send(np.zeros_like(self._command))
         if self.running and self._begun is not None and not self.resumes:

@@ -6,15 +6,13 @@ import time
 
 import numpy as np
 import rospy
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
-from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.msg import Collision, StageStatus, TeamState
+from mrs_simulator.msg import StageStatus
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import run, start_node
-from mrs_simulator.nodes.links import Frames, Inbox, RobotLink, transform
+from mrs_simulator.nodes.links import Frames, Inbox, RobotLink
 from mrs_simulator.nodes.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.mirror import SILENCE, Mirror, RealLink
 from mrs_simulator.nodes.pacing import Pacer
@@ -28,12 +26,11 @@ from mrs_simulator.nodes.rosaria import (
     behind_rosaria,
     chosen_preset,
 )
-from mrs_simulator.nodes.team_topics import TeamLink
 from mrs_simulator.nodes.timing import RoundTrips
+from mrs_simulator.nodes.world_topics import WorldTopics, publisher
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.world.world import World
 
-CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
 IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
 IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated time stands still
 STATUS_PERIOD = 0.2  # [s] of wall time
@@ -65,11 +62,6 @@ class Stage:
             mirrored=real,
         )
         self.mirror = Mirror(real)
-        self.frames = Frames(
-            text_parameter("~world_frame", "world"),
-            text_parameter("~odom_frame", "robot{}/odom"),
-            text_parameter("~base_frame", "robot{}/base_link"),
-        )
         self.lockstep = None
         if lockstep_wanted(real):
             self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
@@ -84,16 +76,22 @@ class Stage:
         self._started = False
         self._steps_asked = 0
         self._step = 0
-        self._tf_sent = None
-        self._collisions = 0
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
         self._real_silent = []
-        self._last = {"clock": 0.0, "status": 0.0, "view": 0.0, "report": time.monotonic()}
+        self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox = Inbox()
-        self.links, self.team_link = [], None
         self.requests = Requests()
         self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
-        self._open_topics()
+        self.frames = Frames(
+            text_parameter("~world_frame", "world"),
+            text_parameter("~odom_frame", "robot{}/odom"),
+            text_parameter("~base_frame", "robot{}/base_link"),
+        )
+        self.topics = WorldTopics(
+            self.world, self.frames, self.inbox, self.mirror.rows, self._new_link
+        )
+        self._status = publisher("~status", StageStatus, queue_size=1)
+        self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
         self._link_robots()
         self._open_services()
         self.view = None
@@ -107,21 +105,6 @@ class Stage:
         from mrs_simulator.world.view import View  # pybullet only where it is used
 
         self.view = View(self.world.kinds, self.world.pose, self.world.obstacles, window=True)
-
-    def _open_topics(self):
-        def publisher(name, kind, queue_size=100, latch=False):
-            return rospy.Publisher(name, kind, queue_size=queue_size, latch=latch, tcp_nodelay=True)
-
-        self._clock = publisher("/clock", Clock, queue_size=1)
-        self._tf = publisher("/tf", TFMessage)
-        self._tf_static = publisher("/tf_static", TFMessage, latch=True)
-        # A recorder must not miss a state: the queue is long.
-        self._state = publisher("~state", TeamState, queue_size=1000)
-        self._status = publisher("~status", StageStatus, queue_size=1)
-        self._collision = publisher("~collisions", Collision, queue_size=1000)
-        self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
-        # Real robots have topics of their own only.
-        self.team_link = None if self.mirror.rows else TeamLink(self.inbox)
 
     def _open_services(self):
         def service(name, kind, handler):
@@ -138,15 +121,10 @@ class Stage:
         ]
 
     def _link_robots(self):
-        n = self.world.n
-        while len(self.links) > n:
-            self.links.pop().close()
-        for row in range(len(self.links), n):
-            self.links.append(self._new_link(row))
+        self.topics.follow_team()
         if self.drivers:
             self.drivers.follow_team()
         self._scenario.publish(String(data=self.scenario.to_yaml()))
-        self._publish_static_transforms()
         # With 2000 topics each of the collector's rounds over them would take longer than a period.
         gc.collect()
         gc.freeze()
@@ -161,8 +139,8 @@ class Stage:
 
     def spin(self):
         """Run until ROS shuts down."""
-        self._publish_clock()
-        self._publish_odometry()
+        self.topics.publish_clock()
+        self.topics.publish_odometry()
         while not rospy.is_shutdown():
             self.requests.serve()
             self._take_commands()
@@ -196,17 +174,14 @@ class Stage:
 
     def _ready(self):
         waits = []
-        together = self.team_link
-        if self._wait_for_control and not (together and together.commanded):
-            silent = [link for link in self.links if not link.commanded]
-            if silent:
-                waits.append("commands for {} of {} robots".format(len(silent), len(self.links)))
-        heard = together and together.listened_to
-        if self.lockstep and not (heard or all(link.listened_to for link in self.links)):
+        silent = self.topics.uncommanded() if self._wait_for_control else []
+        if silent:
+            waits.append("commands for {} of {} robots".format(len(silent), self.world.n))
+        if self.lockstep and self.topics.unlistened():
             waits.append("a listener to each robot's odometry")
-        missing = self._recorders_wanted - self._state.get_num_connections()
-        if missing > 0:
-            waits.append("{:g} recorders on {}".format(missing, self._state.resolved_name))
+        heard, name = self.topics.recorders()
+        if heard < self._recorders_wanted:
+            waits.append("{:g} recorders on {}".format(self._recorders_wanted - heard, name))
         if waits:
             self._report("waiting for " + " and ".join(waits))
             return False
@@ -227,33 +202,32 @@ class Stage:
                 self.lockstep.answered(rows)
 
     def _advance(self):
-        self._publish_state()
+        self.topics.publish_state()
         self.mirror.place(self.world)
         self.world.step()
         self._step += 1
         self.pacer.stepped(self.world.step_size)
         self._steps_asked = max(0, self._steps_asked - 1)
-        self._publish_clock()
-        for collision in self.world.take_collisions():
-            self._publish_collision(collision)
+        self.topics.publish_clock()
+        self.topics.publish_collisions()
         if self._step % self._steps_per_command == 0:
             self.round_trips.end_period(self.world.commanded)
         if self._step % self._steps_per_odom == 0:
             self._expect_answers()
             self.round_trips.sent()
-            self._publish_odometry()
+            self.topics.publish_odometry()
         self._publish_status()
 
     def _idle(self):
         self.pacer.measure()
         now = time.monotonic()
-        if now - self._last["clock"] > IDLE_CLOCK:
-            self._publish_clock()
+        if now - self.topics.clock_sent > IDLE_CLOCK:
+            self.topics.publish_clock()
             self.mirror.place(self.world)  # real robots know no pause
             if self._started and self.paused:
-                self._publish_state()
+                self.topics.publish_state()
             elif not self._started:
-                self._publish_odometry()
+                self.topics.publish_odometry()
         if self.lockstep and self._started and not self.paused and self.lockstep.overdue():
             self._report_silence()
         self._publish_status()
@@ -273,7 +247,7 @@ class Stage:
             self.lockstep.timeout,
             self.world.time,
         )
-        self._publish_odometry()
+        self.topics.publish_odometry()
 
     def _report(self, text):
         if time.monotonic() - self._last["report"] > WAIT_REPORT:
@@ -329,78 +303,11 @@ class Stage:
         # back between two different states.
         self.world.step()
         self.world.take_collisions()
-        self._publish_clock()
+        self.topics.publish_clock()
         self._expect_answers()
-        self._publish_odometry()
+        self.topics.publish_odometry()
 
     # Messages ------------------------------------------------------------------------------------
-
-    def _stamp(self):
-        return stamp_at(self.world.time)
-
-    def _publish_clock(self):
-        self._last["clock"] = time.monotonic()
-        self._clock.publish(Clock(clock=self._stamp()))
-
-    def _publish_odometry(self):
-        stamp = self._stamp()
-        poses, twists = self.world.odometry(), self.world.twist
-        if self.team_link:
-            self.team_link.publish(stamp, poses, twists)
-        poses, twists = poses.tolist(), twists.tolist()
-        for link, pose, twist in zip(self.links, poses, twists):
-            link.publish(stamp, pose, twist)
-        listeners = self._tf.get_num_connections()
-        # tf complains of a stamp that it has had; at rest only a new listener is told.
-        if listeners and (stamp, listeners) != self._tf_sent:
-            self._tf_sent = (stamp, listeners)
-            frames = self.frames
-            moves = [
-                transform(stamp, frames.odom(robot), frames.base(robot), pose)
-                for robot, pose in enumerate(poses, 1)
-                if robot - 1 not in self.mirror.rows
-            ]
-            self._tf.publish(TFMessage(transforms=moves))
-
-    def _publish_static_transforms(self):
-        frames, stamp = self.frames, self._stamp()
-        origins = self.world.odometry_origins().tolist()
-        self._tf_static.publish(
-            TFMessage(
-                transforms=[
-                    transform(stamp, frames.world, frames.odom(robot), origin)
-                    for robot, origin in enumerate(origins, 1)
-                    if robot - 1 not in self.mirror.rows
-                ]
-            )
-        )
-
-    def _publish_state(self):
-        if not self._state.get_num_connections():
-            return
-        world, message = self.world, TeamState()
-        message.header.stamp, message.header.frame_id = self._stamp(), self.frames.world
-        message.robot = list(range(1, world.n + 1))
-        message.x, message.y, message.theta = world.pose.T.tolist()
-        message.vx, message.vy, message.omega = world.twist.T.tolist()
-        message.command_v, message.command_omega = world.command.T.tolist()
-        message.commanded = world.commanded.tolist()
-        message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
-        self._state.publish(message)
-
-    def _publish_collision(self, collision):
-        self._collisions += 1
-        message = Collision(first=collision.first, second=collision.second)
-        message.header.stamp = stamp_at(collision.time)
-        message.header.frame_id = self.frames.world
-        message.x, message.y = collision.x, collision.y
-        self._collision.publish(message)
-        rospy.logwarn(
-            "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m",
-            *collision[1:3],
-            collision.time,
-            *collision[3:],
-        )
 
     def _say_what_changed(self):
         """Log who fell silent, whose watchdog has stopped them, and commands that were refused."""
@@ -443,11 +350,11 @@ class Stage:
             refused=world.refused.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
             missed_periods=self.round_trips.missed,
-            collisions=self._collisions,
+            collisions=self.topics.collisions,
             closest_approach=world.measure_closest_approach(),
         )
         message.round_trip_median, message.round_trip_p99 = self.round_trips.median_and_p99()
-        message.header.stamp = self._stamp()
+        message.header.stamp = self.topics.stamp()
         self._status.publish(message)
 
 
@@ -456,11 +363,6 @@ def named(rows):
     shown = ", ".join("robot{}".format(row + 1) for row in rows[:MOST_NAMED])
     more = len(rows) - MOST_NAMED
     return shown + (" and {} more".format(more) if more > 0 else "")
-
-
-def stamp_at(simulated):
-    """Return the stamp of simulated time [s]: whole nanoseconds, so that equal times are equal."""
-    return rospy.Time(*divmod(int(round((CLOCK_START + simulated) * 1e9)), 10**9))
 
 
 def main():

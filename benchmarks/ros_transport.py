@@ -2,7 +2,7 @@
 """Odometry out and commands back over ROS at 50 Hz in real time: how many robots two processes carry.
 
     source build/devel/setup.bash
-    python3 benchmarks/ros_transport.py [--topics robots|team] [--record] [--gui] [N ...]
+    python3 benchmarks/ros_transport.py [--topics robots|team] [--record] [--gui] [--keep] [N ...]
 
 Starts a master, the stage and the control node of its own, and with ``--record`` and ``--gui`` the
 recorder and the GUI (offscreen).  Round trips, from an odometry's leaving to the arrival of each
@@ -20,6 +20,7 @@ import xmlrpc.client
 
 import numpy as np
 import yaml
+from history import Report
 
 MEASURED = 10.0  # [s] of wall time
 SETTLING, GUI_SETTLING = 5.0, 15.0  # [s] of wall time
@@ -127,6 +128,27 @@ def measure(n, options):
                 node.kill()
 
 
+def keep(rows, options):
+    """Append ``rows`` by number of robots to the history."""
+    report = Report("ros_transport", keep=True)
+    attached = " and ".join(["recorder"] * options.record + ["GUI"] * options.gui)
+    what = "topics of {}{}".format(
+        {"robots": "each robot", "team": "the team"}[options.topics],
+        " with " + attached if attached else "",
+    )
+    for n, (factor, missed, median, late, stage, control, *_) in rows.items():
+        for name, value, unit in (
+            ("time lost", 1.0 - factor, "share"),
+            ("missed periods", 0.01 * missed, "share"),
+            ("round trip, median", median, "ms"),
+            ("round trip, p99", late, "ms"),
+            ("stage's core", stage, "share"),
+            ("control's core", control, "share"),
+        ):
+            report.note("{}: {}".format(what, name), n, value, unit)
+    report.close()
+
+
 def arguments():
     """Return the command line's choices."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -134,6 +156,7 @@ def arguments():
     parser.add_argument("--topics", choices=("robots", "team"), default="robots")
     parser.add_argument("--record", action="store_true", help="with the recorder")
     parser.add_argument("--gui", action="store_true", help="with the GUI, offscreen")
+    parser.add_argument("--keep", action="store_true", help="append the figures to history.csv")
     return parser.parse_args()
 
 
@@ -157,9 +180,13 @@ def main():
         columns = ["robots", "RTF", "missed %", "median ms", "p99 ms", "stage CPU", "control CPU"]
         columns += ["record CPU"] * options.record + ["GUI CPU"] * options.gui
         print(" ".join("{:>11}".format(column) for column in columns))
+        rows = {}
         for n in options.robots:
-            row = " ".join("{:11.2f}".format(value) for value in measure(n, options))
+            rows[n] = measure(n, options)
+            row = " ".join("{:11.2f}".format(value) for value in rows[n])
             print("{:11d} {}".format(n, row), flush=True)
+        if options.keep:
+            keep(rows, options)
     finally:
         master.terminate()
         master.wait()

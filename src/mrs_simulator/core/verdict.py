@@ -13,6 +13,7 @@ from mrs_simulator.core.claims import Condition
 from mrs_simulator.core.recording import closest_approach
 from mrs_simulator.version import __version__
 
+HOLDS = "holds"  # what is predicted of a condition
 AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
@@ -36,6 +37,10 @@ def judge(run, claims=(), measures=None, limits=None):
     verdict; ``limits``: the robots' ``Limits`` if each robot is held to them for itself.
     """
     checks = _checks(run, claims, limits)
+    warnings = list(run.meta.get("warnings", []))
+    told = [check.passed for check in checks if check.predicted != HOLDS]
+    if told and all(passed is None for passed in told):
+        warnings.append("theory was not tested: none of the protocol's claims applies to this run")
     checks.append(_collisions(run))
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
@@ -58,7 +63,7 @@ def judge(run, claims=(), measures=None, limits=None):
         "robots": len(run.robots),
         "duration": float(run.time[-1] - run.time[0]),
         "ended": ended,
-        "warnings": list(run.meta.get("warnings", [])),
+        "warnings": warnings,
         "versions": versions(),
     }
 
@@ -96,8 +101,8 @@ def _checks(run, claims, limits):
 
 
 def _held(condition):
-    measured, note = ("holds", "") if condition.holds else ("does not hold", condition.why)
-    return Check(condition.name, "holds", measured, None, bool(condition.holds), note=note)
+    measured, note = (HOLDS, "") if condition.holds else ("does not hold", condition.why)
+    return Check(condition.name, HOLDS, measured, None, bool(condition.holds), note=note)
 
 
 def _limits_reached(run, limits):

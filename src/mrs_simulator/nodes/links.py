@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import TransformStamped
 
+from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.wire import PlanarOdometry, PlanarTwist
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
@@ -54,9 +55,7 @@ class RobotLink:
     def __init__(self, row, inbox, odometry, frames):
         """``odometry``: "world", "wheel" or "rosaria"; ``frames``: :class:`Frames`."""
         name = "/robot{}".format(row + 1)
-        self._publisher = rospy.Publisher(
-            name + "/odom", PlanarOdometry, queue_size=1, tcp_nodelay=True
-        )
+        self._publisher = prompt_publisher(name + "/odom", PlanarOdometry)
         self._subscriber = rospy.Subscriber(
             name + "/cmd_vel",
             PlanarTwist,

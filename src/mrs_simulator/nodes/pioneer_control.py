@@ -23,6 +23,7 @@ from mrs_simulator.nodes.lockstep import lockstep_wanted
 from mrs_simulator.nodes.motors import Motors
 from mrs_simulator.nodes.odometry_inbox import TeamInbox
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.real_robots import real_among
 from mrs_simulator.nodes.reconfigure import ParameterServer
 from mrs_simulator.nodes.team_topics import TeamCommands
@@ -317,10 +318,7 @@ class RobotCommands:
     def __init__(self, numbers):
         """``numbers``: the robots' numbers."""
         self._publishers = [
-            rospy.Publisher(
-                "/robot{}/cmd_vel".format(number), PlanarTwist, queue_size=1, tcp_nodelay=True
-            )
-            for number in numbers
+            prompt_publisher("/robot{}/cmd_vel".format(number), PlanarTwist) for number in numbers
         ]
 
     def publish(self, command):

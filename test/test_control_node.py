@@ -240,7 +240,7 @@ def test_the_topology_is_replaced_while_running(ros):
     call = "call('/pioneer_control/set_topology', SetTopology, {}, {}, [], False)"
     assert probe.ask(call.format([1, 1], [2, 3])) == [True, "2 edges"]
     probe.wait("control('hears') == [1, 1] and control('directed') is False")
-    assert probe.ask("len(control('target_x'))") == 3
+    probe.wait("len(control('target_x')) == 3")
     for hears, heard, said in (
         ([1], [1], "itself"),
         ([1], [4], "from 1 to 3"),

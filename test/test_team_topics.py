@@ -1,10 +1,13 @@
 """One topic for all robots: the same run as with a topic for each, and nothing taken on trust."""
 
+import threading
+
 import numpy as np
 import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.core.guards import JumpBounds, Tracks
+from mrs_simulator.nodes.odometry_inbox import Inbox
 from mrs_simulator.nodes.timing import RoundTrips
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
@@ -107,3 +110,21 @@ def test_round_trips_and_missed_periods():
     assert trips.missed == 1  # robot 1; the third is not under command
     trips.begin(2)
     assert trips.missed == 1 and np.isnan(trips.median_and_p99()).all()
+
+
+def test_what_comes_before_the_wait_is_not_slept_through():
+    inbox = Inbox([1, 2, 3])
+    inbox.wake()
+    waiter = threading.Thread(target=inbox.wait, args=(60.0,), daemon=True)
+    waiter.start()
+    wait_until(lambda: not waiter.is_alive())
+
+
+def test_poses_are_fresh_until_used():
+    inbox = Inbox([1, 2, 3])
+    assert inbox.all_fresh([]) and not inbox.all_fresh([0, 2])
+    with inbox._changed:
+        inbox._note_arrival([0, 2])
+    assert inbox.all_fresh([0, 2]) and not inbox.all_fresh([0, 1])
+    inbox.used()
+    assert not inbox.all_fresh([0])

@@ -36,6 +36,8 @@ class Inbox:
         self._repeated = set()
         self._changed = threading.Condition()
         self.arrived = -math.inf  # [s] of wall time, when the newest came
+        self._fresh = np.zeros(n, dtype=bool)
+        self._news = False
 
     def pose(self):
         """Return the newest poses, shape (n, 3), NaN for a robot that has not been heard."""
@@ -68,18 +70,36 @@ class Inbox:
             number: float(age) for number, age in zip(self._numbers, ages) if not age <= timeout
         }
 
-    def now(self):
-        """Return ROS time [s]."""
-        return rospy.get_time()
-
-    def _note_arrival(self):
+    def _note_arrival(self, rows):
         self.arrived = time.monotonic()
+        self._fresh[rows] = True
+        self._tell()
+
+    def used(self):
+        """To be called when commands are made of the poses."""
+        with self._changed:
+            self._fresh[:] = False
+
+    def all_fresh(self, rows):
+        """Return whether all robots ``rows`` were heard since their poses were ``used``."""
+        with self._changed:
+            return bool(self._fresh[rows].all())
+
+    def wake(self):
+        """Have ``wait`` return: time has gone on."""
+        with self._changed:
+            self._tell()
+
+    def _tell(self):
+        self._news = True
         self._changed.notify()
 
     def wait(self, seconds):
-        """Return once something arrives, or after ``seconds`` of wall time."""
+        """Return once something has come since the last call, or after ``seconds`` of wall time."""
         with self._changed:
-            self._changed.wait(seconds)
+            if not self._news:
+                self._changed.wait(seconds)
+            self._news = False
 
     def complete(self):
         """Return the stamp that the newest odometry of all robots bears, or None."""
@@ -132,7 +152,7 @@ class OdometryInbox(Inbox):
                 self._repeated.add(row)
             self._stamp[row], self._received[row] = stamped, now
             self._tracks.take(row, pose, (now, stamp.to_sec()))
-            self._note_arrival()
+            self._note_arrival(row)
 
     def names(self):
         """Return the names of the robots' topics, remappings applied."""
@@ -163,11 +183,7 @@ class TeamInbox(Inbox):
             self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), now
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()))
-            self._note_arrival()
-
-    def now(self):
-        """Return ROS time [s]: an odometry may bring it before ``/clock`` does."""
-        return max(rospy.get_time(), 1e-9 * int(self._stamp.max()))
+            self._note_arrival(rows)
 
     def names(self):
         """Return the name of the topic, once for each robot."""

@@ -35,6 +35,7 @@ NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 CLOCK_SILENCE = 1.0  # [s] of wall time without /clock after which the simulator counts as dead
 STATUS_PERIOD = 0.5  # [s] of wall time
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of the same trouble
+LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
 
 
@@ -64,8 +65,10 @@ class ControlNode:
         self._warnings, self._emergency, self._jump = [], False, ""
         self._command = np.zeros((scenario.n, 2))
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
-        self._last = {"status": 0.0, "report": 0.0, "clock": time.monotonic()}
+        self._last = {"status": 0.0, "report": 0.0, "act": 0.0, "clock": time.monotonic()}
         self._simulated = rospy.get_param("/use_sim_time", False)
+        simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
+        self._simulated_rows = sorted(simulated)
         self._open_topics()
 
     def _open_topics(self):
@@ -117,7 +120,7 @@ class ControlNode:
             self._hold(trouble)
         elif self.lockstep:
             self._answer()
-        elif self._due(self.inbox.now()):
+        elif self._has_come() and self._due(rospy.get_time()):
             self._act()
 
     def _what_is_missing(self):
@@ -128,6 +131,11 @@ class ControlNode:
         if self._simulated and time.monotonic() - self._last["clock"] > CLOCK_SILENCE:
             return "/clock is silent: no simulator is running"
         return self.frame.missing(rospy.get_time())
+
+    def _has_come(self):
+        """Return whether the simulated robots' odometry is there, which comes together, or is late."""
+        since = time.monotonic() - self._last["act"]
+        return since > LATE * self.period or self.inbox.all_fresh(self._simulated_rows)
 
     def _due(self, now):
         # Waiting longer than this means that the clock went back: a simulator was started again.
@@ -159,8 +167,10 @@ class ControlNode:
             if self.lockstep:
                 self._send(np.zeros_like(self._command))
             return
+        self._last["act"] = time.monotonic()
+        self.inbox.used()
         pose = self.frame.pose()
-        now = self._answered.to_sec() if self.lockstep else self.inbox.now()
+        now = self._answered.to_sec() if self.lockstep else rospy.get_time()
         started = time.perf_counter()
         try:
             if self._begun is None:
@@ -261,6 +271,7 @@ class ControlNode:
 
     def _on_clock(self, _):
         self._last["clock"] = time.monotonic()
+        self.inbox.wake()  # odometry may have come before the clock that makes its command due
 
     def _on_shutdown(self):
         with self._lock:

@@ -9,6 +9,7 @@ from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, TeamState
 from mrs_simulator.nodes.links import transform
+from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.team_topics import TeamLink
 
 CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
@@ -29,7 +30,7 @@ class WorldTopics:
         self.collisions = 0
         self.clock_sent = 0.0  # [s] of wall time
         self._tf_sent = None
-        self._clock = publisher("/clock", Clock, queue_size=1)
+        self._clock = prompt_publisher("/clock", Clock)
         self._tf = publisher("/tf", TFMessage)
         self._tf_static = publisher("/tf_static", TFMessage, latch=True)
         # A recorder must not miss a state: the queue is long.

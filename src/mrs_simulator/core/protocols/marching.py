@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import arc, wrap_angle
+from mrs_simulator.core.kinematics import arc, cos_sin, wrap_angle
 from mrs_simulator.core.protocols.formations import displacement_formation
 
 PATHS = ("line", "circle", "eight", "polygon")
@@ -75,8 +75,7 @@ def reference(path, places, s, swing=1.0, turning=False):
     heading where ``turning``.
     """
     pose = path.at(s)
-    angle = pose[:, 2] if turning else np.zeros(len(pose))
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = cos_sin(pose[:, 2] if turning else np.zeros(len(pose)))
     turned = np.stack(
         [
             np.outer(cos, places[:, 0]) - np.outer(sin, places[:, 1]),
@@ -124,9 +123,9 @@ def leader_follower(pose, leader, command, separation, bearing, k1, k2, l):
 
 def separation_and_bearing(pose, leader, l):
     """Return ``lambda`` (...) [m] and ``psi`` (...) [rad] of poses (..., 3) beside a ``leader``."""
-    theta = pose[..., 2]
-    x = pose[..., 0] + l * np.cos(theta) - leader[..., 0]
-    y = pose[..., 1] + l * np.sin(theta) - leader[..., 1]
+    cos, sin = cos_sin(pose[..., 2])
+    x = pose[..., 0] + l * cos - leader[..., 0]
+    y = pose[..., 1] + l * sin - leader[..., 1]
     return np.hypot(x, y), wrap_angle(np.arctan2(y, x) - leader[..., 2])
 
 

@@ -17,14 +17,14 @@ debian_packages=(
   python3-visualization-msgs
   python3-dynamic-reconfigure python3-python-qt-binding python3-pyqt5
 )
-debian_dev_packages=(catkin-lint)
+debian_dev_packages=(catkin-lint iproute2)
 
 noetic_packages=(
   python3-venv
   ros-noetic-ros-base ros-noetic-dynamic-reconfigure ros-noetic-python-qt-binding
   ros-noetic-visualization-msgs ros-noetic-tf2-msgs ros-noetic-tf2-ros
 )
-noetic_dev_packages=(python3-catkin-lint)
+noetic_dev_packages=(python3-catkin-lint iproute2)
 
 fail() { # what failed, what to do
   printf '\n%s\n%s\n' "Failed: $1" "$2" >&2

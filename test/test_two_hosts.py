@@ -33,7 +33,12 @@ class Host:
             PYTHONUNBUFFERED="1",
         )
         self.environment.pop("ROS_HOSTNAME", None)
-        ip("netns", "add", name)
+        try:
+            ip("netns", "add", name)
+        except subprocess.CalledProcessError:
+            # What is not permitted may leave its file behind all the same.
+            subprocess.run(["ip", "netns", "del", name], timeout=STOP_LIMIT, stderr=subprocess.PIPE)
+            raise
         ip("-n", name, "link", "set", "lo", "up")
 
     def start(self, name, *command, **pipes):
@@ -84,12 +89,12 @@ def hosts(tmp_path):
     made, names = [], ("mrs{}a".format(os.getpid()), "mrs{}b".format(os.getpid()))
     try:
         try:
-            made.append(Host(names[0], "10.77.0.1", tmp_path))
+            for name, address in zip(names, ("10.77.0.1", "10.77.0.2")):
+                made.append(Host(name, address, tmp_path))
+            ends = ["netns", names[0], "type", "veth", "peer", "name", LAN, "netns", names[1]]
+            ip("link", "add", LAN, *ends)
         except subprocess.CalledProcessError as error:
             pytest.skip("network namespaces: " + error.stderr.decode().strip())
-        made.append(Host(names[1], "10.77.0.2", tmp_path))
-        ends = ["netns", names[0], "type", "veth", "peer", "name", LAN, "netns", names[1]]
-        ip("link", "add", LAN, *ends)
         for host in made:
             ip("-n", host.name, "address", "add", host.address + "/24", "dev", LAN)
             host.cable("up")

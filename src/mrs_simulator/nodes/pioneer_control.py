@@ -130,6 +130,8 @@ class ControlNode:
     def _who_is_silent(self):
         if self._simulated and time.monotonic() - self._last["clock"] > CLOCK_SILENCE:
             return "/clock is silent: no simulator is running"
+        if self._simulated and rospy.get_time() == 0.0:
+            return "no simulated time on /clock yet"  # odometry may come before it
         return self.frame.missing(rospy.get_time())
 
     def _has_come(self):
@@ -171,9 +173,9 @@ class ControlNode:
         self.inbox.used()
         pose = self.frame.pose()
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
-        started = time.perf_counter()
+        started, begins = time.perf_counter(), self._begun is None
         try:
-            if self._begun is None:
+            if begins:
                 self.control.start()
                 self._warn(pose)
                 self._begun = now
@@ -184,7 +186,7 @@ class ControlNode:
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             return
         self._compute_time = time.perf_counter() - started
-        if self.trouble and not self.guards.stopped:
+        if (self.trouble or begins) and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", type(self.control).__name__)
         self.trouble = self.guards.text()
         self._send(command)

@@ -1,11 +1,10 @@
 """The consensus family: each equation in numbers, theorems by simulation, bounds from both sides."""
 
-import os
-
 import numpy as np
 import pytest
+from protocol_fixtures import shipped as scenario_of
 
-from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator import run_experiment
 from mrs_simulator.control.library import HOMES, shipped
 from mrs_simulator.control.library.switching_consensus import extent
 from mrs_simulator.core.claims import disagreement
@@ -18,7 +17,6 @@ from mrs_simulator.core.spectra import spectral_radius
 from mrs_simulator.experiment import Experiment
 from mrs_simulator.reporting import judged, make_control
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SCENARIOS = (
     "consensus",
     "consensus_directed",
@@ -30,17 +28,6 @@ SCENARIOS = (
     "second_order_consensus",
     "switching_consensus",
 )
-
-
-def scenario_of(name, parameters=None, rate=None, **changes):
-    """Return the shipped scenario with other parameters, rate and top-level keys."""
-    scenario = load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml"))
-    control = scenario.control._asdict()
-    control["parameters"] = dict(control["parameters"], **(parameters or {}))
-    if rate:
-        control["rate"] = rate
-        changes["step"] = min(0.02, 1.0 / rate)
-    return scenario.changed(control=control, **changes)
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ from mrs_simulator.srv import SetTopology
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 CLOCK_SILENCE = 1.0  # [s] of wall time without /clock after which the simulator counts as dead
 STATUS_PERIOD = 0.5  # [s] of wall time
-REPORT_PERIOD = 5.0  # [s] of wall time between reports of the same trouble
+REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
 

@@ -21,6 +21,7 @@ from mrs_simulator.reporting import make_control, write_report, write_scenario
 
 SILENCE = 10.0  # [s] of wall time without a sample after which the run counts as ended
 NAP = 0.2  # [s] of wall time
+ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
 
 LOCAL = dict(RUN_ARGUMENTS, out="directory for run.csv, figures and verdict.json")
 
@@ -57,7 +58,7 @@ class RunRecorder:
                 continue
             heard = time.monotonic()
             self._take(sample)
-            if self.elapsed >= self.scenario.duration - 1e-6:
+            if self.elapsed >= self.scenario.duration - ROUNDING:
                 self.ended = "complete"
                 return
 
@@ -71,7 +72,8 @@ class RunRecorder:
             if not sample.commanded:
                 return
             self._begin(sample)
-        self.elapsed = sample.stamp - self._start
+        # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
+        self.elapsed = round(sample.stamp - self._start, 9)
         if not self.source.PACED and self.elapsed < self._next - 1e-6:
             return
         self._next = self.elapsed + 1.0 / self.scenario.record_rate
@@ -81,8 +83,7 @@ class RunRecorder:
                 "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
-        # Stamps carry whole nanoseconds: what is finer is their rounding.
-        self._file.sample(round(self.elapsed, 9), sample.pose, sample.command)
+        self._file.sample(self.elapsed, sample.pose, sample.command)
 
     def _begin(self, sample):
         self._start, self._wall_start = sample.stamp, time.monotonic()

@@ -1,4 +1,4 @@
-"""The stage's per-robot topics: odometry out, commands in."""
+"""The stage's topics, of each robot and of all at once: odometry out, commands in."""
 
 import math
 import threading
@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import TransformStamped
 
+from mrs_simulator.msg import TeamCommand, TeamOdometry
 from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.wire import PlanarOdometry, PlanarTwist
 
@@ -49,7 +50,26 @@ class Inbox:
         return rows, commands, np.array([taken[row][1] for row in rows])
 
 
-class RobotLink:
+class Link:
+    """A topic of odometry out, ``_publisher``, and one of commands in, ``_subscriber``."""
+
+    @property
+    def listened_to(self):
+        """Return whether anybody subscribes to the odometry."""
+        return self._publisher.get_num_connections() > 0
+
+    @property
+    def commanded(self):
+        """Return whether anybody publishes commands."""
+        return self._subscriber.get_num_connections() > 0
+
+    def close(self):
+        """Withdraw both topics."""
+        self._publisher.unregister()
+        self._subscriber.unregister()
+
+
+class RobotLink(Link):
     """``/robotN/odom`` and ``/robotN/cmd_vel`` of one robot."""
 
     def __init__(self, row, inbox, odometry, frames):
@@ -74,16 +94,6 @@ class RobotLink:
             covariance(TWIST_VARIANCE if told else None),
         )
 
-    @property
-    def listened_to(self):
-        """Return whether anybody subscribes to the odometry."""
-        return self._publisher.get_num_connections() > 0
-
-    @property
-    def commanded(self):
-        """Return whether anybody publishes commands."""
-        return self._subscriber.get_num_connections() > 0
-
     def publish(self, stamp, pose, twist):
         """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens."""
         if not self.listened_to:
@@ -92,10 +102,41 @@ class RobotLink:
         message.stamp, message.planar, message.body = stamp, pose, twist
         self._publisher.publish(message)
 
-    def close(self):
-        """Withdraw both topics."""
-        self._publisher.unregister()
-        self._subscriber.unregister()
+
+class TeamLink(Link):
+    """``~odometry`` and ``~command`` of the stage: all robots at once."""
+
+    def __init__(self, inbox):
+        """Commands go to ``inbox`` as those of the robots' own topics."""
+        self._inbox = inbox
+        self._publisher = rospy.Publisher("~odometry", TeamOdometry, queue_size=1, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber(
+            "~command", TeamCommand, self._on_command, queue_size=1, tcp_nodelay=True
+        )
+
+    def publish(self, stamp, poses, twists):
+        """Publish ``poses`` and body ``twists``, (n, 3) each, if anybody listens."""
+        if not self.listened_to:
+            return
+        message = TeamOdometry(robot=list(range(1, len(poses) + 1)))
+        message.header.stamp = stamp
+        message.x, message.y, message.theta = poses.T.tolist()
+        message.vx, message.vy, message.omega = twists.T.tolist()
+        self._publisher.publish(message)
+
+    def _on_command(self, message):
+        numbers, wanted = message.robot, len(message.robot)
+        if len(message.v) != wanted or len(message.omega) != wanted or 0 in numbers:
+            rospy.logerr_throttle(
+                5.0,
+                "stage: refused a command on {}: {} robots, {} v, {} omega; wanted as many of each "
+                "and robots numbered from 1".format(
+                    self._subscriber.resolved_name, wanted, len(message.v), len(message.omega)
+                ),
+            )
+            return
+        rows = [number - 1 for number in numbers]
+        self._inbox.put_all(rows, zip(message.v, message.omega))
 
 
 class Frames:

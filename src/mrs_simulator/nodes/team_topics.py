@@ -1,4 +1,4 @@
-"""One topic for all robots' odometry and one for all commands, for teams of hundreds.
+"""The control node's end of the topics of whole teams, for teams of hundreds.
 
 A topic of its own for each robot costs rospy a thread and some system calls per robot and message;
 what is said is the same.
@@ -10,59 +10,13 @@ import numpy as np
 import rosgraph
 import rospy
 
-from mrs_simulator.msg import TeamCommand, TeamOdometry
+from mrs_simulator.msg import TeamCommand
 from mrs_simulator.nodes.parameters import text_parameter
 
 ODOMETRY, COMMAND = "stage/odometry", "stage/command"  # names as the control node resolves them
 TEAM_FROM = 50  # [-] robots from which on the control node uses them by itself
 PATIENCE = 15.0  # [s] of wall time to wait for a simulator before each robot gets its own topics
 NAP = 0.2  # [s] of wall time between two looks
-
-
-class TeamLink:
-    """``~odometry`` and ``~command`` of the stage: all robots at once."""
-
-    def __init__(self, inbox):
-        """Commands go to ``inbox`` as those of the robots' own topics."""
-        self._inbox = inbox
-        self._publisher = rospy.Publisher("~odometry", TeamOdometry, queue_size=1, tcp_nodelay=True)
-        self._subscriber = rospy.Subscriber(
-            "~command", TeamCommand, self._on_command, queue_size=1, tcp_nodelay=True
-        )
-
-    @property
-    def listened_to(self):
-        """Return whether anybody subscribes to the odometry."""
-        return self._publisher.get_num_connections() > 0
-
-    @property
-    def commanded(self):
-        """Return whether anybody publishes commands."""
-        return self._subscriber.get_num_connections() > 0
-
-    def publish(self, stamp, poses, twists):
-        """Publish ``poses`` and body ``twists``, (n, 3) each, if anybody listens."""
-        if not self.listened_to:
-            return
-        message = TeamOdometry(robot=list(range(1, len(poses) + 1)))
-        message.header.stamp = stamp
-        message.x, message.y, message.theta = poses.T.tolist()
-        message.vx, message.vy, message.omega = twists.T.tolist()
-        self._publisher.publish(message)
-
-    def _on_command(self, message):
-        numbers, wanted = message.robot, len(message.robot)
-        if len(message.v) != wanted or len(message.omega) != wanted or 0 in numbers:
-            rospy.logerr_throttle(
-                5.0,
-                "stage: refused a command on {}: {} robots, {} v, {} omega; wanted as many of each "
-                "and robots numbered from 1".format(
-                    self._subscriber.resolved_name, wanted, len(message.v), len(message.omega)
-                ),
-            )
-            return
-        rows = [number - 1 for number in numbers]
-        self._inbox.put_all(rows, zip(message.v, message.omega))
 
 
 def team_topics_wanted(n):

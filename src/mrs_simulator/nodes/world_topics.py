@@ -8,9 +8,8 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, TeamState
-from mrs_simulator.nodes.links import transform
+from mrs_simulator.nodes.links import TeamLink, transform
 from mrs_simulator.nodes.prompt import prompt_publisher
-from mrs_simulator.nodes.team_topics import TeamLink
 
 CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
 

@@ -9,6 +9,7 @@ import traceback
 
 import numpy as np
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
@@ -114,13 +115,11 @@ def main(argv=None):
     arguments = _arguments(argv)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        if arguments.sweep:
-            sys.exit(_sweep(arguments))
-        scenario = _scenario(arguments)
-        verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
-    except (ValueError, OSError) as error:
-        print("experiment: {}".format(error), file=sys.stderr)
-        sys.exit(2)
+        with refusing_bad_input("experiment"):
+            if arguments.sweep:
+                sys.exit(_sweep(arguments))
+            scenario = _scenario(arguments)
+            verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
     except KeyboardInterrupt:
         sys.exit(130)
     print(verdict_text(verdict))

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.library import HOMES
 from mrs_simulator.control.loading import (
     ProtocolError,
@@ -162,13 +163,10 @@ def main(argv=None):
     parser.add_argument("--scenario", help="YAML file; default: scenario.yaml beside the run")
     parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
     arguments = parser.parse_args(argv)
-    try:
+    with refusing_bad_input("report"):
         run = read_run(arguments.run, arguments.scenario)
         formats = [kind for kind in arguments.formats.split(",") if kind]
         verdict = write_report(run, arguments.out, formats, control_of(run))
-    except (ValueError, OSError) as error:
-        print("report: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     print(verdict_text(verdict))
     print("  figures: {}".format(os.path.abspath(arguments.out)))
     sys.exit(0 if verdict["passed"] else 1)

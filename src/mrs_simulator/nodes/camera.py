@@ -3,7 +3,6 @@
 A process of its own, so that rendering slows neither the stage nor the control.
 """
 
-import sys
 import time
 
 import numpy as np
@@ -11,6 +10,7 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
 from mrs_simulator.msg import Camera, TeamState
 from mrs_simulator.nodes.lifecycle import run, start_node
@@ -95,12 +95,9 @@ class CameraNode:
 
 def main():
     """Run the node ``camera``."""
-    try:
+    with refusing_bad_input("camera"):
         start_node("camera")
         camera = CameraNode()
-    except ValueError as error:
-        print("camera: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     run(camera.spin)
 
 

@@ -1,6 +1,5 @@
 """The markers node: the team's bodies, numbers and trajectories, and the obstacles, for RViz."""
 
-import sys
 import threading
 import time
 from collections import deque
@@ -11,6 +10,7 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
@@ -194,11 +194,8 @@ def _place(marker, x, y, theta, ahead, left, up):
 def main():
     """Run the node ``markers``."""
     start_node("markers")
-    try:
+    with refusing_bad_input("markers"):
         markers = Markers()
-    except ValueError as error:
-        print("markers: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     run(markers.spin)
 
 

@@ -11,6 +11,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol, in_progress
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
@@ -352,14 +353,11 @@ def run(protocol=None, argv=None):
         return
     argv = sys.argv[1:] if argv is None else argv
     local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
-    try:
+    with refusing_bad_input("pioneer_control"):
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
         lifecycle.start_node("pioneer_control")
         node = ControlNode(scenario, protocol)
-    except (ValueError, OSError) as error:
-        print("pioneer_control: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     lifecycle.run(node.spin)
 
 

@@ -12,6 +12,7 @@ import rosgraph
 import rospy
 
 from mrs_simulator import preflight
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.core.guards import checked_fence
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.common_frame import make_common_frame
@@ -96,7 +97,7 @@ def _checked(scenario):
 def main(argv=None):
     """Run the command ``preflight``; exits with 0 all OK, 1 something is not, 2 bad input."""
     argv = sys.argv[1:] if argv is None else argv
-    try:
+    with refusing_bad_input("preflight"):
         text = "Check that the robots stand ready; parameters as those of pioneer_control."
         arguments = parse(text, ARGUMENTS, argv)
         scenario = scenario_from(arguments)
@@ -107,9 +108,6 @@ def main(argv=None):
         )  # rospy's, which some systems show among the lines of the table
         start_node("preflight")
         checks = _checked(scenario)
-    except (ValueError, OSError) as error:
-        print("preflight: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     if arguments.json:
         text = json.dumps(preflight.as_rows(checks), indent=1)
         with open(arguments.json, "w", encoding="utf-8") as file:

@@ -10,6 +10,7 @@ import time
 import numpy as np
 import rospy
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.core import recording
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
@@ -110,16 +111,13 @@ class RunRecorder:
 
 def main():
     """Run the node ``record``; exits with 0 passed, 1 failed verdict, 2 bad input."""
-    try:
+    with refusing_bad_input("record"):
         arguments = parse("Record a run; at its end write figures and verdict.", LOCAL)
         scenario = scenario_from(arguments)
         if not arguments.out:
             raise ValueError("--out: nothing given, wanted a directory for the results")
         start_node("record")
         recorder = RunRecorder(slower(scenario), os.path.abspath(arguments.out))
-    except (ValueError, OSError) as error:
-        print("record: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     run(recorder.spin)
     verdict = recorder.finish()
     if verdict is None:

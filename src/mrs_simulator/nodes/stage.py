@@ -1,7 +1,6 @@
 """The stage node: a world of robots behind ROS topics and services."""
 
 import gc
-import sys
 import time
 
 import numpy as np
@@ -9,6 +8,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.msg import StageStatus
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import run, start_node
@@ -367,14 +367,11 @@ def named(rows):
 
 def main():
     """Run the node ``stage``."""
-    try:
+    with refusing_bad_input("stage", RuntimeError):
         arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
         scenario, real = scenario_from(arguments), real_rows(arguments.real)
         start_node("stage")
         stage = Stage(scenario, chosen_preset(arguments.preset), real)
-    except (ValueError, OSError, RuntimeError) as error:
-        print("stage: {}".format(error), file=sys.stderr)
-        sys.exit(2)
     run(stage.spin)
 
 

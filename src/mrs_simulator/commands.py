@@ -1,0 +1,19 @@
+"""What the package's programs have in common."""
+
+import contextlib
+import sys
+
+BAD_INPUT = 2  # exit code
+
+
+@contextlib.contextmanager
+def refusing_bad_input(program, *more):
+    """End the program, with exit code 2 and one line, where what it was given is wrong.
+
+    ``ValueError`` and ``OSError`` count as that, and the errors in ``more``.
+    """
+    try:
+        yield
+    except (ValueError, OSError, *more) as error:
+        print("{}: {}".format(program, error), file=sys.stderr)
+        sys.exit(BAD_INPUT)

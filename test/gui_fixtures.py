@@ -78,6 +78,17 @@ def gui(ros):
     return run
 
 
+def shown(widget, width, height):
+    """Return the widget, shown in this size and active, so that keys reach it."""
+    from python_qt_binding.QtTest import QTest  # not for the tests without widgets
+
+    widget.resize(width, height)
+    widget.show()
+    widget.activateWindow()
+    assert QTest.qWaitForWindowActive(widget)
+    return widget
+
+
 @pytest.fixture
 def no_hidden_errors(monkeypatch):
     """Fail if a slot or an event handler raised."""

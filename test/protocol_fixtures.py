@@ -2,6 +2,8 @@
 
 import os
 
+import numpy as np
+
 from mrs_simulator import load_scenario, run_experiment
 
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
@@ -30,6 +32,15 @@ def verdict_of(scenario, out, law=None):
         control = dict(scenario.control._asdict(), protocol="test:" + law.__name__)
         scenario = scenario.changed(control=control)
     return run_experiment(scenario, str(out), law, formats=())
+
+
+def played(control, scenario, period, steps):
+    """Return the control's commands, one each ``period`` [s], to point masses without limits."""
+    pose, commands = np.array(scenario.poses), []
+    for step in range(steps):
+        commands.append(control.commands(pose, period * step))
+        pose[:, :2] += period * commands[-1]
+    return commands
 
 
 def failed(verdict):

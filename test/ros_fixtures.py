@@ -41,6 +41,17 @@ def wait_until(condition, limit=20.0, nap=0.02):
     pytest.fail("not within {:g} s: {}".format(limit, getattr(condition, "__name__", condition)))
 
 
+def start_logged(command, log, environment, **given):
+    """Start a process whose output goes to the file ``log``; ``given``: what ``Popen`` takes."""
+    with open(log, "ab") as file:
+        streams = dict(stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT)
+        process = subprocess.Popen(
+            command, env=environment, preexec_fn=heed_interrupts, **dict(streams, **given)
+        )
+    process.log = log
+    return process
+
+
 class Ros:
     """A master on a free port and the processes started under it."""
 
@@ -69,18 +80,8 @@ class Ros:
 
     def start(self, name, command, directory=None):
         """Start a process of the test's own; its output goes to a file."""
-        log = open(os.path.join(self.directory, name + ".log"), "ab")
-        process = subprocess.Popen(
-            command,
-            cwd=directory,
-            env=self.environment,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
-            preexec_fn=heed_interrupts,
-        )
-        process.log = log.name
-        log.close()
+        log = os.path.join(self.directory, name + ".log")
+        process = start_logged(command, log, self.environment, cwd=directory)
         self.processes.append(process)
         return process
 

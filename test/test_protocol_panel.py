@@ -5,6 +5,7 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
+from gui_fixtures import shown
 from python_qt_binding.QtCore import QPoint, QPointF, Qt
 from python_qt_binding.QtGui import QColor, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
@@ -36,11 +37,7 @@ def panel():
     widget.protocol_chosen.connect(widget.chosen.append)
     widget.set_protocols(["formation", "consensus"])
     widget.set_parameters(PARAMETERS, DEFAULTS)
-    widget.resize(360, 600)
-    widget.show()
-    widget.activateWindow()
-    assert QTest.qWaitForWindowActive(widget)
-    yield widget
+    yield shown(widget, 360, 600)
     widget.close()
     widget.deleteLater()
 

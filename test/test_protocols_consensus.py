@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from protocol_fixtures import played
 from protocol_fixtures import shipped as scenario_of
 
 from mrs_simulator import run_experiment
@@ -126,15 +127,9 @@ def test_one_robot_agrees_with_itself(run, name):
 def test_a_control_begins_anew_when_time_goes_back(name):
     scenario = scenario_of(name)
     control = shipped(name)(range(1, scenario.n + 1), scenario.topology, period=0.02)
-    pose = np.array(scenario.poses)
-    track = []
-    for _ in range(2):
-        p, commands = pose.copy(), []
-        for step in range(30):
-            commands.append(control.commands(p, 0.02 * step))
-            p[:, :2] += 0.02 * commands[-1]
-        track.append(commands)
-    np.testing.assert_array_equal(track[0], track[1])
+    np.testing.assert_array_equal(
+        played(control, scenario, 0.02, 30), played(control, scenario, 0.02, 30)
+    )
 
 
 # Consensus over directed graphs, and in steps ----------------------------------------------------

@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from protocol_fixtures import SCENARIOS, check, failed, shipped, verdict_of
+from protocol_fixtures import SCENARIOS, check, failed, played, shipped, verdict_of
 from test_bringup import launch
 
 from mrs_simulator import PioneerControl, load_scenario
@@ -219,15 +219,10 @@ def test_delays_are_in_seconds_however_often_commands_come():
 
 def test_the_edges_begin_anew_with_time():
     control = make_control(shipped("formation_lossy"))
-    pose = np.array(shipped("formation_lossy").poses)
     runs = []
     for _ in range(2):
         control.start()
-        p, commands = pose.copy(), []
-        for step in range(20):
-            commands.append(control.commands(p, 0.1 * step))
-            p[:, :2] += 0.1 * commands[-1]
-        runs.append(commands)
+        runs.append(played(control, shipped("formation_lossy"), 0.1, 20))
     np.testing.assert_array_equal(runs[0], runs[1])
 
 

@@ -5,6 +5,7 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
+from gui_fixtures import shown
 from python_qt_binding.QtCore import QPoint, Qt
 from python_qt_binding.QtGui import QColor, QPalette
 from python_qt_binding.QtTest import QTest
@@ -15,6 +16,7 @@ from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.verdict_panel import VerdictPanel
 
 APP = QApplication.instance() or QApplication([])
+SIZE = 800, 300  # [px]
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 PLACE = Finding("robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3", True)
 SILENT = Finding("robot2", "publishes", "never heard on /robot2/odom", "")
@@ -41,17 +43,9 @@ VERDICT = {
 }
 
 
-def shown(widget):
-    widget.resize(800, 300)
-    widget.show()
-    widget.activateWindow()
-    assert QTest.qWaitForWindowActive(widget)
-    return widget
-
-
 @pytest.fixture
 def verdict():
-    widget = shown(VerdictPanel())
+    widget = shown(VerdictPanel(), *SIZE)
     widget.set_verdict(VERDICT)
     yield widget
     widget.close()
@@ -60,7 +54,7 @@ def verdict():
 
 @pytest.fixture
 def panel():
-    widget = shown(PreflightPanel())
+    widget = shown(PreflightPanel(), *SIZE)
     widget.asked = []
     widget.start_asked.connect(lambda: widget.asked.append(True))
     yield widget

@@ -8,6 +8,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np
 import pytest
+from gui_fixtures import shown
 from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QAbstractItemView, QApplication, QComboBox, QPushButton
@@ -27,11 +28,7 @@ def shown_panel():
     widget.changes = []
     widget.set_team(make_layout("line", 4), KINDS[:1] * 4)
     widget.team_changed.connect(lambda: widget.changes.append(widget.poses()))
-    widget.resize(360, 640)
-    widget.show()
-    widget.activateWindow()
-    assert QTest.qWaitForWindowActive(widget)
-    return widget
+    return shown(widget, 360, 640)
 
 
 @pytest.fixture
@@ -83,7 +80,7 @@ def press(panel, text):
     QTest.mouseClick(button, Qt.LeftButton)
 
 
-def shown(panel, robot):
+def texts(panel, robot):
     """Return the texts of a row."""
     columns = range(panel._model.columnCount())
     return [panel._model.index(robot - 1, column).data() for column in columns]
@@ -140,7 +137,7 @@ def test_what_is_no_position_is_refused(panel, text):
     assert message.startswith("robot2, x [m]: '" + text[:20]) and "wanted a number" in message
     assert len(message) < 100
     assert panel.changes == []
-    assert shown(panel, 2)[1] == "1"
+    assert texts(panel, 2)[1] == "1"
     edit(panel, 2, 1, "1.5")
     assert panel._message.message == ""
 
@@ -159,9 +156,9 @@ def test_opening_a_cell_changes_nothing(panel):
 
 def test_numbers_are_short_in_the_table(panel):
     panel.set_pose(1, -123456.789, 1.0 / 3.0, math.radians(-0.001))
-    assert shown(panel, 1) == ["1", "-123457", "0.3333", "0"]
+    assert texts(panel, 1) == ["1", "-123457", "0.3333", "0"]
     panel.set_pose(1, 1e6, -100.0, math.pi)
-    assert shown(panel, 1) == ["1", "1000000", "-100", "180"]
+    assert texts(panel, 1) == ["1", "1000000", "-100", "180"]
 
 
 def test_paste_from_a_spreadsheet(panel):
@@ -232,12 +229,12 @@ def test_copy_and_paste_from_the_menu(panel):
     assert QApplication.clipboard().text() == "3\t0\t0"
     QApplication.clipboard().setText("9\t9")
     paste_here.trigger()
-    assert shown(panel, 1) == ["1", "9", "9", "0"]
+    assert texts(panel, 1) == ["1", "9", "9", "0"]
 
 
 def test_numbers_that_are_none_can_be_shown(panel):
     panel.set_pose(1, math.nan, math.inf, 0.0)
-    assert shown(panel, 1) == ["1", "nan", "inf", "0"]
+    assert texts(panel, 1) == ["1", "nan", "inf", "0"]
 
 
 def test_layouts(panel):
@@ -307,7 +304,7 @@ def test_many_overlaps_stay_readable(panel):
 def test_a_robot_is_dragged(panel):
     panel.set_pose(2, 3.2, 0.1, -math.pi / 2)
     np.testing.assert_array_equal(panel.poses()[1], [3.2, 0.1, -math.pi / 2])
-    assert shown(panel, 2) == ["2", "3.2", "0.1", "-90"]
+    assert texts(panel, 2) == ["2", "3.2", "0.1", "-90"]
     assert panel.overlapping == {1, 2}
     panel.set_pose(2, 30.0, 0.0, 0.0)
     assert panel.overlapping == set() and panel.changes == []

@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from ros_fixtures import STOP_LIMIT, Probe, heed_interrupts, log_of, wait_until
+from ros_fixtures import STOP_LIMIT, Probe, log_of, start_logged, wait_until
 
 PROBE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "ros_probe.py")
 PORT = "11311"
@@ -43,16 +43,9 @@ class Host:
 
     def start(self, name, *command, **pipes):
         """Start a process on this host; its output goes to a file if not to a pipe."""
-        log = open(str(self._directory / (name + ".log")), "ab")
-        given = dict(dict(stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT), **pipes)
-        process = subprocess.Popen(
-            ["ip", "netns", "exec", self.name, *map(str, command)],
-            env=self.environment,
-            preexec_fn=heed_interrupts,
-            **given,
-        )
-        process.log = log.name
-        log.close()
+        command = ["ip", "netns", "exec", self.name, *map(str, command)]
+        log = str(self._directory / (name + ".log"))
+        process = start_logged(command, log, self.environment, **pipes)
         self.processes.append(process)
         return process
 

@@ -33,7 +33,7 @@ gui = StudyWidget(RosLink(), Processes(), load_scenario(sys.argv[1]))
 gui.resize(1366, 768)
 gui.show()
 
-def until(condition, limit=40.0):
+def until(condition, limit=60.0):
     end = time.monotonic() + limit
     while time.monotonic() < end:
         application.processEvents()

@@ -98,7 +98,7 @@ def test_a_stage_that_stalls_in_lockstep_changes_nothing(ros, tmp_path):
         recorder = ros.node("record", "--out", out, "--duration", 3)
         if stalled:
             csv = out / "run.csv"
-            wait_until(lambda: csv.exists() and csv.stat().st_size > 2000, 40.0)
+            wait_until(lambda: csv.exists() and csv.stat().st_size > 2000)
             stage.send_signal(signal.SIGSTOP)
             wait_until(lambda: "/clock is silent" in log_of(control))
             stage.send_signal(signal.SIGCONT)
@@ -170,7 +170,7 @@ def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
     ros.node("pioneer_control")
     record = ros.node("record", "--out", tmp_path, "_silence:=2")
     table = tmp_path / "run.csv"
-    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100, 30)
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
     stage.kill()
     assert record.wait(60) == 1
     verdict = json.loads((tmp_path / "verdict.json").read_text())
@@ -183,7 +183,7 @@ def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
     ros.node("pioneer_control")
     record = ros.node("record", "--out", tmp_path)
     table = tmp_path / "run.csv"
-    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100, 30)
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
     record.send_signal(signal.SIGINT)
     assert record.wait(60) == 1
     assert json.loads((tmp_path / "verdict.json").read_text())["ended"] == "interrupted"

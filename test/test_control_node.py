@@ -4,7 +4,7 @@ import os
 import signal
 
 import pytest
-from ros_fixtures import log_of, wait_until
+from ros_fixtures import PATIENCE, log_of, wait_until
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FORWARD = """
@@ -57,7 +57,7 @@ def moving(probe, n):
     probe.wait("len(state('vx') or []) == {} and min(map(abs, state('vx'))) > 0.05".format(n))
 
 
-def at_rest(probe, limit=30.0):
+def at_rest(probe, limit=PATIENCE):
     """Wait until every robot stands."""
     probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0", limit)
 
@@ -165,7 +165,7 @@ def test_robots_stop_when_the_node_ends(ros, law, number):
     moving(probe, 2)
     control.send_signal(number)
     at_rest(probe)  # by its last zeros: the watchdog is not due for 1000 s
-    assert control.wait(20) is not None
+    assert control.wait(PATIENCE) is not None
 
 
 def test_killing_the_control_node_stops_every_robot_within_the_watchdogs_time(ros, law):
@@ -199,7 +199,7 @@ def test_killing_the_stage_stops_the_commands(ros, law):
     assert "is silent" in log_of(control) or "no fresh odometry of robot1" in log_of(control)
     assert probe.ask("counts['/robot1/cmd_vel']") <= seen + 1
     # A stage started again is driven again, though its clock begins anew.
-    stage.wait(10)
+    stage.wait(PATIENCE)
     ros.node("stage", "--robots", 2, name="again")
     probe.wait("sent(1)[0] > 0.1")
 
@@ -273,5 +273,5 @@ def test_the_warning_is_given(ros):
 )
 def test_bad_arguments_are_said(ros, arguments, said):
     control = ros.node("pioneer_control", *arguments)
-    assert control.wait(30) == 2
+    assert control.wait(PATIENCE) == 2
     assert said in log_of(control) and "Traceback" not in log_of(control)

@@ -10,7 +10,7 @@ import xmlrpc.client
 
 import pytest
 from gui_fixtures import PROGRAM, ROOT
-from ros_fixtures import free_port, log_of, wait_until
+from ros_fixtures import PATIENCE, free_port, log_of, wait_until
 
 
 def test_a_study_from_click_to_saved_figures(gui, tmp_path):
@@ -228,7 +228,7 @@ os.kill(os.getpid(), 9)
         with open("/proc/{}/stat".format(pid)) as file:
             return file.read().split()[2] == "Z"
 
-    wait_until(gone, 30)
+    wait_until(gone)
 
 
 def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
@@ -253,10 +253,10 @@ def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
                 return False
             return "mrs_gui" in str(state)
 
-        wait_until(joined, 40)
+        wait_until(joined)
         time.sleep(0.5)
         window.send_signal(signal.SIGTERM)
-        assert window.wait(20) == 0, log_of(window)
+        assert window.wait(PATIENCE) == 0, log_of(window)
         with pytest.raises(OSError):
             xmlrpc.client.ServerProxy(environment["ROS_MASTER_URI"]).getPid("/t")
     finally:

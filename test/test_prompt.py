@@ -69,7 +69,7 @@ def test_who_does_not_read_is_not_waited_for_and_gets_the_newest_last(wire):
         daemon=True,
     )
     writer.start()
-    wait_until(lambda: not writer.is_alive(), 20.0)
+    wait_until(lambda: not writer.is_alive())
     got = read_all(wire)
     assert got == sorted(got) and got[-1] == 1999 and len(got) < 2000
     wait_until(lambda: not connection._late)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from ros_fixtures import log_of, wait_until
+from ros_fixtures import PATIENCE, log_of, wait_until
 from test_rosaria import FORWARD
 from test_stage_node import start
 
@@ -85,7 +85,7 @@ def test_a_start_with_control_waits_for_no_real_robot(ros, tmp_path):
 def test_lockstep_cannot_wait_for_real_robots(ros, tmp_path, node, real):
     arguments = [real, "2,3"] if node == "stage" else [real]
     process = ros.node(node, "--robots", 3, "_lockstep:=true", *arguments)
-    assert process.wait(30) == 2
+    assert process.wait(PATIENCE) == 2
     assert "lockstep: true with real robots 2, 3: simulated time cannot wait" in log_of(process)
 
 
@@ -144,12 +144,12 @@ def test_numbers_that_are_no_robots_are_said(ros, tmp_path, real, said):
     path = tmp_path / "team.yaml"
     path.write_text(TEAM.format("world"))
     stage = ros.node("stage", "--scenario", path, "--real", real)
-    assert stage.wait(30) == 2
+    assert stage.wait(PATIENCE) == 2
     assert said in log_of(stage) and "Traceback" not in log_of(stage)
 
 
 def test_the_control_node_too_says_which_numbers_are_no_robots(ros):
     control = ros.node("pioneer_control", "--robots", 3, "_real:=[2, 4]")
-    assert control.wait(30) == 2
+    assert control.wait(PATIENCE) == 2
     said = "parameter /pioneer_control/real names [4]: wanted numbers from 1 to 3"
     assert said in log_of(control) and "Traceback" not in log_of(control)

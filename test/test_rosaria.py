@@ -8,7 +8,7 @@ import xmlrpc.client
 
 import numpy as np
 import pytest
-from ros_fixtures import log_of, wait_until
+from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
 
@@ -22,6 +22,7 @@ poses:
 control: {protocol: formation, rate: 20, parameters: {k: 0.1, T: 0.1, l: 0.2, c: 0.8}}
 duration: 10
 """
+READY = "record: waiting for the robots' first command"
 STARTS = np.array([[2.6, 0.2, 0.0], [1.5, -0.3, 0.0], [1.0, 0.4, 0.0], [0.0, 0.0, 0.0]])
 FORWARD = """
 from mrs_simulator import PioneerControl, make_twist
@@ -389,10 +390,11 @@ def test_a_record_begins_with_the_first_motion_and_ends_with_a_jump(team, tmp_pa
     team.forward("_autostart:=false", n=2)
     team.probe.wait("control('trouble') == 'not started'")
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
+    wait_until(lambda: READY in log_of(record))
     # Zeros, which are told before the start too, are no beginning.
     assert team.probe.ask("call('/pioneer_control/stop', Trigger)")[0]
     team.at_rest((1, 2))
-    assert "recording" not in log_of(record)
+    assert READY in log_of(record) and "recording" not in log_of(record)
     team.go()
     team.drives((1, 2))
     team.robots[2].kill()
@@ -409,10 +411,11 @@ def test_a_record_begins_with_the_first_motion_and_ends_with_a_jump(team, tmp_pa
 def test_a_record_of_a_dry_run_says_that_there_is_nothing(team, tmp_path):
     team.robot(1)
     record = team.node("record", "--out", tmp_path / "run", n=1)
+    wait_until(lambda: READY in log_of(record))
     team.forward("_dry_run:=true", n=1)
     team.probe.wait("control('command_v') == [0.2]")
     record.send_signal(signal.SIGINT)
-    assert record.wait(20) == 1
+    assert record.wait(PATIENCE) == 1
     assert "nothing was recorded: no command reached the robots" in log_of(record)
 
 
@@ -454,6 +457,7 @@ def test_the_launch_file_drives_them(team, tmp_path):
     launch = team.ros.start("launch", command)
     team.probe.wait("control('trouble') == 'not started'", 60)
     wait_until((tmp_path / "run" / "run.bag.active").exists)
+    wait_until(lambda: READY in log_of(launch))
     assert team.sent(1) is None
     team.go()
     wait_until(team.in_line, 60)
@@ -464,8 +468,8 @@ def test_the_launch_file_drives_them(team, tmp_path):
     run = read_run_csv(str(tmp_path / "run" / "run.csv"))
     # From where the scenario says that they stood, with the commands that moved them.
     np.testing.assert_allclose(run.pose[0], STARTS, atol=0.05)
-    assert run.command[0].any() and run.time[-1] >= 25.0
     assert verdict["ended"] == "complete" and verdict["robots"] == 4
+    assert run.command[0].any() and run.time[-1] >= 25.0
     checks = {check["name"]: check for check in verdict["checks"]}
     assert checks["collisions"]["passed"] is None
     assert checks["final gap, the worst [m]"]["passed"], verdict

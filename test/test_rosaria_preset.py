@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from ros_fixtures import log_of
+from ros_fixtures import PATIENCE, log_of
 from test_stage_node import start
 
 from mrs_simulator.core.kinematics import Limits
@@ -144,5 +144,5 @@ def test_motors_come_and_go_with_the_team_and_real_robots_have_their_own(ros):
 )
 def test_what_cannot_be_is_said(ros, arguments, said):
     stage = ros.node("stage", *arguments)
-    assert stage.wait(30) == 2
+    assert stage.wait(PATIENCE) == 2
     assert said in log_of(stage) and "Traceback" not in log_of(stage)

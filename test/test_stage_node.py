@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from ros_fixtures import log_of, wait_until
+from ros_fixtures import PATIENCE, log_of, wait_until
 
 
 def start(ros, *arguments, name="stage"):
@@ -168,5 +168,5 @@ def test_collisions_are_published_once(ros):
 )
 def test_bad_arguments_and_parameters_are_said(ros, arguments, said):
     stage = ros.node("stage", *arguments)
-    assert stage.wait(30) == 2
+    assert stage.wait(PATIENCE) == 2
     assert said in log_of(stage) and "Traceback" not in log_of(stage)

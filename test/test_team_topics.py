@@ -55,7 +55,7 @@ def test_a_large_team_uses_one_topic_by_itself_and_stops_with_its_control(ros):
 def test_a_stage_without_team_topics_is_driven_robot_by_robot(ros):
     ros.node("stage", "--robots", 60, "--real", "60", "stage/command:=/elsewhere")
     control = ros.node("pioneer_control", "--robots", 60, "_odom_timeout:=1000")
-    wait_until(lambda: "none found: each robot has its own topics" in log_of(control), 40.0)
+    wait_until(lambda: "none found: each robot has its own topics" in log_of(control))
 
 
 def test_a_malformed_command_moves_nobody_and_is_named(ros):

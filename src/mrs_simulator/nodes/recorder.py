@@ -47,6 +47,7 @@ class RunRecorder:
 
     def spin(self):
         """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
+        rospy.loginfo("record: waiting for the robots' first command")
         heard = time.monotonic()
         while not rospy.is_shutdown():
             sample = self.source.next(NAP)

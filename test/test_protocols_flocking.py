@@ -5,6 +5,7 @@ import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
 from mrs_simulator.control.library.flocking import CuckerSmale, Flocking, Reynolds, Vicsek
+from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.protocols import flocking
 
 
@@ -137,7 +138,7 @@ def test_groups_and_least_distance():
     assert flocking.groups(points, 1.5) == 2
     assert flocking.groups(points, 0.8) == 4
     assert flocking.groups(points, 9.0) == 1
-    assert flocking.least_distance(points) == pytest.approx(0.5)
+    assert least_distance(points) == pytest.approx(0.5)
     assert flocking.diameter(points) == pytest.approx(np.sqrt(25.25))
 
 

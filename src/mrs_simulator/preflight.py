@@ -10,6 +10,7 @@ import numpy as np
 
 from mrs_simulator.core.guards import outside, pairs_nearer
 from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.neighbours import closest_pair
 from mrs_simulator.experiment import Experiment, LawFailed
 from mrs_simulator.world.robots import limits_of_team
 
@@ -136,16 +137,16 @@ def predicted(scenario):
 
 
 def _predicted_distance(time, track, least):
-    name, n = "predicted distances", track.shape[1]
-    if n < 2:
+    name = "predicted distances"
+    if track.shape[1] < 2:
         return Check(name, True, "one robot")
-    first, second = np.triu_indices(n, 1)
-    apart = np.linalg.norm(track[:, first, :2] - track[:, second, :2], axis=2)
-    when, pair = np.unravel_index(np.argmin(apart), apart.shape)
+    closest = [closest_pair(pose[:, :2]) for pose in track]
+    when = min(range(len(closest)), key=lambda sample: closest[sample][2])
+    first, second, apart = closest[when]
     text = "least {:.2f} m, robot{} and robot{} at {:.1f} s, wanted {:g} m".format(
-        apart[when, pair], first[pair] + 1, second[pair] + 1, time[when], least
+        apart, first + 1, second + 1, time[when], least
     )
-    return Check(name, bool(apart[when, pair] >= least), text)
+    return Check(name, apart >= least, text)
 
 
 def _predicted_fence(time, track, fence):

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import Limits, saturate, wrap_angle
+from mrs_simulator.core.neighbours import close_pairs, squared
 
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
@@ -43,11 +44,11 @@ def pairs_nearer(pose, distance):
     """Return ``(i, j, d)`` of the pairs of rows whose centres are d < ``distance`` [m] apart."""
     if distance <= 0.0 or len(pose) < 2:
         return []
-    found = []
-    for i in range(len(pose) - 1):
-        apart = np.hypot(pose[i + 1 :, 0] - pose[i, 0], pose[i + 1 :, 1] - pose[i, 1])
-        found += [(i, i + 1 + int(j), float(apart[j])) for j in np.flatnonzero(apart < distance)]
-    return found
+    known = np.flatnonzero(np.isfinite(pose[:, :2]).all(axis=1))
+    points = pose[known, :2]
+    first, second = close_pairs(points, distance)
+    apart = np.sqrt(squared(points[second] - points[first]))
+    return list(zip(known[first].tolist(), known[second].tolist(), apart.tolist()))
 
 
 def limited(limits, v_max=math.inf, omega_max=math.inf):

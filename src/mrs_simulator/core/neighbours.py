@@ -51,20 +51,23 @@ def _grid_pairs(position, size):
 
 def least_distance(position):
     """Return the least distance [m] between two of the points ``position`` (n, 2); inf for one."""
-    if len(position) < 2:
-        return np.inf
+    return closest_pair(position)[2] if len(position) > 1 else np.inf
+
+
+def closest_pair(position):
+    """Return ``(i, j, distance)``, i < j, of two points (n, 2) that are nearest to each other [m]."""
     bound = np.inf if len(position) <= DENSE else _no_nearer(position)
-    if bound == 0.0:
-        return 0.0
     first, second = close_pairs(position, bound)
-    return float(np.sqrt(squared(position[second] - position[first]).min()))
+    apart = squared(position[second] - position[first])
+    k = int(np.argmin(apart))
+    return int(first[k]), int(second[k]), float(np.sqrt(apart[k]))
 
 
 def _no_nearer(position):
-    """Return a little more than the distance of some pair [m]; 0 only where two points coincide."""
+    """Return a little more than the distance of some pair [m], above 0 even where points coincide."""
     least = np.inf
     for column in range(2):
         ordered = position[np.argsort(position[:, column], kind="stable")]
         least = min(least, squared(ordered[1:] - ordered[:-1]).min())
     # Not so little that cells of that size could not be numbered.
-    return 1.001 * np.sqrt(least) + (1e-6 * np.ptp(position, axis=0).max() if least else 0.0)
+    return 1.001 * np.sqrt(least) + (1e-6 * np.ptp(position, axis=0).max() or 1.0)

@@ -25,6 +25,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import MaxNLocator
 
+from mrs_simulator.core.neighbours import least_distance
+
 FORMATS = ("png", "pdf", "svg")
 # Saved files carry no date, so that the same run gives the same bytes.
 METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
@@ -377,8 +379,7 @@ def _robot_length(points, extent):
     """Return how long to draw a robot [m]: to scale, or longer where it could not be seen."""
     least, room = ROBOT_SHARE[0] * extent, ROBOT_SHARE[1] * extent
     if len(points) > 1:
-        apart = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
-        room = min(room, 0.8 * np.min(apart[np.triu_indices(len(points), 1)]))
+        room = min(room, 0.8 * least_distance(points))
     return max(ROBOT_LENGTH, least, room)
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.kinematics import point_mass_from_unicycle
+from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols import flocking
 
@@ -363,7 +364,7 @@ def velocities(run, l):
 def flock_measures(run, l):
     """Return the order parameter at start and end, and the least distance [m] of two hand points."""
     first, last = flocking.order(velocities(run, l)[[0, -1]]).tolist()
-    least = min(flocking.least_distance(hand) for hand in run.hand)
+    least = min(least_distance(hand) for hand in run.hand)
     found = {"order_at_start": first, "order_at_end": last}
     return dict(found, least_distance=least if np.isfinite(least) else None)
 

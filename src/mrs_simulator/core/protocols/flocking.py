@@ -199,13 +199,6 @@ def within_speeds(velocities, low, high):
 # Distances ---------------------------------------------------------------------------------------
 
 
-def least_distance(points):
-    """Return the least distance [m] between two of ``points`` (n, 2); inf for one."""
-    _, squared = _apart(points)
-    np.fill_diagonal(squared, np.inf)
-    return float(np.sqrt(squared.min()))
-
-
 def groups(points, radius):
     """Return into how many groups robots closer than ``radius`` [m] make of ``points`` (n, 2)."""
     near = _apart(points)[1] < radius**2

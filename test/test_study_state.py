@@ -4,8 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from protocol_fixtures import shipped
 
+from mrs_simulator.core.links import Links
 from mrs_simulator.rqt_plugin.study import Snapshot
+from mrs_simulator.rqt_plugin.study_run import StudyRun
 from mrs_simulator.rqt_plugin.study_state import StudyState
 
 STAGE = SimpleNamespace(fidelity="kinematic", paused=False, real_time_factor=1.0, speed=1.0)
@@ -131,3 +134,16 @@ def test_a_team_that_is_partly_real_is_told_what_reset_and_speed_do_not_reach():
     assert actions["speed"][0] and "1 \u00d7" in actions["speed"][1]
     assert state(snapshot=snapshot(), stage=STAGE).actions()["reset"] == (True, "")
     assert actions["step"] == (False, "pause the simulation first")
+
+
+@pytest.mark.parametrize("name, known", [("formation_switching", True), ("formation_lossy", False)])
+def test_the_predicted_error_knows_the_faults_of_the_edges(name, known):
+    faulty, perfect = shipped(name), shipped(name)._replace(links=Links())
+    (time, error), (_, without) = [
+        study.predicted_error(study.control())
+        for study in (StudyRun(Link(), None, scenario) for scenario in (faulty, perfect))
+    ]
+    assert (error is not None) == known
+    if known:
+        assert len(error) == len(time) and error[0] == pytest.approx(without[0])
+        assert np.abs(error - without).max() > 0.05 * error[0]

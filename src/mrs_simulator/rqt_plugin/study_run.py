@@ -114,7 +114,7 @@ class StudyRun:
         when = np.linspace(0.0, self.scenario.duration, PREDICTED_SAMPLES)
         if control.targets(start) is None:
             return None, None
-        track = control.prediction(start, when)
+        track = control.predicted_track(start, when)
         if track is None:
             return None, None
         errors = [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in track]

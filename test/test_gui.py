@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import xmlrpc.client
 
 import pytest
@@ -254,7 +253,6 @@ def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
             return "mrs_gui" in str(state)
 
         wait_until(joined)
-        time.sleep(0.5)
         window.send_signal(signal.SIGTERM)
         assert window.wait(PATIENCE) == 0, log_of(window)
         with pytest.raises(OSError):

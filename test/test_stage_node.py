@@ -50,11 +50,12 @@ def test_frame_names_are_parameters_and_wheel_odometry_starts_at_zero(ros):
 
 @pytest.mark.parametrize("n", [1, 2, 7, 50, 200])
 def test_any_number_spawns_and_drives(ros, n):
-    _, probe = start(ros, "--robots", n, "_speed:=2")
+    # The test's commands to 200 robots may be late on a busy machine.
+    _, probe = start(ros, "--robots", n, "_speed:=2", "_cmd_vel_timeout:=1000")
     probe.wait("state('robot') == list(range(1, {} + 1))".format(n))
     before = probe.ask("{k: state(k) for k in 'xy'}")
     probe.ask("drive(range(1, {} + 1), 0.2, 0.0)".format(n))
-    probe.wait("min(state('vx') or [0]) > 0.15", limit=60)
+    probe.wait("min(state('vx') or [0]) > 0.15")
     probe.wait_simulated(0.5)
     after = probe.ask("{k: state(k) for k in 'xy'}")
     moved = [

@@ -66,6 +66,7 @@ def main():
     if os.path.isdir(arguments.directory):
         os.chdir(arguments.directory)
     application = QApplication([sys.argv[0]] + rest)
+    _end_on_signals(application)
     master = None if rosgraph.is_master_online() else _start_master()
     try:
         scenario = scenario_from(arguments)
@@ -83,7 +84,6 @@ def main():
         # What is there now stays: looking it through for garbage takes 50 ms at a time.
         gc.collect()
         gc.freeze()
-        _end_on_signals(application, window)
         code = application.exec_()
     except (ValueError, OSError) as error:
         print("mrs_gui: {}".format(error), file=sys.stderr)
@@ -129,9 +129,10 @@ def _end_master(master):
         master.wait()
 
 
-def _end_on_signals(application, window):
+def _end_on_signals(application):
+    """Close the window in good order, one that is not yet open as soon as it is."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, from_event_loop(lambda *_: window.close()))
+        signal.signal(number, from_event_loop(lambda *_: application.closeAllWindows()))
     # Python sees a signal only when Qt gives it a moment.
     timer = QTimer(application)
     timer.timeout.connect(lambda: None)

@@ -1,6 +1,7 @@
 """Sweeps: axes, one table, one figure, and an interrupted sweep that resumes."""
 
 import csv
+import json
 import os
 import subprocess
 import sys
@@ -139,9 +140,9 @@ def test_a_run_that_ends_its_process_fails_alone(tmp_path, where, request, monke
     (tmp_path / "dies.py").write_text(DIES)
     monkeypatch.chdir(tmp_path)
     axes = [("robots", [2, 3, 4]), ("poses", [{"layout": "line"}]), ("duration", [1.0])]
-    runs = make_runs(FOUR, axes)
+    runs = make_runs(FOUR, axes, {"control.protocol": "dies.py:Dies"})
     scheduler = request.getfixturevalue("cluster") if where == "cluster" else ""
-    verdicts = run_sweep(runs, "out", jobs=2, scheduler=scheduler, protocol="dies.py:Dies")
+    verdicts = run_sweep(runs, "out", jobs=2, scheduler=scheduler)
     assert [verdict["ended"] == "complete" for verdict in verdicts] == [True, False, True]
     assert "died" in verdicts[1]["ended"]
     assert len(rows("out")) == 3
@@ -166,6 +167,39 @@ def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
     assert [path.stat().st_mtime_ns for path in done] == before
 
 
+DISPLACEMENT = os.path.join(ROOT, "scenarios", "displacement_formation.yaml")
+
+
+def test_what_is_swept_holds_under_another_protocol_too():
+    axes = [("control.parameters.gain", [0.1, 0.4])]
+    given = {"control.protocol": "consensus", "duration": 3.0, "fidelity": "point_mass"}
+    runs = make_runs(DISPLACEMENT, axes, given)
+    scenarios = [scenario for _, _, scenario in runs]
+    parameters = [scenario.control.parameters for scenario in scenarios]
+    assert parameters == [{"l": 0.1, "gain": 0.1}, {"l": 0.1, "gain": 0.4}]
+    assert {scenario.control.protocol for scenario in scenarios} == {"consensus"}
+    assert {(s.duration, s.fidelity, s.title) for s in scenarios} == {
+        (3.0, "point_mass", "6 robots, consensus")
+    }
+    # Another protocol, duration or seed is another run, in a directory of its own.
+    others = [given, {}, dict(given, duration=4.0), dict(given, seed=1)]
+    names = [name for other in others for name, _, _ in make_runs(DISPLACEMENT, axes, other)]
+    assert len(set(names)) == 8
+
+
+@pytest.mark.parametrize(
+    "axis, given, said",
+    [
+        (("duration", [1.0]), {"duration": 2.0}, "duration = 2.0 is given and swept"),
+        (("seed", [0]), {"robots": 3}, "with robots=3, seed=0: robots: 3, but poses has"),
+        (("seed", [0]), {"control.protocol": "gone.py:Gone"}, "protocol file gone.py: not found"),
+    ],
+)
+def test_what_cannot_be_given_to_a_sweep_is_refused(axis, given, said):
+    with pytest.raises(ValueError, match=said):
+        make_runs(DISPLACEMENT, [axis], given)
+
+
 def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("mrs_simulator.workers.CONNECT_LIMIT", 0.5)
@@ -179,6 +213,13 @@ def test_the_command(tmp_path, capsys):
         main(arguments + ["--jobs", "2"])
     assert ended.value.code == 1  # too short to form
     assert "0 of 2 runs passed" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main([*arguments[:-2], "--duration", "2", "--protocol", "consensus"])
+    assert len(list(tmp_path.glob("*/verdict.json"))) == 4
+    for path in tmp_path.glob("*/verdict.json"):
+        verdict = json.loads(path.read_text())
+        wanted = {"formation": 1.0, "consensus": 2.0}[verdict["protocol"]]
+        assert verdict["duration"] == pytest.approx(wanted)
     with pytest.raises(SystemExit) as ended:
         main(arguments + ["--sweep", "seed=3"])
     assert ended.value.code == 2 and "swept twice" in capsys.readouterr().err

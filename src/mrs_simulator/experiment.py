@@ -131,15 +131,17 @@ def main(argv=None):
 
 def _sweep(arguments):
     """Run the sweep and say how many passed; return the exit code."""
-    from mrs_simulator.sweep import make_runs, read_axis, run_sweep
+    from mrs_simulator.sweep import PROTOCOL, make_runs, read_axis, run_sweep
 
-    runs = make_runs(arguments.scenario, [read_axis(text) for text in arguments.sweep])
+    given = _given(arguments, ("robots", "duration", "fidelity", "seed"))
+    if arguments.protocol:
+        given[PROTOCOL] = arguments.protocol
+    runs = make_runs(arguments.scenario, [read_axis(text) for text in arguments.sweep], given)
     verdicts = run_sweep(
         runs,
         arguments.out,
         arguments.jobs,
         arguments.scheduler,
-        arguments.protocol or "",
         progress=sys.stderr.isatty(),
     )
     passed = sum(bool(verdict["passed"]) for verdict in verdicts)
@@ -154,9 +156,14 @@ def _scenario(arguments):
         scenario = scenario.with_robots(arguments.robots)
     if arguments.protocol:
         scenario = scenario.with_protocol(arguments.protocol)
-    given = {name: getattr(arguments, name) for name in ("duration", "fidelity", "seed")}
-    given = {name: value for name, value in given.items() if value is not None}
+    given = _given(arguments, ("duration", "fidelity", "seed"))
     return scenario.changed(**given) if given else scenario
+
+
+def _given(arguments, names):
+    """Return the ``arguments`` called ``names`` that are given, by name."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _arguments(argv):

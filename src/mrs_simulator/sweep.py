@@ -11,12 +11,13 @@ import yaml
 
 from mrs_simulator.control.loading import located_protocol
 from mrs_simulator.core.reading import ScenarioError, load_yaml
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.workers import SweepError, failed, on_cluster, on_cores
 
 TABLE = "sweep.csv"
 RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
 MOST_RUNS = 100000
+PROTOCOL = "control.protocol"
 MEASURES = ("passed", "settle_time", "y_spread", "min_distance", "real_time_factor", "ended")
 
 
@@ -41,18 +42,21 @@ def read_axis(text):
         raise SweepError("--sweep {!r}: not YAML: {}".format(text, error)) from None
 
 
-def make_runs(path, axes):
+def make_runs(path, axes, given=None):
     """Return the runs of the scenario file ``path`` under all combinations of ``axes``.
 
-    Each is ``(name, values by key, scenario)``.  A combination that is no scenario is refused before
-    anything runs.  Raises ``ScenarioError`` and ``SweepError``.
+    Each is ``(name, values by key, scenario)``; ``given``: values by key that all runs share.  A
+    combination that is no scenario is refused before anything runs.  Raises ``ScenarioError``,
+    ``ProtocolError`` and ``SweepError``.
     """
-    content = load_yaml(path)
-    if not isinstance(content, dict):
-        raise ScenarioError("{}: wanted a mapping of keys".format(path))
+    given = given or {}
+    content = _shared(path, given)
     keys = [key for key, _ in axes]
     if len(set(keys)) != len(keys):
         raise SweepError("a key is swept twice: {}".format(", ".join(keys)))
+    for key in given:
+        if key in keys:
+            raise SweepError("{} = {} is given and swept, wanted one".format(key, given[key]))
     total = 1
     for _, values in axes:
         total *= len(values)
@@ -65,11 +69,27 @@ def make_runs(path, axes):
         for key, value in values.items():
             _put(changed, key, value)
         where = "{} with {}".format(
-            path, ", ".join("{}={}".format(*pair) for pair in values.items())
+            path, ", ".join("{}={}".format(*pair) for pair in {**given, **values}.items())
         )
         scenario = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
         runs.append((_name(values, scenario), values, scenario))
     return runs
+
+
+def _shared(path, given):
+    """Return the content of the scenario file ``path`` with the values ``given``.
+
+    Under another protocol only l is left of the control's parameters, as in a single run.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict):
+        raise ScenarioError("{}: wanted a mapping of keys".format(path))
+    if PROTOCOL in given:
+        other = load_scenario(path).with_protocol(located_protocol(given[PROTOCOL])).to_dict()
+        content.update(title=other["title"], control=other["control"])
+    for key in set(given) - {PROTOCOL}:
+        _put(content, key, given[key])
+    return content
 
 
 def _put(content, key, value):
@@ -89,7 +109,7 @@ def _name(values, scenario):
     return "{}_{}".format(readable, key)
 
 
-def run_one(scenario, out, protocol=""):
+def run_one(scenario, out):
     """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back."""
     done = os.path.join(out, "verdict.json")
     if os.path.exists(done):
@@ -99,12 +119,10 @@ def run_one(scenario, out, protocol=""):
             return verdict
     from mrs_simulator.experiment import run_experiment  # in the worker's own process
 
-    if protocol:
-        scenario = scenario.with_protocol(protocol)
     return run_experiment(scenario, out, formats=())
 
 
-def run_sweep(runs, out, jobs=None, scheduler="", protocol="", progress=False):
+def run_sweep(runs, out, jobs=None, scheduler="", progress=False):
     """Run ``runs`` in parallel, write ``sweep.csv`` and ``sweep.png``/``.pdf``; return the verdicts.
 
     ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``,
@@ -113,8 +131,7 @@ def run_sweep(runs, out, jobs=None, scheduler="", protocol="", progress=False):
     """
     out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
-    protocol = located_protocol(protocol) if protocol else ""
-    tasks = [(scenario, os.path.join(out, name), protocol) for name, _, scenario in runs]
+    tasks = [(scenario, os.path.join(out, name)) for name, _, scenario in runs]
     verdicts = [None] * len(runs)
     run = _guarded_run
     done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
@@ -126,9 +143,9 @@ def run_sweep(runs, out, jobs=None, scheduler="", protocol="", progress=False):
     return verdicts
 
 
-def _guarded_run(scenario, out, protocol):
+def _guarded_run(scenario, out):
     try:
-        return run_one(scenario, out, protocol)
+        return run_one(scenario, out)
     except Exception as error:  # a law of one's own may raise anything; the other runs go on
         return failed("{}: {}".format(type(error).__name__, error))
 

@@ -56,6 +56,17 @@ def test_points_sent_into_one_place_never_come_too_close(n):
         assert margins(points, 0.8)[0].min() >= -1e-12
 
 
+@pytest.mark.parametrize("period", [PERIOD, 0.1])
+def test_robots_that_stand_are_not_pushed_into_each_other(period):
+    points = np.stack([0.95 * np.arange(5), np.zeros(5)], axis=1)
+    wanted = np.zeros((5, 2))
+    wanted[0, 0] = 1.2
+    for _ in range(100):
+        points = points + period * safe_velocities(wanted, points, 0.9, period)
+        assert margins(points, 0.9)[0].min() >= -1e-12
+    assert points[1, 0] > 0.951  # it is pushed
+
+
 class Meet(PioneerControl):
     def pointMassLaw(self, hand):
         return 0.5 * (hand.mean(axis=0) - hand)

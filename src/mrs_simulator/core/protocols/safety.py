@@ -28,7 +28,7 @@ def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
     """
     wanted = np.asarray(wanted, dtype=float)
     margin, first, second = margins(points, distance)
-    # What a pair could use up if both robots headed for each other decides whether it matters.
+    # At first those pairs matter that both robots, heading for each other, could bring too near.
     apart = points[first] - points[second]
     gap = np.linalg.norm(apart, axis=1)
     bound = np.minimum(gamma * margin**3, margin / period)
@@ -36,14 +36,18 @@ def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
     near = 2.0 * gap * 2.0 * (speed[first] + speed[second]) >= bound
     if not near.any():
         return wanted
-    first, second, apart = first[near], second[near], apart[near]
-    gap, bound = gap[near], bound[near]
-    wanted = _turned_aside(wanted, first, second, gap < 2.0 * distance, swirl)
+    wanted = _turned_aside(wanted, first, second, near & (gap < 2.0 * distance), swirl)
     # Each row divided by its length: a_k u <= b_k with |a_k| = 1.
     size = 2.0 * np.sqrt(2.0) * np.maximum(gap, 1e-9)
     rows, limit = 2.0 * apart / size[:, np.newaxis], bound / size
-    velocity = _nearest(wanted, first, second, rows, limit)
-    return velocity * _feasible_share(velocity, first, second, rows, limit)
+    while True:
+        velocity = _nearest(wanted, first[near], second[near], rows[near], limit[near])
+        pressure = _pressure(velocity, first, second, rows)
+        # Whoever is pushed aside may be pushed towards a robot that it did not head for.
+        pushed = ~near & (pressure > limit)
+        if not pushed.any():
+            return velocity * _feasible_share(pressure, limit)
+        near |= pushed
 
 
 def _turned_aside(wanted, first, second, close, swirl):
@@ -95,9 +99,8 @@ def _nearest(wanted, first, second, rows, limit):
     return pushed(force).reshape(n, 2)
 
 
-def _feasible_share(velocity, first, second, rows, limit):
+def _feasible_share(pressure, limit):
     """Return the largest factor up to 1 by which all may move: standing still is always allowed."""
-    pressure = _pressure(velocity, first, second, rows)
     over = pressure > np.maximum(limit, 0.0)
     if not over.any():
         return 1.0

@@ -1,5 +1,6 @@
 """The paper's law agrees with its closed forms."""
 
+import tracemalloc
 from math import comb
 
 import numpy as np
@@ -27,7 +28,7 @@ def law(closure, hand):
 )
 def test_printed_robots_end_and_settle_as_typed_out(closure, alpha_1, final_y, steps):
     offsets, topology = law(closure, PRINTED)
-    final = formation.limit(PRINTED, offsets, topology, K)
+    final = formation.limit(PRINTED, offsets, topology)
     np.testing.assert_allclose(final[0], alpha_1, atol=1e-9)
     np.testing.assert_allclose(final[:, 1], final_y, atol=1e-9)
     np.testing.assert_allclose(formation.line_gaps(final), C, atol=1e-9)
@@ -71,6 +72,40 @@ def test_path_keeps_its_weighted_mean_and_contracts_at_its_rate():
     assert rate == pytest.approx(1.0 - K * (1.0 - np.cos(np.pi / 6.0)), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    "topology",
+    [
+        Topology.preset("star", 4),
+        Topology(4, [(1, 2), (2, 3, 0.5), (2, 1), (3, 1, 2.0), (4, 3)]),
+        Topology(4, [(1, 2), (1, 3), (2, 3), (3, 4, 3.0)]),
+        Topology(4, []),
+    ],
+    ids=["star", "directed", "one that hears nobody", "no edges"],
+)
+def test_the_limit_is_where_the_steps_lead(topology):
+    offsets = formation.line_offsets(4, C)
+    track = formation.predict(PRINTED, offsets, topology, 0.5, 2000)
+    final = formation.limit(PRINTED, offsets, topology)
+    np.testing.assert_allclose(final, track[-1], atol=1e-9)
+
+
+@pytest.mark.parametrize("closure", ["chain", "cycle", "path"])
+def test_the_prediction_for_many_robots_needs_no_square_matrix(closure):
+    n = 4000
+    hand = np.random.default_rng(0).uniform(-100.0, 100.0, (n, 2))
+    offsets, topology = law(closure, hand)
+    tracemalloc.start()
+    try:
+        final = formation.limit(hand, offsets, topology)
+        steps = formation.predicted_settling(hand, offsets, topology, K, 0.9)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 8 * n * n / 10  # one matrix of n by n holds 8 n^2 bytes
+    assert steps > 0
+    np.testing.assert_allclose(formation.error_norm(final, offsets, topology), 0.0, atol=1e-8)
+
+
 def test_target_of_the_chain_is_the_next_robot_plus_c():
     offsets, topology = law("chain", PRINTED)
     errors = formation.target_errors(PRINTED, offsets, topology)
@@ -97,4 +132,4 @@ def test_one_robot_has_nothing_to_do():
     hand = np.array([[1.0, 2.0]])
     offsets, topology = law("cycle", hand)
     np.testing.assert_array_equal(formation.target_errors(hand, offsets, topology), [[0.0, 0.0]])
-    np.testing.assert_array_equal(formation.limit(hand, offsets, topology, K), hand)
+    np.testing.assert_array_equal(formation.limit(hand, offsets, topology), hand)

@@ -13,9 +13,13 @@ import numpy as np
 
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
+from mrs_simulator.core.neighbours import squared
 from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")
+MOST_STEPS = 10**6  # [-] of the law that are looked ahead for when it settles
+MOST_ROBOT_STEPS = 10**8  # [-] the same times robots: some seconds of arithmetic
 
 
 HAND_LENGTH = Parameter(
@@ -97,29 +101,28 @@ def predict(hand, offsets, topology, k, steps):
     return track
 
 
-def limit(hand, offsets, topology, k):
-    """Return where (5) goes, shape (n, 2) [m]: ``d + w^T (alpha(0) - d)``, w the left null vector.
+def limit(hand, offsets, topology):
+    """Return where (5) goes, shape (n, 2) [m]: ``d + w^T (alpha(0) - d)``, ``w^T (I - D^-1 A) = 0``.
 
-    Where the graph has more than one sink, ``w`` becomes a matrix: the limit of
-    ``((1-k) I + k D^-1 A)^t``, found by squaring it until it no longer changes.
+    ``w`` is the left null vector of L times the degrees: of the chain robot n alone, of the cycle
+    the mean, of the path weights 1, 2, ..., 2, 1.  Where nobody hears anybody all stand.  Raises
+    ``ValueError`` if the graph has edges and no spanning tree.
     """
-    n = len(hand)
+    if not topology.edges:
+        return hand
     degree = topology.in_degree()
-    walk = topology.adjacency() / np.where(degree > 0.0, degree, 1.0)[:, np.newaxis]
-    step = (1.0 - k) * np.eye(n) + k * walk + k * np.diag((degree == 0.0).astype(float))
-    for _ in range(60):
-        squared = step @ step
-        # Rows sum to one; rounding must not be squared sixty times.
-        squared /= squared.sum(axis=1, keepdims=True)
-        if np.max(np.abs(squared - step)) < 1e-15:
-            break
-        step = squared
-    return offsets + step @ (hand - offsets)
+    # A root that hears nobody is where all go.
+    weights = left_null_vector(topology) * (degree if degree.all() else 1.0)
+    return offsets + weights @ (hand - offsets) / weights.sum()
 
 
 def error_norm(hand, offsets, topology):
     """Return the largest ``|alpha_i - alpha_i*|`` [m] over the robots."""
-    return float(np.max(np.linalg.norm(target_errors(hand, offsets, topology), axis=1)))
+    return _largest(target_errors(hand, offsets, topology))
+
+
+def _largest(errors):
+    return float(np.sqrt(squared(errors).max()))
 
 
 def settling_index(errors, share):
@@ -134,21 +137,21 @@ def settling_index(errors, share):
     return int(above[-1]) + 1
 
 
-def predicted_settling(hand, offsets, topology, k, share, most=1000000):
-    """Return the number of steps of (5) until the largest error stays below ``share`` of its start.
+def predicted_settling(hand, offsets, topology, k, share):
+    """Return the number of steps of (5) until the largest error is below ``share`` of its start.
 
-    Returns ``None`` if that takes more than ``most`` steps or the error grows.
+    It stays there: (5) replaces errors by means of errors.  Returns ``None`` if that takes more than
+    ``MOST_STEPS``, or ``MOST_ROBOT_STEPS`` over the number of robots.
     """
-    errors, block = [error_norm(hand, offsets, topology)], 1000
-    while len(errors) <= most:
-        track = predict(hand, offsets, topology, k, block)
-        errors += [error_norm(alpha, offsets, topology) for alpha in track[1:]]
-        hand = track[-1]
-        # The recursion is a contraction once the error is this far below the wanted share.
-        if errors[-1] <= 0.5 * share * errors[0]:
-            return settling_index(errors, share)
-        if not np.isfinite(errors[-1]) or errors[-1] > 1e6 * max(errors[0], 1.0):
-            return None
+    errors = target_errors(hand, offsets, topology)
+    first = _largest(errors)
+    if first == 0.0:
+        return 0
+    for step in range(1, min(MOST_STEPS, MOST_ROBOT_STEPS // len(hand))):
+        hand = hand - k * errors
+        errors = target_errors(hand, offsets, topology)
+        if _largest(errors) < share * first:
+            return step
     return None
 
 

@@ -140,6 +140,10 @@ class Topology:
         """Return ``sum_j a_ij``, shape (n,), not to be written to."""
         return self._in_degree
 
+    def out_degree(self):
+        """Return ``sum_i a_ij``, shape (n,): how much each robot is heard."""
+        return np.bincount(self._heard, self._weight, self.n)
+
 
 def _reach(following, start, seen):
     """Add to ``seen`` all that can be reached from ``start``; return it."""

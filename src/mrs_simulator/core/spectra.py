@@ -43,11 +43,17 @@ def spectral_radius(topology):
 def left_null_vector(topology):
     """Return ``w``, (n,), with ``w^T L = 0`` and sum 1: the weights of the limit of consensus.
 
-    Non-negative, positive for the roots of the spanning trees.  Raises ``ValueError`` if the graph
-    has no spanning tree: ``w`` is not unique then.
+    Non-negative, positive for the roots of the spanning trees: a root that hears nobody has all
+    weight, and on a balanced graph all have the same.  Raises ``ValueError`` if the graph has no
+    spanning tree: ``w`` is not unique then.
     """
     if not topology.has_spanning_tree():
         raise ValueError("the topology has no spanning tree: consensus has no unique limit")
+    deaf = topology.in_degree() == 0.0
+    if deaf.any():
+        return deaf.astype(float)
+    if is_balanced(topology):
+        return np.full(topology.n, 1.0 / topology.n)
     _, _, rows = np.linalg.svd(topology.laplacian().T)
     weights = rows[-1] / rows[-1].sum()
     return np.where(np.abs(weights) < ZERO, 0.0, weights)
@@ -55,8 +61,7 @@ def left_null_vector(topology):
 
 def is_balanced(topology):
     """Return whether each robot is heard as much as it hears: the mean is then kept."""
-    adjacency = topology.adjacency()
-    return bool(np.allclose(adjacency.sum(axis=0), adjacency.sum(axis=1)))
+    return bool(np.allclose(topology.out_degree(), topology.in_degree(), 1e-12, 0.0))
 
 
 def sampled_rate(matrix, period):

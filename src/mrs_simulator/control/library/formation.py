@@ -117,7 +117,7 @@ class Formation(PioneerControl):
         if steps is not None:
             allowed = max(tolerance.settling * steps, SETTLE_STEPS) * self.T
             claims.append(Claim("settling time [s]", steps * self.T, allowed, self._settling))
-        place = formation.limit(start, self._offsets, self._closure, self.k)
+        place = formation.limit(start, self._offsets, self._closure)
         # Robot n anchors the chain whatever the limits; the other closures keep a mean of all robots,
         # which limits on each robot do not.
         claims.append(

@@ -374,6 +374,26 @@ def test_another_law_over_losses_fails(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    "links, broken",
+    [
+        ({"loss": 1.0, "on_loss": "drop"}, "spanning tree"),
+        ({"loss": 1.0, "on_loss": "drop", "switching": {"sets": 2}}, "jointly a spanning tree"),
+        ({"loss": {"edges": [[1, 2, 1.0]]}}, "loss < 1"),
+    ],
+)
+def test_an_edge_that_loses_all_holds_nothing_together(links, broken):
+    control = make_control(shipped("consensus", links=links))
+    conditions = control.all_claims(np.zeros((6, 2)))
+    assert [condition.name for condition in conditions if not condition.holds] == [broken]
+
+
+def test_a_ring_agrees_without_an_edge_that_loses_all(tmp_path):
+    links = {"loss": {"edges": [[1, 2, 1.0], [2, 1, 1.0]]}, "on_loss": "drop"}
+    verdict = verdict_of(shipped("consensus", links=links, duration=90.0), tmp_path)
+    assert all(one["passed"] for one in verdict["checks"]), verdict["checks"]
+
+
 def test_turns_that_are_not_connected_together_fail(tmp_path):
     links = {"switching": {"graphs": [[[1, 2], [2, 3]], [[4, 5], [5, 6]]]}}
     verdict = verdict_of(shipped("consensus_delays", links=links, duration=1.0), tmp_path)

@@ -45,6 +45,12 @@ class Linear(NamedTuple):
         return np.round(self.links.delay.matrix(self.topology.n) / self.period).astype(int)
 
     @property
+    def losses(self):
+        """Return the chance of a loss over each arc, (m,), in the order of ``arcs_of``."""
+        rows, columns = arcs_of(self.topology)[0].T
+        return self.links.loss.matrix(self.topology.n)[rows, columns]
+
+    @property
     def known(self):
         """Return whether nothing is left to chance, and the state is small enough to look into."""
         chance = "lossy" in self.links.faults or (
@@ -105,12 +111,12 @@ def linear_claims(law, start):
 
 
 def _joint_tree(law):
-    if not law.links.switches:
-        return spanning_tree(law.topology)
-    adjacency = sum(graph.adjacency() for graph in law.graphs())
+    """Return the condition that the edges over which something comes at some time have a tree."""
     rows, columns = arcs_of(law.topology)[0].T
-    together = kept_edges(law.topology, adjacency[rows, columns] > 0.0)
-    return spanning_tree(together)._replace(name="jointly a spanning tree")
+    adjacency = sum(graph.adjacency() for graph in law.graphs())
+    comes = (adjacency[rows, columns] > 0.0) & (law.losses < 1.0)
+    name = "jointly a spanning tree" if law.links.switches else "spanning tree"
+    return spanning_tree(kept_edges(law.topology, comes))._replace(name=name)
 
 
 def _error(law):
@@ -156,6 +162,8 @@ def _delay_bound(law):
 def _chance_claims(law, start, conditions):
     degree = float(np.max(law.topology.in_degree()))
     conditions = conditions + [below("gain Tc max degree < 1", law.gain * law.period * degree, 1.0)]
+    if law.links.on_loss == "hold":  # over an edge that loses all, the start is held for ever
+        conditions.append(below("loss < 1", float(np.max(law.losses, initial=0.0)), 1.0))
     if not all_hold(conditions):
         return conditions
     errors = start - law.places

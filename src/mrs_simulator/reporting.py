@@ -17,7 +17,7 @@ from mrs_simulator.control.loading import (
     located_protocol,
 )
 from mrs_simulator.core.claims import Condition, stays_above
-from mrs_simulator.core.protocols.safety import margins
+from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
@@ -61,11 +61,11 @@ def _safety_claims(control, start):
     if control.safety == 0.0 or len(start) < 2:
         return []
     least = control.safe_distance
-    begun = float(np.sqrt(margins(start, least)[0].min() + least * least))
+    begun = least_distance(start)
     why = "two hand points start {:.2f} m apart, wanted {:.2f} m".format(begun, least)
 
     def closest(hand):
-        return np.array([np.sqrt(margins(h, least)[0].min() + least * least) for h in hand])
+        return np.array([least_distance(points) for points in hand])
 
     name = "least distance of two hand points [m]"
     return [

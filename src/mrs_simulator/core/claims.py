@@ -59,7 +59,7 @@ def converges_to(points, tolerance=0.05, name="final distance from the limit [m]
 
 def ends_at(quantity, value, tolerance, name, free=False):
     """Claim that the ``quantity`` is ``value`` at the end, within ``tolerance``."""
-    return Claim(name, value, tolerance, lambda run: float(quantity(run.hand)[-1]), free=free)
+    return Claim(name, value, tolerance, lambda run: float(quantity(run.hand[-1:])[0]), free=free)
 
 
 def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True):
@@ -158,3 +158,8 @@ def distance_to(points):
     """Return the quantity ``|alpha - points|``, (m,) [m]."""
     points = np.asarray(points, dtype=float)
     return lambda hand: np.linalg.norm(hand - points, axis=(1, 2))
+
+
+def by_sample(quantity):
+    """Return the ``quantity`` reckoned from one sample after the other: pairs of all at once are many."""
+    return lambda hand: np.concatenate([quantity(hand[row : row + 1]) for row in range(len(hand))])

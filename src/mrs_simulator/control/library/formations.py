@@ -11,6 +11,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Claim,
     Condition,
+    by_sample,
     centroid,
     converges_to,
     decay_rate,
@@ -241,7 +242,7 @@ class DistanceFormation(Shaped):
             return laws.distance_potential(hand, places, topology)
 
         claims = [
-            decreases(potential, "growth of the potential [-]"),
+            decreases(by_sample(potential), "growth of the potential [-]"),
             ends_at(self._worst_length, 0.0, allowed.place, "worst length error at the end [m]"),
             invariant(centroid, allowed.drift, "drift of the centroid [m]"),
             Claim("decay rate over theory's [-]", 1.0, allowed.rate, self._rate, free=True),
@@ -259,10 +260,14 @@ class DistanceFormation(Shaped):
 
         A shape may be reached turned over in parts, with all lengths right and another rate.
         """
-        excess = laws.length_excess(run.hand, self.places(), self.topology)
-        if not np.isfinite(excess).all():
+
+        def excess(hand):
+            return np.linalg.norm(laws.length_excess(hand, self.places(), self.topology), axis=1)
+
+        sizes = by_sample(excess)(run.hand)
+        if not np.isfinite(sizes).all():
             return None
-        measured = decay_rate(run.time, np.linalg.norm(excess, axis=1))
+        measured = decay_rate(run.time, sizes)
         theory = sampled_rate(
             self.gain * laws.distance_hessian(run.hand[-1], self.topology), self.period
         )
@@ -312,7 +317,7 @@ class BearingFormation(Shaped):
             invariant(relative_scale, allowed.share, "drift of the scale [-]"),
             rate(
                 sampled_rate(self.gain * matrix, self.period),
-                self._bearing_distance,
+                by_sample(self._bearing_distance),
                 allowed.rate,
                 "decay rate of the bearings' error [1/s]",
             ),

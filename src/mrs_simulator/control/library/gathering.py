@@ -7,6 +7,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Claim,
     Condition,
+    by_sample,
     centroid,
     converges_to,
     decreases,
@@ -174,8 +175,8 @@ class Rendezvous(PioneerControl):
             return gathering.edge_tension(hand, pairs, self.radius)
 
         claims = [
-            stays_below(longest_edge, self.radius, "longest edge of the start [m]"),
-            decreases(tension, "growth of the edge tension [-]"),
+            stays_below(by_sample(longest_edge), self.radius, "longest edge of the start [m]"),
+            decreases(by_sample(tension), "growth of the edge tension [-]"),
             invariant(centroid, 1e-3, "drift of the mean [m]"),
             converges_to(start.mean(axis=0), 0.02, "distance from the mean [m]", free=True),
         ]

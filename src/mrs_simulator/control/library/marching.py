@@ -192,8 +192,9 @@ class Marching(Shaped):
         weights, allowed = left_null_vector(self.topology), self.tolerance
 
         def displacement(run):
-            error = self._errors(run)[-max(1, len(run.time) // LAST) :]
-            return float(np.linalg.norm(error[:, hears] - error[:, heard], axis=2).max(initial=0.0))
+            errors = self._errors(run)[-max(1, len(run.time) // LAST) :]
+            worst = [np.linalg.norm(e[hears] - e[heard], axis=1).max(initial=0.0) for e in errors]
+            return float(max(worst))
 
         def drift(run):
             centre = np.einsum("i,mid->md", weights, self._errors(run))

@@ -1,0 +1,49 @@
+"""Claims measured in large teams: memory grows with the run, not with its pairs of robots."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from mrs_simulator.control.library import shipped
+from mrs_simulator.core.claims import Claim
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.recording import Run
+
+ROBOTS, SAMPLES = 30, 600
+
+
+def peak_of(function):
+    """Return the most memory [bytes] that ``function`` holds at once."""
+    tracemalloc.start()
+    try:
+        function()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    "protocol, parameters",
+    [
+        ("displacement_formation", {"shape": "grid"}),
+        ("distance_formation", {"shape": "grid", "gain": 1e-4}),
+        ("bearing_formation", {"shape": "grid"}),
+        ("marching", {"shape": "grid"}),
+        ("rendezvous", {"radius": 40.0}),
+    ],
+)
+def test_where_all_hear_all_claims_hold_no_pairs_of_all_samples(protocol, parameters):
+    control = shipped(protocol)(
+        range(1, ROBOTS + 1), Topology.preset("complete", ROBOTS), parameters=parameters
+    )
+    time = 0.1 * np.arange(SAMPLES)
+    start = np.random.default_rng(0).uniform(-5.0, 5.0, (ROBOTS, 2))
+    hand = start * np.exp(-0.05 * time)[:, np.newaxis, np.newaxis]
+    run = Run(time, np.arange(1, ROBOTS + 1), None, hand, None)
+    claims = [claim for claim in control.claims(start) if isinstance(claim, Claim)]
+    assert claims, control.claims(start)
+    pairs = ROBOTS * (ROBOTS - 1) // 2
+    for claim in claims:
+        # One number for each pair of robots in each sample is too much.
+        assert peak_of(lambda c=claim: c.measure(run)) < 8 * SAMPLES * pairs, claim.name

@@ -333,6 +333,27 @@ def test_the_papers_formation_over_such_edges(tmp_path, links):
     ]
 
 
+@pytest.mark.parametrize(
+    "closure, n, topology, switching",
+    [
+        ("topology", 3, {"edges": [[3, 1], [1, 2], [2, 3]]}, {"sets": 3, "dwell": 2.0}),
+        ("path", 2, {"preset": "path"}, {"sets": 2, "dwell": 2.0}),
+        ("path", 2, {"preset": "path"}, {"graphs": [[[1, 2]]]}),
+    ],
+)
+def test_the_papers_formation_switches_the_edges_of_its_closure(
+    tmp_path, closure, n, topology, switching
+):
+    poses = [[5, -5, 0], [2, 8, 0], [-5, 12.3, 0]][:n]
+    links = {"switching": switching}
+    scenario = shipped("paper_theory", {"closure": closure}, duration=120.0, robots=n, poses=poses,
+                       topology=topology, links=links)  # fmt: skip
+    verdict = verdict_of(scenario, tmp_path)
+    assert all(one["passed"] for one in verdict["checks"]), verdict["checks"]
+    assert check(verdict, "distance from the limit over these edges")["measured"] < 1e-3
+    assert check(verdict, "decay rate")["passed"]
+
+
 @pytest.mark.parametrize("links", [{"delay": 0.4}, {"loss": 0.3, "delay": 0.2}])
 def test_discrete_consensus_over_such_edges(tmp_path, links):
     scenario = shipped("discrete_consensus", {"eps": 0.25}, links=links, duration=90.0)

@@ -9,6 +9,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core import formation
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.protocols.consensus import arcs_of
 
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
 SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
@@ -147,14 +148,18 @@ class Formation(PioneerControl):
 
     def _over_links(self):
         """Return law (6) as ``Linear``, with the weights of a mean; None where means change as edges do."""
-        degree = self._closure.in_degree()
-        hears, heard = np.nonzero(self._closure.adjacency())
-        if self.links.changes_edges and len(hears) > len(set(hears.tolist())):
-            return None
-        share = self._closure.adjacency()[hears, heard] / degree[hears]
-        edges = list(zip((hears + 1).tolist(), (heard + 1).tolist(), share.tolist()))
+        closure = self._closure
+        arcs, weights, _ = arcs_of(closure)
+        if self.links.changes_edges:
+            if len(arcs) > len(closure.listeners):
+                return None
+            # The mean over one robot is that robot, whatever the weight.
+            means = Topology(closure.n, [edge[:2] for edge in closure.edges], closure.directed)
+        else:
+            share = weights / closure.in_degree()[arcs[:, 0]]
+            edges = [(i, j, part) for (i, j), part in zip((arcs + 1).tolist(), share.tolist())]
+            means = Topology(closure.n, edges)
         place = TOLERANCES[self.fidelity].place
-        means = Topology(len(self.numbers), edges)
         return Linear(means, self.gain, self._offsets, self.period, self.links, place, 0.05)
 
     @staticmethod

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import signal
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ from ros_fixtures import wait_until
 
 from mrs_simulator.experiment import main
 from mrs_simulator.sweep import SweepError, make_runs, read_axis, run_sweep
+from mrs_simulator.workers import on_cores
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")
@@ -146,6 +148,40 @@ def test_a_run_that_ends_its_process_fails_alone(tmp_path, where, request, monke
     assert [verdict["ended"] == "complete" for verdict in verdicts] == [True, False, True]
     assert "died" in verdicts[1]["ended"]
     assert len(rows("out")) == 3
+
+
+def dies_beside_another(place):
+    wait_until((place / "beside").exists, 60.0)
+    os._exit(1)
+
+
+def is_killed_the_first_time(place):
+    if not (place / "beside").exists():
+        (place / "beside").touch()
+        signal.pause()
+    return "second"
+
+
+def waits_for_another(place, own, other):
+    (place / own).touch()
+    wait_until((place / other).exists, 20.0)
+    return own
+
+
+def run_of(function, *arguments):
+    return function(*arguments)
+
+
+def test_after_a_run_that_ends_its_process_those_not_begun_run_beside_each_other(tmp_path):
+    tasks = [
+        (dies_beside_another, tmp_path),
+        (is_killed_the_first_time, tmp_path),
+        (waits_for_another, tmp_path, "a", "b"),
+        (waits_for_another, tmp_path, "b", "a"),
+    ]
+    verdicts = dict(on_cores(run_of, tasks, 2))
+    assert "died" in verdicts.pop(0)["ended"]
+    assert verdicts == {1: "second", 2: "a", 3: "b"}
 
 
 def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):

@@ -2,7 +2,8 @@
 
 import contextlib
 import os
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, as_completed
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
 
 CONNECT_LIMIT = 10.0  # [s] of wall time to reach a Dask scheduler
 POLL = 5.0  # [s] of wall time between two looks at the cluster's workers
@@ -23,25 +24,30 @@ def on_cores(run, tasks, jobs):
 
     Yields ``(row, verdict)`` as they end.
     """
-    left = set(range(len(tasks)))
-    with contextlib.suppress(BrokenExecutor), ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
-        futures = {pool.submit(run, *task): row for row, task in enumerate(tasks)}
-        try:
-            for future in as_completed(futures):
+    waiting, jobs = deque(range(len(tasks))), jobs or os.cpu_count()
+    while waiting:
+        # A process that dies takes the whole pool with it: who did it shows when each runs alone.
+        for row in (yield from _in_one_pool(run, tasks, waiting, jobs)):
+            if (yield from _in_one_pool(run, tasks, deque([row]), 1)):
+                yield row, failed("its process died")
+
+
+def _in_one_pool(run, tasks, waiting, jobs):
+    """Run the tasks in the rows ``waiting``, which are taken from it; yield ``(row, verdict)``.
+
+    Returns the rows that ran when the pool broke, if it did.  No more are handed in than can run, so
+    that an interruption waits for no others.
+    """
+    running = {}
+    with contextlib.suppress(BrokenExecutor), ProcessPoolExecutor(jobs) as pool:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                running[pool.submit(run, *tasks[waiting[0]])] = waiting[0]
+                waiting.popleft()
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
                 verdict = future.result()
-                left.discard(futures[future])
-                yield futures[future], verdict
-        finally:
-            for future in futures:  # an interruption waits for no more than what runs
-                future.cancel()
-    # A process that dies takes the whole pool with it: who did it shows when each runs alone.
-    for row in sorted(left):
-        try:
-            with ProcessPoolExecutor(1) as pool:
-                verdict = pool.submit(run, *tasks[row]).result()
-        except BrokenExecutor:
-            verdict = failed("its process died")
-        yield row, verdict
+                yield running.pop(future), verdict
+    return sorted(running.values())
 
 
 def on_cluster(run, tasks, scheduler):

@@ -99,12 +99,35 @@ def test_a_real_robot_is_followed_while_the_stage_is_paused(ros, tmp_path):
     assert probe.ask("[now(), state('x')[0], state('x')[2]]") == [paused, 0.0, 0.0]
 
 
-def test_the_jump_of_a_real_robot_is_noticed_and_that_of_a_simulated_one_is_not(ros, tmp_path):
-    _, probe = start_team(ros, tmp_path)
+def drive_team(ros, tmp_path, *arguments):
+    """Start the team with robot 2 stood in for, driven straight on; return stage, control and probe."""
+    stage, probe = start_team(ros, tmp_path)
     probe.ask("stand_in(2, [3.0, 0.0, 1.5707963])")
+    probe.ask("listen('/robot2/cmd_vel', Twist)")
     (tmp_path / "law.py").write_text(FORWARD)
     team = ["--scenario", tmp_path / "team.yaml", "--protocol", tmp_path / "law.py"]
-    ros.node("pioneer_control", *team, "_real:=2", "_stuck_time:=0")
+    control = ros.node("pioneer_control", *team, "_real:=2", "_stuck_time:=0", *arguments)
+    probe.wait("sent(2) == [0.2, 0.0]")
+    return stage, control, probe
+
+
+def test_a_pause_stops_the_real_robots_until_start(ros, tmp_path):
+    _, control, probe = drive_team(ros, tmp_path)
+    assert probe.ask("call('/stage/pause', SetBool, True)")[0]
+    probe.wait("sent(2) == [0.0, 0.0]")
+    probe.wait("'simulated time stands still' in control('trouble')")
+    assert "robots stopped: simulated time stands still" in log_of(control)
+    done, said = probe.ask("call('/pioneer_control/start', Trigger)")
+    assert not done and said.startswith("simulated time stands still")
+    assert probe.ask("call('/stage/pause', SetBool, False)")[0]
+    probe.wait_simulated(0.5)
+    assert probe.ask("sent(2)") == [0.0, 0.0] and not probe.ask("control('running')")
+    wait_until(lambda: probe.ask("call('/pioneer_control/start', Trigger)")[0])
+    probe.wait("sent(2) == [0.2, 0.0]")
+
+
+def test_the_jump_of_a_real_robot_is_noticed_and_that_of_a_simulated_one_is_not(ros, tmp_path):
+    _, _, probe = drive_team(ros, tmp_path)
     probe.wait("(state('x') or [0])[0] > 0.5")
     assert probe.ask("call('/stage/reset', Trigger)")[0]
     probe.wait("0.0 < state('x')[0] < 0.4")

@@ -7,7 +7,6 @@ import traceback
 
 import numpy as np
 import rospy
-from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
@@ -18,6 +17,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes import lifecycle
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.nodes.clock_watch import ClockWatch
 from mrs_simulator.nodes.common_frame import START, make_common_frame
 from mrs_simulator.nodes.guards import Guards, slower
 from mrs_simulator.nodes.lockstep import lockstep_wanted
@@ -33,7 +33,6 @@ from mrs_simulator.reporting import make_control
 from mrs_simulator.srv import SetTopology
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
-CLOCK_SILENCE = 1.0  # [s] of wall time without /clock after which the simulator counts as dead
 STATUS_PERIOD = 0.5  # [s] of wall time
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
@@ -66,13 +65,13 @@ class ControlNode:
         self._warnings, self._emergency, self._jump = [], False, ""
         self._command = np.zeros((scenario.n, 2))
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
-        self._last = {"status": 0.0, "report": 0.0, "act": 0.0, "clock": time.monotonic()}
+        self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
         self._simulated = rospy.get_param("/use_sim_time", False)
         simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
         self._simulated_rows = sorted(simulated)
-        self._open_topics()
+        self._open_topics(bool(real))
 
-    def _open_topics(self):
+    def _open_topics(self, real):
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario)
         self.inbox = self.frame.inbox
@@ -80,8 +79,8 @@ class ControlNode:
         if not self.dry_run:
             kind = TeamCommands if isinstance(self.inbox, TeamInbox) else RobotCommands
             self._commands = kind(self.control.numbers)
-        if self._simulated:
-            self._clock = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
+        # Odometry may come before the clock that makes its command due.
+        self._clock = ClockWatch(self.inbox.wake, real) if self._simulated else None
         self._services = [
             rospy.Service("~start", Trigger, self._on_start),
             rospy.Service("~stop", Trigger, self._on_stop),
@@ -129,11 +128,8 @@ class ControlNode:
         return self._who_is_silent() or self.motors.missing()
 
     def _who_is_silent(self):
-        if self._simulated and time.monotonic() - self._last["clock"] > CLOCK_SILENCE:
-            return "/clock is silent: no simulator is running"
-        if self._simulated and rospy.get_time() == 0.0:
-            return "no simulated time on /clock yet"  # odometry may come before it
-        return self.frame.missing(rospy.get_time())
+        trouble = self._clock.trouble() if self._clock else ""
+        return trouble or self.frame.missing(rospy.get_time())
 
     def _has_come(self):
         """Return whether the simulated robots' odometry is there, which comes together, or is late."""
@@ -271,10 +267,6 @@ class ControlNode:
         except ValueError as error:
             return False, str(error)
         return True, "{} edges".format(len(edges))
-
-    def _on_clock(self, _):
-        self._last["clock"] = time.monotonic()
-        self.inbox.wake()  # odometry may have come before the clock that makes its command due
 
     def _on_shutdown(self):
         with self._lock:

@@ -58,6 +58,8 @@ def busy_cores():
 def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
     verdict = launch(ros, tmp_path, scenario(name), "lockstep:=true", "speed:=0")
     assert verdict["passed"], verdict
+    with open(os.path.join(ros.directory, "launch.log")) as log:
+        assert "no command from" not in log.read()  # nobody waits for an answer that was given
     np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=gap)
     assert verdict["y_spread"] < gap
     assert sorted(os.listdir(str(tmp_path))) == sorted(

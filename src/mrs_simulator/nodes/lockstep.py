@@ -4,6 +4,8 @@ import time
 
 from mrs_simulator.nodes.parameters import flag_parameter
 
+QUIET = 0.2  # [s] of wall time without an answer after which none is under way
+
 
 def lockstep_wanted(real):
     """Return the parameter ``~lockstep``; ``ValueError`` if any robot of the rows ``real`` is real."""
@@ -25,7 +27,7 @@ class Lockstep:
         self.timeout = timeout
         self._clock = clock
         self._waiting = set()
-        self._since = clock()
+        self._since = self._heard = clock()
 
     def expect(self, rows):
         """Begin to wait for an answer of each robot in ``rows``."""
@@ -35,11 +37,16 @@ class Lockstep:
     def answered(self, rows):
         """Count the answers of the robots in ``rows``."""
         self._waiting.difference_update(rows)
+        self._heard = self._clock()
 
     @property
     def waiting_for(self):
         """Return the rows of the robots that have not answered, ascending."""
         return sorted(self._waiting)
+
+    def settled(self):
+        """Return whether all have answered, and no further answer to the same odometry is under way."""
+        return not self._waiting and self._clock() - self._heard > QUIET
 
     def overdue(self):
         """Return whether the time limit has passed; it then starts anew."""

@@ -140,7 +140,7 @@ class Stage:
     def spin(self):
         """Run until ROS shuts down."""
         self.topics.publish_clock()
-        self.topics.publish_odometry()
+        self._tell_odometry()
         while not rospy.is_shutdown():
             self.requests.serve()
             self._take_commands()
@@ -179,6 +179,8 @@ class Stage:
             waits.append("commands for {} of {} robots".format(len(silent), self.world.n))
         if self.lockstep and self.topics.unlistened():
             waits.append("a listener to each robot's odometry")
+        elif self.lockstep and not self.lockstep.settled():
+            waits.append("the first commands")
         heard, name = self.topics.recorders()
         if heard < self._recorders_wanted:
             waits.append("{:g} recorders on {}".format(self._recorders_wanted - heard, name))
@@ -190,7 +192,6 @@ class Stage:
             rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)
         self.pacer.resume()
         self.round_trips.begin(self.world.n)
-        self._expect_answers()
         return True
 
     def _take_commands(self):
@@ -213,9 +214,7 @@ class Stage:
         if self._step % self._steps_per_command == 0:
             self.round_trips.end_period(self.world.commanded)
         if self._step % self._steps_per_odom == 0:
-            self._expect_answers()
-            self.round_trips.sent()
-            self.topics.publish_odometry()
+            self._tell_odometry()
         self._publish_status()
 
     def _idle(self):
@@ -226,7 +225,7 @@ class Stage:
             self.mirror.place(self.world)  # real robots know no pause
             if self._started and self.paused:
                 self.topics.publish_state()
-            elif not self._started:
+            elif not self._started and (not self.lockstep or self.lockstep.waiting_for):
                 self.topics.publish_odometry()
         if self.lockstep and self._started and not self.paused and self.lockstep.overdue():
             self._report_silence()
@@ -236,9 +235,11 @@ class Stage:
         else:
             time.sleep(min(IDLE, self.pacer.wait()))
 
-    def _expect_answers(self):
+    def _tell_odometry(self):
         if self.lockstep:
             self.lockstep.expect(range(self.world.n))
+        self.round_trips.sent()
+        self.topics.publish_odometry()
 
     def _report_silence(self):
         rospy.logerr(
@@ -304,8 +305,7 @@ class Stage:
         self.world.step()
         self.world.take_collisions()
         self.topics.publish_clock()
-        self._expect_answers()
-        self.topics.publish_odometry()
+        self._tell_odometry()
 
     # Messages ------------------------------------------------------------------------------------
 

@@ -194,6 +194,18 @@ def test_displacement_rate_is_lambda_2(tmp_path):
     assert measured == pytest.approx(-np.log(1.0 - 0.3 * 0.02) / 0.02, rel=1e-6)
 
 
+@pytest.mark.parametrize("name", sorted(SHIPPED))
+def test_who_starts_in_the_shape_passes_without_a_rate(tmp_path, name):
+    given = shipped(name, duration=3.0)
+    places = make_control(given).places() - [given.hand_length, 0.0]
+    poses = np.column_stack([places, np.zeros(given.n)])
+    verdict = verdict_of(given._replace(poses=poses), tmp_path)
+    assert verdict["passed"], failed(verdict)
+    rate = check(verdict, "decay rate")
+    assert (rate["passed"], rate["measured"]) == (None, None)
+    assert rate["note"] == "does not apply: there is nothing to decay from this start"
+
+
 def test_a_directed_chain_ends_where_its_root_stands(tmp_path):
     chain = {"edges": [[i, i + 1] for i in range(1, 6)]}
     given = as_points(shipped("displacement_formation", topology=chain, duration=70.0))

@@ -186,6 +186,19 @@ def test_the_rate_on_points_is_that_of_theory(tmp_path):
     assert rate["note"] == "" and rate["measured"] == pytest.approx(rate["predicted"], rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["marching", "leader_follower"])
+def test_who_starts_in_place_passes_without_a_rate(tmp_path, name):
+    given = shipped(name, duration=5.0)
+    places = make_control(given).places()
+    poses = np.column_stack([places - [given.hand_length, 0.0], np.zeros(given.n)])
+    if name == "leader_follower":  # followers' hand points are placed about the leader's centre
+        poses[0, 0] += given.hand_length
+    verdict = verdict_of(given._replace(poses=poses), tmp_path)
+    assert verdict["passed"], failed(verdict)
+    rates = [one for one in verdict["checks"] if one["name"].startswith("decay rate")]
+    assert rates and {one["passed"] for one in rates} == {None}
+
+
 def test_a_row_of_followers_keeps_separation_and_bearing(tmp_path):
     """Each follows the one ahead and knows its command, so that no error is handed on."""
     row = [[-1.6 * i, 0.1 * i, 0.0] for i in range(4)]

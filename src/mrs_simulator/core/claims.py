@@ -14,7 +14,12 @@ RATE_WINDOWS = (
     1e-1,
 )  # [-] of the start, below which a rate is looked for: first the last
 RATE_FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
+NOTHING = 1e-9  # [m], or the quantity's unit: from less at the start nothing decays but rounding
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
+
+
+class NothingDecays(ValueError):
+    """A rate was to be measured of a quantity that is zero from the start: it has none."""
 
 
 class Claim(NamedTuple):
@@ -113,9 +118,14 @@ def decreases(quantity, name, tolerance=1e-6, free=False):
 
 
 def decay_rate(time, values):
-    """Return the rate [1/s] at which ``values`` (m,) decay at ``time`` (m,) [s]; None if they do not."""
+    """Return the rate [1/s] at which ``values`` (m,) decay at ``time`` (m,) [s]; None if they do not.
+
+    Raises ``NothingDecays`` for values that begin at zero.
+    """
     values = np.asarray(values, dtype=float)
-    if not values[0] > 0.0:
+    if values[0] <= NOTHING:
+        raise NothingDecays
+    if np.isnan(values[0]):
         return None
     share = values / values[0]
     # A decay that has reached its floor stays there: only what comes before counts.

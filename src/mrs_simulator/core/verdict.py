@@ -9,7 +9,7 @@ from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 
-from mrs_simulator.core.claims import Condition
+from mrs_simulator.core.claims import Condition, NothingDecays
 from mrs_simulator.core.recording import closest_approach
 from mrs_simulator.version import __version__
 
@@ -118,8 +118,11 @@ def _skipped(claim, note):
 
 
 def _measured(run, claim):
-    with np.errstate(all="ignore"):
-        measured = claim.measure(run)
+    try:
+        with np.errstate(all="ignore"):
+            measured = claim.measure(run)
+    except NothingDecays:
+        return _skipped(claim, "does not apply: there is nothing to decay from this start")
     if measured is not None and not math.isfinite(measured):
         measured = None
     return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)

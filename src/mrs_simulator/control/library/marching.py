@@ -15,7 +15,14 @@ from mrs_simulator.control.library.formations import (
     without_rates,
 )
 from mrs_simulator.control.pioneer_control import make_twist
-from mrs_simulator.core.claims import FEWEST_FITTED, Claim, Condition, decay_rate
+from mrs_simulator.core.claims import (
+    FEWEST_FITTED,
+    NOTHING,
+    Claim,
+    Condition,
+    NothingDecays,
+    decay_rate,
+)
 from mrs_simulator.core.kinematics import saturate, wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols import marching as laws
@@ -369,15 +376,18 @@ def settling_rate(time, values):
     values = np.asarray(values)
     left = float(np.median(values[-max(1, len(values) // 10) :]))
     small = np.flatnonzero(values < SETTLED * left)
-    end = small[0] if len(small) else len(values)
-    return decay_rate(time[:end], values[:end]) if end > 1 else None
+    end = max(1, small[0]) if len(small) else len(values)
+    return decay_rate(time[:end], values[:end])
 
 
 def first_rate(time, values):
     """Return the rate [1/s] at which ``values`` (m,) decay to a hundredth; None if they do not.
 
     Held commands couple separation and bearing a little: of what is left later, the slower decays.
+    Raises ``NothingDecays`` for values that begin at zero.
     """
+    if values[0] <= NOTHING:
+        raise NothingDecays
     small = np.flatnonzero(values < SMALL * values[0])
     if not len(small) or small[0] < FEWEST_FITTED:
         return None

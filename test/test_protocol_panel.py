@@ -9,7 +9,7 @@ from gui_fixtures import shown
 from python_qt_binding.QtCore import QPoint, QPointF, Qt
 from python_qt_binding.QtGui import QColor, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication, QFileDialog, QPushButton, QWidget
+from python_qt_binding.QtWidgets import QApplication, QPushButton, QWidget
 
 from mrs_simulator.core.formation import PARAMETERS
 from mrs_simulator.core.parameters import Parameter
@@ -286,10 +286,14 @@ def test_a_shipped_protocol_is_chosen(panel):
     assert panel.chosen == ["consensus"]
 
 
-def test_a_file_is_chosen_and_a_class_in_it(panel, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: ("/home/me/own.py", ""))
+def test_a_file_is_chosen_and_a_class_in_it(panel):
+    asked = []
+    panel.file_requested.connect(asked.append)
     assert not panel._class.isVisible()
     press(panel, "File...")
+    panel.take_file("/home/me/own.py")
+    press(panel, "File...")
+    assert asked == ["", "/home/me/"]
     assert panel.chosen == ["/home/me/own.py"]
     assert panel._combo.currentText() == "own.py" and panel._class.isVisible()
     type_into(panel._class, "no class")
@@ -303,12 +307,8 @@ def test_a_file_is_chosen_and_a_class_in_it(panel, monkeypatch):
     assert panel.chosen[2:] == ["consensus", "/home/me/own.py:Consensus"]
 
 
-def test_no_file_and_a_wrong_file(panel, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: ("", ""))
-    press(panel, "File...")
-    assert notes(panel) == []
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: ("/home/me/own.txt", ""))
-    press(panel, "File...")
+def test_a_wrong_file(panel):
+    panel.take_file("/home/me/own.txt")
     assert "wanted a Python file" in notes(panel)[0]
     assert panel.chosen == []
 

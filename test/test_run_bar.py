@@ -8,10 +8,13 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from python_qt_binding.QtCore import QRect, QSize, QTimer
-from python_qt_binding.QtWidgets import QApplication, QLabel, QSizePolicy, QWidget
+from gui_fixtures import shown as active
+from python_qt_binding.QtCore import QPoint, QRect, QSize, Qt, QTimer
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication, QLabel, QLineEdit, QSizePolicy, QWidget
 
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.rqt_plugin.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.run_bar import ACTIONS, RunBar
 from mrs_simulator.rqt_plugin.study import Snapshot
@@ -81,6 +84,66 @@ def test_the_emergency_stop_is_seen_in_the_whole_gui_however_narrow(app, study, 
     assert not stop.visibleRegion().isEmpty()
     assert stop.visibleRegion().boundingRect() == stop.rect()
     assert study.rect().contains(place(stop, study))
+
+
+@pytest.fixture
+def saving(study, no_hidden_errors, monkeypatch):
+    """The GUI and its dialog that asks where results go; ``study.saved``: what was answered."""
+    study.saved = []
+    monkeypatch.setattr(study, "_nothing_to_save", lambda: False)
+    monkeypatch.setattr(study.study, "save", lambda _, directory: study.saved.append(directory))
+    active(study, 1022, 700)
+    study.bar.button("save").setEnabled(True)
+    QTest.mouseClick(study.bar.button("save"), Qt.LeftButton)
+    (dialog,) = study.findChildren(FileDialog)
+    dialog.activateWindow()
+    assert QTest.qWaitForWindowActive(dialog)
+    return study, dialog
+
+
+def window_click(widget):
+    """Click on ``widget`` through its window, as the mouse does: a modal dialog would keep it."""
+    window = widget.window()
+    place = widget.mapTo(window, widget.rect().center())
+    QTest.mouseClick(window.windowHandle(), Qt.LeftButton, Qt.NoModifier, QPoint(place))
+
+
+def test_the_emergency_stop_works_while_a_file_dialog_is_open(saving):
+    study, dialog = saving
+    window_click(study.bar.button("emergency"))
+    study.link.set_emergency.assert_called_once_with(True)
+    window_click(study.bar.button("emergency"))
+    study.link.set_emergency.reset_mock()
+    dialog.activateWindow()
+    assert QTest.qWaitForWindowActive(dialog)
+    QTest.keyClick(dialog.windowHandle(), Qt.Key_Escape)
+    study.link.set_emergency.assert_called_once_with(True)
+    assert study.saved == []
+
+
+def test_the_file_chosen_is_taken_and_one_that_exists_after_a_question(saving, tmp_path):
+    study, dialog = saving
+    (tmp_path / "old").write_text("kept")
+    name = dialog.findChild(QLineEdit)
+    name.setText(str(tmp_path / "old"))
+    dialog.accept()
+    assert dialog.isVisible() and dialog.labelText(dialog.Accept) == "Replace"
+    assert "old exists" in dialog.windowTitle()
+    name.setText(str(tmp_path / "older"))
+    assert dialog.labelText(dialog.Accept) == "Save" and "exists" not in dialog.windowTitle()
+    name.setText(str(tmp_path / "old"))
+    dialog.accept()
+    dialog.accept()
+    assert study.saved == [str(tmp_path / "old")] and not dialog.isVisible()
+
+
+def test_a_scenario_chosen_while_a_controller_runs_is_not_opened(app, study, tmp_path):
+    shown(app, study, 1022, 700)
+    study._on_open()
+    study.study.is_controlled = lambda: True
+    (dialog,) = study.findChildren(FileDialog)
+    dialog.fileSelected.emit(str(tmp_path / "none.yaml"))
+    assert "not opened: stop the controller" in study.messages.toPlainText()
 
 
 def test_a_long_trouble_in_the_status_does_not_widen_the_window(app, study):

@@ -4,7 +4,6 @@ import os
 
 from python_qt_binding.QtCore import QEvent, QSize, Qt, Signal
 from python_qt_binding.QtWidgets import (
-    QFileDialog,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -29,6 +28,7 @@ class ProtocolPanel(QWidget):
 
     protocol_chosen = Signal(str)  # a shipped one's name, /path/file.py or /path/file.py:Class
     parameters_changed = Signal(object)  # dict of all parameters
+    file_requested = Signal(str)  # the directory to look in; the answer goes to take_file
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -53,7 +53,7 @@ class ProtocolPanel(QWidget):
         self._combo.activated.connect(self._on_activated)
         self._file = QPushButton("File...")
         self._file.setToolTip("Take a protocol from a Python file on this computer")
-        self._file.clicked.connect(self._on_file)
+        self._file.clicked.connect(guarded(lambda *_: self.file_requested.emit(self._directory)))
         self._class = QLineEdit()
         self._class.setPlaceholderText("the only one in the file")
         self._class.setToolTip(
@@ -140,14 +140,9 @@ class ProtocolPanel(QWidget):
         if name != self._name:
             self._choose(name)
 
-    @guarded
-    def _on_file(self, *_):
-        path, _ = QFileDialog.getOpenFileName(
-            self, "Open a protocol", self._directory, "Python files (*.py)"
-        )
-        if not path:
-            return
-        self._directory = os.path.dirname(path)
+    def take_file(self, path):
+        """Take the file at ``path`` as the protocol, if it is one of Python."""
+        self._directory = os.path.join(os.path.dirname(path), "")
         if path.endswith(".py"):
             # Chosen again, the file may have been changed meanwhile.
             self._choose(path)

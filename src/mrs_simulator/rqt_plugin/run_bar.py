@@ -81,8 +81,12 @@ class RunBar(QWidget):
             "All robots stop and stay so until released ({})".format(EMERGENCY_KEY)
         )
         self._stop_all.toggled.connect(self._on_emergency)
-        _shortcut(EMERGENCY_KEY, owner, self._press)
+        self.heed(owner)
         return self._stop_all
+
+    def heed(self, window):
+        """Let the key of the emergency stop work in ``window`` too, such as a dialog of the owner's."""
+        _shortcut(EMERGENCY_KEY, window, self._press)
 
     def _button(self, owner, name, text, key, meaning):
         button = QToolButton()

@@ -9,7 +9,6 @@ import time
 import numpy as np
 from python_qt_binding.QtCore import Qt, QTimer
 from python_qt_binding.QtWidgets import (
-    QFileDialog,
     QFrame,
     QLabel,
     QPlainTextEdit,
@@ -25,6 +24,7 @@ from mrs_simulator.control.library import HOMES
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_yaml
 from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
+from mrs_simulator.rqt_plugin.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.guard import guarded
 from mrs_simulator.rqt_plugin.map_panel import MapPanel
@@ -42,6 +42,7 @@ FRAME = 33  # [ms] of wall time between two pictures of the map
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
 TICK = 100  # [ms] between two looks at everything else
 GRAPH_REST = 0.3  # [s] after the controller's answer, within which an older status may still come
+SCENARIOS = "Scenarios (*.yaml *.yml)"
 TEAM_REST = 0.4  # [s] after the last change of the team until the stage is asked for it
 
 
@@ -102,6 +103,7 @@ class StudyWidget(QWidget):
         self.protocol.set_protocols(sorted(HOMES))
         self.protocol.protocol_chosen.connect(self._on_protocol)
         self.protocol.parameters_changed.connect(self._on_parameters)
+        self.protocol.file_requested.connect(self._on_protocol_file)
         self.topology.topology_changed.connect(self._on_topology)
         tabs = QTabWidget()
         for widget, title in (
@@ -205,21 +207,36 @@ class StudyWidget(QWidget):
         except (ValueError, OSError) as error:
             self.say("not opened: {}".format(error))
 
+    def _ask_file(self, title, start, kinds, chosen, saves=False):
+        """Open a dialog in place of one that is open; ``chosen`` is called with the path."""
+        for dialog in self.findChildren(FileDialog):
+            dialog.close()
+        self.bar.heed(FileDialog(self, title, start, kinds, chosen, saves))
+
     @guarded
     def _on_open(self):
-        path, _ = QFileDialog.getOpenFileName(self, "Open scenario", "", "Scenarios (*.yaml *.yml)")
-        if path:
+        self._ask_file("Open scenario", "", SCENARIOS, self._open_chosen)
+
+    def _open_chosen(self, path):
+        if self.study.is_controlled():  # since the dialog was opened
+            self.say("not opened: stop the controller to open another scenario")
+        else:
             self.load(path)
 
     @guarded
     def _on_save_scenario(self):
-        path, _ = QFileDialog.getSaveFileName(
-            self, "Save scenario", "scenario.yaml", "Scenarios (*.yaml *.yml)"
-        )
-        if path:
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(self.scenario.to_yaml())
-            self.say("saved {}".format(path))
+        self._ask_file("Save scenario", "scenario.yaml", SCENARIOS, self.save_scenario, saves=True)
+
+    def save_scenario(self, path):
+        """Write the scenario as edited so far to the file at ``path``."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.scenario.to_yaml())
+        self.say("saved {}".format(path))
+
+    @guarded
+    def _on_protocol_file(self, directory):
+        kinds = "Python files (*.py)"
+        self._ask_file("Open a protocol", directory, kinds, self.protocol.take_file)
 
     @guarded
     def _on_team(self):
@@ -299,18 +316,19 @@ class StudyWidget(QWidget):
         self.say(self.study.set_speed(speed))
 
     def _on_save(self):
-        if not len(self.history.time):
-            self.say("nothing to save: no robot has been heard")
-            return
-        suggested = os.path.join(self.study.results_directory(), self.study.suggested_name())
-        path = QFileDialog.getSaveFileName(self, "Save results to a new directory", suggested)[0]
-        if path:
-            self.save_results(path)
+        if not self._nothing_to_save():
+            suggested = os.path.join(self.study.results_directory(), self.study.suggested_name())
+            title = "Save results to a new directory"
+            self._ask_file(title, suggested, "", self.save_results, saves=True)
 
     def save_results(self, directory):
         """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``."""
-        self.say("saving to {}".format(directory))
-        self.study.save(self.history, directory)
+        if not self._nothing_to_save():
+            self.say("saving to {}".format(directory))
+            self.study.save(self.history, directory)
+
+    def _nothing_to_save(self):
+        return not len(self.history.time) and self.say("nothing to save: no robot has been heard")
 
     @guarded
     def _on_view(self, on):

@@ -223,6 +223,29 @@ def test_a_large_team_has_a_colour_bar_from_first_to_last_robot():
     assert len({tuple(line.get_color()) for line in axes.lines}) == 100
 
 
+def test_a_team_of_hundreds_is_drawn_by_few_artists():
+    n = report.MOST_LINES + 1
+    run = make_run(n)
+    theory = run.hand + 0.1
+    axes = report.draw_states(report.new_figure(), run, "y", theory)
+    curves, predicted = axes.collections
+    for row, (curve, line) in enumerate(zip(curves.get_segments(), predicted.get_segments())):
+        np.testing.assert_array_equal(curve, np.stack([run.time, run.hand[:, row, 1]], axis=1))
+        np.testing.assert_array_equal(line, np.stack([run.time, theory[:, row, 1]], axis=1))
+    assert len({tuple(colour) for colour in curves.get_color()}) > 100
+    assert (
+        axes.get_ylim()[0] <= run.hand[:, :, 1].min() < theory[:, :, 1].max() <= axes.get_ylim()[1]
+    )
+    assert legend_texts(axes) == ["Theory"]
+    upper, _ = report.draw_inputs(report.new_figure(), run)
+    held = upper.collections[0].get_segments()[3]
+    np.testing.assert_array_equal(held[::2, 1], run.command[:, 3, 0])
+    np.testing.assert_array_equal(held[1::2, 1], run.command[:-1, 3, 0])
+    axes = report.draw_trajectories(report.new_figure(), run, theory)
+    assert legend_texts(axes) == ["Start", "Trajectory", "Theory", "Final pose"]
+    assert len(axes.get_children()) < 50
+
+
 @pytest.mark.parametrize("n", [1, 7, 12, 100])
 def test_nothing_is_cut_off_and_the_legend_covers_no_data(n):
     for draw in (report.draw_trajectories, report.draw_inputs):

@@ -18,8 +18,9 @@ import threading
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cbook import pts_to_poststep
 from matplotlib.cm import ScalarMappable, viridis
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
@@ -41,6 +42,8 @@ PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
 MOST_IN_LEGEND = 12  # above it robots are told apart by a colour bar
 MOST_IN_LEGEND_ROW = 6
+MOST_LINES = 200  # above it one artist draws all: each artist costs milliseconds in every file
+MOST_NUMBERED = 200  # above it the numbers at the starts would hide each other
 
 WIDTH = 6.5  # [in], the text width of a page
 STATES_HEIGHT = 3.4  # [in]
@@ -269,18 +272,37 @@ def _draw_curves(axes, run, values, **style):
     if len(values) > most:
         # Steps between thinned samples would be longer than the true ones.
         style["drawstyle"] = "default"
-    for row, robot in enumerate(run.robots):
+    lines = [thin(run.time, column, most) for column in values.T]
+    if len(lines) > MOST_LINES and len(values) > 1:
+        _draw_many(axes, lines, color=colours, **style)
+        return
+    for row, (line, robot) in enumerate(zip(lines, run.robots)):
         dashes = "-" if many or row < len(PALETTE) else (0, (4, 1, 1, 1))
-        line = thin(run.time, values[:, row], most)
         axes.plot(*line, color=colours[row], ls=dashes, label="Robot {}".format(robot), **style)
 
 
 def _draw_predicted_curves(axes, time, values):
     """Draw theory's ``values`` (p, n) at ``time`` (p,) as dashed black lines."""
-    for row, column in enumerate(values.T):
-        label = "_nolegend_" if row else "Theory"
-        line = thin(time, column, _most_points(values.shape[1]))
-        axes.plot(*line, "k", ls=(0, (4, 3)), lw=_sized(values, 0.8, 0.5), label=label)
+    lines = [thin(time, column, _most_points(values.shape[1])) for column in values.T]
+    _draw_alike(axes, lines, "Theory", color="k", ls=(0, (4, 3)), lw=_sized(values, 0.8, 0.5))
+
+
+def _draw_alike(axes, lines, label, **style):
+    """Draw ``lines``, each (x, y), in one ``style``; the legend names them once."""
+    if len(lines) > MOST_LINES:
+        _draw_many(axes, lines, label=label, **style)
+        return
+    for row, line in enumerate(lines):
+        axes.plot(*line, label="_nolegend_" if row else label, **style)
+
+
+def _draw_many(axes, lines, drawstyle="default", **style):
+    """Draw ``lines``, each (x, y), as one artist."""
+    if drawstyle == "steps-post":
+        lines = [pts_to_poststep(*line) for line in lines]
+    paths = [np.stack(line, axis=1) for line in lines]
+    axes.add_collection(LineCollection(paths, zorder=2, **style))
+    axes.autoscale_view()
 
 
 def robot_colours(robots):
@@ -301,7 +323,7 @@ def _name_robots(figure, panels, robots):
     scale.set_array([])
     ticks = np.unique(np.linspace(least, most, 6).round())
     figure.colorbar(scale, ax=panels, label="Robot", aspect=30, pad=0.02, ticks=ticks)
-    if any(line.get_label() == "Theory" for line in panels[0].lines):
+    if "Theory" in panels[0].get_legend_handles_labels()[1]:
         _legend_above(panels[0], ("Theory",))
 
 
@@ -337,27 +359,20 @@ def _most_points(n):
 
 
 def _draw_paths(axes, points):
-    for row, path in enumerate(_thin_paths(points)):
-        axes.plot(
-            *path.T,
-            color=TRAJECTORY_COLOUR,
-            ls=(0, (4, 2)),
-            lw=_sized(points, 1.2, 0.7),
-            label="_nolegend_" if row else "Trajectory",
-        )
+    style = {"color": TRAJECTORY_COLOUR, "ls": (0, (4, 2)), "lw": _sized(points, 1.2, 0.7)}
+    _draw_alike(axes, _thin_paths(points), "Trajectory", **style)
 
 
 def _draw_predicted_paths(axes, hand):
-    for row, path in enumerate(_thin_paths(hand)):
-        label = "_nolegend_" if row else "Theory"
-        axes.plot(*path.T, "k", ls=(0, (3, 5)), lw=_sized(hand, 0.9, 0.5), label=label)
+    style = {"color": "k", "ls": (0, (3, 5)), "lw": _sized(hand, 0.9, 0.5)}
+    _draw_alike(axes, _thin_paths(hand), "Theory", **style)
 
 
 def _thin_paths(points):
-    """Return the paths (n, p, 2) of ``points`` (m, n, 2), p no more than a drawing needs."""
+    """Return the paths (n, 2, p) of ``points`` (m, n, 2), p no more than a drawing needs."""
     count = min(len(points), _most_points(points.shape[1]))
     chosen = np.unique(np.linspace(0, len(points) - 1, count).round().astype(int))
-    return points[chosen].transpose(1, 0, 2)
+    return points[chosen].transpose(1, 2, 0)
 
 
 def _draw_final_poses(axes, points, theta, extent):
@@ -421,6 +436,8 @@ def _draw_starts(axes, robots, points):
     """Draw red points at the starts, each with its robot's number on the side away from its path."""
     style = {"color": START_COLOUR, "zorder": 5}
     axes.plot(*points[0].T, "o", ms=_sized(points, 4.5, 2.5), label="Start", **style)
+    if len(robots) > MOST_NUMBERED:
+        return
     away = points[0] - points.mean(axis=0)
     distance = np.linalg.norm(away, axis=1, keepdims=True)
     away = np.where(distance > 1e-6, away / np.maximum(distance, 1e-6), [0.0, 1.0])

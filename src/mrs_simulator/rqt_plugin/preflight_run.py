@@ -62,9 +62,9 @@ class PreflightRun:
         has judged.
         """
         self.running, self._accepted, self.outcome = True, accepted, ""
-        topics = self._link.odometry_topics()
-        alone = not self._link.is_fresh("stage")
-        self._link.do("preflight", lambda: self._check(scenario_path, list(own), topics, alone))
+        topics, real = self._link.odometry_topics(), who_is_real(self._link)
+        run = ["--scenario", scenario_path] + real
+        self._link.do("preflight", lambda: self._check(run, list(own), topics, alone=not real))
 
     def cancel(self):
         """Start nothing when the check ends; return whether something was to be started."""
@@ -92,7 +92,7 @@ class PreflightRun:
         """Return the keys of what was found."""
         return frozenset(finding.key for finding in self.findings or ())
 
-    def _check(self, scenario_path, findings, topics, alone):
+    def _check(self, run, findings, topics, alone):
         """Run the command; return ``(True, (checks passed, findings))``.  Not in the GUI's thread."""
         path = os.path.join(self._processes.directory, "preflight.json")
         if os.path.exists(path):
@@ -101,7 +101,7 @@ class PreflightRun:
             findings.append(
                 Finding("", "clock", "/use_sim_time is true, and no stage runs", "false")
             )
-        arguments = ["--scenario", scenario_path, "--json", path] + _as_the_controller(topics)
+        arguments = run + ["--json", path] + _as_the_controller(topics)
         _, said = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
         if not os.path.exists(path):
             return False, said or "no answer within {:g} s".format(LIMIT)
@@ -109,6 +109,15 @@ class PreflightRun:
             rows = json.load(file)
         failed = [row for row in rows if not row.pop("passed")]
         return True, (len(rows) - len(failed), findings + [Finding(**row) for row in failed])
+
+
+def who_is_real(link):
+    """Return the argument that tells which of a stage's robots are real; without a stage all are."""
+    if not link.is_fresh("stage"):
+        return []
+    snapshot = link.snapshot()
+    # Nobody has to be said as well: the parameter outlives the controller before.
+    return ["_real:={}".format(sorted(snapshot.real) if snapshot else [])]
 
 
 def _as_the_controller(topics):

@@ -12,7 +12,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Recorder
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.reporting import make_control, write_scenario
-from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun
+from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.study_state import StudyState, named
 
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
@@ -191,8 +191,12 @@ class StudyRun:
         if self.state.real() and self.state.started_elsewhere():
             # Its remappings and limits are not known here: it is not to be replaced.
             return "not started: the controller that runs is for another team than this scenario's"
-        self.processes.start("control", "pioneer_control", "--scenario", self._written())
+        self._launch_control()
         return "controller started: {}".format(self.scenario.control.protocol)
+
+    def _launch_control(self):
+        arguments = ["--scenario", self._written()] + who_is_real(self.link)
+        self.processes.start("control", "pioneer_control", *arguments)
 
     def _do_stop(self, _):
         if self.preflight.cancel():
@@ -272,7 +276,7 @@ class StudyRun:
         goes_on = self.is_controlled() and not self.state.real()
         self.processes.stop("control")
         if goes_on:
-            self.processes.start("control", "pioneer_control", "--scenario", self._written())
+            self._launch_control()
             return ""
         # Robots that stand are not set going by a choice, nor real ones without a check.
         return "controller ended: start it for the new protocol"

@@ -12,6 +12,7 @@ from mrs_simulator import PioneerControl, load_scenario
 from mrs_simulator.control.library import HOMES
 from mrs_simulator.control.library import shipped as protocol_called
 from mrs_simulator.core.channel import Channel
+from mrs_simulator.core.claims import disagreement
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.links import Links, PerEdge, Switching
@@ -280,6 +281,47 @@ def test_equal_delays_five_percent_either_side_of_the_bound(tmp_path, share, sta
     hand = read_run_csv(str(tmp_path / "run.csv")).hand
     size = np.ptp(hand, axis=1).max(axis=1)
     assert (size[-50:].max() < 0.1) == stable and (size[-50:].max() > 10.0) == (not stable)
+
+
+TWO = {"robots": 2, "poses": [[3, 0, 0], [-2, 4, 0]], "topology": {"preset": "path"}}
+THREE = {
+    "robots": 3,
+    "poses": [[3, 0, 0], [-2, 4, 0], [-1, -3, 0]],
+    "topology": {"preset": "cycle"},
+}
+
+
+@pytest.mark.parametrize(
+    "name, parameters, changes",
+    [
+        # A chain is up, whose modes coincide though those of the topology do not.
+        ("consensus", {}, {"links": {"switching": {"graphs": [[[1, 2], [2, 3]]]}}, **THREE}),
+        # Just above gain mu tau = 1/e, where two modes meet and part as oscillations.
+        ("consensus", {}, {"links": {"delay": 0.38, "carries": "difference"}, **TWO}),
+        ("delayed_consensus", {"gain": 0.5, "tau": 0.38}, TWO),
+        # A little below critical damping, g = 2/sqrt(mu).
+        ("second_order_consensus", {"g": 1.38}, TWO),
+        # A turn in which nothing moves lies in each round.
+        ("switching_consensus", {"gain": 5.0, "sets": 2, "dwell": 0.5}, TWO),
+    ],
+)
+def test_rates_that_no_eigenvalue_shows_are_those_of_the_exact_solution(
+    tmp_path, name, parameters, changes
+):
+    verdict = verdict_of(shipped(name, parameters, duration=20.0, **changes), tmp_path)
+    assert verdict["passed"], verdict["checks"]
+    assert check(verdict, "decay rate over")["measured"] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_exact_solution_decays_by_the_modulus_of_a_round():
+    scenario = shipped("consensus", links={"delay": 0.1, "carries": "difference"})
+    start = np.array(scenario.poses)[:, :2]
+    law = make_control(scenario)._over_links(start)
+    steps, lengths = law.round()
+    modulus, _ = laws.agreement(laws.round_of(steps, lengths), 6)
+    round_length = sum(lengths) * law.period
+    before, after = disagreement(law.track(start, round_length * np.array([1000.0, 1001.0])))
+    assert after / before == pytest.approx(modulus, abs=1e-6)
 
 
 def test_states_that_are_told_late_never_make_consensus_unstable(tmp_path):

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from mrs_simulator.core.claims import Condition
+from mrs_simulator.core.claims import Claim, Condition, decay_rate
 
 AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
 DECAY = "decay rate of the disagreement [1/s]"
+SHARE = "decay rate over the exact solution's [-]"
 
 
 def spanning_tree(topology):
@@ -33,6 +34,21 @@ def held_track(points, time, period):
     knots = np.array([point for _, point in zip(range(int(before.max()) + 2), points)])
     share = np.maximum(count - before, 0.0)[:, np.newaxis, np.newaxis]
     return (1.0 - share) * knots[before] + share * knots[before + 1]
+
+
+def decays_as(exact, of, tolerance=0.05):
+    """Claim that the quantity ``of`` decays at the rate that ``exact(start, time)`` shows meanwhile.
+
+    The eigenvalue alone shows in no run where modes nearly coincide, oscillate or come in turns.
+    """
+    size = lasting(of)
+
+    def share(run):
+        track = exact(run.hand[0], run.time - run.time[0])
+        measured, theory = (decay_rate(run.time, size(hand)) for hand in (run.hand, track))
+        return measured / theory if measured and theory else None
+
+    return Claim(SHARE, 1.0, tolerance, share, free=True)
 
 
 def lasting(quantity):

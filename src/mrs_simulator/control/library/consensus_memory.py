@@ -6,11 +6,11 @@ from mrs_simulator.control.library.common import (
     AGREED,
     all_hold,
     below,
+    decays_as,
     held_track,
-    lasting,
     spanning_tree,
 )
-from mrs_simulator.control.library.consensus import AT_LIMIT, GAIN, decays_at, keeps_weighted_mean
+from mrs_simulator.control.library.consensus import AT_LIMIT, GAIN, keeps_weighted_mean
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
 from mrs_simulator.core.parameters import Parameter
@@ -118,7 +118,7 @@ class DelayedConsensus(Remembering):
         return conditions + [
             converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
             keeps_weighted_mean(self.topology),
-            *decays_at(decay, self.topology, lasting(disagreement)),
+            decays_as(self.prediction, disagreement),
         ]
 
     def prediction(self, start, time):
@@ -169,7 +169,7 @@ class SecondOrderConsensus(Remembering):
             Claim(
                 "distance from w^T p(0) + t w^T v(0) [m]", 0.0, AGREED, self._off_limit, free=True
             ),
-            *decays_at(decay, self.topology, lasting(disagreement)),
+            decays_as(self.prediction, disagreement),
         ]
 
     def _off_limit(self, run):

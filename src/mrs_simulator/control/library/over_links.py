@@ -5,17 +5,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.control.library.common import (
-    DECAY,
     all_hold,
     below,
+    decays_as,
     held_track,
-    lasting,
     spanning_tree,
 )
 from mrs_simulator.core.channel import kept_edges, turn_steps, up_in
-from mrs_simulator.core.claims import Claim, Condition, centroid, converges_to, invariant, rate
+from mrs_simulator.core.claims import Claim, Condition, centroid, converges_to, invariant
 from mrs_simulator.core.links import Links
-from mrs_simulator.core.protocols.consensus import arcs_of, has_simple_modes
+from mrs_simulator.core.protocols.consensus import arcs_of
 from mrs_simulator.core.protocols.over_links import (
     agreement,
     points_over_links,
@@ -89,7 +88,8 @@ class Linear(NamedTuple):
 def linear_claims(law, start):
     """Return what theory says of a run of the ``Linear`` law from ``start`` (n, 2); None for nothing.
 
-    With delays and turns that are known: the limit and the rate, from the eigenvalues of a round.
+    With delays and turns that are known: stability and limit, from the eigenvalues of a round, and the
+    rate of the exact solution.
     With losses and turns by chance: agreement with probability one, as long as each robot goes
     towards what others told and never beyond (Bertsekas and Tsitsiklis, 1989).
     """
@@ -139,12 +139,11 @@ def _known_claims(law, start, conditions):
     if not all_hold(conditions):
         return conditions
     limit = law.places + weights @ (start - law.places)
-    decay = -np.log(max(modulus, 1e-300)) / (sum(lengths) * law.period)
     claims = [
         converges_to(limit, law.place, "distance from the limit over these edges [m]", free=True)
     ]
-    if law.topology.n > 1 and modulus > ZERO and has_simple_modes(law.topology):
-        claims.append(rate(decay, lasting(_error(law)), law.share, DECAY))
+    if modulus > ZERO:
+        claims.append(decays_as(law.track, _error(law), law.share))
     return conditions + claims
 
 

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from mrs_simulator.control.library.common import AGREED, all_hold, below, held_track, spanning_tree
+from mrs_simulator.control.library.common import (
+    AGREED,
+    all_hold,
+    below,
+    decays_as,
+    held_track,
+    spanning_tree,
+)
 from mrs_simulator.control.library.consensus import GAIN, never_grows
 from mrs_simulator.control.library.consensus_memory import SEED, Remembering
 from mrs_simulator.core.claims import (
@@ -12,7 +19,6 @@ from mrs_simulator.core.claims import (
     converges_to,
     disagreement,
     invariant,
-    rate,
 )
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols.consensus import arcs_of, laplacian_of, switching_consensus
@@ -118,20 +124,18 @@ class SwitchingConsensus(Remembering):
         return conditions + claims
 
     def _round_claims(self, start):
-        """Return limit and rate of a round of turns: the eigenvalues of the product of its steps."""
+        """Return the limit of rounds of turns, by the product of a round's steps, and their rate."""
         values, vectors = np.linalg.eig(self.round_matrix().T)
         order = np.argsort(-np.abs(values))
         weights = vectors[:, order[0]].real
         largest = float(np.abs(values[order[1]])) if len(values) > 1 else 0.0
-        length = self.turn_steps * self.sets * self.period
         claims = [
             converges_to(
                 weights @ start / weights.sum(), AGREED, "distance from the limit [m]", free=True
             )
         ]
         if largest > ZERO:
-            name = "decay rate of the disagreement [1/s]"
-            claims.append(rate(-np.log(largest) / length, disagreement, 0.05, name))
+            claims.append(decays_as(self.prediction, disagreement))
         return claims
 
     def _turn_matrices(self):

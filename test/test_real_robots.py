@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import yaml
 from ros_fixtures import PATIENCE, log_of, wait_until
 from test_rosaria import FORWARD
 from test_stage_node import start
@@ -176,3 +177,25 @@ def test_the_control_node_too_says_which_numbers_are_no_robots(ros):
     assert control.wait(PATIENCE) == 2
     said = "parameter /pioneer_control/real names [4]: wanted numbers from 1 to 3"
     assert said in log_of(control) and "Traceback" not in log_of(control)
+
+
+def parameters_of_launch(ros, *arguments):
+    """Return the parameters that simulation.launch sets, by name."""
+    return yaml.safe_load(
+        ros.call("roslaunch", "--dump-params", "mrs_simulator", "simulation.launch", *arguments)
+    )
+
+
+def test_the_launch_file_starts_no_real_robot_and_knows_their_guards(ros):
+    guards = ["geofence:=-4, -4, 4, 4", "min_distance:=0.8", "v_max:=0.2", "omega_max:=0.5"]
+    given = parameters_of_launch(ros, "real:=1,3", "dry_run:=true", "resume:=false", *guards)
+    told = {name: given["/pioneer_control/" + name] for name in ("real", "autostart", "dry_run")}
+    assert told == {"real": "1,3", "autostart": False, "dry_run": True}
+    assert given["/stage/wait_for_control"] is False
+    assert given["/pioneer_control/geofence"] == "-4, -4, 4, 4"
+    assert given["/pioneer_control/min_distance"] == 0.8
+    assert (given["/pioneer_control/v_max"], given["/pioneer_control/omega_max"]) == (0.2, 0.5)
+    assert given["/pioneer_control/resume"] is False
+    # One robot's number is not taken for none, and simulated ones go at once.
+    assert parameters_of_launch(ros, "real:=2")["/pioneer_control/autostart"] is False
+    assert parameters_of_launch(ros)["/pioneer_control/autostart"] is True

@@ -81,6 +81,32 @@ until(lambda: gui.link.newest("stage").paused)
     )
 
 
+def test_why_a_controller_started_elsewhere_stopped_and_that_the_stage_was_killed_is_said(
+    gui, ros, tmp_path
+):
+    (tmp_path / "law.py").write_text(
+        "from mrs_simulator import PioneerControl\n"
+        "class Wrong(PioneerControl):\n"
+        "    def calculateControlLaw(self, pos_map):\n"
+        "        return 1 / 0\n"
+    )
+    ros.node("pioneer_control", "--robots", 4, "--protocol", tmp_path / "law.py")
+    gui(
+        """
+def said(text):
+    return gui.messages.toPlainText().count(text)
+click("simulate")
+until(lambda: said("controller: the law failed: ZeroDivisionError"))
+heard = gui.link.newest("control")
+until(lambda: gui.link.newest("control") is not heard)
+gui._on_tick()
+assert said("the law failed") == 1
+os.kill(gui.study.processes._running["stage"].pid, 9)
+until(lambda: said("stage killed by signal 9"))
+"""
+    )
+
+
 def test_a_bag_is_recorded_and_can_be_reported(gui, ros, tmp_path):
     ros.environment["HOME"] = str(tmp_path)
     gui(

@@ -310,7 +310,7 @@ class StudyRun:
         if any(name == "stage" for name, _, _ in ended):
             self._restore_time()
         return [
-            "{} ended with {}: {}".format(name, code, output.strip()[-500:])
+            "{} {}".format(name, _how_ended(code, output.strip()[-500:]))
             for name, code, output in ended
             if code not in (0, -2, 130)  # ended in good order
         ]
@@ -358,3 +358,8 @@ class StudyRun:
         self.preflight.cancel()
         self.processes.close()
         self._restore_time()
+
+
+def _how_ended(code, output):
+    how = "ended with {}".format(code) if code >= 0 else "killed by signal {}".format(-code)
+    return "{}: {}".format(how, output) if output else how

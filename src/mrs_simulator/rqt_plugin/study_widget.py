@@ -59,6 +59,7 @@ class StudyWidget(QWidget):
         self.history = History()
         self._graph_changed_at = 0.0
         self._team_changed_at, self._last_control, self._last_image = None, None, None
+        self._told_trouble = ""  # by the controller
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._build()
         self.show_scenario(scenario)
@@ -418,6 +419,7 @@ class StudyWidget(QWidget):
         if control is self._last_control:
             return
         self._last_control = control
+        self._tell_trouble(control)
         targets = np.array([control.target_x, control.target_y]).T
         self.map.show_targets(targets if len(targets) else None)
         # What it said before it took in the graph drawn here is out of date.
@@ -425,6 +427,12 @@ class StudyWidget(QWidget):
             edges = list(zip(control.hears, control.heard, control.weight))
             self.map.show_topology(edges, control.directed)
             self.topology.set_topology(edges, control.directed)
+
+    def _tell_trouble(self, control):
+        """Say once why a controller, here or elsewhere, stopped all robots or some of them."""
+        if control.trouble != self._told_trouble and (not control.running or control.stopped):
+            self.say(control.trouble and "controller: {}".format(control.trouble))
+        self._told_trouble = control.trouble
 
     def _show_status(self):
         for name, (good, text) in self.study.state.lines().items():

@@ -185,7 +185,8 @@ class StudyRun:
         return "the robots are checked again; then the controller starts unless there is more"
 
     def _start_control(self):
-        if self.link.is_fresh("control") and self._control_fits():
+        ending = self.processes.is_ending("control")  # it would answer, and go
+        if self.link.is_fresh("control") and self._control_fits() and not ending:
             self.link.ask("start")
             return ""
         if self.state.real() and self.state.started_elsewhere():

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from math import comb
 
 import numpy as np
@@ -254,3 +255,16 @@ def test_overlapping_robots_are_refused_before_anything_is_written(tmp_path):
 def test_more_robots_than_the_scenario_lists(tmp_path):
     verdict = run_experiment(shipped("paper").with_robots(30)._replace(duration=1.0), str(tmp_path))
     assert verdict["robots"] == 30
+
+
+def test_an_experiment_of_thousands_holds_no_matrix_of_all_pairs(tmp_path):
+    n = 3000
+    tracemalloc.start()
+    try:
+        scenario = shipped("paper", robots=n, poses={"layout": "grid"}, duration=0.2)
+        verdict = run_experiment(scenario, str(tmp_path), formats=())
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert verdict["ended"] == "complete" and verdict["robots"] == n
+    assert peak < 8 * n * n

@@ -34,6 +34,11 @@ class PerEdge(NamedTuple):
         np.fill_diagonal(values, 0.0)
         return values
 
+    def is_symmetric(self, n):
+        """Return whether each edge has the value of its other direction."""
+        values = self.matrix(n)
+        return np.array_equal(values, values.T)
+
     def to_plain(self, n):
         """Return the value that a scenario over n robots gives, a number or a mapping."""
         kept = [list(edge) for edge in self.edges if max(edge[:2]) <= n]
@@ -139,8 +144,7 @@ def read_links(content, where, n, topology):
         switching=_read_switching(section, n, topology),
     )
     section.done()
-    loss = links.loss.matrix(n)
-    if links.symmetric and not np.array_equal(loss, loss.T):
+    if links.symmetric and not links.loss.is_symmetric(n):
         raise ScenarioError(
             "{}: true, but loss differs between the two directions of an edge".format(
                 section.at("symmetric")

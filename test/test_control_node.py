@@ -39,6 +39,18 @@ class TurnsNan(PioneerControl):
         return {i: make_twist(0.3 if self.calls < 50 else float("nan"), 0.0) for i in pos_map}
 """
 
+HANGING = """
+import os, time
+from mrs_simulator import PioneerControl, make_twist
+
+class Hangs(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        while os.path.exists({0!r} + "/hang"):
+            open({0!r} + "/hangs", "w").close()
+            time.sleep(0.01)
+        return {{i: make_twist(0.3, 0.0) for i in pos_map}}
+"""
+
 
 @pytest.fixture
 def law(tmp_path):
@@ -155,6 +167,38 @@ def test_a_law_that_breaks_on_the_way_stops_the_robots(ros, law):
     at_rest(probe)
     assert probe.ask("status('refused')") == [0, 0]  # it was not the stage that stopped them
     assert control.poll() is None
+
+
+@pytest.fixture
+def hung(ros, law, tmp_path):
+    """Return control node and probe of a team that moves while its law hangs until a file is gone."""
+    ros.node("stage", "--robots", 2, "_cmd_vel_timeout:=1000")
+    text = HANGING.format(str(tmp_path))
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(text))
+    probe = ros.probe()
+    moving(probe, 2)
+    (tmp_path / "hang").touch()
+    wait_until((tmp_path / "hangs").exists)
+    return control, probe
+
+
+def test_an_emergency_stop_waits_for_no_law(hung, tmp_path):
+    control, probe = hung
+    probe.ask("press(True)")
+    at_rest(probe)
+    (tmp_path / "hang").unlink()
+    probe.wait("control('trouble') == 'emergency stop'")
+    assert not probe.ask("control('running')") and "emergency stop" in log_of(control)
+    at_rest(probe)
+
+
+def test_the_nodes_last_zeros_wait_for_no_law(hung, tmp_path):
+    control, probe = hung
+    control.send_signal(signal.SIGINT)
+    at_rest(probe)
+    (tmp_path / "hang").unlink()
+    assert control.wait(PATIENCE) is not None
+    assert probe.ask("max(map(abs, state('vx') + state('omega')))") == 0.0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

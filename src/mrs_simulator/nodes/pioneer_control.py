@@ -23,12 +23,11 @@ from mrs_simulator.nodes.guards import Guards, slower
 from mrs_simulator.nodes.lockstep import lockstep_wanted
 from mrs_simulator.nodes.motors import Motors
 from mrs_simulator.nodes.odometry_inbox import TeamInbox
+from mrs_simulator.nodes.outlet import Outlet, RobotCommands
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
-from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.real_robots import real_among
 from mrs_simulator.nodes.reconfigure import ParameterServer
 from mrs_simulator.nodes.team_topics import TeamCommands
-from mrs_simulator.nodes.wire import PlanarTwist
 from mrs_simulator.reporting import make_control
 from mrs_simulator.srv import SetTopology
 
@@ -62,8 +61,7 @@ class ControlNode:
         self.trouble = "" if self.running else "not started"
         self._lock = threading.RLock()
         self._next, self._answered, self._begun = None, None, None
-        self._warnings, self._emergency, self._jump = [], False, ""
-        self._command = np.zeros((scenario.n, 2))
+        self._warnings, self._jump = [], ""
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
         self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
         self._simulated = rospy.get_param("/use_sim_time", False)
@@ -75,10 +73,12 @@ class ControlNode:
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario)
         self.inbox = self.frame.inbox
-        self._commands = None
-        if not self.dry_run:
-            kind = TeamCommands if isinstance(self.inbox, TeamInbox) else RobotCommands
-            self._commands = kind(self.control.numbers)
+        kind = TeamCommands if isinstance(self.inbox, TeamInbox) else RobotCommands
+        self.outlet = Outlet(
+            None if self.dry_run else kind(self.control.numbers), len(self.control.numbers)
+        )
+        if self.running:
+            self.outlet.open()
         # Odometry may come before the clock that makes its command due.
         self._clock = ClockWatch(self.inbox.wake, real) if self._simulated else None
         self._services = [
@@ -157,14 +157,14 @@ class ControlNode:
             if self._due(stamp.to_sec()):
                 self._act()
             else:
-                self._send(self._command)
+                self._send(self.outlet.command)
         elif repeated:
-            self._send(self._command)
+            self._send(self.outlet.command)
 
     def _act(self):
         if not self.running:
             if self.lockstep:
-                self._send(np.zeros_like(self._command))
+                self._send(np.zeros_like(self.outlet.command))
             return
         self._last["act"] = time.monotonic()
         self.inbox.used()
@@ -196,12 +196,12 @@ class ControlNode:
     def _hold(self, trouble):
         """Tell the robots to stop as long as something is missing."""
         # In lockstep nothing moves before its answer, and zeros would be one.
-        moving = bool(np.any(self._command)) and not self.lockstep
+        moving = bool(np.any(self.outlet.command)) and not self.lockstep
         self.trouble = self.trouble if not self.running else trouble
         if not self.lockstep:
             self._next = None  # what passes meanwhile are no missed periods
         if moving:
-            self._send(np.zeros_like(self._command))
+            self._send(np.zeros_like(self.outlet.command))
         if self.running and self._begun is not None and not self.resumes:
             # Whoever walks up to robots that stand is not to be surprised by them.
             start = START.format(rospy.resolve_name("~start"))
@@ -214,26 +214,26 @@ class ControlNode:
     def _stop(self, reason):
         self.running, self.trouble = False, reason
         self.motors.forget()
-        self._send(np.zeros_like(self._command))
+        self.outlet.shut()
 
     def _send(self, command):
-        self._command = command
-        if self._commands is not None:
-            self._commands.publish(command)
+        self.outlet.send(command)
         self._latency = time.monotonic() - self.inbox.arrived
 
     # Services and events -------------------------------------------------------------------------
 
     def _on_emergency_stop(self, message):
-        with self._lock:
-            if message.data and not self._emergency:
+        pressed = message.data and not self.outlet.emergency
+        self.outlet.alarm(message.data)
+        if pressed:
+            rospy.logerr("pioneer_control: emergency stop")
+            self.motors.forget()
+            with self._lock:  # which a law that hangs does not give back
                 self._stop("emergency stop")
-                rospy.logerr("pioneer_control: emergency stop")
-            self._emergency = message.data
 
     def _on_start(self, _):
         with self._lock:
-            if self._emergency:
+            if self.outlet.emergency:
                 return False, "emergency stop: release it first"
             silent = self._who_is_silent()
             if silent and not self.resumes:
@@ -241,6 +241,7 @@ class ControlNode:
             # Robots that are let go on join the others, whose law goes on too.
             self._begun = self._begun if self.running and self.guards.stopped else None
             self.running, self._next = True, None
+            self.outlet.open()
             self.frame.accept()
             self.motors.enable()
             self.trouble = self._what_is_missing()
@@ -249,6 +250,7 @@ class ControlNode:
             return True, self.trouble or "running"
 
     def _on_stop(self, _):
+        self.outlet.shut()
         with self._lock:
             self._stop("stopped by request")
             return True, "stopped, zero commands sent"
@@ -269,9 +271,8 @@ class ControlNode:
         return True, "{} edges".format(len(edges))
 
     def _on_shutdown(self):
-        with self._lock:
-            self.running = False
-            self._send(np.zeros_like(self._command))
+        self.running = False
+        self.outlet.shut()
         time.sleep(FLUSH)
 
     def _publish_status(self):
@@ -297,7 +298,7 @@ class ControlNode:
             latency=self._latency,
             missed_periods=self._missed,
         )
-        message.command_v, message.command_omega = self._command.T.tolist()
+        message.command_v, message.command_omega = self.outlet.command.T.tolist()
         message.target_x, message.target_y = self._targets()
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
@@ -316,23 +317,6 @@ class ControlNode:
                 "pioneer_control: targets: {}: {}".format(type(error).__name__, error),
             )
             return [], []
-
-
-class RobotCommands:
-    """Publishes ``/robotN/cmd_vel`` of each robot."""
-
-    def __init__(self, numbers):
-        """``numbers``: the robots' numbers."""
-        self._publishers = [
-            prompt_publisher("/robot{}/cmd_vel".format(number), PlanarTwist) for number in numbers
-        ]
-
-    def publish(self, command):
-        """Publish ``command`` (n, 2) [m/s, rad/s]."""
-        for publisher, pair in zip(self._publishers, command.tolist()):
-            message = PlanarTwist()
-            message.command = pair
-            publisher.publish(message)
 
 
 def run(protocol=None, argv=None):

@@ -209,6 +209,38 @@ assert gui.shown["trails"].isChecked()
     assert "half done" in output and "poses[0]" in output and "not taken up" in output
 
 
+def test_a_scenario_that_is_not_opened_is_not_in_force(gui, tmp_path):
+    law = tmp_path / "law.py"
+    law.write_text(
+        "from mrs_simulator.control.pioneer_control import PioneerControl\n"
+        "class Law(PioneerControl):\n"
+        "    def targets(self, hand): raise KeyError('nowhere')\n"
+    )
+    text = "poses: [[0, 0, 0], [2, 0, 0]]\ncontrol: {{protocol: {}}}\n"
+    for name, protocol in (("own", "law.py"), ("unknown", "nonesuch")):
+        (tmp_path / (name + ".yaml")).write_text(text.format(protocol))
+    output = gui(
+        """
+kept = gui.save_settings()
+for path in sys.argv[2:4]:
+    gui.load(path)
+gui.protocol.protocol_chosen.emit(sys.argv[4])
+gui.restore_settings({"scenario": open(sys.argv[2]).read().replace("law.py", sys.argv[4])})
+assert gui.save_settings() == kept and gui.team.poses().shape == (4, 3)
+gui.protocol.protocol_chosen.emit("containment")
+gui.team.set_team(gui.scenario.poses[:2], gui.scenario.kinds[:2])
+gui.team.team_changed.emit()
+assert gui.scenario.n == 4 and gui.team.poses().shape == (4, 3)
+print(gui.messages.toPlainText())
+""",
+        tmp_path / "own.yaml",
+        tmp_path / "unknown.yaml",
+        law,
+    )
+    assert output.count("not opened") == 2 and output.count("KeyError: 'nowhere'") == 3
+    assert "nonesuch" in output and "leaders = 3" in output
+
+
 def test_another_protocol_takes_over_running_robots_and_starts_no_standing_ones(gui):
     gui(
         """

@@ -3,10 +3,10 @@
 import os
 import re
 import time
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Recorder
@@ -20,11 +20,21 @@ RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
 
 
+class Derived(NamedTuple):
+    """What follows from a scenario; whatever its protocol may raise, it has raised by then."""
+
+    control: Any
+    warnings: Any  # theory's, texts by the parameter that causes them
+    targets: Any  # of the hand points at the start, (n, 2) [m], or None
+    prediction: Any  # theory's ``(time, error)``, ``(None, None)`` without one
+
+
 class StudyRun:
     """The scenario under the user's hands, and the programs that run it."""
 
     def __init__(self, link, processes, scenario):
         self.link, self.processes, self.scenario = link, processes, scenario
+        self.derived = None  # from the scenario, since it was taken up
         self.preflight = PreflightRun(link, processes)
         self.state = StudyState(link, processes, self.preflight)
         self.is_controlled = self.state.is_controlled
@@ -42,52 +52,63 @@ class StudyRun:
         texts = control.warnings(self.scenario.poses)
         return {"T" if hasattr(control, "T") else "": "; ".join(texts)} if texts else {}
 
+    def take(self, scenario):
+        """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
+        before, self.scenario = self.scenario, scenario
+        try:
+            control = self.control()
+            targets = control.targets(hand_points(scenario.poses, control.l))
+            prediction = self.predicted_error(control)
+            self.derived = Derived(control, self.warnings(control), targets, prediction)
+        except Exception:
+            self.scenario = before
+            raise
+
+    def _try(self, scenario):
+        """Take up ``scenario``; return what is wrong with it, or ""."""
+        try:
+            self.take(scenario)
+        except Exception as error:  # a file of one's own may raise anything
+            return "not taken up: {}".format(reason(error))
+        return ""
+
     def set_team(self, poses, kinds):
-        """Take in a team; edges of robots that are gone go with them."""
+        """Take in a team; edges of robots that are gone go with them.  Return what is wrong, or ""."""
         topology = self.scenario.topology
         if topology is not None and topology.n != len(poses):
             edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
             topology = Topology(len(poses), edges, topology.directed)
-        self.scenario = self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology)
+        return self._try(self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology))
 
     def set_protocol(self, name):
         """Take another protocol with its defaults; return what is wrong with it, or ""."""
-        before = self.scenario
-        try:
-            load_protocol(name, beside=self.scenario.path)
-            self.scenario = self.scenario.with_protocol(name)
-            if self.scenario.topology is None:
-                self.scenario = self.scenario._replace(
-                    topology=Topology.preset("cycle", self.scenario.n)
-                )
-            self.control()
-        except Exception as error:  # a file of one's own may raise anything
-            self.scenario = before
-            return "protocol {}: {}".format(name, error)
-        return ""
+        scenario = self.scenario.with_protocol(name)
+        if scenario.topology is None:
+            scenario = scenario._replace(topology=Topology.preset("cycle", scenario.n))
+        return self._try(scenario)
 
     def set_parameters(self, values):
         """Take other values; a running controller gets them at once.  Return what is wrong, or ""."""
         try:
-            checked = self.control().checked_parameters(values)
+            checked = self.derived.control.checked_parameters(values)
         except ValueError as error:
             return str(error)
         control = self.scenario.control._replace(parameters=checked)
-        self.scenario = self.scenario._replace(control=control)
-        if self.is_controlled():
+        wrong = self._try(self.scenario._replace(control=control))
+        if not wrong and self.is_controlled():
             self.link.set_parameters(checked)
-        return ""
+        return wrong
 
     def set_topology(self, edges, directed):
         """Take another graph; a running controller gets it at once.  Return what is wrong, or ""."""
         topology = Topology(self.scenario.n, edges, directed)
-        control = make_control(self.scenario)
+        control = self.control()
         control.set_topology(topology)
         changed = self.scenario.control._replace(parameters=dict(control.parameters))
-        self.scenario = self.scenario._replace(topology=topology, control=changed)
-        if self.is_controlled():
+        wrong = self._try(self.scenario._replace(topology=topology, control=changed))
+        if not wrong and self.is_controlled():
             self.link.set_topology(edges, directed)
-        return ""
+        return wrong
 
     def starts(self):
         """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
@@ -364,3 +385,9 @@ class StudyRun:
 def _how_ended(code, output):
     how = "ended with {}".format(code) if code >= 0 else "killed by signal {}".format(-code)
     return "{}: {}".format(how, output) if output else how
+
+
+def reason(error):
+    """Return for a message why something was refused: the kind of an ``error`` that nobody worded."""
+    worded = isinstance(error, (ValueError, OSError))
+    return str(error) if worded else "{}: {}".format(type(error).__name__, error)

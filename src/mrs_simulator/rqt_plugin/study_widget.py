@@ -21,7 +21,6 @@ from python_qt_binding.QtWidgets import (
 )
 
 from mrs_simulator.control.library import HOMES
-from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_yaml
 from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
 from mrs_simulator.rqt_plugin.file_dialog import FileDialog
@@ -32,7 +31,7 @@ from mrs_simulator.rqt_plugin.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.protocol_panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.run_bar import RunBar
 from mrs_simulator.rqt_plugin.study import History
-from mrs_simulator.rqt_plugin.study_run import StudyRun
+from mrs_simulator.rqt_plugin.study_run import StudyRun, reason
 from mrs_simulator.rqt_plugin.team_panel import TeamPanel
 from mrs_simulator.rqt_plugin.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict_panel import VerdictPanel
@@ -170,43 +169,54 @@ class StudyWidget(QWidget):
         return self.study.scenario
 
     def show_scenario(self, scenario):
-        """Take in ``scenario``: team, protocol, parameters, topology, obstacles."""
-        self.study.scenario = scenario
-        self.team.set_team(scenario.poses, scenario.kinds)
-        self.view.set_team(range(1, scenario.n + 1), scenario.poses[:, :2])
+        """Take in ``scenario``: team, protocol, parameters, topology, obstacles.
+
+        Whatever its protocol raises is raised, and the old scenario stays.
+        """
+        self.study.take(scenario)
+        self._show_team()
         self.map.show_obstacles(scenario.obstacles)
-        self.map.show_team(scenario.poses)
         self.map.fit()
         self.bar.set_speed(scenario.speed)
         self._show_protocol()
 
+    def _show_team(self):
+        """Show the team in force."""
+        self.team.set_team(self.scenario.poses, self.scenario.kinds)
+        self.map.show_team(self.scenario.poses)
+        self._show_robots_to_follow()
+
+    def _show_robots_to_follow(self):
+        self.view.set_team(range(1, self.scenario.n + 1), self.scenario.poses[:, :2])
+
     def _show_protocol(self):
         """Show the protocol in force, its parameters and its graph."""
         self.protocol.set_protocol(self.scenario.control.protocol)
-        control = self.study.control()
+        control = self.study.derived.control
         self.protocol.set_parameters(type(control).PARAMETERS, control.parameters)
-        self._show_control(control)
+        self._show_derived()
 
-    def _show_control(self, control):
+    def _show_derived(self):
+        control, warnings, targets, prediction = self.study.derived
         self.link.set_starts(self.study.starts())
-        self.protocol.set_warnings(self.study.warnings(control))
+        self.protocol.set_warnings(warnings)
         topology = control.topology
         self.topology.set_team(self.scenario.poses[:, :2])
         self.topology.set_gain(float(getattr(control, "gain", 1.0)))
         self.topology.set_topology(topology.edges, topology.directed)
         self.map.show_topology(topology.edges, topology.directed)
         if not self.link.is_fresh("state"):
-            self.map.show_targets(control.targets(hand_points(self.scenario.poses, control.l)))
+            self.map.show_targets(targets)
         self.curves.set_error(self.study.error_function(control))
-        self.curves.set_prediction(*self.study.predicted_error(control))
+        self.curves.set_prediction(*prediction)
 
     def load(self, path):
         """Open the scenario file at ``path``; what is wrong with it is said, the old one stays."""
         try:
             self.show_scenario(load_scenario(path))
             self.say("opened {}".format(path))
-        except (ValueError, OSError) as error:
-            self.say("not opened: {}".format(error))
+        except Exception as error:  # its protocol may raise anything
+            self.say("not opened: {}".format(reason(error)))
 
     def _ask_file(self, title, start, kinds, chosen, saves=False):
         """Open a dialog in place of one that is open; ``chosen`` is called with the path."""
@@ -241,19 +251,21 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_team(self):
-        self._change_team(self.team.poses(), self.team.kinds())
+        self._change_team()
         self.map.show_team(self.scenario.poses)
 
     @guarded
     def _on_pose(self, number, x, y, theta):
         self.team.set_pose(number, x, y, theta)
-        self._change_team(self.team.poses(), self.team.kinds())
+        self._change_team()
 
-    def _change_team(self, poses, kinds):
-        self.study.set_team(poses, kinds)
+    def _change_team(self):
+        if self.say(self.study.set_team(self.team.poses(), self.team.kinds())):
+            self._show_team()
+            return
         self._team_changed_at = time.monotonic()
-        self.view.set_team(range(1, len(poses) + 1), poses[:, :2])
-        self._show_control(self.study.control())
+        self._show_robots_to_follow()
+        self._show_derived()
 
     @guarded
     def _on_protocol(self, name):
@@ -265,14 +277,16 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_parameters(self, values):
-        if not self.say(self.study.set_parameters(values)):
-            self._show_control(self.study.control())
+        if self.say(self.study.set_parameters(values)):
+            self._show_protocol()
+        else:
+            self._show_derived()
 
     @guarded
     def _on_topology(self, edges, directed):
         self._graph_changed_at = math.inf if self.study.is_controlled() else 0.0
-        if not self.say(self.study.set_topology(edges, directed)):
-            self._show_protocol()
+        self.say(self.study.set_topology(edges, directed))
+        self._show_protocol()
 
     @guarded
     def _on_edge_added(self, i, j):
@@ -483,8 +497,8 @@ class StudyWidget(QWidget):
         try:
             if settings.get("scenario"):
                 self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
-        except ValueError as error:
-            self.say("the last scenario is not taken up: {}".format(error))
+        except Exception as error:  # its protocol may raise anything
+            self.say("the last scenario is not taken up: {}".format(reason(error)))
         for key, splitter in (("across", self._across), ("down", self._right)):
             sizes = str(settings.get(key, "")).split()
             if len(sizes) == 2 and all(s.isdigit() and 20 <= int(s) <= 10000 for s in sizes):

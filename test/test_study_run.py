@@ -1,0 +1,88 @@
+"""What the GUI does with a scenario and a run, without Qt and ROS: edits, what is sent, what is said."""
+
+import pytest
+from protocol_fixtures import shipped
+
+from mrs_simulator.rqt_plugin.study_run import StudyRun
+
+
+class Link:
+    """What was heard, all of it fresh, and ``asked``: what was asked for."""
+
+    def __init__(self, snapshot=None, **heard):
+        self._snapshot, self.heard, self.asked = snapshot, heard, []
+
+    def newest(self, name):
+        return self.heard.get(name)
+
+    def is_fresh(self, name):
+        return name in self.heard
+
+    def forget(self, name):
+        self.heard.pop(name, None)
+
+    def snapshot(self):
+        return self._snapshot
+
+    def __getattr__(self, name):
+        return lambda *arguments: self.asked.append((name,) + arguments)
+
+
+class Processes:
+    """Programs ``running`` and ``ending``, by name, in ``directory``."""
+
+    def __init__(self, running=(), ending=(), directory=""):
+        self.running, self.ending, self.directory = set(running), set(ending), str(directory)
+        self.ended = []
+
+    def is_running(self, name):
+        return name in self.running
+
+    def is_ending(self, name):
+        return name in self.ending
+
+    def start(self, name, *_, **__):
+        self.running.add(name)
+
+    def stop(self, name):
+        self.running.discard(name)
+
+    def take_ended(self):
+        ended, self.ended = self.ended, []
+        return ended
+
+
+def study(scenario="consensus", link=None, processes=None, **parameters):
+    run = StudyRun(link or Link(), processes or Processes(), shipped("paper_four"))
+    run.take(shipped(scenario, parameters))
+    return run
+
+
+# Edits -------------------------------------------------------------------------------------------
+
+
+def test_an_edit_that_the_protocol_refuses_leaves_all_as_it_was():
+    run = study("containment")
+    before = run.scenario, run.derived
+    assert "leaders = 4" in run.set_team(run.scenario.poses[:2], run.scenario.kinds[:2])
+    assert "no_such" in run.set_protocol("no_such")
+    assert "gain" in run.set_parameters({"gain": "much"})
+    assert (run.scenario, run.derived) == before
+
+
+@pytest.mark.parametrize("method", ["targets", "warnings", "prediction"])
+def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_path):
+    law = tmp_path / "law.py"
+    law.write_text(
+        "from mrs_simulator.control.pioneer_control import PioneerControl\n"
+        "class Law(PioneerControl):\n"
+        "    def targets(self, hand): return hand\n"
+        "    def {}(self, *_): return len(3)\n".format(method)
+    )
+    run = study()
+    before = run.scenario
+    assert "TypeError: object of type 'int'" in run.set_protocol(str(law))
+    assert run.scenario is before
+    with pytest.raises(TypeError):
+        run.take(before.with_protocol(str(law)))
+    assert run.scenario is before and type(run.derived.control).__name__ == "Consensus"

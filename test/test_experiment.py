@@ -258,7 +258,7 @@ def test_more_robots_than_the_scenario_lists(tmp_path):
 
 
 def test_an_experiment_of_thousands_holds_no_matrix_of_all_pairs(tmp_path):
-    n = 3000
+    n = 2000
     tracemalloc.start()
     try:
         scenario = shipped("paper", robots=n, poses={"layout": "grid"}, duration=0.2)

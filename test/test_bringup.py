@@ -14,6 +14,15 @@ from ros_fixtures import log_of, wait_until
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.reporting import main as report
 
+FAILS = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Fails(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        if self.time >= {}:
+            raise RuntimeError("gone")
+        return {{i: make_twist(0.1, 0.0) for i in pos_map}}
+"""
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAW = """
 from mrs_simulator import PioneerControl, make_twist
@@ -178,6 +187,21 @@ def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
     verdict = json.loads((tmp_path / "verdict.json").read_text())
     assert verdict["ended"] == "the stage fell silent" and not verdict["passed"]
     assert len(read_run_csv(str(table)).time) > 10
+
+
+@pytest.mark.parametrize("when, code", [(1.0, 1), (0.0, 1)])
+def test_a_law_that_fails_fails_its_run(ros, tmp_path, when, code):
+    (tmp_path / "law.py").write_text(FAILS.format(when))
+    ros.node("stage", "_wait_for_recorders:=1", "_speed:=2")
+    record = ros.node("record", "--protocol", tmp_path / "law.py", "--out", tmp_path)
+    ros.node("pioneer_control", "--protocol", tmp_path / "law.py")
+    assert record.wait(60) == code
+    if (tmp_path / "verdict.json").exists():  # the first zeros may have reached the robots
+        verdict = json.loads((tmp_path / "verdict.json").read_text())
+        assert not verdict["passed"] and "s the law failed: RuntimeError: gone" in verdict["ended"]
+        assert verdict["duration"] == pytest.approx(when, abs=0.5)
+    else:
+        assert when == 0.0 and "nothing was recorded: the law failed" in log_of(record)
 
 
 def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):

@@ -11,6 +11,7 @@ import numpy as np
 
 from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol
+from mrs_simulator.core.interruptions import failure
 from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
@@ -57,13 +58,10 @@ class Experiment:
     def _command(self, pose):
         try:
             return self.control.commands(pose, self.world.time)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self.world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
-            raise LawFailed(
-                "at {:.3f} s the law failed: {}: {}".format(
-                    self.world.time, type(error).__name__, error
-                )
-            ) from error
+            text = "at {:.3f} s {}".format(self.world.time, failure(error))
+            raise LawFailed(text) from error
 
 
 def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf")):
@@ -86,6 +84,9 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
             ended = "interrupted"
         except LawFailed as error:
             ended = str(error)
+            world = experiment.world
+            if world.time == 0.0:  # where the robots stand is known all the same
+                recorder.sample(world.time, world.pose, world.command)
             traceback.print_exception(
                 type(error.__cause__), error.__cause__, error.__cause__.__traceback__
             )

@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger
 from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol, in_progress
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.interruptions import failure
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes import lifecycle
@@ -70,6 +71,8 @@ class ControlNode:
         self._open_topics(bool(real))
 
     def _open_topics(self, real):
+        self._acted = 0.0  # [s] the time of the last command
+        self._told = None  # what the last status said of the controller itself
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario)
         self.inbox = self.frame.inbox
@@ -170,7 +173,9 @@ class ControlNode:
         self.inbox.used()
         pose = self.frame.pose()
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
-        started, begins = time.perf_counter(), self._begun is None
+        # A simulator that was started again begins another run.
+        started, begins = time.perf_counter(), self._begun is None or now < self._acted
+        self._acted = now
         try:
             if begins:
                 self.control.start()
@@ -178,8 +183,8 @@ class ControlNode:
                 self._begun = now
             command = self.control.commands(pose, now - self._begun)
             command = self.guards.passed(command, pose, now)
-        except Exception as error:
-            self._stop("the law failed: {}: {}".format(type(error).__name__, error))
+        except (Exception, SystemExit) as error:
+            self._stop(failure(error))
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             return
         self._compute_time = time.perf_counter() - started
@@ -276,9 +281,10 @@ class ControlNode:
         time.sleep(FLUSH)
 
     def _publish_status(self):
-        if time.monotonic() - self._last["status"] < STATUS_PERIOD:
+        told = (self.running, bool(self.trouble))
+        if time.monotonic() - self._last["status"] < STATUS_PERIOD and told == self._told:
             return
-        self._last["status"] = time.monotonic()
+        self._last["status"], self._told = time.monotonic(), told
         topology = self.control.topology
         hears, heard, weight = zip(*topology.edges) if topology.edges else ((), (), ())
         message = ControlStatus(

@@ -12,7 +12,9 @@ import rospy
 
 from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.core import recording
+from mrs_simulator.core.interruptions import Interruptions
 from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.guards import slower
 from mrs_simulator.nodes.lifecycle import run, start_node
@@ -44,6 +46,13 @@ class RunRecorder:
         self.ended = "interrupted"
         self.elapsed = 0.0
         self.source = make_source(scenario)
+        self.controller = Interruptions()
+        self._subscriber = rospy.Subscriber(
+            "pioneer_control/status", ControlStatus, self._on_status, tcp_nodelay=True
+        )
+
+    def _on_status(self, message):
+        self.controller.note(message.header.stamp.to_sec(), message.running, message.trouble)
 
     def spin(self):
         """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
@@ -51,7 +60,7 @@ class RunRecorder:
         heard = time.monotonic()
         while not rospy.is_shutdown():
             sample = self.source.next(NAP)
-            broken = self._start is not None and self._broken(sample, heard)
+            broken = self._failed() or (self._start is not None and self._broken(sample, heard))
             if broken:
                 self.ended = broken
                 rospy.logerr("record: the run ends here: %s", broken)
@@ -63,6 +72,13 @@ class RunRecorder:
             if self.elapsed >= self.scenario.duration - ROUNDING:
                 self.ended = "complete"
                 return
+
+    def _failed(self):
+        """Return when and how the law failed, or ""."""
+        failed = self.controller.failed()
+        if failed is None or self._start is None:
+            return failed[1] if failed else ""
+        return "at {:.3f} s {}".format(max(0.0, failed[0] - self._start), failed[1])
 
     def _broken(self, sample, heard):
         """Return why the run cannot go on, or ""."""
@@ -105,6 +121,8 @@ class RunRecorder:
         wall = time.monotonic() - self._wall_start
         collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
+        meta["warnings"] = self.control.warnings(self.scenario.poses)
+        meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta.update(self.source.meta())
         run = recording.read_run_csv(self.csv_path, self.scenario, collisions, meta)
         return write_report(run, self.out, control=self.control)
@@ -122,7 +140,8 @@ def main():
     run(recorder.spin)
     verdict = recorder.finish()
     if verdict is None:
-        print("record: nothing was recorded: no command reached the robots", file=sys.stderr)
+        why = recorder.controller.failed() or ("", "no command reached the robots")
+        print("record: nothing was recorded: {}".format(why[1]), file=sys.stderr)
         sys.exit(1)
     print(verdict_text(verdict))
     print("  figures and data: {}".format(recorder.out))

@@ -1,0 +1,55 @@
+"""What a controller told of itself during a run: whether its law failed, and when it gave no commands."""
+
+GRACE = (
+    0.5  # [s] after its first command for which a run's controller may still say what was before
+)
+MOST_NAMED = 3  # [-] reasons in one line
+LAW_FAILED = "the law failed"  # how a controller begins to say so
+
+
+def failure(error):
+    """Return the text with which a controller says that its law raised ``error``."""
+    return "{}: {}: {}".format(LAW_FAILED, type(error).__name__, error)
+
+
+class Interruptions:
+    """The times at which a controller was stopped or in trouble, by its own words."""
+
+    def __init__(self):
+        self._told = []  # [(stamp [s], trouble, "" while it gives commands)]
+
+    def note(self, stamp, running, trouble):
+        """Take in what the controller says at ``stamp`` [s]."""
+        self._told.append((stamp, trouble or ("" if running else "stopped")))
+
+    def failed(self):
+        """Return ``(stamp, text)`` of a failed law, None if the newest that was said is no such."""
+        newest = self._told[-1] if self._told else (0.0, "")
+        return newest if newest[1].startswith(LAW_FAILED) else None
+
+    def warnings(self, begin, end):
+        """Return what a reader of a run from ``begin`` to ``end`` [s] is to know, a list of texts."""
+        times, total, reasons = 0, 0.0, []
+        for since, until, reason in self._stretches(end):
+            if until > begin + (GRACE if since < begin else 0.0) and since < end:
+                times += 1
+                total += min(until, end) - max(since, begin)
+                reasons += [reason] if reason not in reasons else []
+        if not times:
+            return []
+        more = ", ..." if len(reasons) > MOST_NAMED else ""
+        return [
+            "the controller was stopped or in trouble {} time{}, {:.1f} s in all: {}{}".format(
+                times, "" if times == 1 else "s", total, "; ".join(reasons[:MOST_NAMED]), more
+            )
+        ]
+
+    def _stretches(self, end):
+        """Yield ``(since, until, first reason)`` of each stretch of trouble up to ``end``."""
+        since, reason = None, ""
+        for stamp, trouble in self._told + [(end, "")]:
+            if trouble and since is None:
+                since, reason = stamp, trouble
+            elif not trouble and since is not None:
+                yield since, stamp, reason
+                since = None

@@ -15,6 +15,7 @@ from ros_fixtures import heed_interrupts
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experiment
 from mrs_simulator.core import formation
+from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.experiment import Experiment, main
@@ -194,6 +195,53 @@ def test_a_law_that_fails_stops_the_robots_and_keeps_the_run(tmp_path, capfd):
     assert "ZeroDivisionError: no neighbours" in verdict["ended"]
     assert "in calculateControlLaw" in capfd.readouterr().err
     assert read_run_csv(str(tmp_path / "run.csv")).time[-1] == pytest.approx(0.9)
+
+
+class Leaves(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        raise SystemExit("I have had enough")
+
+
+def test_a_law_that_fails_at_once_is_reported_too(tmp_path):
+    verdict = run_experiment(shipped("paper_four"), str(tmp_path), Leaves)
+    assert verdict["ended"] == "at 0.000 s the law failed: SystemExit: I have had enough"
+    assert not verdict["passed"] and (tmp_path / "trajectories.png").exists()
+
+
+class Forward(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {number: make_twist(0.1, 0.0) for number in pos_map}
+
+
+class WrongClaims(Forward):
+    def claims(self, start):
+        return [stays_below(centroid)]
+
+
+class WrongQuantity(Forward):
+    def claims(self, start):
+        return [stays_below(lambda hand: hand[:, 99], 1.0, "a hundredth robot")]
+
+
+class WrongMeasures(Forward):
+    def measures(self, run):
+        return {"least": min([])}
+
+
+@pytest.mark.parametrize(
+    "law, name, said",
+    [
+        (WrongClaims, "claims() returns", "TypeError"),
+        (WrongQuantity, "a hundredth robot", "IndexError"),
+        (WrongMeasures, "measures() returns", "ValueError"),
+    ],
+)
+def test_a_mistake_in_the_claims_costs_no_run(tmp_path, capfd, law, name, said):
+    verdict = run_experiment(shipped("paper_four", duration=1.0), str(tmp_path), law)
+    found = {check["name"]: check for check in verdict["checks"]}[name]
+    assert not verdict["passed"] and found["passed"] is False and said in found["note"]
+    assert verdict["ended"] == "complete" and (tmp_path / "trajectories.png").exists()
+    assert "Traceback" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])

@@ -5,6 +5,7 @@ import contextlib
 import math
 import os
 import sys
+import traceback
 
 import numpy as np
 
@@ -108,10 +109,27 @@ def judged(run, control=None):
     start = run.hand[0]
     # A common factor for the whole team only re-times the motion: theory still speaks of it.
     limits = None if control.saturation == "team" else control.limits
-    claims = list(control.all_claims(start)) + _safety_claims(control, start)
-    verdict = judge(run, claims, control.measures(run), limits)
-    track = control.predicted_track(start, run.time - run.time[0])
+    faults, claims, measures, track = [], [], {}, None
+    with _keeping(faults, "claims"):
+        claims = list(control.all_claims(start))
+    with _keeping(faults, "measures"):
+        measures = control.measures(run)
+    with _keeping(faults, "prediction"):
+        track = control.predicted_track(start, run.time - run.time[0])
+    claims += _safety_claims(control, start)
+    verdict = judge(run, claims + faults, measures, limits)
     return verdict, _end_of(run, claims) if track is None else track
+
+
+@contextlib.contextmanager
+def _keeping(faults, method):
+    """Add to ``faults`` that the protocol's ``method`` raised: the run is not lost for it."""
+    try:
+        yield
+    except Exception as error:
+        traceback.print_exc()
+        text = "{}: {}".format(type(error).__name__, error)
+        faults.append(Condition("{}() returns".format(method), False, text))
 
 
 def _end_of(run, claims):

@@ -5,6 +5,7 @@ import math
 import os
 import platform
 import sys
+import traceback
 from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
@@ -123,6 +124,10 @@ def _measured(run, claim):
             measured = claim.measure(run)
     except NothingDecays:
         return _skipped(claim, "does not apply: there is nothing to decay from this start")
+    except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
+        traceback.print_exc()
+        note = "measuring it failed: {}: {}".format(type(error).__name__, error)
+        return _skipped(claim, note)._replace(passed=False)
     if measured is not None and not math.isfinite(measured):
         measured = None
     return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)

@@ -8,7 +8,7 @@ from protocol_fixtures import shipped as scenario_of
 from mrs_simulator import run_experiment
 from mrs_simulator.control.library import HOMES, shipped
 from mrs_simulator.control.library.switching_consensus import extent
-from mrs_simulator.core.claims import disagreement
+from mrs_simulator.core.claims import Condition, disagreement
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.protocols import consensus as laws
@@ -149,6 +149,24 @@ def test_without_simple_modes_no_rate_is_claimed(run):
     assert verdict["passed"]
     assert not [c for c in verdict["checks"] if "rate" in c["name"]]
     assert laws.has_simple_modes(Topology.preset("cycle", 5))
+
+
+@pytest.mark.parametrize("gain, holds", [(49.0, True), (51.0, False)])
+def test_a_directed_ring_of_three_bears_less_gain_than_its_radius_says(run, gain, holds):
+    """mu = 3/2 +- i sqrt(3)/2: 2 Re/|mu|^2 = 1, against 2/|mu| = 1.155."""
+    ring = {"robots": 3, "poses": [[3, 0, 0], [-2, 4, 0], [-1, -3, 0]]}
+    ring["topology"] = {"preset": "cycle"}
+    for name, bound in (
+        ("consensus", "gain Tc < 2/lambda_max"),
+        ("displacement_formation", "gain Tc < 2/lambda_max"),
+        ("marching", "Tc < 2/(gain lambda_max + anchor) [s]"),
+    ):
+        control = make_control(scenario_of(name, {"gain": gain}, **ring))
+        conditions = [c for c in control.claims(np.zeros((3, 2))) if isinstance(c, Condition)]
+        assert [c.name for c in conditions if not c.holds] == ([] if holds else [bound])
+    verdict, recorded = run("consensus", parameters={"gain": gain}, **ring)
+    assert verdict["passed"] == holds
+    assert (disagreement(recorded.hand)[-1] < 1e-3) == holds
 
 
 def test_discrete_consensus_in_numbers():

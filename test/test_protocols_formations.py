@@ -238,7 +238,7 @@ def test_the_wrong_sign_fails(tmp_path, name):
 
 @pytest.mark.parametrize("name", sorted(SHIPPED))
 def test_a_gain_below_0_or_above_its_bound_fails(tmp_path, name):
-    for gain, said in ((-0.01, "gain above 0"), (90.0, "gain Tc lambda_max < 2")):
+    for gain, said in ((-0.01, "gain above 0"), (90.0, "gain Tc < 2/lambda_max")):
         given = as_points(shipped(name, {"gain": gain}, rate=10, duration=0.2))
         assert said in failed(verdict_of(given, tmp_path))
 

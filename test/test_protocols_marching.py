@@ -262,7 +262,7 @@ def test_a_feed_forward_that_everybody_has_leaves_no_lag(tmp_path):
     [
         ("marching", {"edges": [[1, 2], [4, 5]], "directed": False}, {}, "spanning tree"),
         ("marching", None, {"gain": -0.1}, "gain above 0"),
-        ("marching", None, {"gain": 60.0}, "(gain lambda_max + anchor) Tc < 2"),
+        ("marching", None, {"gain": 60.0}, "Tc < 2/(gain lambda_max + anchor) [s]"),
         ("marching", None, {"feed_forward": False}, "straight path"),
         ("marching_lag", None, {"anchor": 0.1}, "no anchor"),
         ("marching_lag", {"preset": "cycle"}, {}, "one leader"),

@@ -39,6 +39,21 @@ def spectral_radius(topology):
     return float(np.max(np.abs(laplacian_eigenvalues(topology))))
 
 
+def moving(values):
+    """Return those of the eigenvalues ``values`` (n,) that are not zero, (m,): of what moves at all."""
+    return values[np.abs(values) > ZERO * np.max(np.abs(values), initial=1.0)]
+
+
+def stable_step(values):
+    """Return the bound below which ``p+ = p - eps M p`` decays: least ``2 Re(mu)/|mu|^2``.
+
+    ``values`` (n,): the eigenvalues mu of M, of which those that are zero do not count; inf if all
+    are.  Real ones: ``2/lambda_max``.
+    """
+    mu = moving(values)
+    return float(np.min(2.0 * mu.real / np.abs(mu) ** 2, initial=np.inf))
+
+
 @_once
 def left_null_vector(topology):
     """Return ``w``, (n,), with ``w^T L = 0`` and sum 1: the weights of the limit of consensus.
@@ -70,11 +85,10 @@ def sampled_rate(matrix, period):
     ``-ln rho / period``, with ``rho`` the largest modulus of the eigenvalues of ``I - period M``
     other than those that belong to the eigenvalues zero of ``M`` (n, n) [1/s]; negative if it grows.
     """
-    values = np.linalg.eigvals(np.asarray(matrix, dtype=float))
-    moving = values[np.abs(values) > ZERO * max(1.0, float(np.max(np.abs(values))))]
-    if not len(moving):
+    values = moving(np.linalg.eigvals(np.asarray(matrix, dtype=float)))
+    if not len(values):
         return 0.0
-    largest = float(np.max(np.abs(1.0 - period * moving)))
+    largest = float(np.max(np.abs(1.0 - period * values)))
     return float(-np.log(max(largest, 1e-300)) / period)
 
 

@@ -27,7 +27,7 @@ from mrs_simulator.core.protocols.consensus import (
     has_simple_modes,
     largest_step,
 )
-from mrs_simulator.core.spectra import left_null_vector, sampled_rate, spectral_radius
+from mrs_simulator.core.spectra import left_null_vector, sampled_rate
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
 EPS = Parameter(
@@ -79,11 +79,10 @@ class Consensus(PioneerControl):
 
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
-        largest = self.gain * self.period * spectral_radius(self.topology)
         conditions = [
             spanning_tree(self.topology),
             Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
-            below("gain Tc lambda_max < 2", largest, 2.0),
+            below("gain Tc < 2/lambda_max", self.gain * self.period, largest_step(self.topology)),
         ]
         if not all_hold(conditions):
             return conditions

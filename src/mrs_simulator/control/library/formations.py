@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.library.common import all_hold, spanning_tree
+from mrs_simulator.control.library.common import all_hold, below, spanning_tree
 from mrs_simulator.control.library.consensus import powers
 from mrs_simulator.control.library.over_links import Linear, linear_claims
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -25,9 +25,10 @@ from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols import formations as laws
 from mrs_simulator.core.spectra import (
     is_infinitesimally_rigid,
+    laplacian_eigenvalues,
     left_null_vector,
     sampled_rate,
-    spectral_radius,
+    stable_step,
 )
 
 LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
@@ -84,12 +85,11 @@ def without_rates(claims, fidelity):
     ]
 
 
-def gain_conditions(gain, period, radius):
-    """Return the conditions that ``gain`` neither drives apart nor overshoots, ``radius`` lambda_max."""
-    largest = gain * period * float(radius)
+def gain_conditions(gain, period, eigenvalues):
+    """Return the conditions that ``gain`` neither drives apart nor overshoots at ``eigenvalues``."""
     return [
         Condition("gain above 0", gain > 0.0, "robots are driven apart"),
-        Condition("gain Tc lambda_max < 2", largest < 2.0, "it is {:.3g}".format(largest)),
+        below("gain Tc < 2/lambda_max", gain * period, stable_step(eigenvalues)),
     ]
 
 
@@ -134,7 +134,7 @@ class DisplacementFormation(Shaped):
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
         conditions = [spanning_tree(self.topology)]
-        conditions += gain_conditions(self.gain, self.period, spectral_radius(self.topology))
+        conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
         if not all_hold(conditions):
             return conditions
         places, limit, allowed = self.places(), self.targets(start), self.tolerance
@@ -229,12 +229,12 @@ class DistanceFormation(Shaped):
     def claims(self, start):
         """Return that the potential falls, the centroid stays and lengths are reached at their rate."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
-        largest = np.linalg.eigvalsh(laws.distance_hessian(places, topology)).max()
+        values = np.linalg.eigvalsh(laws.distance_hessian(places, topology))
         conditions = [
             undirected(topology),
             rigid(places, topology),
             Condition("start not on one line", span(start) > 1e-6, "robots would stay on it"),
-        ] + gain_conditions(self.gain, self.period, largest)
+        ] + gain_conditions(self.gain, self.period, values)
         if not all_hold(conditions):
             return conditions
 
@@ -300,7 +300,7 @@ class BearingFormation(Shaped):
             return conditions
         limit = self.targets(start)
         matrix = laws.bearing_laplacian(limit, topology, over_length=True)
-        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvalsh(matrix).max())
+        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvalsh(matrix))
         if not all_hold(conditions):
             return conditions
         size = laws.scale(start)
@@ -361,8 +361,7 @@ class BearingLeaders(Shaped):
             return conditions
         places, topology, allowed = self.places(), self.topology, self.tolerance
         matrix = self._follower_matrix()
-        radius = float(np.abs(np.linalg.eigvals(matrix)).max())
-        conditions += gain_conditions(self.gain, self.period, radius)
+        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvals(matrix))
         conditions.append(self._leaders_fit(start))
         if not all_hold(conditions):
             return conditions

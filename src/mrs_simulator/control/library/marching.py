@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.control.library.common import all_hold, spanning_tree
+from mrs_simulator.control.library.common import all_hold, below, spanning_tree
 from mrs_simulator.control.library.consensus import powers
 from mrs_simulator.control.library.formations import (
     GAIN,
@@ -27,7 +27,7 @@ from mrs_simulator.core.kinematics import saturate, wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols import marching as laws
 from mrs_simulator.core.protocols.formations import arcs, scale
-from mrs_simulator.core.spectra import left_null_vector, spectral_radius
+from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
 
 LAST = 5  # [-] a fifth of the run, at its end, must be without error
 SETTLED = 30.0  # [-] times the error that is left at the end: above it, an error still decays
@@ -113,14 +113,10 @@ class Marching(Shaped):
 
     def claims(self, start):
         """Return that no steady error is left, or without feed-forward the one that is."""
-        radius = self.gain * spectral_radius(self.topology) + self.anchor
+        values = self.gain * laplacian_eigenvalues(self.topology) + self.anchor
         conditions = [
             Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
-            Condition(
-                "(gain lambda_max + anchor) Tc < 2",
-                radius * self.period < 2.0,
-                "it is {:.3g}".format(radius * self.period),
-            ),
+            below("Tc < 2/(gain lambda_max + anchor) [s]", self.period, stable_step(values)),
             spanning_tree(self.topology),
         ]
         if not self.feed_forward:

@@ -5,7 +5,7 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 
 import numpy as np
 
-from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues
+from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
 
 
 def consensus(points, topology):
@@ -21,8 +21,7 @@ def consensus(points, topology):
 
 def moving_eigenvalues(topology):
     """Return the nonzero eigenvalues mu of L, (m,): those of the modes that consensus removes."""
-    values = laplacian_eigenvalues(topology)
-    return values[np.abs(values) > ZERO * max(1.0, float(np.max(np.abs(values))))]
+    return moving(laplacian_eigenvalues(topology))
 
 
 def has_simple_modes(topology):
@@ -50,8 +49,7 @@ def discrete_consensus(points, topology, eps):
 
 def largest_step(topology):
     """Return the bound of ``eps`` [-]: least ``2 Re(mu)/|mu|^2``, undirected ``2/lambda_max``."""
-    mu = moving_eigenvalues(topology)
-    return float(np.min(2.0 * mu.real / np.abs(mu) ** 2, initial=np.inf))
+    return stable_step(laplacian_eigenvalues(topology))
 
 
 # Delayed ---------------------------------------------------------------------------------------

@@ -52,6 +52,7 @@ def key(letter):
 """
 END = """
 gui.close_study()
+gui.study.processes.wait_closed()
 assert not trouble, trouble
 print("done", flush=True)
 os._exit(0)  # as the window does: the interpreter takes Qt's objects down in any order

@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 
 from mrs_simulator.nodes.lifecycle import PARENT
@@ -19,6 +20,7 @@ class Processes:
     def __init__(self):
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
         self._running, self._jobs = {}, {}
+        self._closing = None  # the thread that ends them all
 
     def start(self, name, script, *arguments, package="mrs_simulator"):
         """Start ``rosrun package script``; one of that name that still runs is ended first."""
@@ -74,18 +76,31 @@ class Processes:
             return file.read()[-TAIL:]
 
     def stop(self, name):
-        """Ask the program called ``name`` to end; :meth:`stop_all` makes sure."""
+        """Ask the program called ``name`` to end; :meth:`close` makes sure."""
         process = self._running.pop(name, None)
         if process is not None and process.poll() is None:
             process.send_signal(signal.SIGINT)
             self._running["{} {}".format(name, process.pid)] = process
 
-    def stop_all(self):
-        """End every program that was started here, for certain, within ``STOP_LIMIT``."""
+    def close(self):
+        """Ask every program to end and return; :meth:`wait_closed` until they have.
+
+        The interpreter waits for them too: a host that lives on need not.
+        """
         started = [*self._running.values(), *self._jobs.values()]
         for process in started:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
+        self._running.clear()
+        self._closing = threading.Thread(target=self._end, args=(started,))
+        self._closing.start()
+
+    def wait_closed(self):
+        """Wait until all programs asked to end have ended; what was written for them is removed."""
+        if self._closing is not None:
+            self._closing.join()
+
+    def _end(self, started):
         end = time.monotonic() + STOP_LIMIT
         for process in started:
             try:
@@ -93,9 +108,4 @@ class Processes:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
-        self._running.clear()
-
-    def close(self):
-        """End every program, and remove what was written for them."""
-        self.stop_all()
         shutil.rmtree(self.directory, ignore_errors=True)

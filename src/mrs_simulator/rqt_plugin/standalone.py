@@ -74,7 +74,8 @@ def main():
         settings = QSettings("mrs_simulator", "mrs_gui")
         if arguments.fresh:
             settings.clear()
-        study = StudyWidget(RosLink(), Processes(), scenario)
+        processes = Processes()
+        study = StudyWidget(RosLink(), processes, scenario)
         kept = {key: settings.value(key) for key in ("across", "down", "shown")}
         if not arguments.scenario:
             kept["scenario"] = settings.value("scenario")
@@ -85,6 +86,7 @@ def main():
         gc.collect()
         gc.freeze()
         code = application.exec_()
+        processes.wait_closed()
     except (ValueError, OSError) as error:
         print("mrs_gui: {}".format(error), file=sys.stderr)
         code = 2

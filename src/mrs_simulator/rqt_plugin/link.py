@@ -1,6 +1,5 @@
 """The GUI's ROS side, without Qt: callbacks store, the GUI's timers take; nothing here blocks them."""
 
-import queue
 import threading
 import time
 from collections import deque
@@ -12,31 +11,19 @@ from geometry_msgs.msg import Pose2D
 from rospy.impl.registration import Registration, get_registration_listeners
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
-from std_srvs.srv import SetBool, Trigger
 
 from mrs_simulator.msg import Camera, Collision, ControlStatus, RobotSpec, StageStatus, TeamState
+from mrs_simulator.rqt_plugin import errands
+from mrs_simulator.rqt_plugin.errands import CONTROLLER, MASTER, Errands
 from mrs_simulator.rqt_plugin.robots_link import RobotsLink
+from mrs_simulator.rqt_plugin.stop_topic import StopTopic
 from mrs_simulator.rqt_plugin.study import Snapshot
-from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
 SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a robot counts as silent
 LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
-SERVICE_LIMIT = 5.0  # [s] a caller waits for a service to appear
 END_LIMIT = 2.0  # [s] of wall time that the last requests have
-SIMULATED_TIME = "/use_sim_time"
-
-SERVICES = {
-    "pause": ("stage/pause", SetBool),
-    "step": ("stage/step", StepStage),
-    "reset": ("stage/reset", Trigger),
-    "set_speed": ("stage/set_speed", SetSpeed),
-    "set_team": ("stage/set_team", SetTeam),
-    "start": ("pioneer_control/start", Trigger),
-    "stop": ("pioneer_control/stop", Trigger),
-    "set_topology": ("pioneer_control/set_topology", SetTopology),
-}
 
 KEPT = (
     ("stage", "stage/status", StageStatus),
@@ -53,28 +40,18 @@ class RosLink:
         self._lock = threading.Lock()
         self._newest, self._heard = {}, {}
         self._samples, self._collisions = deque(maxlen=MOST_WAITING), deque(maxlen=1000)
-        self._results, self._work = queue.Queue(), queue.Queue()
-        self._robots = RobotsLink()
+        self._errands, self._robots, self._emergency = Errands(), RobotsLink(), StopTopic()
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.set_starts, self.odometry_topics = self._robots.set_starts, self._robots.topics
-        self._ended = threading.Event()
-        self.master_online = False
-        self._subscribers = {
-            "state": rospy.Subscriber(
-                "stage/state", TeamState, self._on_state, queue_size=1, tcp_nodelay=True
-            ),
-            "collisions": rospy.Subscriber("stage/collisions", Collision, self._collisions.append),
-        }
-        for name, topic, kind in KEPT:
-            self._subscribers[name] = rospy.Subscriber(topic, kind, self._keep, name, queue_size=1)
-        self._camera = rospy.Publisher("camera/look", Camera, queue_size=1, latch=True)
-        self._watching, self._pictures = False, None
-        self._emergency = rospy.Publisher("emergency_stop", Bool, queue_size=1, latch=True)
-        self._threads = [
-            threading.Thread(target=target, daemon=True) for target in (self._look, self._serve)
-        ]
-        for thread in self._threads:
-            thread.start()
+        self.do, self.take_results = self._errands.do, self._errands.take_results
+        self.set_emergency = self._emergency.set
+        self._ended, self.master_online = threading.Event(), False
+        self._subscribers, self._camera = {}, None  # made once there is a master
+        self._wanted_look, self._watching, self._pictures = None, False, None
+        # It alone joins topics and leaves them: without a master rospy would wait for one, and so
+        # would the GUI.
+        self._looking = threading.Thread(target=self._look, daemon=True)
+        self._looking.start()
 
     # What came in --------------------------------------------------------------------------------
 
@@ -146,8 +123,8 @@ class RosLink:
     # What is asked for ---------------------------------------------------------------------------
 
     def ask(self, name, *arguments):
-        """Call service ``name`` of ``SERVICES`` in the background; ``take_results`` has the answer."""
-        self._work.put((name, lambda: self._call(name, arguments)))
+        """Call service ``name`` in the background; ``take_results`` has the answer."""
+        self._errands.ask(name, arguments)
 
     def set_team(self, poses, kinds):
         """Ask the stage for a new team; ``poses`` (n, 3)."""
@@ -163,85 +140,30 @@ class RosLink:
 
     def set_parameters(self, values):
         """Set the protocol's parameters through dynamic_reconfigure in the background."""
-        self._work.put(("parameters", lambda: self._reconfigure(values)))
+        self._errands.put(CONTROLLER, "parameters", lambda: errands.reconfigure(values))
 
     def begin_simulated_time(self):
         """Set ``/use_sim_time``; the result ``simulated_time`` has what it was, None if not set."""
-        self._work.put(("simulated_time", _begin_simulated_time))
+        self._errands.put(MASTER, "simulated_time", errands.begin_simulated_time)
 
     def restore_simulated_time(self, before):
         """Set ``/use_sim_time`` to what it was ``before``."""
-        self._work.put(("restored_time", lambda: _restore_simulated_time(before)))
-
-    def set_emergency(self, on):
-        """Latch, or release, the emergency stop of all controllers."""
-        self._emergency.publish(Bool(data=on))
+        self._errands.put(MASTER, "restored_time", lambda: errands.restore_simulated_time(before))
 
     def look(self, **values):
         """Tell the camera where to look from: the fields of ``Camera``."""
-        self._camera.publish(Camera(**values))
+        self._wanted_look = Camera(**values)
+        if self._camera is not None:
+            self._camera.publish(self._wanted_look)
 
     def watch(self, on):
         """Listen to the camera's pictures, kept as ``image``, or no longer."""
-        # The thread subscribes: without a master rospy would wait for one, and the GUI with it.
         self._watching = on
-
-    def do(self, name, function):
-        """Run ``function`` in the background; its ``(success, message)`` is a result called ``name``.
-
-        In a thread of its own: no service, least of all ``stop``, waits for it.
-        """
-        threading.Thread(target=self._answer, args=(name, function), daemon=True).start()
-
-    def take_results(self):
-        """Return the answers since the last call: ``(name, success, message)``."""
-        taken = []
-        while True:
-            try:
-                taken.append(self._results.get_nowait())
-            except queue.Empty:
-                return taken
-
-    def _call(self, name, arguments):
-        if self._ended.is_set():
-            return False, "the GUI is closing"
-        service, kind = SERVICES[name]
-        rospy.wait_for_service(service, SERVICE_LIMIT)
-        answer = rospy.ServiceProxy(service, kind)(*arguments)
-        return answer.success, answer.message
-
-    def _reconfigure(self, values):
-        from dynamic_reconfigure.client import Client  # slow to import, wanted seldom
-
-        client = Client("pioneer_control", timeout=SERVICE_LIMIT)
-        try:
-            in_force = client.update_configuration(values)
-        finally:
-            client.close()
-        refused = [name for name, value in values.items() if in_force.get(name) != value]
-        if refused:
-            return False, "refused: " + ", ".join(refused)
-        return True, "parameters set"
-
-    def _serve(self):
-        while True:
-            name, work = self._work.get()
-            if work is None:
-                self._withdraw()
-                return
-            self._answer(name, work)
-
-    def _answer(self, name, work):
-        try:
-            success, message = work()
-        except Exception as error:  # the answer says it; the thread goes on
-            success, message = False, "{}: {}".format(type(error).__name__, error)
-        self._results.put((name, success, message))
 
     # The master ----------------------------------------------------------------------------------
 
     def _look(self):
-        while not self._ended.wait(LOOK_PERIOD):
+        while not self._ended.is_set():
             try:
                 self.master_online = rosgraph.is_master_online()
                 if self.is_fresh("state"):
@@ -250,8 +172,27 @@ class RosLink:
                     self._follow_master()
             except Exception as error:  # a master on its way out
                 rospy.logdebug("gui: looking at the master: %s", error)
+            self._ended.wait(LOOK_PERIOD)
+        self._withdraw()
+
+    def _join(self):
+        self._emergency.advertise()
+        self._camera = rospy.Publisher("camera/look", Camera, queue_size=1, latch=True)
+        if self._wanted_look is not None:
+            self._camera.publish(self._wanted_look)
+        subscribers = {
+            "state": rospy.Subscriber(
+                "stage/state", TeamState, self._on_state, queue_size=1, tcp_nodelay=True
+            ),
+            "collisions": rospy.Subscriber("stage/collisions", Collision, self._collisions.append),
+        }
+        for name, topic, kind in KEPT:
+            subscribers[name] = rospy.Subscriber(topic, kind, self._keep, name, queue_size=1)
+        self._subscribers = subscribers
 
     def _follow_master(self):
+        if not self._subscribers:
+            self._join()
         master = rosgraph.Master(rospy.get_name())
         published, subscribed, _ = map(dict, master.getSystemState())
         self._register_again(published, subscribed)
@@ -267,7 +208,8 @@ class RosLink:
         """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
         known = {Registration.PUB: published, Registration.SUB: subscribed}
         topics = [*self._subscribers.values(), *self._robots.subscribers()]
-        topics += [self._camera, self._emergency] + ([self._pictures] if self._pictures else [])
+        topics += [self._camera, self._emergency.publisher]
+        topics += [self._pictures] if self._pictures else []
         for topic in topics:
             if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
                 get_registration_listeners().notify_added(
@@ -288,35 +230,18 @@ class RosLink:
 
         A master that has gone silent keeps a thread waiting, not the one that calls this.
         """
+        end = time.monotonic() + END_LIMIT
         self._ended.set()
-        self._work.put(("end", None))
-        for thread in self._threads:
-            thread.join(END_LIMIT)
+        self._errands.close(end)
+        self._looking.join(max(0.0, end - time.monotonic()))
 
     def _withdraw(self):
-        # Or it might still register what is withdrawn here.
-        self._threads[0].join()
         for subscriber in self._subscribers.values():
             subscriber.unregister()
         self._robots.forget()
-        if self._pictures is not None:
-            self._pictures.unregister()
-        self._camera.unregister()
-        self._emergency.unregister()
-
-
-def _begin_simulated_time():
-    before = rospy.get_param(SIMULATED_TIME, None)
-    rospy.set_param(SIMULATED_TIME, True)
-    return True, before
-
-
-def _restore_simulated_time(before):
-    if before is not None:
-        rospy.set_param(SIMULATED_TIME, before)
-    elif rospy.has_param(SIMULATED_TIME):
-        rospy.delete_param(SIMULATED_TIME)
-    return True, ""
+        for topic in (self._pictures, self._camera, self._emergency.publisher):
+            if topic is not None:
+                topic.unregister()
 
 
 def _from_state(message, fresh, silent=()):

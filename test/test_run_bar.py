@@ -1,7 +1,7 @@
 """Nothing of the GUI's frame is cut off: wide, at half a screen, in a narrow dock."""
 
 import os
-from unittest.mock import MagicMock
+from unittest.mock import MagicMock, call
 
 import numpy as np
 import pytest
@@ -10,8 +10,16 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import shown as active
 from python_qt_binding.QtCore import QPoint, QRect, QSize, Qt, QTimer
+from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QApplication, QLabel, QLineEdit, QSizePolicy, QWidget
+from python_qt_binding.QtWidgets import (
+    QApplication,
+    QLabel,
+    QLineEdit,
+    QShortcut,
+    QSizePolicy,
+    QWidget,
+)
 
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.rqt_plugin.file_dialog import FileDialog
@@ -19,6 +27,9 @@ from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.run_bar import ACTIONS, RunBar
 from mrs_simulator.rqt_plugin.study import Snapshot
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+
+POSES = [[0, 0, 0], [3, 0, 0]]
+FLOCK = {"poses": POSES, "control": {"protocol": "flocking"}}
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +49,7 @@ def study(app):
     processes = MagicMock()
     processes.is_running.return_value = False
     processes.take_ended.return_value = []
-    widget = StudyWidget(link, processes, scenario_from_dict({"poses": [[0, 0, 0], [3, 0, 0]]}))
+    widget = StudyWidget(link, processes, scenario_from_dict({"poses": POSES}))
     for timer in widget.findChildren(QTimer):
         timer.stop()
     yield widget
@@ -144,6 +155,90 @@ def test_a_scenario_chosen_while_a_controller_runs_is_not_opened(app, study, tmp
     (dialog,) = study.findChildren(FileDialog)
     dialog.fileSelected.emit(str(tmp_path / "none.yaml"))
     assert "not opened: stop the controller" in study.messages.toPlainText()
+
+
+def stops(study):
+    """Return how often the emergency stop was pressed; it is then released."""
+    pressed = study.link.set_emergency.call_args_list.count(call(True))
+    study.link.set_emergency.reset_mock()
+    study.bar.set_emergency(False)
+    return pressed
+
+
+def settings_field(study, tab, name):
+    study.settings_tabs.setCurrentIndex(tab)
+    widget = name(study) if callable(name) else study.findChild(QWidget, name)
+    widget.setFocus()
+    widget.selectAll()
+    assert widget.hasFocus()
+    return widget
+
+
+@pytest.mark.parametrize(
+    "tab, name, typed",
+    [(1, "k", "0.3"), (1, "seed", "5"), (0, lambda study: study.team._number, "3")],
+)
+def test_escape_gives_up_what_is_being_typed_and_then_stops_the_robots(study, tab, name, typed):
+    study.show_scenario(scenario_from_dict(FLOCK if name == "seed" else {"poses": POSES}))
+    widget = settings_field(active(study, 1366, 768), tab, name)
+    before = widget.text()
+    QTest.keyClicks(widget, typed)
+    assert widget.text() == typed
+    QTest.keyClick(widget, Qt.Key_F8)  # from everywhere
+    assert stops(study) == 1 and widget.text() == typed
+    QTest.keyClick(widget, Qt.Key_Escape)
+    assert stops(study) == 0 and widget.text() == before
+    QTest.keyClick(widget, Qt.Key_Escape)
+    assert stops(study) == 1
+    widget.selectAll()
+    QTest.keyClicks(widget, typed)
+    QTest.keyClick(widget, Qt.Key_Return)  # taken over: nothing is being typed any more
+    QTest.keyClick(widget, Qt.Key_Escape)
+    assert stops(study) == 1
+
+
+def test_escape_gives_up_an_edge_that_is_being_drawn_and_then_stops_the_robots(study):
+    view = active(study, 1366, 768).map
+    view.set_mode("edges")
+    view.setFocus()
+    begin = QPoint(*map(round, view.to_screen(0.0, 0.0)))
+    QTest.mousePress(view, Qt.LeftButton, Qt.NoModifier, begin)
+    QTest.keyClick(view, Qt.Key_Escape)
+    assert stops(study) == 0 and view._drag is None
+    QTest.keyClick(view, Qt.Key_Escape)
+    assert stops(study) == 1
+
+
+def test_no_key_is_one_for_editing_nor_given_twice(study):
+    keys = [shortcut.key() for shortcut in study.findChildren(QShortcut)]
+    assert len({key.toString() for key in keys}) == len(keys) > len(ACTIONS)
+    editing = [
+        getattr(QKeySequence, name)
+        for name in dir(QKeySequence)
+        if name.startswith(("Delete", "Insert", "Move", "Select"))
+        or name in ("Undo", "Redo", "Cut", "Copy", "Paste")
+    ]
+    taken = [key for action in editing for key in QKeySequence.keyBindings(action)]
+    assert QKeySequence("Ctrl+Backspace") in taken
+    assert not [key.toString() for key in keys if key in taken]
+
+
+def test_keys_choose_the_next_speed(study):
+    active(study, 1366, 768).setFocus()
+    study.bar.set_speed(3.0)  # not in the list
+    speeds = []
+    study.bar.speed_chosen.connect(speeds.append)
+    study.bar.set_enabled("speed", True)
+    for key in (Qt.Key_Plus, Qt.Key_Equal, Qt.Key_Minus, Qt.Key_Minus):
+        QTest.keyClick(study, key, Qt.ControlModifier)
+    assert speeds == [5.0, 10.0, 5.0, 3.0]
+    study.bar.set_speed(20.0)
+    for _ in range(2):
+        QTest.keyClick(study, Qt.Key_Plus, Qt.ControlModifier)
+    assert speeds[4:] == [0.0]  # as fast as possible, and no faster
+    study.bar.set_enabled("speed", False)
+    QTest.keyClick(study, Qt.Key_Minus, Qt.ControlModifier)
+    assert speeds[5:] == []
 
 
 def test_a_long_trouble_in_the_status_does_not_widen_the_window(app, study):

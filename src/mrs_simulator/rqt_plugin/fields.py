@@ -7,7 +7,7 @@ text as taken over, ``busy`` tells whether somebody is editing.
 
 import math
 
-from python_qt_binding.QtCore import QSize, Qt, Signal
+from python_qt_binding.QtCore import QEvent, QSize, Qt, Signal
 from python_qt_binding.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -56,13 +56,47 @@ class _Patient:
             event.ignore()
 
 
-class PatientSpinBox(_Patient, QSpinBox):
+class _Escapable:
+    """Escape gives a text that is being typed up; with none, the key is left to others."""
+
+    def event(self, event):
+        """Keep Escape from being a shortcut while somebody is typing; all else as usual."""
+        if event.type() == QEvent.ShortcutOverride and self._escapes(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Give the text up, or take the key as usual."""
+        if self._escapes(event):
+            self.give_up()
+        else:
+            super().keyPressEvent(event)
+
+    def _escapes(self, event):
+        return event.key() == Qt.Key_Escape and self.busy()
+
+    def give_up(self):
+        """Ask the owner for the value in force."""
+        self.given_up.emit()
+
+
+class PatientSpinBox(_Escapable, _Patient, QSpinBox):
     """A spin box that speaks when its value is finished."""
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.StrongFocus)
+
+    def busy(self):
+        """Return whether a text stands in it that is not the value in force."""
+        return self.text() != self.textFromValue(self.value())
+
+    def give_up(self):
+        """Show the value in force."""
+        self.setValue(self.value())
 
 
 class PatientComboBox(QComboBox):
@@ -98,7 +132,7 @@ class PatientComboBox(QComboBox):
         painter.drawControl(QStyle.CE_ComboBoxLabel, option)
 
 
-class TextField(QLineEdit):
+class TextField(_Escapable, QLineEdit):
     """A number in any notation, or a text."""
 
     finished = Signal()
@@ -134,16 +168,8 @@ class TextField(QLineEdit):
         """Return whether somebody is typing."""
         return self.hasFocus() and self.isModified()
 
-    @guarded
-    def keyPressEvent(self, event):
-        """Escape gives the value in force back."""
-        if event.key() == Qt.Key_Escape:
-            self.given_up.emit()
-        else:
-            super().keyPressEvent(event)
 
-
-class WholeField(_Patient, QDoubleSpinBox):
+class WholeField(_Escapable, _Patient, QDoubleSpinBox):
     """A whole number; a double's spin box, since ``QSpinBox`` ends at 32 bits."""
 
     finished = Signal()

@@ -382,14 +382,22 @@ class MapView(QWidget):
     def keyPressEvent(self, event):
         if event.key() == Qt.Key_F:
             self.fit()
-        elif event.key() == Qt.Key_Escape and self._drag is not None and self._drag.kind == "edge":
+        elif self._escapes(event):
             self._drag = None
             self.update()
         else:
             super().keyPressEvent(event)
 
+    def _escapes(self, event):
+        """Return whether the key gives up the edge that is being drawn."""
+        drawing_edge = self._drag is not None and self._drag.kind == "edge"
+        return event.key() == Qt.Key_Escape and drawing_edge
+
     def event(self, event):
-        """Answer the question for a tooltip; all else as usual."""
+        """Answer the question for a tooltip, keep a key from being a shortcut; all else as usual."""
+        if event.type() == QEvent.ShortcutOverride and self._escapes(event):
+            event.accept()
+            return True
         if event.type() == QEvent.ToolTip:
             self._tell(event)
             return True

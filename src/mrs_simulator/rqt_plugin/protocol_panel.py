@@ -7,7 +7,6 @@ from python_qt_binding.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QPushButton,
     QScrollArea,
     QStyle,
@@ -15,7 +14,7 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 
-from mrs_simulator.rqt_plugin.fields import PatientComboBox
+from mrs_simulator.rqt_plugin.fields import PatientComboBox, TextField
 from mrs_simulator.rqt_plugin.guard import guarded
 from mrs_simulator.rqt_plugin.note import Note
 from mrs_simulator.rqt_plugin.parameter_form import ParameterForm
@@ -54,12 +53,13 @@ class ProtocolPanel(QWidget):
         self._file = QPushButton("File...")
         self._file.setToolTip("Take a protocol from a Python file on this computer")
         self._file.clicked.connect(guarded(lambda *_: self.file_requested.emit(self._directory)))
-        self._class = QLineEdit()
+        self._class = TextField(is_number=False)
         self._class.setPlaceholderText("the only one in the file")
         self._class.setToolTip(
             "<p>Name of the protocol's class; needed only if the file holds several</p>"
         )
-        self._class.editingFinished.connect(self._on_class)
+        self._class.finished.connect(self._on_class)
+        self._class.given_up.connect(self._show_protocol)
         self._problem = Note()
 
     def _build_layout(self):

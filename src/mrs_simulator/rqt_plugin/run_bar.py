@@ -1,5 +1,8 @@
 """The run's buttons: simulation, controller, speed, emergency stop."""
 
+import functools
+import math
+
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import (
@@ -28,7 +31,7 @@ ACTIONS = (
     (
         "reset",
         "Reset",
-        "Ctrl+Backspace",
+        "Ctrl+0",
         "Put the robots back to their initial poses; time goes on",
     ),
     ("end", "End", "Ctrl+E", "End the simulation that was started here"),
@@ -43,9 +46,13 @@ ACTIONS = (
     ("bag", "Record bag", "Ctrl+B", "Record a rosbag of the run, or end it; it goes to ~/mrs_runs"),
     ("save", "Save...", "Ctrl+S", "Save data, figures, verdict and scenario"),
 )
-SPEED_TIP = "Simulated over wall time; max: as fast as possible"
+FASTER, SLOWER = ("Ctrl++", "Ctrl+="), ("Ctrl+-",)
+SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} slower)".format(
+    FASTER[0], SLOWER[0]
+)
 BREAKS = ("preflight", "bag")  # a gap before these
-EMERGENCY_KEY = "Esc"
+# Esc gives up first what is being typed, or an edge that is being drawn; no field knows the other.
+EMERGENCY_KEYS = ("Esc", "F8")
 RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
 
 
@@ -70,7 +77,7 @@ class RunBar(QWidget):
                 row.add_gap(_line())
             row.addWidget(self._button(owner, name, text, key, meaning))
             if name == "end":
-                row.addWidget(self._build_speed())
+                row.addWidget(self._build_speed(owner))
         row.add_corner(self._build_emergency(owner))
 
     def _build_emergency(self, owner):
@@ -78,15 +85,18 @@ class RunBar(QWidget):
         self._stop_all.setCheckable(True)
         self._stop_all.setStyleSheet(RED)
         self._stop_all.setToolTip(
-            "All robots stop and stay so until released ({})".format(EMERGENCY_KEY)
+            "All robots stop and stay so until released ({}; {} while something is typed)".format(
+                *EMERGENCY_KEYS
+            )
         )
         self._stop_all.toggled.connect(self._on_emergency)
         self.heed(owner)
         return self._stop_all
 
     def heed(self, window):
-        """Let the key of the emergency stop work in ``window`` too, such as a dialog of the owner's."""
-        _shortcut(EMERGENCY_KEY, window, self._press)
+        """Let the emergency stop's keys work in ``window`` too, such as a dialog of the owner's."""
+        for key in EMERGENCY_KEYS:
+            _shortcut(key, window, self._press)
 
     def _button(self, owner, name, text, key, meaning):
         button = QToolButton()
@@ -98,14 +108,26 @@ class RunBar(QWidget):
         self._buttons[name] = button
         return button
 
-    def _build_speed(self):
+    def _build_speed(self, owner):
         self._speed = QComboBox()
         self._speed.setToolTip(SPEED_TIP)
         for speed in SPEEDS:
             self._speed.addItem("max" if speed == "0" else "{} \u00d7".format(speed), float(speed))
         self._speed.setCurrentIndex(SPEEDS.index("1"))
         self._speed.activated.connect(guarded(lambda *_: self.speed_chosen.emit(self.speed())))
+        for keys, steps in ((FASTER, 1), (SLOWER, -1)):
+            for key in keys:
+                _shortcut(key, owner, functools.partial(self._change_speed, steps))
         return self._speed
+
+    def _change_speed(self, steps):
+        """Choose the next faster speed, or with -1 the next slower one."""
+        offered = [self._speed.itemData(index) for index in range(self._speed.count())]
+        offered.sort(key=lambda speed: speed or math.inf)
+        wanted = offered.index(self.speed()) + steps
+        if self._speed.isEnabled() and 0 <= wanted < len(offered):
+            self.set_speed(offered[wanted])
+            self.speed_chosen.emit(self.speed())
 
     @guarded
     def _press(self):

@@ -100,7 +100,7 @@ done
 $gui || { wait "$launch"; launch=""; }
 
 if [ ! -f "$out/verdict.json" ]; then
-  tail -n 25 "$out/launch.log" >&2
+  reasons "$out/launch.log" >&2
   printf '\nFailed: the run ended without a verdict; all of the output: %s\n' "$out/launch.log" >&2
   exit 2
 fi

@@ -219,3 +219,16 @@ def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
 def test_messages_and_services_are_shown(ros):
     assert "float64[] theta" in ros.call("rosmsg", "show", "mrs_simulator/TeamState")
     assert "geometry_msgs/Pose2D pose" in ros.call("rossrv", "show", "mrs_simulator/SetTeam")
+
+
+def test_why_a_launch_failed_is_told_once_without_the_rest(ros, tmp_path):
+    (tmp_path / "typo.yaml").write_text("poses: [[0, 0, 0]]\nduraton: 3\n")
+    given = "scenario:={}".format(tmp_path / "typo.yaml")
+    process = ros.start("launch", ["roslaunch", "mrs_simulator", "simulation.launch", given])
+    process.wait(120)
+    (tmp_path / "other.log").write_text("".join("{}\n".format(i) for i in range(40)))
+    told = "root={} && . {}/tools/prepare.sh && reasons ".format(ROOT, ROOT)
+    said = subprocess.check_output(["bash", "-c", told + process.log]).decode()
+    assert said.count("unknown 'duraton'") == 1 and len(said.splitlines()) == 1, said
+    said = subprocess.check_output(["bash", "-c", told + str(tmp_path / "other.log")]).decode()
+    assert said.split() == [str(i) for i in range(15, 40)]

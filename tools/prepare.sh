@@ -45,6 +45,18 @@ logged() { # step, advice, command...
   }
 }
 
+# Prints why a launch failed: what its nodes say of bad input and errors, each once, else the end.
+reasons() { # log of roslaunch
+  awk '
+    { last[NR % 25] = $0 }
+    /^(stage|pioneer_control|record|markers|mrs_gui): |\[(ERROR|FATAL)\]|^[A-Za-z_.]*(Error|Exception):/ {
+      what = $0
+      sub(/^[a-z_]+: /, "", what)
+      if (!told[what]++) { print; found = 1 }
+    }
+    END { for (i = NR - 24; !found && i <= NR; i++) if (i > 0) print last[i % 25] }' "$1"
+}
+
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
 }

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Pose2D, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
-from std_srvs.srv import Empty, SetBool, Trigger
+from std_srvs.srv import Empty, EmptyResponse, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -25,7 +25,7 @@ from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 newest, counts, transforms, collisions = {}, {}, {}, []
 markers, marker_repeated = {}, False
 clock_went_back = False
-driven = {}
+driven, gates = {}, {}
 
 
 def keep(message, name):
@@ -165,6 +165,18 @@ def switch(service):
     """Call a service without an answer."""
     rospy.wait_for_service(service, 20.0)
     rospy.ServiceProxy(service, Empty)()
+    return True
+
+
+def offer(service):
+    """Offer a service without an answer, which waits until ``gates[service]`` is set."""
+    gates[service] = threading.Event()
+
+    def answer(_):
+        gates[service].wait()
+        return EmptyResponse()
+
+    subscribers.append(rospy.Service(service, Empty, answer))
     return True
 
 

@@ -41,6 +41,7 @@ while rospy.wait_for_message("/robot{}/motor_state".format(sys.argv[1]), kind).s
     out.publish(kind(1))
 """
 ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
+HELD = "_enable_motors:=/robot{}/held"  # by the probe, until its gate is set
 START = "call('/pioneer_control/start', Trigger)"
 
 
@@ -242,6 +243,42 @@ def test_a_missing_motor_service_is_said_and_nobody_moves(team):
     team.trouble("motors: /robot1/motors_on is missing")
     assert "/robot1/motors_on is missing" in log_of(control)
     assert team.sent(1) is None
+
+
+@pytest.mark.parametrize("autostart", ["true", "false"])
+def test_a_start_that_waits_for_motors_does_not_survive_a_silence(team, autostart):
+    robot = team.robot(1)
+    team.probe.ask("offer('/robot1/held')")
+    team.forward(HELD, "_autostart:=" + autostart, n=1)
+    if autostart == "false":
+        team.trouble("not started")
+        wait_until(lambda: team.odometry(1) is not None)
+        assert "motors: /robot1/held" in team.go()
+    team.trouble("motors: /robot1/held has not answered yet")
+    robot.send_signal(signal.SIGSTOP)
+    team.trouble("then call the service /pioneer_control/start")
+    robot.send_signal(signal.SIGCONT)
+    team.probe.ask("gates['/robot1/held'].set()")
+    team.probe.wait("control('stale') == []")
+    assert team.probe.ask("control('running')") is False and team.sent(1) == [0.0, 0.0]
+    team.go()
+    wait_until(lambda: team.sent(1) == [0.2, 0.0])
+
+
+def test_the_others_go_on_when_all_motors_have_answered_again(team):
+    team.robot(1)
+    team.robot(2)
+    for number in (1, 2):
+        team.probe.ask("offer('/robot{0}/held') and gates['/robot{0}/held'].set()".format(number))
+    team.forward(HELD, "_geofence:=[-5, -5, 2.65, 5]", "_v_max:=0.06", n=2)
+    team.trouble("robot1 stopped: outside the geofence")
+    team.probe.ask("gates['/robot2/held'].clear()")
+    assert "motors: /robot" in team.go()
+    team.at_rest((1, 2))
+    team.probe.ask("gates['/robot2/held'].set()")
+    wait_until(lambda: team.sent(2) == [0.06, 0.0])
+    assert team.sent(1) == [0.0, 0.0] and team.probe.ask("control('running')")
+    team.trouble("robot1 stopped: outside the geofence")
 
 
 def test_a_robot_that_leaves_the_fence_stands_and_the_others_go_on(team):

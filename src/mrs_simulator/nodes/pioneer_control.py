@@ -62,6 +62,7 @@ class ControlNode:
         self.trouble = "" if self.running else "not started"
         self._lock = threading.RLock()
         self._next, self._answered, self._begun = None, None, None
+        self._all_heard = False  # with ~autostart it is waited for once
         self._warnings, self._jump = [], ""
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
         self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
@@ -113,7 +114,9 @@ class ControlNode:
             self._publish_status()
 
     def _turn(self):
-        trouble = self._what_is_missing()
+        silent = self._who_is_silent()
+        trouble = silent or self.motors.missing()
+        self._all_heard = self._all_heard or not silent
         jump = self.frame.jump_trouble()
         if jump and jump != self._jump:
             self._stop(jump)
@@ -121,16 +124,17 @@ class ControlNode:
         self._jump = jump
         if trouble:
             self._hold(trouble)
+            if silent and self._all_heard and self.running and not self.resumes:
+                # Whoever walks up to robots that stand is not to be surprised by them.
+                start = START.format(rospy.resolve_name("~start"))
+                self._stop("{}: see to it, {}".format(silent, start))
         elif self.lockstep:
             self._answer()
         elif self._has_come() and self._due(rospy.get_time()):
             self._act()
 
-    def _what_is_missing(self):
-        """Return why no command can be given now, or ""."""
-        return self._who_is_silent() or self.motors.missing()
-
     def _who_is_silent(self):
+        """Return why nobody can know where the robots are now, or ""."""
         trouble = self._clock.trouble() if self._clock else ""
         return trouble or self.frame.missing(rospy.get_time())
 
@@ -207,10 +211,6 @@ class ControlNode:
             self._next = None  # what passes meanwhile are no missed periods
         if moving:
             self._send(np.zeros_like(self.outlet.command))
-        if self.running and self._begun is not None and not self.resumes:
-            # Whoever walks up to robots that stand is not to be surprised by them.
-            start = START.format(rospy.resolve_name("~start"))
-            self._stop("{}: see to it, {}".format(trouble, start))
         if moving or time.monotonic() - self._last["report"] > REPORT_PERIOD:
             self._last["report"] = time.monotonic()
             text = "robots stopped: " if moving else "waiting: "
@@ -243,13 +243,14 @@ class ControlNode:
             silent = self._who_is_silent()
             if silent and not self.resumes:
                 return False, silent + ": nobody is to move later by surprise, start again then"
+            self._all_heard = True  # or it goes on by itself after any silence
             # Robots that are let go on join the others, whose law goes on too.
             self._begun = self._begun if self.running and self.guards.stopped else None
             self.running, self._next = True, None
             self.outlet.open()
             self.frame.accept()
             self.motors.enable()
-            self.trouble = self._what_is_missing()
+            self.trouble = silent or self.motors.missing()
             self.guards.release(self.frame.pose())
             self.trouble = self.trouble or self.guards.text()
             return True, self.trouble or "running"

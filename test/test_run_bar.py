@@ -9,8 +9,8 @@ import pytest
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import shown as active
-from python_qt_binding.QtCore import QPoint, QRect, QSize, Qt, QTimer
-from python_qt_binding.QtGui import QKeySequence
+from python_qt_binding.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QTimer
+from python_qt_binding.QtGui import QKeySequence, QMouseEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import (
     QApplication,
@@ -264,6 +264,51 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
     assert heard(2.0) == 1.0
     study.map.cost = 0.0
     assert heard(3.0) == 3.0
+
+
+def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(study, monkeypatch):
+    def told(time, x):
+        pose = np.array([[x, 0.0, 0.0], [3.0, 0.0, 0.0]])
+        zeros = np.zeros((2, 3)), np.zeros((2, 2)), np.ones(2, dtype=bool)
+        study.link.snapshot.return_value = Snapshot(time, (1, 2), pose, *zeros)
+        study.map.cost = 0.0
+        study._on_frame()
+        return study.map._pose[0, 0]
+
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.study_widget.TEAM_REST", 0.0)
+    study.link.is_fresh.side_effect = lambda name: name == "state"
+    view = active(study, 1366, 768).map
+    assert told(1.0, 0.1) == 0.1
+    view.set_mode("poses")
+    places = [QPoint(*map(round, view.to_screen(x, 0.0))) for x in (0.1, 1.0, 1.1)]
+    QTest.mousePress(view, Qt.LeftButton, Qt.NoModifier, places[0])
+    for place_ in places[1:]:
+        held = QEvent.MouseMove, QPointF(place_), Qt.NoButton, Qt.LeftButton, Qt.NoModifier
+        QApplication.sendEvent(view, QMouseEvent(*held))
+    moved = study.team.poses()[0, 0]
+    assert moved > 0.9 and told(1.1, 0.1) == moved
+    QTest.mouseRelease(view, Qt.LeftButton, Qt.NoModifier, places[-1])
+    study._on_tick()
+    assert study.link.set_team.call_args[0][0][0, 0] == moved
+    assert told(1.2, 0.1) == moved
+    study.link.take_results.return_value = [("set_team", False, "no room")]
+    study._on_tick()
+    assert told(1.3, 0.1) == 0.1  # where it is, whatever was wanted
+
+
+def test_a_picture_that_comes_late_is_not_shown(study):
+    tabs, view = study.results_tabs, study.view
+    tabs.setCurrentWidget(view)
+    active(study, 1366, 768)
+    black = MagicMock(width=2, height=1, data=bytes(6))
+    view._on.setChecked(True)
+    study.link.newest.side_effect = lambda name: black if name == "image" else None
+    study._on_frame()
+    assert view.picture.image is not None
+    view._on.setChecked(False)
+    study.link.newest.side_effect = lambda name: MagicMock(width=2, height=1, data=bytes(6))
+    study._on_frame()
+    assert view.picture.image is None
 
 
 def boxes(app, layout, width):

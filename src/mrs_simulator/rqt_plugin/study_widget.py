@@ -59,6 +59,7 @@ class StudyWidget(QWidget):
         self._graph_changed_at = 0.0
         self._team_changed_at, self._last_control, self._last_image = None, None, None
         self._told_trouble = ""  # by the controller
+        self._awaits_team = False  # whether the stage has not answered yet
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._build()
         self.show_scenario(scenario)
@@ -376,7 +377,9 @@ class StudyWidget(QWidget):
     def _on_frame(self):
         snapshot, now = self.link.snapshot(), time.monotonic()
         rested = now - self._last_frame[0] >= self.map.cost / MOST_PAINTING
-        if rested and snapshot is not None and snapshot is not self._last_frame[1]:
+        # Robots placed by hand are not where the stage has them until it has taken them over.
+        settled = not self._team_changed_at and not self._awaits_team
+        if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
             self._last_frame = now, snapshot
             self.map.show_snapshot(snapshot)
         for _, _, x, y in self.link.take_collisions():
@@ -397,6 +400,7 @@ class StudyWidget(QWidget):
         if self._team_changed_at and time.monotonic() - self._team_changed_at > TEAM_REST:
             self._team_changed_at = None
             if self.link.is_fresh("state"):
+                self._awaits_team = True
                 self.study.send_team()
         if self.study.state.is_emergency():
             self.study.preflight.cancel()
@@ -406,6 +410,8 @@ class StudyWidget(QWidget):
     def _on_result(self, name, success, answer):
         if name == "set_topology":
             self._graph_changed_at = time.monotonic()
+        if name == "set_team":
+            self._awaits_team = False
         if name == "save" and success:
             self._show_verdict(answer)
             return

@@ -61,7 +61,9 @@ class ViewPanel(QWidget):
         return self._follow.currentData() or 0
 
     def show_image(self, width, height, data):
-        """Show a picture of ``width`` by ``height`` pixels, 3 bytes each."""
+        """Show a picture of ``width`` by ``height`` pixels, 3 bytes each; none while switched off."""
+        if not self._on.isChecked():
+            return
         # The copy outlives the message that the bytes belong to.
         self.picture.image = QImage(data, width, height, 3 * width, QImage.Format_RGB888).copy()
         self.picture.update()

@@ -29,6 +29,7 @@ K = "control.parameters.k"
             ("poses", [{"layout": "line"}, {"layout": "grid"}]),
         ),
         ("fidelity=kinematic", ("fidelity", ["kinematic"])),
+        ("duration=1e2,1e-3", ("duration", [100.0, 0.001])),
     ],
 )
 def test_axes(text, expected):
@@ -39,6 +40,13 @@ def test_axes(text, expected):
 def test_bad_axes_are_refused(text):
     with pytest.raises(SweepError):
         read_axis(text)
+
+
+def test_a_value_that_is_no_scenarios_is_refused_as_in_a_run(tmp_path):
+    path = tmp_path / "dated.yaml"
+    path.write_text("title: 2024-05-01\nposes: [[0, 0, 0]]\n")
+    with pytest.raises(ValueError, match="title: datetime.date.*, wanted a text"):
+        make_runs(str(path), [("seed", [0])])
 
 
 def test_an_impossible_combination_is_refused_before_anything_runs():

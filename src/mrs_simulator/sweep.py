@@ -1,5 +1,6 @@
 """Sweeps: one scenario under many values of its keys, in parallel, as one table and one figure."""
 
+import copy
 import csv
 import hashlib
 import itertools
@@ -7,10 +8,8 @@ import json
 import os
 import re
 
-import yaml
-
 from mrs_simulator.control.loading import located_protocol
-from mrs_simulator.core.reading import ScenarioError, load_yaml
+from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.workers import SweepError, failed, on_cluster, on_cores
 
@@ -37,9 +36,9 @@ def read_axis(text):
             raise SweepError("--sweep {!r}: wanted an ascending range".format(text))
         return key.strip(), list(range(first, last + 1))
     try:
-        return key.strip(), yaml.safe_load("[{}]".format(values))
-    except yaml.YAMLError as error:
-        raise SweepError("--sweep {!r}: not YAML: {}".format(text, error)) from None
+        return key.strip(), parse_yaml("[{}]".format(values), "--sweep {!r}".format(text))
+    except ScenarioError as error:
+        raise SweepError(str(error)) from None
 
 
 def make_runs(path, axes, given=None):
@@ -65,7 +64,7 @@ def make_runs(path, axes, given=None):
     runs = []
     for combination in itertools.product(*(values for _, values in axes)):
         values = dict(zip(keys, combination))
-        changed = json.loads(json.dumps(content))
+        changed = copy.deepcopy(content)
         for key, value in values.items():
             _put(changed, key, value)
         where = "{} with {}".format(

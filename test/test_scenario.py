@@ -101,6 +101,10 @@ def test_everything_that_can_be_said():
         ({"robots": 3}, r"robots: 3, but poses has 2"),
         ({"model": ["pioneer3dx"]}, r"model: .*wanted one kind or a list of 2"),
         ({"fidelity": "exact"}, r"fidelity: 'exact', wanted one of kinematic, dynamic, point_mass"),
+        (
+            {"odometry": "wheel", "fidelity": "point_mass"},
+            "odometry: wheel, but point masses have no",
+        ),
         ({"limits": "slow"}, r"limits: 'slow', wanted one of firmware, top, none"),
         ({"limits": {"v_max": 1}}, r"limits.omega_max: nothing given, wanted a number above 0"),
         ({"control": {"rate": 0}}, r"control.rate: 0, wanted a number from 0.1 to 1000"),

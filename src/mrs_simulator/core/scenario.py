@@ -199,6 +199,12 @@ def scenario_from_dict(content, where="scenario"):
         step=_read_step(top, control.rate),
     )
     top.done()
+    if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":
+        raise ScenarioError(
+            "{}: wheel, but point masses have no wheels; wanted world, or another fidelity".format(
+                top.at("odometry")
+            )
+        )
     return scenario
 
 

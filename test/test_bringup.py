@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import xmlrpc.client
 
 import numpy as np
 import pytest
@@ -232,3 +233,14 @@ def test_why_a_launch_failed_is_told_once_without_the_rest(ros, tmp_path):
     assert said.count("unknown 'duraton'") == 1 and len(said.splitlines()) == 1, said
     said = subprocess.check_output(["bash", "-c", told + str(tmp_path / "other.log")]).decode()
     assert said.split() == [str(i) for i in range(15, 40)]
+
+
+def test_what_a_launch_before_has_left_on_the_master_is_forgotten(ros, tmp_path):
+    left = {"enable_motors": "/robot{}/nobody", "geofence": "0, 0, 0.1, 0.1", "lockstep": True}
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.setParam("/test", "/pioneer_control", dict(left, dry_run=True, frame_source="tf"))
+    master.setParam("/test", "/stage", {"paused": True, "preset": "none such"})
+    master.setParam("/test", "/record", {"silence": -1.0})
+    verdict = launch(ros, tmp_path, "robots:=2", "duration:=1", "speed:=4")
+    assert verdict["ended"] == "complete"
+    assert read_run_csv(str(tmp_path / "run.csv")).command.any()

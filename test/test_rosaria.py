@@ -485,6 +485,8 @@ def n_robots(n):
 def test_the_launch_file_drives_them(team, tmp_path):
     for number in (1, 2, 3, 4):
         team.robot(number)
+    left = {"lockstep": True, "rate": 0.1}  # by a launch before, on this master
+    xmlrpc.client.ServerProxy(team.ros.uri).setParam("/test", "/pioneer_control", left)
     command = ["roslaunch", "mrs_simulator", "rosaria.launch", "drivers:=false"]
     command += [
         "scenario:={}".format(team.scenario),

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.nodes.outlet import Outlet
+from mrs_simulator.nodes import outlet as module
+from mrs_simulator.nodes.outlet import AGAIN, INSISTING, Outlet, RobotCommands
 
 FORWARD, STAND = np.array([[0.2, 0.0], [0.1, 0.3]]), np.zeros((2, 2))
 
@@ -15,7 +16,7 @@ class Topics:
         self.published = []
 
     def publish(self, command):
-        self.published.append(command.tolist())
+        self.published.append(np.array(getattr(command, "command", command)).tolist())
 
 
 @pytest.fixture
@@ -57,3 +58,40 @@ def test_a_dry_run_publishes_nothing_and_tells_the_command():
     outlet.open()
     outlet.send(FORWARD)
     assert outlet.command.tolist() == FORWARD.tolist()
+
+
+@pytest.mark.parametrize("insists", [True, False])
+def test_a_stop_is_said_again_and_again_for_a_while(topics, insists):
+    now = [100.0]
+    outlet = Outlet(topics, 2, insists, clock=lambda: now[0])
+    outlet.open()
+    outlet.insist()  # nobody has moved yet
+    outlet.send(FORWARD)
+    outlet.insist()
+    now[0] += 10.0 * AGAIN
+    outlet.insist()  # those that move are not stopped by it
+    assert topics.published == [FORWARD.tolist()]
+    outlet.send(FORWARD)
+    outlet.shut()
+    outlet.insist()
+    assert len(topics.published) == 3
+    now[0] += 1.5 * AGAIN
+    outlet.insist()
+    assert topics.published[3:] == [STAND.tolist()] * insists
+    now[0] += INSISTING
+    outlet.insist()
+    assert len(topics.published) == 3 + insists
+
+
+def test_a_new_connection_to_a_real_robot_that_was_driven_begins_with_zeros(monkeypatch):
+    firsts = []
+
+    def publisher(_name, _kind, first):
+        firsts.append(first)
+        return Topics()
+
+    monkeypatch.setattr(module, "prompt_publisher", publisher)
+    commands = RobotCommands([1, 2], real=[1])
+    assert firsts[0] is None and firsts[1]() is None
+    commands.publish(FORWARD)
+    assert firsts[1]().command == (0.0, 0.0)

@@ -100,3 +100,25 @@ def test_a_robot_that_stops_reading_holds_up_no_other(ros):
         assert stage.poll() is None
     finally:
         hung.send_signal(18)  # SIGCONT
+
+
+def test_a_new_connection_begins_with_what_it_is_told_first(ros):
+    said = ros.python(
+        "import rospy\n"
+        "from geometry_msgs.msg import Twist\n"
+        "from mrs_simulator.nodes.prompt import prompt_publisher\n"
+        "rospy.init_node('first', disable_rostime=True)\n"
+        "word = Twist()\n"
+        "word.linear.x = 0.25\n"
+        "publisher = prompt_publisher('/first', Twist, lambda: word)\n"
+        "print(rospy.wait_for_message('/first', Twist, 20.0).linear.x)\n"
+        "word = None\n"
+        "heard = []\n"
+        "kept = rospy.Subscriber('/first', Twist, heard.append)\n"
+        "while not publisher.get_num_connections(): rospy.rostime.wallsleep(0.01)\n"
+        "last = Twist()\n"
+        "last.linear.x = 0.5\n"
+        "while not heard: publisher.publish(last); rospy.rostime.wallsleep(0.01)\n"
+        "print(heard[0].linear.x)\n"
+    )
+    assert said.split() == ["0.25", "0.5"]

@@ -1,20 +1,29 @@
 """The way of the commands to the robots, which is shut whatever the law is at."""
 
+import math
 import threading
+import time
 
 import numpy as np
 
 from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.wire import PlanarTwist
 
+INSISTING = 3.0  # [s] of wall time for which real robots that stand are told so again and again
+AGAIN = 0.05  # [s] of wall time between two times
+
 
 class Outlet:
     """Publishes commands; while it is shut they are zeros, and shutting it waits for no law."""
 
-    def __init__(self, topics, n):
-        """``topics``: what publishes, None in a dry run; commands of ``n`` robots."""
-        self._topics = topics
+    def __init__(self, topics, n, insists=False, clock=time.monotonic):
+        """``topics``: what publishes, None in a dry run; commands of ``n`` robots.
+
+        ``insists``: a stop is said again and again; ``clock`` gives wall time in s.
+        """
+        self._topics, self._insists, self._clock = topics, insists, clock
         self._lock = threading.Lock()
+        self._moved = self._sent = -math.inf
         self._open, self.emergency = False, False
         self.command = np.zeros((n, 2))  # [m/s, rad/s] the last that was sent
 
@@ -41,8 +50,18 @@ class Outlet:
         with self._lock:
             self._publish(command if self._open else np.zeros_like(command))
 
+    def insist(self):
+        """To be called all the time: tell real robots that were stopped to stand, lest one missed it."""
+        with self._lock:
+            now = self._clock()
+            due = self._sent + AGAIN <= now < self._moved + INSISTING
+            if self._insists and due and not self.command.any():
+                self._publish(self.command)
+
     def _publish(self, command):
-        self.command = command
+        self.command, self._sent = command, self._clock()
+        if command.any():
+            self._moved = self._sent
         if self._topics is not None:
             self._topics.publish(command)
 
@@ -50,15 +69,28 @@ class Outlet:
 class RobotCommands:
     """Publishes ``/robotN/cmd_vel`` of each robot."""
 
-    def __init__(self, numbers):
-        """``numbers``: the robots' numbers."""
+    def __init__(self, numbers, real=()):
+        """``numbers``: the robots' numbers; ``real``: rows of those that are real."""
+        self._driven = False
         self._publishers = [
-            prompt_publisher("/robot{}/cmd_vel".format(number), PlanarTwist) for number in numbers
+            prompt_publisher(
+                "/robot{}/cmd_vel".format(number), PlanarTwist, self._first if row in real else None
+            )
+            for row, number in enumerate(numbers)
         ]
 
     def publish(self, command):
         """Publish ``command`` (n, 2) [m/s, rad/s]."""
+        self._driven = True
         for publisher, pair in zip(self._publishers, command.tolist()):
-            message = PlanarTwist()
-            message.command = pair
-            publisher.publish(message)
+            publisher.publish(_twist(pair))
+
+    def _first(self):
+        # What a robot heard before its connection broke may be older than a stop.
+        return _twist((0.0, 0.0)) if self._driven else None
+
+
+def _twist(pair):
+    message = PlanarTwist()
+    message.command = pair
+    return message

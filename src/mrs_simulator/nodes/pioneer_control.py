@@ -69,7 +69,7 @@ class ControlNode:
         self._simulated = rospy.get_param("/use_sim_time", False)
         simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
         self._simulated_rows = sorted(simulated)
-        self._open_topics(bool(real))
+        self._open_topics(real)
 
     def _open_topics(self, real):
         self._acted = 0.0  # [s] the time of the last command
@@ -77,14 +77,15 @@ class ControlNode:
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario)
         self.inbox = self.frame.inbox
-        kind = TeamCommands if isinstance(self.inbox, TeamInbox) else RobotCommands
-        self.outlet = Outlet(
-            None if self.dry_run else kind(self.control.numbers), len(self.control.numbers)
-        )
+        topics, numbers = None, self.control.numbers
+        if not self.dry_run:
+            team = isinstance(self.inbox, TeamInbox)
+            topics = TeamCommands(numbers) if team else RobotCommands(numbers, real)
+        self.outlet = Outlet(topics, len(numbers), insists=bool(real))
         if self.running:
             self.outlet.open()
         # Odometry may come before the clock that makes its command due.
-        self._clock = ClockWatch(self.inbox.wake, real) if self._simulated else None
+        self._clock = ClockWatch(self.inbox.wake, bool(real)) if self._simulated else None
         self._services = [
             rospy.Service("~start", Trigger, self._on_start),
             rospy.Service("~stop", Trigger, self._on_stop),
@@ -111,6 +112,7 @@ class ControlNode:
             self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
             with self._lock:
                 self._turn()
+            self.outlet.insist()
             self._publish_status()
 
     def _turn(self):

@@ -13,17 +13,28 @@ import rospy
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether a connection is still there
 
 
-def prompt_publisher(name, kind):
+def prompt_publisher(name, kind, first=None):
     """Return a ``rospy.Publisher`` that writes at once to whoever reads.
 
     Whoever does not gets the newest message alone, once there is room for it; nobody waits for that.
+    ``first``: returns the message that a new connection is to begin with, or None.
     """
     with warnings.catch_warnings():
         # Without a size rospy makes no queue, and warns of writing that may block: none of ours does.
         warnings.simplefilter("ignore", SyntaxWarning)
         publisher = rospy.Publisher(name, kind, tcp_nodelay=True)
-    add = publisher.impl.add_connection
-    publisher.impl.add_connection = lambda connection: add(PromptConnection(connection))
+    topic = publisher.impl
+    add = topic.add_connection
+
+    def add_prompt(connection):
+        connection = PromptConnection(connection)
+        added, message = add(connection), first and first()
+        if message is not None:
+            with topic.publock:
+                topic.publish(message, connection_override=connection)
+        return added
+
+    topic.add_connection = add_prompt
     return publisher
 
 

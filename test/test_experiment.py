@@ -19,6 +19,7 @@ from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.experiment import Experiment, main
+from mrs_simulator.reporting import FIGURES, begin_run
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -316,3 +317,12 @@ def test_an_experiment_of_thousands_holds_no_matrix_of_all_pairs(tmp_path):
         tracemalloc.stop()
     assert verdict["ended"] == "complete" and verdict["robots"] == n
     assert peak < 8 * n * n
+
+
+def test_the_report_on_an_earlier_run_is_not_left_beside_another(tmp_path):
+    short = shipped("paper_four", duration=0.2)
+    run_experiment(short, str(tmp_path))
+    assert {name + ".png" for name in FIGURES} < set(os.listdir(str(tmp_path)))
+    (tmp_path / "notes.txt").write_text("mine")
+    begin_run(short, str(tmp_path)).close()
+    assert sorted(os.listdir(str(tmp_path))) == ["notes.txt", "run.csv", "scenario.yaml"]

@@ -12,10 +12,10 @@ import numpy as np
 from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.core.interruptions import failure
-from mrs_simulator.core.recording import Recorder, read_run_csv
+from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
-from mrs_simulator.reporting import make_control, write_report, write_scenario
+from mrs_simulator.reporting import begin_run, make_control, write_report
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -73,10 +73,8 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     """
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
-    csv_path = os.path.join(out, "run.csv")
     started, ended = time.monotonic(), "complete"
-    with Recorder(csv_path, range(1, scenario.n + 1), scenario.hand_length) as recorder:
-        write_scenario(scenario, out)
+    with begin_run(scenario, out) as recorder:
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
                 recorder.sample(stamp, pose, command)
@@ -98,7 +96,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
         "ended": ended,
     }
     experiment.world.close()
-    run = read_run_csv(csv_path, scenario, experiment.collisions, meta)
+    run = read_run_csv(recorder.path, scenario, experiment.collisions, meta)
     return write_report(run, out, formats, experiment.control)
 
 

@@ -19,12 +19,13 @@ from mrs_simulator.control.loading import (
 )
 from mrs_simulator.core.claims import Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
 from mrs_simulator.world.robots import limits_of_team, robot_kind
 
-SCENARIO_FILE = "scenario.yaml"
+RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
+FIGURES = ("trajectories", "x_states", "y_states", "inputs")
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
 # [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
 SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
@@ -75,6 +76,22 @@ def _safety_claims(control, start):
     ]
 
 
+def begin_run(scenario, out, robots=None):
+    """Return the ``Recorder`` of a new run in the directory ``out``, beside its ``scenario.yaml``.
+
+    ``robots``: their numbers, by default those of the scenario.  The report on an earlier run there
+    goes: it is not one on this.
+    """
+    robots = range(1, scenario.n + 1) if robots is None else robots
+    recorder = Recorder(os.path.join(out, RUN_FILE), robots, scenario.hand_length)
+    for name in os.listdir(out):
+        stem, _, kind = name.partition(".")
+        if name == VERDICT_FILE or (stem in FIGURES and kind in ("png", "pdf", "svg")):
+            os.remove(os.path.join(out, name))
+    write_scenario(scenario, out)
+    return recorder
+
+
 def write_scenario(scenario, out):
     """Write ``scenario.yaml`` beside the run, so that the run can be reported again, from anywhere."""
     control = scenario.control
@@ -94,7 +111,7 @@ def write_report(run, out, formats=("png", "pdf"), control=None):
 
     verdict, prediction = judged(run, control)
     os.makedirs(out, exist_ok=True)
-    write_verdict(verdict, os.path.join(out, "verdict.json"))
+    write_verdict(verdict, os.path.join(out, VERDICT_FILE))
     figures(run, out, formats, prediction)
     return verdict
 

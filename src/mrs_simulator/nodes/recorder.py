@@ -20,7 +20,7 @@ from mrs_simulator.nodes.guards import slower
 from mrs_simulator.nodes.lifecycle import run, start_node
 from mrs_simulator.nodes.parameters import number_parameter
 from mrs_simulator.nodes.run_sources import make_source
-from mrs_simulator.reporting import make_control, write_report, write_scenario
+from mrs_simulator.reporting import begin_run, make_control, write_report
 
 SILENCE = 10.0  # [s] of wall time without a sample after which the run counts as ended
 NAP = 0.2  # [s] of wall time
@@ -37,10 +37,7 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = number_parameter("~silence", SILENCE, above=0.0)
-        self.csv_path = os.path.join(out, "run.csv")
-        numbers = range(1, scenario.n + 1)
-        self._file = recording.Recorder(self.csv_path, numbers, scenario.hand_length)
-        write_scenario(scenario, out)
+        self._file = begin_run(scenario, out)
         self._start, self._next = None, 0.0
         self._wall_start = None
         self.ended = "interrupted"
@@ -111,7 +108,7 @@ class RunRecorder:
             away = np.max(np.abs(begun - self.scenario.poses[:, :2]))
             if away > 0.05:
                 rospy.logwarn("record: robots began %.2f m away from the scenario's poses", away)
-        rospy.loginfo("record: recording %g s to %s", self.scenario.duration, self.csv_path)
+        rospy.loginfo("record: recording %g s to %s", self.scenario.duration, self._file.path)
 
     def finish(self):
         """Write figures and verdict of what was recorded; return the verdict, None if nothing was."""
@@ -124,7 +121,7 @@ class RunRecorder:
         meta["warnings"] = self.control.warnings(self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta.update(self.source.meta())
-        run = recording.read_run_csv(self.csv_path, self.scenario, collisions, meta)
+        run = recording.read_run_csv(self._file.path, self.scenario, collisions, meta)
         return write_report(run, self.out, control=self.control)
 
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import Recorder
 from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.reporting import make_control, write_scenario
+from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control
 from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.study_state import StudyState, named
 
@@ -359,16 +358,12 @@ class StudyRun:
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
 
         def work():
-            with Recorder(
-                os.path.join(directory, "run.csv"), numbers, scenario.hand_length
-            ) as file:
+            with begin_run(scenario, directory, numbers) as file:
                 for stamp, poses, commands in zip(when - when[0], pose, command):
                     file.sample(round(float(stamp), 9), poses, commands)
-            write_scenario(scenario, directory)
-            table = os.path.join(directory, "run.csv")
-            arguments = [table, "--out", directory, "--formats", "png,pdf,svg"]
+            arguments = [file.path, "--out", directory, "--formats", "png,pdf,svg"]
             code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
-            verdict = os.path.join(directory, "verdict.json")
+            verdict = os.path.join(directory, VERDICT_FILE)
             return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
 
         self.link.do("save", work)

@@ -195,11 +195,12 @@ def test_after_a_run_that_ends_its_process_those_not_begun_run_beside_each_other
 def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
     sweep = [sys.executable, "-m", "mrs_simulator.experiment", FOUR, "--out", str(tmp_path)]
     sweep += ["--sweep", "seed=0..199", "--jobs", "1"]
-    process = subprocess.Popen(sweep, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(sweep, stderr=subprocess.PIPE)
     try:
         wait_until(lambda: (tmp_path / "sweep.csv").exists(), 60.0)
         process.terminate()
-        assert process.wait(60.0) == 130
+        assert b"interrupted; what has ended is in" in process.communicate(timeout=60.0)[1]
+        assert process.returncode == 130
     finally:
         process.kill()
         process.wait()
@@ -244,6 +245,12 @@ def test_what_cannot_be_given_to_a_sweep_is_refused(axis, given, said):
         make_runs(DISPLACEMENT, [axis], given)
 
 
+def test_a_mistake_that_all_runs_share_is_refused_before_the_first():
+    with pytest.raises(SweepError, match=r"no run can begin: .*four.yaml: .*mean 'k'\?"):
+        make_runs(FOUR, [("control.parameters.kk", [1, 2])])
+    assert len(make_runs(FOUR, [(K, [-1, 0.02])])) == 2  # the other one can
+
+
 def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("mrs_simulator.workers.CONNECT_LIMIT", 0.5)
@@ -256,7 +263,8 @@ def test_the_command(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(arguments + ["--jobs", "2"])
     assert ended.value.code == 1  # too short to form
-    assert "0 of 2 runs passed" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "0 of 2 runs passed\n  2 x " in said and "figure: " in said
     with pytest.raises(SystemExit):
         main([*arguments[:-2], "--duration", "2", "--protocol", "consensus"])
     assert len(list(tmp_path.glob("*/verdict.json"))) == 4
@@ -267,3 +275,19 @@ def test_the_command(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(arguments + ["--sweep", "seed=3"])
     assert ended.value.code == 2 and "swept twice" in capsys.readouterr().err
+
+
+def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_path, capsys):
+    (tmp_path / "law.py").write_text(
+        "from mrs_simulator import PioneerControl\n"
+        "class Wrong(PioneerControl):\n"
+        "    def calculateControlLaw(self, pos_map):\n"
+        "        raise RuntimeError('never')\n"
+    )
+    (tmp_path / "sweep.png").write_text("of an earlier sweep")
+    given = [FOUR, "--out", str(tmp_path), "--protocol", str(tmp_path / "law.py") + ":Wrong"]
+    with pytest.raises(SystemExit):
+        main(given + ["--sweep", "fidelity=kinematic,point_mass", "--jobs", "1"])
+    said = capsys.readouterr().out
+    assert "  2 x at 0.000 s the law failed: RuntimeError: never" in said
+    assert "table: " in said and "figure" not in said

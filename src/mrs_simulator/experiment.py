@@ -129,24 +129,27 @@ def main(argv=None):
 
 
 def _sweep(arguments):
-    """Run the sweep and say how many passed; return the exit code."""
-    from mrs_simulator.sweep import PROTOCOL, make_runs, read_axis, run_sweep
+    """Run the sweep and say how many passed, and why not the others; return the exit code."""
+    from mrs_simulator import sweep
 
     given = _given(arguments, ("robots", "duration", "fidelity", "seed"))
     if arguments.protocol:
-        given[PROTOCOL] = arguments.protocol
-    runs = make_runs(arguments.scenario, [read_axis(text) for text in arguments.sweep], given)
-    verdicts = run_sweep(
-        runs,
-        arguments.out,
-        arguments.jobs,
-        arguments.scheduler,
-        progress=sys.stderr.isatty(),
-    )
-    passed = sum(bool(verdict["passed"]) for verdict in verdicts)
-    print("{} of {} runs passed".format(passed, len(runs)))
-    print("  table and figure: {}".format(os.path.abspath(arguments.out)))
-    return 0 if passed == len(runs) else 1
+        given[sweep.PROTOCOL] = arguments.protocol
+    runs = sweep.make_runs(arguments.scenario, map(sweep.read_axis, arguments.sweep), given)
+    table = os.path.join(os.path.abspath(arguments.out), sweep.TABLE)
+    options = (arguments.out, arguments.jobs, arguments.scheduler)
+    try:
+        verdicts = sweep.run_sweep(runs, *options, progress=sys.stderr.isatty())
+    except KeyboardInterrupt:
+        text = "experiment: interrupted; what has ended is in {}, the same command does the rest"
+        print(text.format(table), file=sys.stderr)
+        raise
+    print("\n".join(sweep.summary(verdicts)))
+    print("  table: {}".format(table))
+    figure = os.path.join(os.path.dirname(table), sweep.FIGURE + ".png")
+    if os.path.exists(figure):
+        print("  figure: {}".format(figure))
+    return 0 if all(verdict["passed"] for verdict in verdicts) else 1
 
 
 def _scenario(arguments):

@@ -34,8 +34,18 @@ SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
 def make_control(scenario, protocol=None):
     """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
     scenario, protocol = choose_protocol(scenario, protocol)
+    try:
+        return protocol(**_construction(scenario))
+    except ValueError as error:
+        if not scenario.path:
+            raise
+        raise ProtocolError("{}: {}".format(scenario.path, error)) from error
+
+
+def _construction(scenario):
+    """Return what the control of the scenario's robots is made with, by name."""
     limits = None if scenario.fidelity == "point_mass" else scenario.limits
-    return protocol(
+    return dict(
         numbers=range(1, scenario.n + 1),
         topology=scenario.topology,
         links=scenario.links,

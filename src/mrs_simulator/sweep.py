@@ -7,15 +7,20 @@ import itertools
 import json
 import os
 import re
+from collections import Counter
 
 from mrs_simulator.control.loading import located_protocol
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.reporting import make_control
 from mrs_simulator.workers import SweepError, failed, on_cluster, on_cores
 
 TABLE = "sweep.csv"
+FIGURE = "sweep"  # with the formats' suffixes
+FORMATS = ("png", "pdf")
 RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
 MOST_RUNS = 100000
+SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"
 MEASURES = ("passed", "settle_time", "y_spread", "min_distance", "real_time_factor", "ended")
 
@@ -48,7 +53,7 @@ def make_runs(path, axes, given=None):
     combination that is no scenario is refused before anything runs.  Raises ``ScenarioError``,
     ``ProtocolError`` and ``SweepError``.
     """
-    given = given or {}
+    given, axes = given or {}, list(axes)
     content = _shared(path, given)
     keys = [key for key, _ in axes]
     if len(set(keys)) != len(keys):
@@ -72,7 +77,32 @@ def make_runs(path, axes, given=None):
         )
         scenario = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
         runs.append((_name(values, scenario), values, scenario))
+    _refuse_shared_mistake(runs)
     return runs
+
+
+def _refuse_shared_mistake(runs):
+    """Raise why no run can begin, if it is so: what the protocol refuses in one, others may do."""
+    refused = None
+    for _, _, scenario in runs:
+        try:
+            make_control(scenario)
+            return
+        except (ValueError, OSError) as error:
+            refused = refused or error
+    raise SweepError("no run can begin: {}".format(refused))
+
+
+def summary(verdicts):
+    """Return in lines how many runs passed, and what kept the others from it, each with a count."""
+    passed = sum(bool(verdict["passed"]) for verdict in verdicts)
+    reasons = Counter()
+    for verdict in verdicts:
+        wrong = [check["name"] for check in verdict["checks"] if not check["passed"]]
+        complete = verdict["ended"] == "complete"
+        reasons.update(wrong if complete else [verdict["ended"]])
+    lines = ["{} of {} runs passed".format(passed, len(verdicts))]
+    return lines + ["  {} x {}".format(count, why) for why, count in reasons.most_common(SHOWN)]
 
 
 def _shared(path, given):
@@ -130,6 +160,8 @@ def run_sweep(runs, out, jobs=None, scheduler="", progress=False):
     """
     out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
+    for path in filter(os.path.exists, _figure_files(out)):
+        os.remove(path)  # of an earlier sweep; this one may have nothing to draw
     tasks = [(scenario, os.path.join(out, name)) for name, _, scenario in runs]
     verdicts = [None] * len(runs)
     run = _guarded_run
@@ -181,7 +213,7 @@ def _write_table(runs, verdicts, out):
 
 
 def _write_figure(runs, verdicts, out):
-    """Draw each measured check against the first swept key that has numbers."""
+    """Draw each measured check against the first swept key that has numbers, if there are such."""
     from mrs_simulator.report.figures import draw_sweep, new_figure, save, settle
 
     keys = list(runs[0][1])
@@ -201,5 +233,9 @@ def _write_figure(runs, verdicts, out):
     figure = new_figure(6.5, 1.2 + 1.6 * len(series))
     draw_sweep(figure, key, series)
     settle(figure)
-    for kind in ("png", "pdf"):
-        save(figure, os.path.join(out, "sweep." + kind))
+    for path in _figure_files(out):
+        save(figure, path)
+
+
+def _figure_files(out):
+    return [os.path.join(out, "{}.{}".format(FIGURE, kind)) for kind in FORMATS]

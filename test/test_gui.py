@@ -258,6 +258,41 @@ until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol 
     )
 
 
+def test_what_is_edited_while_the_controller_stands_is_in_force_when_it_starts(gui, tmp_path):
+    (tmp_path / "three.yaml").write_text(
+        "poses: [[0, 0, 0], [2, 0, 0], [4, 1, 0]]\nfidelity: dynamic\n"
+        "control: {protocol: consensus}\ntopology: {preset: cycle}\n"
+    )
+    gui(
+        """
+click("simulate")
+click("control")
+until(lambda: gui.study.is_controlled())
+click("stop")
+until(lambda: not gui.study.is_controlled())
+gui.protocol.parameters_changed.emit(dict(gui.study.derived.control.parameters, k=0.5))
+gui.map.edge_added.emit(1, 3)
+edges = list(gui.scenario.topology.edges)
+click("control")
+until(lambda: gui.study.is_controlled())
+assert rospy.get_param("/pioneer_control/k") == 0.5
+control = gui.link.newest("control")
+assert list(zip(control.hears, control.heard, control.weight)) == edges
+assert gui.topology.edges() == edges and (1, 3, 1.0) in edges
+# Another scenario: its team on the stage that runs, its law at the next start.
+click("stop")
+until(lambda: not gui.study.is_controlled())
+gui.load(sys.argv[2])
+assert not gui.study.processes.is_running("control")
+assert "its own fidelity, " in gui.messages.toPlainText()
+until(lambda: gui.link.newest("stage").robots == 3)
+click("control")
+until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Consensus")
+""",
+        tmp_path / "three.yaml",
+    )
+
+
 def test_what_a_killed_gui_had_started_ends(gui, ros):
     ros.environment["PATH"] = os.environ["PATH"]
     code = """

@@ -1,5 +1,7 @@
 """What the GUI does with a scenario and a run, without Qt and ROS: edits, what is sent, what is said."""
 
+from types import SimpleNamespace
+
 import pytest
 from protocol_fixtures import shipped
 
@@ -86,3 +88,42 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
     with pytest.raises(TypeError):
         run.take(before.with_protocol(str(law)))
     assert run.scenario is before and type(run.derived.control).__name__ == "Consensus"
+
+
+# What runs follows -------------------------------------------------------------------------------
+
+STANDS = SimpleNamespace(running=False, trouble="stopped", stale=[], command_v=[0.0] * 6)
+
+
+@pytest.mark.parametrize(
+    "link, processes, sent",
+    [
+        (Link(control=STANDS), Processes(["control"]), True),
+        (Link(control=STANDS), Processes(), True),  # started elsewhere
+        (Link(), Processes(["control"]), True),  # about to start
+        (Link(control=STANDS), Processes(ending=["control"]), False),
+        (Link(), Processes(), False),
+    ],
+)
+def test_an_edit_reaches_a_controller_that_stands(link, processes, sent):
+    run = study(link=link, processes=processes)
+    assert run.set_parameters({"gain": 0.25}) == run.set_topology([(1, 2, 1.0)], True) == ""
+    wanted = [("set_parameters", {"gain": 0.25, "l": 0.05}), ("set_topology", [(1, 2, 1.0)], True)]
+    assert link.asked == (wanted if sent else [])
+
+
+def test_a_controller_of_another_team_is_not_asked_to_start(tmp_path):
+    run = study(link=Link(control=STANDS), processes=Processes(directory=tmp_path))
+    run.do("control")
+    assert run.link.asked == [("ask", "start")] and not run.processes.running
+    run.set_team(run.scenario.poses[:5], run.scenario.kinds[:5])
+    assert "controller started" in run.do("control") and run.processes.running == {"control"}
+
+
+def test_what_a_running_stage_does_not_take_over_is_said():
+    text = shipped("consensus", fidelity="dynamic", limits="top").to_yaml()
+    heard = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
+    run = study(link=Link(**heard))
+    assert "its own fidelity, limits: end it first" in run.what_the_stage_keeps()
+    run.take(shipped("consensus", fidelity="dynamic", limits="top"))
+    assert run.what_the_stage_keeps() == ""

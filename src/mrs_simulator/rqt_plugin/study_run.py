@@ -9,13 +9,15 @@ import numpy as np
 
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control
 from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.study_state import StudyState, named
 
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
+# What a stage has from its start.
+OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
 
 
@@ -87,25 +89,25 @@ class StudyRun:
         return self._try(scenario)
 
     def set_parameters(self, values):
-        """Take other values; a running controller gets them at once.  Return what is wrong, or ""."""
+        """Take other values; a controller that is there gets them at once.  Return what is wrong, or ""."""
         try:
             checked = self.derived.control.checked_parameters(values)
         except ValueError as error:
             return str(error)
         control = self.scenario.control._replace(parameters=checked)
         wrong = self._try(self.scenario._replace(control=control))
-        if not wrong and self.is_controlled():
+        if not wrong and self.state.has_control():
             self.link.set_parameters(checked)
         return wrong
 
     def set_topology(self, edges, directed):
-        """Take another graph; a running controller gets it at once.  Return what is wrong, or ""."""
+        """Take another graph; a controller that is there gets it at once.  Return what is wrong, or ""."""
         topology = Topology(self.scenario.n, edges, directed)
         control = self.control()
         control.set_topology(topology)
         changed = self.scenario.control._replace(parameters=dict(control.parameters))
         wrong = self._try(self.scenario._replace(topology=topology, control=changed))
-        if not wrong and self.is_controlled():
+        if not wrong and self.state.has_control():
             self.link.set_topology(edges, directed)
         return wrong
 
@@ -286,9 +288,8 @@ class StudyRun:
 
     def _control_fits(self):
         control = self.link.newest("control")
-        snapshot = self.link.snapshot()
-        size = self.scenario.n if snapshot is None else len(snapshot.numbers)
-        return control is not None and not control.stale and size == self.scenario.n
+        size = 0 if control is None else len(control.command_v)
+        return size == self.scenario.n and not control.stale
 
     def follow_protocol(self):
         """Let a controller started here, if one runs, follow the scenario; return a message, or ""."""
@@ -301,6 +302,18 @@ class StudyRun:
             return ""
         # Robots that stand are not set going by a choice, nor real ones without a check.
         return "controller ended: start it for the new protocol"
+
+    def what_the_stage_keeps(self):
+        """Return a message on what a running stage does not take over from the scenario, or ""."""
+        message = self.link.newest("scenario")
+        if message is None or not self.link.is_fresh("stage"):
+            return ""
+        runs = scenario_from_yaml(message.data, "stage/scenario")
+        kept = [
+            name for name in OF_THE_STAGE if getattr(runs, name) != getattr(self.scenario, name)
+        ]
+        other = "the simulation goes on with its own {}: end it first for the scenario's"
+        return other.format(", ".join(kept)) if kept else ""
 
     def _written(self):
         path = os.path.join(self.processes.directory, "scenario.yaml")

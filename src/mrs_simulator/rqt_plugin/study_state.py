@@ -21,6 +21,11 @@ class StudyState:
         control = self.link.newest("control")
         return self.link.is_fresh("control") and control is not None and control.running
 
+    def has_control(self):
+        """Return whether a controller takes edits: one that runs, stands or is about to start."""
+        heard = self.link.is_fresh("control") and not self.processes.is_ending("control")
+        return heard or self.processes.is_running("control")
+
     def is_emergency(self):
         """Return whether the emergency stop is latched."""
         emergency = self.link.newest("emergency")

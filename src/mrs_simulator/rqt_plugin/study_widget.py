@@ -215,9 +215,13 @@ class StudyWidget(QWidget):
         """Open the scenario file at ``path``; what is wrong with it is said, the old one stays."""
         try:
             self.show_scenario(load_scenario(path))
-            self.say("opened {}".format(path))
         except Exception as error:  # its protocol may raise anything
             self.say("not opened: {}".format(reason(error)))
+            return
+        self.say("opened {}".format(path))
+        self.say(self.study.follow_protocol())
+        self.say(self.study.what_the_stage_keeps())
+        self._team_changed_at = time.monotonic()
 
     def _ask_file(self, title, start, kinds, chosen, saves=False):
         """Open a dialog in place of one that is open; ``chosen`` is called with the path."""
@@ -285,7 +289,7 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_topology(self, edges, directed):
-        self._graph_changed_at = math.inf if self.study.is_controlled() else 0.0
+        self._graph_changed_at = math.inf if self.study.state.has_control() else 0.0
         self.say(self.study.set_topology(edges, directed))
         self._show_protocol()
 
@@ -401,7 +405,7 @@ class StudyWidget(QWidget):
             self._team_changed_at = None
             if self.link.is_fresh("state"):
                 self._awaits_team = True
-                self.study.send_team()
+                self.say(self.study.send_team())
         if self.study.state.is_emergency():
             self.study.preflight.cancel()
         self._follow_control()
@@ -446,7 +450,8 @@ class StudyWidget(QWidget):
         if time.monotonic() > self._graph_changed_at + GRAPH_REST:
             edges = list(zip(control.hears, control.heard, control.weight))
             self.map.show_topology(edges, control.directed)
-            self.topology.set_topology(edges, control.directed)
+            if len(control.command_v) == self.scenario.n:  # the panel edits the scenario's graph
+                self.topology.set_topology(edges, control.directed)
 
     def _tell_trouble(self, control):
         """Say once why a controller, here or elsewhere, stopped all robots or some of them."""

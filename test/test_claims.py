@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from mrs_simulator.control.library import shipped
-from mrs_simulator.core.claims import Claim
+from mrs_simulator.control.library.common import all_hold
+from mrs_simulator.control.library.over_links import Linear, linear_claims
+from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.links import Links, PerEdge, Switching
 from mrs_simulator.core.recording import Run
 
 ROBOTS, SAMPLES = 30, 600
@@ -47,3 +50,20 @@ def test_where_all_hear_all_claims_hold_no_pairs_of_all_samples(protocol, parame
     for claim in claims:
         # One number for each pair of robots in each sample is too much.
         assert peak_of(lambda c=claim: c.measure(run)) < 8 * SAMPLES * pairs, claim.name
+
+
+def test_the_maps_of_many_turns_are_not_held_at_once():
+    n, depth = 12, 11
+    complete = Topology.preset("complete", n)
+    turns = len(complete.edges)
+    links = Links(delay=PerEdge(0.2), switching=Switching(sets=turns, dwell=0.02))
+    start = np.random.default_rng(0).uniform(-5.0, 5.0, (n, 2))
+    law = Linear(complete, 1.0, np.zeros((n, 2)), 0.02, links, 0.02, 0.05)
+
+    def predicted():
+        assert all_hold(
+            claim for claim in linear_claims(law, start) if isinstance(claim, Condition)
+        )
+        law.track(start, np.array([0.0, 1.0]))
+
+    assert peak_of(predicted) < turns * 8 * (n * depth) ** 2 / 4

@@ -317,9 +317,8 @@ def test_the_exact_solution_decays_by_the_modulus_of_a_round():
     scenario = shipped("consensus", links={"delay": 0.1, "carries": "difference"})
     start = np.array(scenario.poses)[:, :2]
     law = make_control(scenario)._over_links(start)
-    steps, lengths = law.round()
-    modulus, _ = laws.agreement(laws.round_of(steps, lengths), 6)
-    round_length = sum(lengths) * law.period
+    modulus, _ = laws.agreement(law.round(), 6)
+    round_length = law.turn * law.period
     before, after = disagreement(law.track(start, round_length * np.array([1000.0, 1001.0])))
     assert after / before == pytest.approx(modulus, abs=1e-6)
 

@@ -50,12 +50,20 @@ class Linear(NamedTuple):
         return self.links.loss.matrix(self.topology.n)[rows, columns]
 
     @property
+    def certain(self):
+        """Return whether nothing is left to chance."""
+        by_chance = self.links.switches and self.links.switching.order == "random"
+        return not by_chance and "lossy" not in self.links.faults
+
+    @property
     def known(self):
         """Return whether nothing is left to chance, and the state is small enough to look into."""
-        chance = "lossy" in self.links.faults or (
-            self.links.switches and self.links.switching.order == "random"
-        )
-        return not chance and self.topology.n * (int(self.delays.max()) + 1) <= MOST_STATES
+        return self.certain and self.topology.n * (int(self.delays.max()) + 1) <= MOST_STATES
+
+    @property
+    def turn(self):
+        """Return for how many commands each graph is up."""
+        return turn_steps(self.links.switching, self.period) if self.links.switches else 1
 
     def graphs(self):
         """Return the graphs that are up in turn, the topology alone without switching."""
@@ -68,20 +76,22 @@ class Linear(NamedTuple):
         ]
 
     def round(self):
-        """Return the maps of the state over one command in each turn, and their lengths."""
-        both = self.links.carries == "difference"
-        steps = [
-            step_matrix(self.gain * graph.adjacency(), self.delays, self.period, both)
+        """Return the map of the state over one round of the graphs."""
+        both, delays = self.links.carries == "difference", self.delays
+        steps = (
+            step_matrix(self.gain * graph.adjacency(), delays, self.period, both)
             for graph in self.graphs()
-        ]
-        length = turn_steps(self.links.switching, self.period) if self.links.switches else 1
-        return steps, [length] * len(steps)
+        )
+        return round_of(steps, self.turn)
 
     def track(self, start, time):
         """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]; None where chance has a say."""
-        if not self.known:
+        if not self.certain:
             return None
-        points = points_over_links(start - self.places, *self.round())
+        both, share = self.links.carries == "difference", self.gain * self.period
+        flows = [(arcs, share * weights) for arcs, weights, _ in map(arcs_of, self.graphs())]
+        away = start - self.places
+        points = points_over_links(away, flows, self.turn, self.delays, both)
         return self.places + held_track(points, time, self.period)
 
 
@@ -130,12 +140,12 @@ def _error(law):
 
 
 def _known_claims(law, start, conditions):
-    steps, lengths = law.round()
-    modulus, weights = agreement(round_of(steps, lengths), law.topology.n)
+    modulus, weights = agreement(law.round(), law.topology.n)
     conditions = conditions + _delay_bound(law)
     why = "errors are multiplied by {:.6g} in each round".format(modulus)
     name = "stable over these edges, with held commands"
-    conditions.append(Condition(name, modulus < 1.0 - LEAST_DECAY * sum(lengths), why))
+    least = LEAST_DECAY * law.turn * law.links.switching.count
+    conditions.append(Condition(name, modulus < 1.0 - least, why))
     if not all_hold(conditions):
         return conditions
     limit = law.places + weights @ (start - law.places)

@@ -7,21 +7,24 @@ from mrs_simulator.control.library.common import (
     all_hold,
     below,
     decays_as,
-    held_track,
     spanning_tree,
 )
 from mrs_simulator.control.library.consensus import GAIN, never_grows
 from mrs_simulator.control.library.consensus_memory import SEED, Remembering
+from mrs_simulator.control.library.over_links import Linear
+from mrs_simulator.core.channel import turn_steps, up_in
 from mrs_simulator.core.claims import (
-    Claim,
     Condition,
     centroid,
     converges_to,
     disagreement,
+    ends_at,
     invariant,
 )
+from mrs_simulator.core.links import Links, Switching
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.core.protocols.consensus import arcs_of, laplacian_of, switching_consensus
+from mrs_simulator.core.protocols.consensus import arcs_of, switching_consensus
+from mrs_simulator.core.protocols.over_links import agreement
 from mrs_simulator.core.spectra import ZERO
 
 SETS = Parameter(
@@ -71,9 +74,8 @@ class SwitchingConsensus(Remembering):
     TAKES_EDGES = False  # it switches and drops them by itself
 
     @property
-    def turn_steps(self):
-        """Return the length of a turn in command periods."""
-        return max(1, int(round(self.dwell / self.period)))
+    def _switching(self):
+        return Switching(sets=self.sets, dwell=self.dwell)
 
     def begin(self, hand):
         """Seed the losses."""
@@ -82,12 +84,9 @@ class SwitchingConsensus(Remembering):
     def law(self, hand):
         """Return the velocities over the edges that are up now."""
         arcs, weights, edges = arcs_of(self.topology)
-        count = int(round(self.time / self.period))
-        up = self._turn(edges, count // self.turn_steps) & self._arrives(edges)
+        turn = int(round(self.time / self.period)) // turn_steps(self._switching, self.period)
+        up = up_in(self._switching, self.topology, turn % self.sets) & self._arrives(edges)
         return self.gain * switching_consensus(hand, arcs, weights * up)
-
-    def _turn(self, edges, turn):
-        return edges % self.sets == turn % self.sets
 
     def _arrives(self, edges):
         if self.symmetric:
@@ -108,9 +107,7 @@ class SwitchingConsensus(Remembering):
         if not all_hold(conditions):
             return conditions
         claims = [
-            Claim(
-                "final extent [m]", 0.0, AGREED, lambda run: float(extent(run.hand)[-1]), free=True
-            ),
+            ends_at(extent, 0.0, AGREED, "final extent [m]", free=True),
             never_grows(extent, "growth of the extent [-]", self.period),
         ]
         if not self.topology.directed and (self.symmetric or self.loss == 0.0):
@@ -124,44 +121,16 @@ class SwitchingConsensus(Remembering):
         return conditions + claims
 
     def _round_claims(self, start):
-        """Return the limit of rounds of turns, by the product of a round's steps, and their rate."""
-        values, vectors = np.linalg.eig(self.round_matrix().T)
-        order = np.argsort(-np.abs(values))
-        weights = vectors[:, order[0]].real
-        largest = float(np.abs(values[order[1]])) if len(values) > 1 else 0.0
-        claims = [
-            converges_to(
-                weights @ start / weights.sum(), AGREED, "distance from the limit [m]", free=True
-            )
-        ]
-        if largest > ZERO:
-            claims.append(decays_as(self.prediction, disagreement))
-        return claims
-
-    def _turn_matrices(self):
-        """Return the steps ``I - gain Tc L_k``, (sets, n, n), of one command in each turn."""
-        arcs, weights, edges = arcs_of(self.topology)
-        n = len(self.numbers)
-        laplacians = [
-            laplacian_of(arcs, weights * self._turn(edges, turn), n) for turn in range(self.sets)
-        ]
-        return np.eye(n) - self.gain * self.period * np.array(laplacians)
-
-    def round_matrix(self):
-        """Return the map, (n, n), of the hand points over one round of all turns without losses."""
-        product = np.eye(len(self.numbers))
-        for step in self._turn_matrices():
-            product = np.linalg.matrix_power(step, self.turn_steps) @ product
-        return product
+        """Return the limit of rounds of turns, by the map of a round, and their rate."""
+        law = self._without_losses(start)
+        modulus, weights = agreement(law.round(), len(start))
+        limit = converges_to(weights @ start, AGREED, "distance from the limit [m]", free=True)
+        return [limit] + ([decays_as(law.track, disagreement)] if modulus > ZERO else [])
 
     def prediction(self, start, time):
         """Return the exact solution without losses, (m, n, 2) [m]; with losses there is none."""
-        return held_track(self._points(start), time, self.period) if self.loss == 0.0 else None
+        return self._without_losses(start).track(start, time) if self.loss == 0.0 else None
 
-    def _points(self, point):
-        steps = self._turn_matrices()
-        while True:
-            for step in steps:
-                for _ in range(self.turn_steps):
-                    yield point
-                    point = step @ point
+    def _without_losses(self, start):
+        places, links = np.zeros_like(start), Links(switching=self._switching)
+        return Linear(self.topology, self.gain, places, self.period, links, AGREED, 0.05)

@@ -176,11 +176,6 @@ def switching_consensus(points, arcs, weights):
     return np.stack(columns, axis=1)
 
 
-def laplacian_of(arcs, weights, n):
-    """Return the Laplacian (n, n) of ``arcs`` (m, 2) with ``weights`` (m,)."""
-    return -switching_consensus(np.eye(n), arcs, weights)
-
-
 # Broadcasts at events --------------------------------------------------------------------------
 
 

@@ -2,7 +2,11 @@
 
 ``w`` (n, n) [1/s], rows hear columns; ``delays`` (n, n) are whole command periods.  The state holds
 the errors e at the last commands, the newest first: with D the longest delay it has n (D + 1) rows.
+In a round each graph is up for ``length`` commands, one after the other.
 """
+
+import functools
+import itertools
 
 import numpy as np
 
@@ -26,12 +30,10 @@ def step_matrix(weights, delays, period, both_terms):
     return matrix
 
 
-def round_of(steps, lengths):
-    """Return the map of the state over one round: each of ``steps`` for its number of commands."""
-    product = np.eye(len(steps[0]))
-    for step, length in zip(steps, lengths):
-        product = np.linalg.matrix_power(step, length) @ product
-    return product
+def round_of(steps, length):
+    """Return the map of the state over one round of the maps ``steps``, which are taken one by one."""
+    turns = (np.linalg.matrix_power(step, length) for step in steps)
+    return functools.reduce(lambda product, turn: turn @ product, turns)
 
 
 def agreement(matrix, n):
@@ -49,12 +51,18 @@ def agreement(matrix, n):
     return float(np.abs(np.delete(values, one)).max(initial=0.0)), weights
 
 
-def points_over_links(start, steps, lengths):
-    """Yield the errors (n, 2) [m] of each command from ``start`` on, round after round."""
-    n = len(start)
-    state = np.tile(start, (len(steps[0]) // n, 1))
-    while True:
-        for step, length in zip(steps, lengths):
-            for _ in range(length):
-                yield state[:n]
-                state = step @ state
+def points_over_links(start, flows, length, delays, both_terms):
+    """Yield the errors (n, 2) [m] of each command from ``start`` on, as :func:`step_matrix` moves them.
+
+    ``flows``: of each graph its arcs (m, 2), rows (i, j), i hears j, and ``period w_ij`` (m,) [-].
+    """
+    n, past = len(start), np.repeat(start[np.newaxis], int(delays.max(initial=0)) + 1, axis=0)
+    for arcs, share in itertools.cycle(flows):
+        hears, heard = arcs.T
+        age = delays[hears, heard]
+        own = age if both_terms else 0
+        for _ in range(length):
+            yield past[0]
+            flow = share[:, np.newaxis] * (past[age, heard] - past[own, hears])
+            moved = [np.bincount(hears, column, n) for column in flow.T]
+            past = np.concatenate([past[:1] + np.stack(moved, axis=1), past[:-1]])

@@ -6,12 +6,13 @@ are off until told otherwise, and a command holds until the next one, for ever.
 
 import math
 
-import numpy as np
 import rospy
 from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosaria_robot import Robot
+
+from mrs_simulator.world.robots.pioneer3dx import FIRMWARE_LIMITS
 
 # The driver's own message package is not installed where the tests run.
 MotorState = generate_dynamic("p2os_msgs/MotorState", "uint32 state\n")["p2os_msgs/MotorState"]
@@ -20,7 +21,7 @@ MotorState = generate_dynamic("p2os_msgs/MotorState", "uint32 state\n")["p2os_ms
 class P2osRobot(Robot):
     """One robot and its driver."""
 
-    TOP = np.array([0.5, math.radians(100.0)])  # [m/s, rad/s], the driver's
+    LIMITS = FIRMWARE_LIMITS._replace(v_max=0.5)  # [m/s] the driver's
     WATCHDOG = math.inf  # [s]
 
     def _open_topics(self):

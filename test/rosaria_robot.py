@@ -17,8 +17,10 @@ from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.core.kinematics import arc, ramp
+from mrs_simulator.nodes.rosaria import driver_commands
+from mrs_simulator.world.robots.pioneer3dx import FIRMWARE_LIMITS
 
-RAMP = np.array([0.3, math.radians(100.0)])  # [m/s^2, rad/s^2], the firmware's
+RAMP = FIRMWARE_LIMITS.accelerations()
 STEP = 0.01  # [s] of wall time
 LATEST = 0.1  # [s] that one step may stand for if the machine is busy
 
@@ -26,7 +28,7 @@ LATEST = 0.1  # [s] that one step may stand for if the machine is busy
 class Robot:
     """One robot and its driver."""
 
-    TOP = np.array([0.75, math.radians(100.0)])  # [m/s, rad/s], the firmware's
+    LIMITS = FIRMWARE_LIMITS
     WATCHDOG = 0.6  # [s]
 
     def __init__(self):
@@ -52,12 +54,7 @@ class Robot:
         ]
 
     def _on_command(self, twist):
-        v, omega = twist.linear.x, twist.angular.z
-        fastest, quickest = self.TOP
-        v = 0.0 if math.isnan(v) else min(max(v, -fastest), fastest)
-        omega = min(max(omega, -quickest), quickest) if math.isfinite(omega) else quickest
-        # 0.3 rad/s becomes 17 deg/s, and what is below half a degree nothing.
-        self.target = np.array([[round(v * 1e3) / 1e3, math.radians(round(math.degrees(omega)))]])
+        self.target = driver_commands(np.array([[twist.linear.x, twist.angular.z]]), self.LIMITS)
         self._commanded = time.monotonic()
 
     def _on_enable(self, _):

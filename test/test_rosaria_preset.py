@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from ros_fixtures import PATIENCE, log_of
+from ros_fixtures import PATIENCE, log_of, wait_until
 from test_stage_node import start
 
 from mrs_simulator.core.kinematics import Limits
@@ -26,6 +26,7 @@ TOP_TURN = math.radians(100.0)  # [rad/s]
         ([np.nan, 0.2], [0.0, math.radians(11.0)]),
         ([0.2, np.inf], [0.2, TOP_TURN]),
         ([0.2, -np.inf], [0.2, -TOP_TURN]),
+        ([0.2, np.nan], [0.2, 0.0]),
     ],
 )
 def test_commands_are_whole_and_never_beyond_the_robot(given, expected):
@@ -70,7 +71,7 @@ def test_commands_are_rounded_and_what_is_not_finite_is_replaced_and_counted(ros
     assert probe.ask("state('command_omega')") == pytest.approx(turns)
     probe.wait("(status('refused') or [0] * 3)[1] >= 3 and status('refused')[2] >= 3")
     assert probe.ask("status('refused')[0]") == 0
-    assert "robot2, robot3: not finite" in log_of(stage)
+    wait_until(lambda: "robot2, robot3: not finite" in log_of(stage))
 
 
 def test_the_watchdog_stops_a_silent_robot(ros):

@@ -70,8 +70,8 @@ def moving(probe, n):
 
 
 def at_rest(probe, limit=PATIENCE):
-    """Wait until every robot stands."""
-    probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0", limit)
+    """Wait until every robot stands; return the simulated time of that state [s]."""
+    return probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0 and stamp()", limit)
 
 
 def test_the_shipped_law_drives_and_stops_by_service(ros):
@@ -219,8 +219,7 @@ def test_killing_the_control_node_stops_every_robot_within_the_watchdogs_time(ro
     moving(probe, 3)
     control.kill()
     killed = probe.ask("now()")
-    at_rest(probe, limit=10.0)
-    stopped = probe.ask("now()")
+    stopped = at_rest(probe, limit=10.0)
     # The bound is the watchdog's 0.6 s of simulated time, and the latency of this test's own look.
     assert stopped - killed < 0.6 + 0.5
     probe.wait("status('timed_out') == [1, 2, 3]")

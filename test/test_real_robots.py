@@ -127,6 +127,15 @@ def test_a_pause_stops_the_real_robots_until_start(ros, tmp_path):
     probe.wait("sent(2) == [0.2, 0.0]")
 
 
+def test_the_silence_of_a_real_robot_shows_though_simulated_time_stands(ros, tmp_path):
+    _, _, probe = drive_team(ros, tmp_path)
+    assert probe.ask("call('/stage/pause', SetBool, True)")[0]
+    probe.wait("'simulated time stands still' in control('trouble')")
+    assert probe.ask("control('stale')") == []
+    probe.ask("fall_silent(2)")
+    probe.wait("control('stale') == [2]")
+
+
 def test_the_jump_of_a_real_robot_is_noticed_and_that_of_a_simulated_one_is_not(ros, tmp_path):
     _, _, probe = drive_team(ros, tmp_path)
     probe.wait("(state('x') or [0])[0] > 0.5")

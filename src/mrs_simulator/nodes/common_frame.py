@@ -39,14 +39,16 @@ class CommonFrame:
         self.numbers = tuple(range(1, scenario.n + 1))
         self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
         self._starts = scenario.poses
+        self._real = real_among(scenario.n)
         self._bounds = self._jump_bounds(scenario)
-        self.inbox = make_inbox(self.numbers, self._bounds if self.WATCHES_ODOMETRY else None)
+        bounds = self._bounds if self.WATCHES_ODOMETRY else None
+        self.inbox = make_inbox(self.numbers, bounds, self._real)
 
     def _jump_bounds(self, scenario):
         """Return the ``JumpBounds`` of each robot, None for one that may be anywhere, or None."""
         # The simulator's robots are put elsewhere on purpose: by reset, by another team.
         given = rospy.get_param("~max_jump", "") != ""
-        rows = range(scenario.n) if given else real_among(scenario.n)
+        rows = range(scenario.n) if given else self._real
         slack = number_parameter("~max_jump", MAX_JUMP, low=0.0)
         if slack == 0.0 or not len(rows):
             return None
@@ -164,7 +166,7 @@ class ExternalFrame(LocalisedFrame):
 
     def _open_poses(self):
         topic = pattern_parameter("~pose_topic", "/robot{}/pose")
-        return OdometryInbox(self.numbers, self._bounds, topic, PoseStamped)
+        return OdometryInbox(self.numbers, self._bounds, self._real, topic, PoseStamped)
 
 
 class TfFrame(LocalisedFrame):
@@ -177,7 +179,7 @@ class TfFrame(LocalisedFrame):
 
         world = text_parameter("~world_frame", "world").lstrip("/")
         base = pattern_parameter("~base_frame", "robot{}/base_link").lstrip("/")
-        return TransformInbox(self.numbers, self._bounds, world, base)
+        return TransformInbox(self.numbers, self._bounds, self._real, world, base)
 
 
 SOURCES = {

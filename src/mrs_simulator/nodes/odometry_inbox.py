@@ -17,19 +17,24 @@ MOST_NAMED = 8  # robots named in one line
 NEVER = -1  # [ns] the stamp of what was not heard yet
 
 
-def make_inbox(numbers, bounds=None):
+def make_inbox(numbers, bounds=None, real=()):
     """Return the inbox of the robots' odometry: from one topic for all, or from one for each."""
     kind = TeamInbox if team_topics_wanted(len(numbers)) else OdometryInbox
-    return kind(numbers, bounds)
+    return kind(numbers, bounds, real)
 
 
 class Inbox:
     """The newest poses; how they come in is the subclasses' business."""
 
-    def __init__(self, numbers, bounds=None):
-        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None."""
+    def __init__(self, numbers, bounds=None, real=()):
+        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
+
+        ``real``: rows of the real robots, whose silence is measured in wall time: simulated time
+        may be slow, or stand.
+        """
         self._numbers = list(numbers)
         n = len(self._numbers)
+        self._real = np.isin(np.arange(n), real)
         self._tracks = Tracks(n, bounds)
         self._stamp = np.full(n, NEVER)  # [ns]
         self._received = np.full(n, -math.inf)
@@ -62,13 +67,17 @@ class Inbox:
     def stale(self, now, timeout):
         """Return ``{number: age}`` [s] of the robots silent for more than ``timeout`` [s].
 
-        Ages are in ROS time; one that was never heard has age ``inf``.
+        ``now`` [s] in ROS time; a robot that was never heard has age ``inf``.
         """
         with self._changed:
-            ages = now - self._received
+            ages = self._times(now) - self._received
         return {
             number: float(age) for number, age in zip(self._numbers, ages) if not age <= timeout
         }
+
+    def _times(self, now):
+        """Return the time [s] that holds for each robot at ``now`` in ROS time, (n,)."""
+        return np.where(self._real, time.monotonic(), now)
 
     def _note_arrival(self, rows):
         self.arrived = time.monotonic()
@@ -118,13 +127,13 @@ class Inbox:
 class OdometryInbox(Inbox):
     """Subscribes to ``/robotN/odom`` of every robot, or to another topic of poses."""
 
-    def __init__(self, numbers, bounds=None, topic="", kind=PlanarOdometry):
-        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
+    def __init__(self, numbers, bounds=None, real=(), topic="", kind=PlanarOdometry):
+        """``numbers``, ``bounds``, ``real``: as of ``Inbox``.
 
         ``topic``: its pattern, ``{}`` for the robot's number, by default the parameter
         ``~odom_topic``; ``kind`` of message: PlanarOdometry or PoseStamped.
         """
-        super().__init__(numbers, bounds)
+        super().__init__(numbers, bounds, real)
         self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
         self._subscribers = [
             rospy.Subscriber(
@@ -146,7 +155,8 @@ class OdometryInbox(Inbox):
             pose, stamp = planar(message.pose), message.header.stamp
         if not all(map(math.isfinite, pose)):
             return
-        now, stamped = rospy.get_time(), stamp.to_nsec()
+        now = time.monotonic() if self._real[row] else rospy.get_time()
+        stamped = stamp.to_nsec()
         with self._changed:
             if self._stamp[row] == stamped:
                 self._repeated.add(row)
@@ -162,9 +172,9 @@ class OdometryInbox(Inbox):
 class TeamInbox(Inbox):
     """Subscribes to one topic with the odometry of all robots."""
 
-    def __init__(self, numbers, bounds=None):
-        """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None."""
-        super().__init__(numbers, bounds)
+    def __init__(self, numbers, bounds=None, real=()):
+        """``numbers``, ``bounds``, ``real``: as of ``Inbox``."""
+        super().__init__(numbers, bounds, real)
         self._rows = {number: row for row, number in enumerate(self._numbers)}
         self._subscriber = rospy.Subscriber(
             ODOMETRY, TeamOdometry, self.put, queue_size=1, tcp_nodelay=True
@@ -181,7 +191,7 @@ class TeamInbox(Inbox):
         now, stamp = rospy.get_time(), message.header.stamp
         with self._changed:
             self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
-            self._stamp[rows], self._received[rows] = stamp.to_nsec(), now
+            self._stamp[rows], self._received[rows] = stamp.to_nsec(), self._times(now)[rows]
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()))
             self._note_arrival(rows)
 

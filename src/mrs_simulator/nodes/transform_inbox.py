@@ -12,9 +12,9 @@ from mrs_simulator.nodes.odometry_inbox import Inbox, planar
 class TransformInbox(Inbox):
     """Poses from tf: the transform from a common frame to each robot's base."""
 
-    def __init__(self, numbers, bounds, world, base):
+    def __init__(self, numbers, bounds, real, world, base):
         """``world``: the common frame; ``base``: pattern of the robots' frames, ``{}``: the number."""
-        super().__init__(numbers, bounds)
+        super().__init__(numbers, bounds, real)
         self.topic = "/tf from {} to {}".format(world, base)
         self._world = world
         self._frames = [base.replace("{}", str(number)) for number in self._numbers]
@@ -33,7 +33,7 @@ class TransformInbox(Inbox):
                 text = "/tf from {} to {}: {}".format(self._world, frame, error)
                 rospy.logwarn_throttle(10.0, text)
                 continue
-            self._take(row, found, now)
+            self._take(row, found, self._times(now)[row])
         return super().stale(now, timeout)
 
     def _take(self, row, found, now):

@@ -45,9 +45,21 @@ def test_distances_and_fence_name_the_robots():
     pose = np.array([[0.0, 0.0, 0.0], [0.6, 0.0, 0.0], [np.nan] * 3])
     check = preflight.distance_check((1, 2, 3), pose)
     assert not check.passed and "robot1 and robot2 0.60 m apart, wanted 1 m" in check.text
-    assert preflight.distance_check((1, 2, 3), pose, 0.5).passed
+    assert preflight.distance_check((1, 2), pose[:2], 0.5).passed
     check = preflight.fence_check((1, 2, 3), pose, (-1.0, -1.0, 0.5, 1.0))
     assert not check.passed and "robot2 at (0.60, 0.00, 0.00) outside" in check.text
+
+
+def test_nothing_is_said_to_be_right_of_robots_whose_place_is_not_known():
+    unknown, fence = np.full((3, 3), np.nan), (-1.0, -1.0, 1.0, 1.0)
+    for pose in (unknown, np.vstack([np.zeros(3), unknown])):
+        numbers = range(1, len(pose) + 1)
+        for check in (
+            preflight.distance_check(numbers, pose, 0.5),
+            preflight.fence_check(numbers, pose, fence),
+        ):
+            assert not check.passed and "not checked: not all poses are known" in check.text
+    assert preflight.distance_check((1,), unknown[:1]).passed
 
 
 @pytest.mark.parametrize(

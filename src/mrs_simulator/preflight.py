@@ -65,23 +65,28 @@ def place_checks(numbers, pose, wanted, tolerance=PLACE_TOLERANCE):
 
 
 def distance_check(numbers, pose, least=MIN_DISTANCE):
-    """Return whether all centres that are known are at least ``least`` [m] apart."""
+    """Return whether all centres are known to be at least ``least`` [m] apart."""
     near = pairs_nearer(pose, least)
-    text = "all at least {:g} m apart".format(least)
+    text = _unknown(pose) if len(pose) > 1 else ""
     if near:
         text = ", ".join(
             "robot{} and robot{} {:.2f} m apart".format(numbers[i], numbers[j], distance)
             for i, j, distance in near
         )
         text += ", wanted {:g} m".format(least)
-    return Check("distances", not near, text)
+    return Check("distances", not text, text or "all at least {:g} m apart".format(least))
+
+
+def _unknown(pose):
+    return "" if np.isfinite(pose).all() else "not checked: not all poses are known"
 
 
 def fence_check(numbers, pose, fence):
-    """Return whether all robots that are known stand inside ``fence`` [m]."""
+    """Return whether all robots are known to stand inside ``fence`` [m]."""
     beyond = outside(pose, fence)
     text = ", ".join("robot{} at {} outside".format(numbers[i], shown(pose[i])) for i in beyond)
-    return Check("geofence", not beyond, text or "all inside")
+    text = text or _unknown(pose)
+    return Check("geofence", not text, text or "all inside")
 
 
 def speed_check(scenario, speeds=(math.inf, math.inf)):

@@ -384,6 +384,23 @@ def test_preflight_names_who_is_missing_and_bad_input(team):
     assert code == 2 and "x_min < x_max" in text and "Traceback" not in text
 
 
+def test_a_later_preflight_counts_from_where_the_running_controller_began(team):
+    team.robot(1)
+    first = "_frame_source:=first"
+    control = team.forward(first, STALLS, n=1)
+    team.drives((1,), 0.3)
+    assert team.probe.ask("call('/pioneer_control/stop', Trigger)")[0]
+    team.at_rest((1,))
+    near = "NOT OK  geofence"
+    fence = "_geofence:=[-1, -1, 2.8, 1]"
+    code, text = preflight(team, n_robots(1), first, fence, STALLS)
+    # The scenario has it at (2.6, 0.2); it has gone on since.
+    assert code == 1 and near in text, text
+    team.ros.stop(control)
+    _, text = preflight(team, n_robots(1), first, fence, STALLS)
+    assert near not in text, text
+
+
 @pytest.mark.parametrize("resume", [False, True])
 def test_after_a_silence_they_go_on_when_told_to(team, resume):
     robot = team.robot(1)

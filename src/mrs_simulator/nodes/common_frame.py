@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped
 
 from mrs_simulator.core.guards import JumpBounds
 from mrs_simulator.core.kinematics import compose, origins
+from mrs_simulator.msg import TeamOdometry
 from mrs_simulator.nodes.odometry_inbox import OdometryInbox, make_inbox, silence
 from mrs_simulator.nodes.parameters import number_parameter, pattern_parameter, text_parameter
 from mrs_simulator.nodes.real_robots import real_among
@@ -17,12 +19,16 @@ MAX_JUMP = 0.3  # [m], [rad], and what the robot's speed explains
 RESTART = 0.5  # [s] of silence that a driver's restart takes at least
 WATCHDOG = 0.6  # [s] of silence after which a robot's driver stops it
 START = "then call the service {}"
+FIRST = "pioneer_control/first_odometry"  # name as its listeners resolve it
 
 
-def make_common_frame(scenario):
-    """Return the :class:`CommonFrame` that the parameter ``~frame_source`` names."""
+def make_common_frame(scenario, leads=False):
+    """Return the :class:`CommonFrame` that the parameter ``~frame_source`` names.
+
+    ``leads``: whether this is the control node, whose frame is that of all others.
+    """
     default = DEFAULT_SOURCES[scenario.odometry]
-    return SOURCES[text_parameter("~frame_source", default, tuple(SOURCES))](scenario)
+    return SOURCES[text_parameter("~frame_source", default, tuple(SOURCES))](scenario, leads)
 
 
 class CommonFrame:
@@ -34,8 +40,9 @@ class CommonFrame:
     WHAT = "odometry"
     ADVICE = "see where it stands and what its odometry says"
 
-    def __init__(self, scenario):
-        """Listen to the odometry of the robots of ``scenario``."""
+    def __init__(self, scenario, leads=False):
+        """Listen to the odometry of the robots of ``scenario``; ``leads``: others follow this frame."""
+        self._leads = leads
         self.numbers = tuple(range(1, scenario.n + 1))
         self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
         self._starts = scenario.poses
@@ -120,9 +127,34 @@ class FirstFrame(ScenarioFrame):
         "count from there"
     )
 
+    def __init__(self, scenario, leads=False):
+        """Listen to the odometry, and to where the leading node first heard it, or tell that."""
+        super().__init__(scenario, leads)
+        self._told = np.full((scenario.n, 3), np.nan)
+        if leads:
+            self._teller = rospy.Publisher(FIRST, TeamOdometry, queue_size=1, latch=True)
+        else:
+            self._listener = rospy.Subscriber(FIRST, TeamOdometry, self._on_told, queue_size=1)
+
     def pose(self):
         """Return the odometry as seen from where it was first heard."""
-        return compose(origins(self._starts, self.inbox.first()), self.inbox.pose())
+        first = self.inbox.first()
+        if self._leads:
+            self._tell(first)
+        else:
+            first = np.where(np.isnan(self._told), first, self._told)
+        return compose(origins(self._starts, first), self.inbox.pose())
+
+    def _tell(self, first):
+        if first.tobytes() != self._told.tobytes():
+            self._told = first
+            message = TeamOdometry(robot=list(self.numbers))
+            message.x, message.y, message.theta = first.T.tolist()
+            self._teller.publish(message)
+
+    def _on_told(self, message):
+        told = dict(zip(message.robot, zip(message.x, message.y, message.theta)))
+        self._told = np.array([told.get(number, (np.nan,) * 3) for number in self.numbers])
 
 
 class LocalisedFrame(CommonFrame):
@@ -131,9 +163,9 @@ class LocalisedFrame(CommonFrame):
     WATCHES_ODOMETRY = False
     ADVICE = "see what localises it"
 
-    def __init__(self, scenario):
+    def __init__(self, scenario, leads=False):
         """Listen to the poses and to the odometry."""
-        super().__init__(scenario)
+        super().__init__(scenario, leads)
         self.pose_timeout = number_parameter("~pose_timeout", 0.5, above=0.0)
         self._poses = self._open_poses()
 

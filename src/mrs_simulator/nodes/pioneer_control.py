@@ -75,7 +75,7 @@ class ControlNode:
         self._acted = 0.0  # [s] the time of the last command
         self._told = None  # what the last status said of the controller itself
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
-        self.frame = make_common_frame(self.scenario)
+        self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
         topics, numbers = None, self.control.numbers
         if not self.dry_run:

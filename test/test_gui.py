@@ -74,7 +74,7 @@ QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
 until(lambda: "emergency stop released: press Start" in gui.status["controller"].text())
 until(lambda: gui.bar.button("control").isEnabled())
 key("g")
-until(lambda: gui.study.is_controlled())
+until(lambda: gui.study.is_controlled() and gui.bar.button("pause").isEnabled())
 key("p")
 until(lambda: gui.link.newest("stage").paused)
 """
@@ -290,6 +290,45 @@ click("control")
 until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Consensus")
 """,
         tmp_path / "three.yaml",
+    )
+
+
+def test_a_run_begins_with_a_start_a_reset_and_a_team(gui):
+    gui(
+        """
+def moved():
+    return len(gui.history.time) and abs(gui.history.pose[-1] - gui.history.pose[0]).max() > 0.2
+def begins_after(then):
+    until(lambda: len(gui.history.time) and gui.history.time[0] > then)
+click("simulate")
+click("control")
+until(moved)
+click("stop")
+until(lambda: not gui.study.is_controlled())
+assert gui.map._targets is not None
+stopped = gui.history.time[-1]
+click("control")
+begins_after(stopped)
+until(moved)
+click("stop")
+until(lambda: not gui.study.is_controlled())
+then = gui.history.time[-1]
+click("reset")
+begins_after(then)
+assert abs(gui.history.pose - gui.scenario.poses).max() < 1e-6
+then = gui.history.time[-1]
+poses = gui.scenario.poses.copy()
+poses[0] = [1.0, 1.0, 0.5]
+gui.team.set_team(poses, gui.scenario.kinds)
+gui.team.team_changed.emit()
+begins_after(then)
+assert abs(gui.history.pose[:, 0] - poses[0]).max() < 1e-6
+# A stage, and nobody who wants the robots anywhere.
+gui.protocol.protocol_chosen.emit("consensus")
+until(lambda: gui.map._targets is None)
+gui.protocol.protocol_chosen.emit("formation")
+assert gui.map._targets is None
+"""
     )
 
 

@@ -32,11 +32,14 @@ class Errands:
     def __init__(self):
         self._lines, self._results, self._ended = {}, queue.Queue(), threading.Event()
 
-    def ask(self, name, arguments):
-        """Call service ``name`` of ``SERVICES``; ``take_results`` has the answer."""
+    def ask(self, name, arguments, then=None):
+        """Call service ``name`` of ``SERVICES``, and ``then`` at once where that does it.
+
+        ``take_results`` has the answer.
+        """
         server, kind = SERVICES[name]
         service = "{}/{}".format(server, name)
-        self.put(server, name, lambda: _call(service, kind, arguments))
+        self.put(server, name, lambda: _call(service, kind, arguments, then))
 
     def put(self, server, name, work):
         """Run ``work`` after all else for ``server``; its ``(success, answer)`` is the result ``name``."""
@@ -104,9 +107,11 @@ class _Line:
         return [("slow", True, "{}: no answer yet from {}".format(slow[0], self._server))]
 
 
-def _call(service, kind, arguments):
+def _call(service, kind, arguments, then):
     rospy.wait_for_service(service, SERVICE_LIMIT)
     answer = rospy.ServiceProxy(service, kind)(*arguments)
+    if answer.success and then is not None:
+        then()
     return answer.success, answer.message
 
 

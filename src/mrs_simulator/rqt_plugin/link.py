@@ -25,6 +25,7 @@ SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a rob
 LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
 END_LIMIT = 2.0  # [s] of wall time that the last requests have
 
+BEGINNINGS = ("reset", "set_team", "start")  # services after which another run begins
 KEPT = (
     ("stage", "stage/status", StageStatus),
     ("scenario", "stage/scenario", String),
@@ -97,12 +98,17 @@ class RosLink:
             self._told = state, fresh, silent, _from_state(state, fresh, silent)
         return self._told[3]
 
-    def take_samples(self):
-        """Return the snapshots for the curves since the last call."""
+    def begin_run(self):
+        """Count what is heard from now on as another run."""
         with self._lock:
-            taken, messages = [], list(self._samples)
+            self._samples.append(None)
+
+    def take_samples(self):
+        """Return the snapshots for the curves since the last call, None where a run begins."""
+        with self._lock:
+            messages = list(self._samples)
             self._samples.clear()
-        taken = [_from_state(message, True) for message in messages]
+        taken = [message and _from_state(message, True) for message in messages]
         if not taken and not self.is_fresh("state"):
             robots = self._from_robots()
             taken = [robots] if robots is not None else []
@@ -124,7 +130,7 @@ class RosLink:
 
     def ask(self, name, *arguments):
         """Call service ``name`` in the background; ``take_results`` has the answer."""
-        self._errands.ask(name, arguments)
+        self._errands.ask(name, arguments, self.begin_run if name in BEGINNINGS else None)
 
     def set_team(self, poses, kinds):
         """Ask the stage for a new team; ``poses`` (n, 3)."""

@@ -165,6 +165,7 @@ class StudyRun:
         if not success:
             return "simulation not started: {}".format(before)
         self._swapped = [before]
+        self.link.begin_run()
         self.processes.start("stage", "stage", "--scenario", self._written(), speed)
         return "simulation started"
 
@@ -218,6 +219,7 @@ class StudyRun:
         return "controller started: {}".format(self.scenario.control.protocol)
 
     def _launch_control(self):
+        self.link.begin_run()
         arguments = ["--scenario", self._written()] + who_is_real(self.link)
         self.processes.start("control", "pioneer_control", *arguments)
 
@@ -341,6 +343,8 @@ class StudyRun:
         names = {name.partition(" ")[0] for name, _, _ in ended}
         if "control" in names:  # its last status is not that of a controller that could be started
             self.link.forget("control")
+            if self.processes.is_running("control"):  # one has taken over, and gives commands alone
+                self.link.begin_run()
         if any(name == "stage" for name, _, _ in ended):
             self._restore_time()
         return [

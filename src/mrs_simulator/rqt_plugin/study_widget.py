@@ -206,8 +206,8 @@ class StudyWidget(QWidget):
         self.topology.set_gain(float(getattr(control, "gain", 1.0)))
         self.topology.set_topology(topology.edges, topology.directed)
         self.map.show_topology(topology.edges, topology.directed)
-        if not self.link.is_fresh("state"):
-            self.map.show_targets(targets)
+        if not self.link.is_fresh("control"):  # which says where it wants them
+            self.map.show_targets(None if self.link.is_fresh("state") else targets)
         self.curves.set_error(self.study.error_function(control))
         self.curves.set_prediction(*prediction)
 
@@ -308,11 +308,6 @@ class StudyWidget(QWidget):
         if name == "save":
             self._on_save()
             return
-        if name == "simulate":
-            self.history.clear()
-            self.map.clear_trails()
-        if name == "reset":
-            self.map.clear_trails()
         self.say(self.study.do(name, self.bar.speed()))
         self._show_checking()
 
@@ -396,7 +391,11 @@ class StudyWidget(QWidget):
     @guarded
     def _on_tick(self):
         for snapshot in self.link.take_samples():
-            self.history.append(snapshot)
+            if snapshot is None:  # a run begins
+                self.history.clear()
+                self.map.clear_trails()
+            else:
+                self.history.append(snapshot)
         for name, success, message in self.link.take_results():
             self._on_result(name, success, message)
         for text in self.study.ended_processes():

@@ -10,7 +10,7 @@ import xmlrpc.client
 
 import numpy as np
 import pytest
-from ros_fixtures import log_of, wait_until
+from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.reporting import main as report
@@ -161,6 +161,13 @@ def test_a_protocol_beside_the_user_and_a_bag_of_the_run(ros, tmp_path, capsys):
     assert (tmp_path / "again" / "trajectories.pdf").exists()
     again = json.loads((tmp_path / "again" / "verdict.json").read_text())
     assert again["min_distance"] == pytest.approx(verdict["min_distance"], abs=0.01)
+
+
+def test_a_launch_ends_whose_controller_cannot_begin(ros):
+    command = ["roslaunch", "mrs_simulator", "simulation.launch", "protocol:=nowhere.py"]
+    process = ros.start("launch", command)
+    assert process.wait(PATIENCE) is not None
+    assert "nowhere.py" in log_of(process)
 
 
 def test_a_report_of_a_csv_is_that_of_the_run(tmp_path, capsys):

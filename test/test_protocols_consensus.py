@@ -7,8 +7,7 @@ from protocol_fixtures import shipped as scenario_of
 
 from mrs_simulator import run_experiment
 from mrs_simulator.control.library import HOMES, shipped
-from mrs_simulator.control.library.switching_consensus import extent
-from mrs_simulator.core.claims import Condition, disagreement
+from mrs_simulator.core.claims import Condition, disagreement, extent
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.protocols import consensus as laws

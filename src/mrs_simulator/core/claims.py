@@ -164,6 +164,11 @@ def disagreement(hand):
     return np.linalg.norm(hand - hand.mean(axis=1, keepdims=True), axis=(1, 2))
 
 
+def extent(hand):
+    """Return the longer side, (m,) [m], of the smallest box around the team."""
+    return np.ptp(hand, axis=1).max(axis=1)
+
+
 def distance_to(points):
     """Return the quantity ``|alpha - points|``, (m,) [m]."""
     points = np.asarray(points, dtype=float)

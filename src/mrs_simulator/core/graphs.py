@@ -81,6 +81,11 @@ class Topology:
         pairs = [(int(i) + 1, int(j) + 1) for i, j in zip(*np.nonzero(near))]
         return cls(len(points), pairs, directed=False)
 
+    @property
+    def arcs(self):
+        """Return rows i (m,), j (m,) and weights ``a_ij`` (m,) of all over which i hears j, sorted."""
+        return self._hears, self._heard, self._weight
+
     def neighbours(self, robot):
         """Return the numbers of the robots that ``robot`` (1..n) hears, ascending."""
         return [int(j) + 1 for j in self._heard[self._hears == robot - 1]]

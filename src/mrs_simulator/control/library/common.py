@@ -24,13 +24,17 @@ def all_hold(conditions):
     return all(condition.holds for condition in conditions)
 
 
+def commands_by(time, period):
+    """Return how many commands have run out by ``time`` (m,) [s], (m,); one each ``period`` [s]."""
+    return np.floor(np.asarray(time) / period + 1e-6).astype(int)
+
+
 def held_track(points, time, period):
     """Return the track (m, n, 2) [m] at ``time`` (m,) [s] of the ``points`` of successive commands.
 
     Between two commands hand points move on straight lines.
     """
-    count = np.asarray(time) / period
-    before = np.floor(count + 1e-6).astype(int)
+    count, before = np.asarray(time) / period, commands_by(time, period)
     knots = np.array([point for _, point in zip(range(int(before.max()) + 2), points)])
     share = np.maximum(count - before, 0.0)[:, np.newaxis, np.newaxis]
     return (1.0 - share) * knots[before] + share * knots[before + 1]

@@ -7,6 +7,7 @@ from mrs_simulator.control.library.common import (
     DECAY,
     all_hold,
     below,
+    commands_by,
     held_track,
     spanning_tree,
 )
@@ -97,7 +98,7 @@ class Consensus(PioneerControl):
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
-        return powers(step, start, np.floor(np.asarray(time) / self.period + 1e-6).astype(int))
+        return powers(step, start, commands_by(time, self.period))
 
     def claims_over_links(self, start):
         """Return limit and rate over delayed and switching edges, agreement over lossy ones."""

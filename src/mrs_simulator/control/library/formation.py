@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.library.common import commands_by
 from mrs_simulator.control.library.over_links import Linear, linear_claims
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core import formation
@@ -96,7 +97,7 @@ class Formation(PioneerControl):
 
     def prediction(self, start, time):
         """Return the hand points of (5), (m, n, 2), at ``time`` (m,) [s], in steps of T."""
-        steps = np.floor(np.asarray(time) / self.T + 1e-6).astype(int)
+        steps = commands_by(time, self.T)
         track = formation.predict(start, self._offsets, self._closure, self.k, int(steps.max()))
         return track[steps]
 
@@ -161,10 +162,6 @@ class Formation(PioneerControl):
             means = Topology(closure.n, edges)
         place = TOLERANCES[self.fidelity].place
         return Linear(means, self.gain, self._offsets, self.period, self.links, place, 0.05)
-
-    @staticmethod
-    def _y_spread(run):
-        return formation.y_spread(run.hand[-1])
 
     def _worst_gap(self, run):
         gaps = formation.line_gaps(run.hand[-1])

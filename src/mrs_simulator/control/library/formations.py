@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.library.common import all_hold, below, spanning_tree
+from mrs_simulator.control.library.common import all_hold, below, commands_by, spanning_tree
 from mrs_simulator.control.library.consensus import powers
 from mrs_simulator.control.library.over_links import Linear, linear_claims
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -16,6 +16,7 @@ from mrs_simulator.core.claims import (
     converges_to,
     decay_rate,
     decreases,
+    disagreement,
     distance_to,
     ends_at,
     invariant,
@@ -23,6 +24,7 @@ from mrs_simulator.core.claims import (
 )
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols import formations as laws
+from mrs_simulator.core.protocols.consensus import has_simple_modes
 from mrs_simulator.core.spectra import (
     is_infinitesimally_rigid,
     laplacian_eigenvalues,
@@ -32,7 +34,6 @@ from mrs_simulator.core.spectra import (
 )
 
 LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
-DEFECTIVE = 1e6  # [-] condition of the modes from which on some coincide
 FAR = 1e-3  # [-] by which a bearing between leaders may be off
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
@@ -102,7 +103,7 @@ def undirected(topology):
 
 def rigid(places, topology):
     """Return the condition that the target keeps its shape: infinitesimally rigid, 2n - 3 edges."""
-    hears, heard, _ = laws.arcs(topology)
+    hears, heard, _ = topology.arcs
     pairs = sorted({(min(pair), max(pair)) for pair in zip(hears.tolist(), heard.tolist())})
     holds = len(places) > 1 and is_infinitesimally_rigid(places, pairs)
     wanted = 2 * len(places) - 3
@@ -150,13 +151,13 @@ class DisplacementFormation(Shaped):
             invariant(weighted_mean, allowed.drift, "drift of w^T p [m]"),
             rate(decay, formation_error(places), allowed.rate, "decay rate of the error [1/s]"),
         ]
-        claims = claims if decays_purely(self.topology) else claims[:-1]
+        claims = claims if has_simple_modes(self.topology) else claims[:-1]
         return conditions + without_rates(claims, self.fidelity)
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
-        counts = np.floor(np.asarray(time) / self.period + 1e-6).astype(int)
+        counts = commands_by(time, self.period)
         return self.places() + powers(step, start - self.places(), counts)
 
     def claims_over_links(self, start):
@@ -181,17 +182,9 @@ class DisplacementFormation(Shaped):
         )
 
 
-def decays_purely(topology):
-    """Return whether errors decay like ``exp``; on a chain they do like ``t^k exp``, in no run alone."""
-    if not topology.directed:
-        return True
-    _, modes = np.linalg.eig(topology.laplacian())
-    return bool(np.linalg.cond(modes) < DEFECTIVE)
-
-
 def displacement_error(places, topology, tolerance):
     """Claim that the run ends with all displacements between neighbours as in ``places`` (n, 2)."""
-    hears, heard, _ = laws.arcs(topology)
+    hears, heard, _ = topology.arcs
 
     def worst(hand):
         away = hand - places
@@ -202,7 +195,7 @@ def displacement_error(places, topology, tolerance):
 
 def formation_error(places):
     """Return the quantity ``|p - d|`` without the part that all share, (m,) [m]."""
-    return lambda hand: laws.scale(hand - places)
+    return lambda hand: disagreement(hand - places)
 
 
 class DistanceFormation(Shaped):
@@ -250,7 +243,7 @@ class DistanceFormation(Shaped):
         return conditions + without_rates(claims, self.fidelity)
 
     def _worst_length(self, hand):
-        hears, heard, _ = laws.arcs(self.topology)
+        hears, heard, _ = self.topology.arcs
         places = self.places()
         wanted = np.linalg.norm(places[hears] - places[heard], axis=1)
         return np.abs(np.linalg.norm(hand[:, hears] - hand[:, heard], axis=2) - wanted).max(axis=1)
@@ -386,7 +379,7 @@ class BearingLeaders(Shaped):
         step = (
             np.eye(2 * (len(start) - LEADERS)) - self.gain * self.period * self._follower_matrix()
         )
-        counts = np.floor(np.asarray(time) / self.period + 1e-6).astype(int)
+        counts = commands_by(time, self.period)
         track = np.repeat(limit[np.newaxis], len(counts), axis=0)
         away = (start - limit)[LEADERS:].reshape(-1, 1)
         track[:, LEADERS:] += powers(step, away, counts).reshape(len(counts), -1, 2)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.control.library.common import all_hold, commands_by
 from mrs_simulator.control.library.consensus import powers
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
@@ -12,6 +13,7 @@ from mrs_simulator.core.claims import (
     converges_to,
     decreases,
     disagreement,
+    distance_to,
     invariant,
     rate,
     stays_below,
@@ -77,13 +79,10 @@ class Containment(PioneerControl):
             why = "it is {:.3g}".format(step)
             conditions.append(Condition("|1 - gain Tc lambda(L_ff)| < 1", bool(step < 1.0), why))
         followers = len(start) - self.leaders
-        if not followers or not all(condition.holds for condition in conditions):
+        if not followers or not all_hold(conditions):
             return conditions
         limit, corners = self.targets(start), start[followers:]
         decay = sampled_rate(own, self.period)
-
-        def away(hand):
-            return np.linalg.norm(hand - limit, axis=(1, 2))
 
         def outside(run):
             return float(gathering.outside_hull(run.hand[-1, :followers], corners).max())
@@ -91,7 +90,7 @@ class Containment(PioneerControl):
         return conditions + [
             converges_to(limit, 0.02, "distance from -L_ff^-1 L_fl p_l [m]"),
             Claim("farthest out of the leaders' hull [m]", 0.0, 1e-3, outside, "at most"),
-            rate(decay, away, 0.05, "decay rate of the followers' error [1/s]"),
+            rate(decay, distance_to(limit), 0.05, "decay rate of the followers' error [1/s]"),
         ]
 
     def prediction(self, start, time):
@@ -99,7 +98,7 @@ class Containment(PioneerControl):
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         standing = len(start) - self.leaders
         step[standing:] = np.eye(len(start))[standing:]
-        return powers(step, start, _commands(time, self.period))
+        return powers(step, start, commands_by(time, self.period))
 
 
 class Rendezvous(PioneerControl):
@@ -164,7 +163,7 @@ class Rendezvous(PioneerControl):
                 "it is {:.3g}: one command may carry an edge past D".format(step),
             ),
         ]
-        if not all(condition.holds for condition in conditions):
+        if not all_hold(conditions):
             return conditions
         decay = sampled_rate(self.gain * 2.0 / self.radius * edges.laplacian(), self.period)
 
@@ -247,7 +246,7 @@ class CyclicPursuit(PioneerControl):
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
-        factors = self._factors(len(start)) ** _commands(time, self.period)[:, np.newaxis]
+        factors = self._factors(len(start)) ** commands_by(time, self.period)[:, np.newaxis]
         return gathering.points_of_modes(gathering.pursuit_modes(start) * factors)
 
     def _factors(self, n):
@@ -360,11 +359,6 @@ class Coverage(PioneerControl):
         """Return the locational cost at the start and at the end [m^2]."""
         first, last = self.cost(run.hand[[0, -1]]).tolist()
         return {"cost_at_start": first, "cost_at_end": last}
-
-
-def _commands(time, period):
-    """Return how many commands have run out by ``time`` (m,) [s]."""
-    return np.floor(np.asarray(time) / period + 1e-6).astype(int)
 
 
 def _real_and_imaginary(value):

@@ -4,14 +4,13 @@ import functools
 
 import numpy as np
 
-from mrs_simulator.control.library.common import all_hold, below, spanning_tree
+from mrs_simulator.control.library.common import all_hold, below, commands_by, spanning_tree
 from mrs_simulator.control.library.consensus import powers
 from mrs_simulator.control.library.formations import (
     GAIN,
     SHAPE,
     SIZE,
     Shaped,
-    decays_purely,
     without_rates,
 )
 from mrs_simulator.control.pioneer_control import make_twist
@@ -26,7 +25,8 @@ from mrs_simulator.core.claims import (
 from mrs_simulator.core.kinematics import saturate, wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols import marching as laws
-from mrs_simulator.core.protocols.formations import arcs, scale
+from mrs_simulator.core.protocols.consensus import has_simple_modes
+from mrs_simulator.core.protocols.formations import scale
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
 
 LAST = 5  # [-] a fifth of the run, at its end, must be without error
@@ -134,7 +134,7 @@ class Marching(Shaped):
                 return None
             steady[:, 0] = -self._lag()
         matrix = self.gain * self.topology.laplacian() + self.anchor * np.eye(len(start))
-        counts = np.floor(np.asarray(time) / self.period + 1e-6).astype(int)
+        counts = commands_by(time, self.period)
         error = start - self.wanted([0.0])[0] - steady
         away = powers(np.eye(len(start)) - self.period * matrix, error, counts)
         return self.wanted(counts * self.period) + steady + away
@@ -191,7 +191,7 @@ class Marching(Shaped):
         ]
 
     def _no_error(self):
-        hears, heard, _ = arcs(self.topology)
+        hears, heard, _ = self.topology.arcs
         weights, allowed = left_null_vector(self.topology), self.tolerance
 
         def displacement(run):
@@ -212,7 +212,7 @@ class Marching(Shaped):
         ]
         if self.anchor > 0.0:
             claims[1] = Claim("distance from the path's places [m]", 0.0, allowed.place, place)
-        if len(self.numbers) > 1 and decays_purely(self.topology):
+        if len(self.numbers) > 1 and has_simple_modes(self.topology):
             decay = self._decay()
             claims.append(
                 Claim(
@@ -306,7 +306,7 @@ class LeaderFollower(Shaped):
 
     def claims(self, start):
         """Return that separation and bearing are reached, at the rates k1 and k2."""
-        heard = np.bincount(arcs(self.topology)[0], minlength=self.topology.n)
+        heard = np.bincount(self.topology.arcs[0], minlength=self.topology.n)
         largest = max(self.k1, self.k2) * self.period
         conditions = [
             spanning_tree(self.topology),
@@ -355,7 +355,7 @@ def tree(topology):
     The first of those it hears where it hears several; robots that follow each other in a ring
     have no depth.
     """
-    hears, heard, _ = arcs(topology)
+    hears, heard, _ = topology.arcs
     leader = np.arange(topology.n)
     leader[hears[::-1]] = heard[::-1]
     levels, placed = [], leader == np.arange(topology.n)

@@ -12,7 +12,16 @@ from mrs_simulator.control.library.common import (
     spanning_tree,
 )
 from mrs_simulator.core.channel import kept_edges, turn_steps, up_in
-from mrs_simulator.core.claims import Claim, Condition, centroid, converges_to, invariant
+from mrs_simulator.core.claims import (
+    Claim,
+    Condition,
+    centroid,
+    converges_to,
+    disagreement,
+    ends_at,
+    extent,
+    invariant,
+)
 from mrs_simulator.core.links import Links
 from mrs_simulator.core.protocols.consensus import arcs_of
 from mrs_simulator.core.protocols.over_links import (
@@ -129,14 +138,9 @@ def _joint_tree(law):
     return spanning_tree(kept_edges(law.topology, comes))._replace(name=name)
 
 
-def _error(law):
-    """Return the quantity ``|e - mean(e)|`` of the errors ``e = p - d``, (m,) [m]."""
-
-    def size(hand):
-        away = hand - law.places
-        return np.linalg.norm(away - away.mean(axis=1, keepdims=True), axis=(1, 2))
-
-    return size
+def _from_places(quantity, law):
+    """Return the ``quantity`` of the errors ``p - d``."""
+    return lambda hand: quantity(hand - law.places)
 
 
 def _known_claims(law, start, conditions):
@@ -153,7 +157,7 @@ def _known_claims(law, start, conditions):
         converges_to(limit, law.place, "distance from the limit over these edges [m]", free=True)
     ]
     if modulus > ZERO:
-        claims.append(decays_as(law.track, _error(law), law.share))
+        claims.append(decays_as(law.track, _from_places(disagreement, law), law.share))
     return conditions + claims
 
 
@@ -175,18 +179,15 @@ def _chance_claims(law, start, conditions):
         conditions.append(below("loss < 1", float(np.max(law.losses, initial=0.0)), 1.0))
     if not all_hold(conditions):
         return conditions
-    errors = start - law.places
+    errors, spread = start - law.places, _from_places(extent, law)
     low, high = errors.min(axis=0), errors.max(axis=0)
-
-    def spread(run):
-        return float(np.ptp(run.hand[-1] - law.places, axis=0).max())
 
     def outside(run):
         away = run.hand - law.places
         return float(np.maximum(low - away, away - high).max())
 
     claims = [
-        Claim("disagreement at the end, the largest [m]", 0.0, law.place, spread, free=True),
+        ends_at(spread, 0.0, law.place, "disagreement at the end, the largest [m]", free=True),
         Claim("way out of the box of the start [m]", 0.0, law.place, outside, "at most", free=True),
     ]
     return conditions + claims + _mean_claims(law, start)

@@ -4,9 +4,8 @@ import numpy as np
 
 from mrs_simulator.control.library.common import AGREED, all_hold, below
 from mrs_simulator.control.library.consensus import GAIN, never_grows
-from mrs_simulator.control.library.switching_consensus import extent
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.claims import Claim, Condition, stays_below
+from mrs_simulator.core.claims import Condition, ends_at, extent, stays_below
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.protocols.resilient_consensus import is_robust, resilient_consensus
 
@@ -65,16 +64,13 @@ class ResilientConsensus(PioneerControl):
         if not all_hold(conditions):
             return conditions
         return conditions + [
-            Claim("final extent of the normal robots [m]", 0.0, AGREED, self._final, free=True),
+            ends_at(self._extent, 0.0, AGREED, "final extent of the normal robots [m]", free=True),
             stays_below(self._outside(start), 0.0, "way out of the box of their starts [m]", EDGE),
             never_grows(self._extent, "growth of their extent [-]", self.period),
         ]
 
     def _extent(self, hand):
         return extent(hand[:, : self.normal])
-
-    def _final(self, run):
-        return float(self._extent(run.hand)[-1])
 
     def _outside(self, start):
         """Return the quantity of how far the farthest normal robot is outside of the box, (m,) [m]."""

@@ -19,6 +19,7 @@ from mrs_simulator.core.claims import (
     converges_to,
     disagreement,
     ends_at,
+    extent,
     invariant,
 )
 from mrs_simulator.core.links import Links, Switching
@@ -56,11 +57,6 @@ SYMMETRIC = Parameter(
     True,
     meaning="an undirected edge is lost in both directions, or in each for itself",
 )
-
-
-def extent(hand):
-    """Return the longer side, (m,) [m], of the smallest box around the team."""
-    return np.ptp(hand, axis=1).max(axis=1)
 
 
 class SwitchingConsensus(Remembering):

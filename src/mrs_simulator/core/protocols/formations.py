@@ -4,8 +4,6 @@
 that i hears j, ``p_ij = p_i - p_j`` and ``g_ij = (p_j - p_i)/|p_j - p_i|``.
 """
 
-import functools
-
 import numpy as np
 
 SHAPES = ("line", "circle", "vee", "grid")
@@ -36,17 +34,6 @@ def shape_places(shape, n, size):
     return places - places.mean(axis=0)
 
 
-@functools.lru_cache(maxsize=8)
-def arcs(topology):
-    """Return rows i (m,), j (m,) and weights ``a_ij`` (m,) of all edges over which i hears j, sorted."""
-    edges = np.array(topology.edges, dtype=float).reshape(-1, 3)
-    if not topology.directed:
-        edges = np.concatenate([edges, edges[:, [1, 0, 2]]])
-    edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    hears, heard = edges[:, :2].astype(int).T - 1
-    return hears, heard, edges[:, 2]
-
-
 def displacement_formation(points, places, topology):
     """Return ``u_i = sum_j a_ij (p_j - p_i - (d_j - d_i))``, (n, 2) [m/s].
 
@@ -64,7 +51,7 @@ def distance_formation(points, places, topology):
     Where the target is infinitesimally rigid (at least 2n - 3 edges) its lengths are reached from
     nearby, exponentially.  Krick, Broucke, Francis, 2009.
     """
-    hears, heard, weight = arcs(topology)
+    hears, heard, weight = topology.arcs
     excess = length_excess(points[np.newaxis], places, topology)[0]
     return _summed(
         -(weight * excess)[:, np.newaxis] * (points[hears] - points[heard]), hears, points
@@ -73,14 +60,14 @@ def distance_formation(points, places, topology):
 
 def length_excess(points, places, topology):
     """Return ``|p_ij|^2 - d_ij^2``, (m, arcs) [m^2], of ``points`` (m, n, 2)."""
-    hears, heard, _ = arcs(topology)
+    hears, heard, _ = topology.arcs
     wanted = np.sum((places[hears] - places[heard]) ** 2, axis=-1)
     return np.sum((points[:, hears] - points[:, heard]) ** 2, axis=-1) - wanted
 
 
 def distance_potential(points, places, topology):
     """Return ``V = 1/4 sum_edges a_ij (|p_ij|^2 - d_ij^2)^2``, (m,) [m^4], of ``points`` (m, n, 2)."""
-    weight = arcs(topology)[2]
+    weight = topology.arcs[2]
     # Each undirected edge is there in both directions.
     return 0.125 * length_excess(points, places, topology) ** 2 @ weight
 
@@ -90,14 +77,14 @@ def distance_hessian(points, topology):
 
     ``2 R^T W R``, with R the rigidity matrix of ``points`` (n, 2): errors decay at its eigenvalues.
     """
-    hears, heard, weight = arcs(topology)
+    hears, heard, weight = topology.arcs
     apart = points[hears] - points[heard]
     return _block_laplacian(apart[:, :, np.newaxis] * apart[:, np.newaxis], topology, 2.0 * weight)
 
 
 def bearings(points, topology):
     """Return ``g_ij``, (..., arcs, 2), of ``points`` (..., n, 2); zero where two points coincide."""
-    hears, heard, _ = arcs(topology)
+    hears, heard, _ = topology.arcs
     towards = points[..., heard, :] - points[..., hears, :]
     length = np.linalg.norm(towards, axis=-1, keepdims=True)
     return towards / np.where(length > 0.0, length, 1.0)
@@ -110,7 +97,7 @@ def bearing_formation(points, places, topology):
     infinitesimally rigid the bearings converge to ``g*`` from almost everywhere.  Zhao, Zelazo,
     2016.
     """
-    hears, _, weight = arcs(topology)
+    hears, _, weight = topology.arcs
     have, want = bearings(points, topology), bearings(places, topology)
     across = want - np.sum(have * want, axis=1, keepdims=True) * have
     return _summed(-weight[:, np.newaxis] * across, hears, points)
@@ -122,7 +109,7 @@ def bearing_leaders(points, places, topology, leaders=2):
     Where ``B_ff`` of :func:`bearing_laplacian` is regular, the followers reach the one formation
     with these bearings that fits the leaders, ``-B_ff^-1 B_fl p_l``.  Zhao, Zelazo, 2016.
     """
-    hears, heard, weight = arcs(topology)
+    hears, heard, weight = topology.arcs
     want, apart = bearings(places, topology), points[hears] - points[heard]
     across = apart - np.sum(apart * want, axis=1, keepdims=True) * want
     velocity = _summed(-weight[:, np.newaxis] * across, hears, points)
@@ -136,7 +123,7 @@ def bearing_laplacian(places, topology, over_length=False):
     ``over_length`` divides each weight by ``|d_j - d_i|`` [m]: the linearisation of
     :func:`bearing_formation` about ``places``.
     """
-    hears, heard, weight = arcs(topology)
+    hears, heard, weight = topology.arcs
     if over_length:
         weight = weight / np.linalg.norm(places[heard] - places[hears], axis=1)
     g = bearings(places, topology)
@@ -166,7 +153,7 @@ def _summed(terms, hears, points):
 
 def _block_laplacian(blocks, topology, weight):
     """Return the (2n, 2n) matrix with ``-weight blocks`` (arcs, 2, 2) beside its block diagonal."""
-    hears, heard, _ = arcs(topology)
+    hears, heard, _ = topology.arcs
     blocks = weight[:, np.newaxis, np.newaxis] * blocks
     matrix = np.zeros((topology.n, topology.n, 2, 2))
     np.add.at(matrix, (hears, heard), -blocks)

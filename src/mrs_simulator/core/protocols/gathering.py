@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from mrs_simulator.core.neighbours import close_pairs
+
 EMPTY = 1e-300  # [-] mass of a cell below which it counts as empty
 
 
@@ -61,9 +63,7 @@ def outside_hull(points, corners, directions=720):
 
 def pairs_within(points, radius):
     """Return the pairs (i, j), i < j, of ``points`` (n, 2) [m] closer than ``radius`` [m], (m, 2)."""
-    apart = points[:, np.newaxis] - points[np.newaxis]
-    near = np.einsum("ijk,ijk->ij", apart, apart) < radius**2
-    return np.argwhere(np.triu(near, 1))
+    return np.stack(close_pairs(points, radius), axis=1)
 
 
 def rendezvous(points, pairs, radius):

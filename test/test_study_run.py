@@ -127,3 +127,10 @@ def test_what_a_running_stage_does_not_take_over_is_said():
     assert "its own fidelity, limits: end it first" in run.what_the_stage_keeps()
     run.take(shipped("consensus", fidelity="dynamic", limits="top"))
     assert run.what_the_stage_keeps() == ""
+
+
+def test_a_simulation_that_has_ended_is_none_to_attach_to():
+    run = study(link=Link(stage=SimpleNamespace(), state=SimpleNamespace()))
+    run.processes.ended = [("stage 123", 0, "")]
+    assert run.ended_processes() == [] and run.link.heard == {}
+    assert run.do("simulate") == "" and run.link.asked == [("begin_simulated_time",)]

@@ -128,6 +128,11 @@ def test_nothing_yet_offers_the_speed_to_begin_with():
     assert actions["step"][0] is False and actions["end"] == (False, "none was started here")
 
 
+def test_no_simulation_starts_beside_one_that_is_ending():
+    ending = state(ending=["stage"], stage=STAGE, snapshot=snapshot())
+    assert ending.actions()["simulate"] == (False, "the last simulation is ending")
+
+
 def test_a_team_that_is_partly_real_is_told_what_reset_and_speed_do_not_reach():
     actions = state(snapshot=snapshot(real=[2]), stage=STAGE).actions()
     assert actions["reset"] == (True, "real robots stay where they are: robot2")

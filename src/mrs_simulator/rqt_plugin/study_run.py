@@ -345,6 +345,9 @@ class StudyRun:
             self.link.forget("control")
             if self.processes.is_running("control"):  # one has taken over, and gives commands alone
                 self.link.begin_run()
+        if "stage" in names:  # nor is its last state that of a simulation to attach to
+            self.link.forget("stage")
+            self.link.forget("state")
         if any(name == "stage" for name, _, _ in ended):
             self._restore_time()
         return [

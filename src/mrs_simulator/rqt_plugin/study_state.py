@@ -143,6 +143,8 @@ class StudyState:
             return NO_MASTER
         if self.processes.is_running("stage"):
             return "it runs"
+        if self.processes.is_ending("stage"):
+            return "the last simulation is ending"
         if self.real_alone():  # two would answer for one robot
             return "real robots are heard: a simulation would be mixed up with them"
         return ""

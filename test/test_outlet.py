@@ -91,7 +91,7 @@ def test_a_new_connection_to_a_real_robot_that_was_driven_begins_with_zeros(monk
         return Topics()
 
     monkeypatch.setattr(module, "prompt_publisher", publisher)
-    commands = RobotCommands([1, 2], real=[1])
+    commands = RobotCommands(["/robot1/cmd_vel", "/robot2/cmd_vel"], real=[1])
     assert firsts[0] is None and firsts[1]() is None
     commands.publish(FORWARD)
     assert firsts[1]().command == (0.0, 0.0)

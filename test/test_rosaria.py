@@ -8,6 +8,7 @@ import xmlrpc.client
 
 import numpy as np
 import pytest
+import yaml
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
@@ -535,3 +536,23 @@ def test_the_launch_file_drives_them(team, tmp_path):
     assert checks["final gap, the worst [m]"]["passed"], verdict
     files = set(os.listdir(str(tmp_path / "run")))
     assert {"scenario.yaml", "trajectories.png", "inputs.pdf"} <= files
+
+
+def test_the_launch_file_starts_a_driver_for_each_of_any_number_of_robots(ros, tmp_path):
+    # The driver's own package is not installed where the tests run.
+    (tmp_path / "package.xml").write_text(
+        "<package><name>rosaria</name><version>1.0.0</version><description>-</description>"
+        "<maintainer email='a@b.c'>-</maintainer><license>BSD</license></package>"
+    )
+    paths = os.environ["ROS_PACKAGE_PATH"]
+    ros.environment["ROS_PACKAGE_PATH"] = "{}:{}".format(tmp_path, paths)
+    command = ["roslaunch", "--dump-params", "mrs_simulator", "rosaria.launch", "out:=run"]
+    given = yaml.safe_load(ros.call(*command, "robots:=6", "ports:=/dev/a, 10.0.0.2:8101,,/dev/d"))
+    ports = ["/dev/a", "10.0.0.2:8101", "/dev/ttyUSB2", "/dev/d", "/dev/ttyUSB4", "/dev/ttyUSB5"]
+    names = ["/robot{}/RosAria/".format(number) for number in range(1, 7)]
+    assert [given[name + "port"] for name in names] == ports
+    assert given["/robot6/RosAria/odom_frame"] == "robot6/odom"
+    assert "/robot7/RosAria/port" not in given
+    for node in ("pioneer_control", "record"):
+        assert given["/{}/odom_topic".format(node)] == "/robot{}/RosAria/pose"
+        assert given["/{}/cmd_vel_topic".format(node)] == "/robot{}/RosAria/cmd_vel"

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from mrs_simulator.nodes.parameters import pattern_parameter
 from mrs_simulator.nodes.prompt import prompt_publisher
 from mrs_simulator.nodes.wire import PlanarTwist
 
@@ -66,17 +67,21 @@ class Outlet:
             self._topics.publish(command)
 
 
-class RobotCommands:
-    """Publishes ``/robotN/cmd_vel`` of each robot."""
+def command_topics(numbers):
+    """Return the names of the robots' commands, by the parameter ``~cmd_vel_topic``."""
+    pattern = pattern_parameter("~cmd_vel_topic", "/robot{}/cmd_vel")
+    return [pattern.replace("{}", str(number)) for number in numbers]
 
-    def __init__(self, numbers, real=()):
-        """``numbers``: the robots' numbers; ``real``: rows of those that are real."""
+
+class RobotCommands:
+    """Publishes the command of each robot on its own topic."""
+
+    def __init__(self, names, real=()):
+        """``names`` of the topics; ``real``: rows of the robots that are real."""
         self._driven = False
         self._publishers = [
-            prompt_publisher(
-                "/robot{}/cmd_vel".format(number), PlanarTwist, self._first if row in real else None
-            )
-            for row, number in enumerate(numbers)
+            prompt_publisher(name, PlanarTwist, self._first if row in real else None)
+            for row, name in enumerate(names)
         ]
 
     def publish(self, command):

@@ -24,7 +24,7 @@ from mrs_simulator.nodes.guards import Guards, slower
 from mrs_simulator.nodes.lockstep import lockstep_wanted
 from mrs_simulator.nodes.motors import Motors
 from mrs_simulator.nodes.odometry_inbox import TeamInbox
-from mrs_simulator.nodes.outlet import Outlet, RobotCommands
+from mrs_simulator.nodes.outlet import Outlet, RobotCommands, command_topics
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.real_robots import real_among
 from mrs_simulator.nodes.reconfigure import ParameterServer
@@ -80,7 +80,8 @@ class ControlNode:
         topics, numbers = None, self.control.numbers
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
-            topics = TeamCommands(numbers) if team else RobotCommands(numbers, real)
+            names = command_topics(numbers)
+            topics = TeamCommands(numbers) if team else RobotCommands(names, real)
         self.outlet = Outlet(topics, len(numbers), insists=bool(real))
         if self.running:
             self.outlet.open()

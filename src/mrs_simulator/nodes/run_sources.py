@@ -12,6 +12,7 @@ import rospy
 from mrs_simulator.core.recording import Collision as RunCollision
 from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.common_frame import make_common_frame
+from mrs_simulator.nodes.outlet import command_topics
 from mrs_simulator.nodes.wire import PlanarTwist
 
 
@@ -105,14 +106,14 @@ class RobotsSource:
         self._told = np.full(scenario.n, -math.inf)  # [s] of wall time
         self._subscribers = [
             rospy.Subscriber(
-                "/robot{}/cmd_vel".format(number),
+                name,
                 PlanarTwist,
                 self._on_command,
                 callback_args=row,
                 queue_size=1,
                 tcp_nodelay=True,
             )
-            for row, number in enumerate(self._frame.numbers)
+            for row, name in enumerate(command_topics(self._frame.numbers))
         ]
 
     def next(self, seconds):

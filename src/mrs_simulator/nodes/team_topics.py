@@ -28,7 +28,8 @@ def team_topics_wanted(n):
     choice = text_parameter("~team_topics", "auto", ("auto", "always", "never"))
     if choice != "auto":
         return choice == "always"
-    simulated = rospy.get_param("/use_sim_time", False) and not rospy.get_param("~odom_topic", "")
+    named = rospy.get_param("~odom_topic", "") or rospy.get_param("~cmd_vel_topic", "")
+    simulated = rospy.get_param("/use_sim_time", False) and not named
     return bool(simulated) and n >= TEAM_FROM and _stage_offers()
 
 

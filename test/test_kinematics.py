@@ -90,6 +90,14 @@ def test_wheels_and_body():
     np.testing.assert_allclose(kin.body_speeds(wheels, 0.4), [[0.5, 1.0]])
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])  # the same turn
+def test_yaw_of_a_robot_that_rolls(sign):
+    # rolled by 0.4 rad, then turned by 3 rad
+    turn = 0.0140533125, 0.1981716615, 0.9776114979, 0.0693271672
+    assert kin.yaw(*(sign * part for part in turn)) == pytest.approx(3.0, abs=1e-6)
+    assert kin.yaw(0.0, 0.0, sign * 1.0, 0.0) == pytest.approx(math.pi)
+
+
 def test_compose_and_wrap():
     origin = np.array([[1.0, 2.0, math.pi / 2.0]])
     pose = np.array([[1.0, 0.0, math.pi]])

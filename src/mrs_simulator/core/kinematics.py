@@ -8,6 +8,7 @@ Results lie in memory column by column (``order="F"``): numpy runs along a thous
 fast as across a thousand pairs.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,11 @@ def wrap_angle(angle):
         return angle
     outside = (angle < -np.pi) | (angle >= np.pi)
     return np.where(outside, (angle + np.pi) % (2.0 * np.pi) - np.pi, angle)
+
+
+def yaw(x, y, z, w):
+    """Return the heading [rad] in [-pi, pi] of a unit quaternion, whatever its roll and pitch; floats."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def cos_sin(angle):

@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.guards import Tracks
+from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.msg import TeamOdometry
 from mrs_simulator.nodes.parameters import pattern_parameter
 from mrs_simulator.nodes.team_topics import ODOMETRY, team_topics_wanted
@@ -203,11 +204,7 @@ class TeamInbox(Inbox):
 def planar(pose):
     """Return ``(x, y, theta)`` [m, m, rad] of a geometry_msgs/Pose."""
     turn = pose.orientation
-    theta = math.atan2(
-        2.0 * (turn.w * turn.z + turn.x * turn.y),
-        1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z),
-    )
-    return pose.position.x, pose.position.y, theta
+    return pose.position.x, pose.position.y, yaw(turn.x, turn.y, turn.z, turn.w)
 
 
 def silence(stale, what="odometry"):

@@ -12,6 +12,8 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
+from mrs_simulator.core.kinematics import yaw
+
 _LENGTH = struct.Struct("<I")
 _HEADER = struct.Struct("<III")  # seq, secs, nsecs
 _POSE = struct.Struct("<7d")  # position, orientation
@@ -69,8 +71,7 @@ class PlanarOdometry(Odometry):
         except struct.error as error:
             raise genpy.DeserializationError(error) from None
         self.stamp = genpy.Time(secs, nsecs)
-        yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-        self.planar, self.body = (x, y, yaw), (vx, vy, omega)
+        self.planar, self.body = (x, y, yaw(qx, qy, qz, qw)), (vx, vy, omega)
         return self
 
 

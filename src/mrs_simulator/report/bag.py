@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, compose, hand_points
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, compose, hand_points, yaw
 from mrs_simulator.core.recording import Collision, Run, RunError
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
 
@@ -91,7 +91,7 @@ def _from_robots(bag, topics):
                 commanded = commanded or any(newest[commands[topic]][3:])
             continue
         position, turn = message.pose.pose.position, message.pose.pose.orientation
-        newest[odometry[topic]][:3] = position.x, position.y, 2.0 * math.atan2(turn.z, turn.w)
+        newest[odometry[topic]][:3] = position.x, position.y, yaw(turn.x, turn.y, turn.z, turn.w)
         if commanded and odometry[topic] == robots[0]:
             table = np.array([newest[n] for n in robots])
             table[:, 3:] = np.nan_to_num(table[:, 3:])

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import rospy
 
+from mrs_simulator.rqt_plugin.study_state import USUAL_TOPIC
+
 LIMIT = 120.0  # [s] of wall time for the whole check
 CONTROLLER = "/pioneer_control"
 # Parameters that the check has in common with the controller: it listens and judges as that one does.
@@ -22,7 +24,6 @@ SHARED = (
     "v_max",
     "omega_max",
 )
-USUAL_TOPIC = "/robot{}/odom"
 
 
 class Finding(NamedTuple):

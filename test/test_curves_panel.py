@@ -238,6 +238,23 @@ def test_error_and_theory_are_shown_on_a_log_scale(panel):
     assert len(lines(panel)) == 1
 
 
+def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
+    history = make_history(5, begin=1.7e9)  # robots that stand
+    panel.set_history(history)
+    panel.set_prediction([0.0, 1.0, 2.0], [1.0, 0.5, 0.25])
+    panel._tabs.setCurrentIndex(ERROR)
+    settle(panel)
+    (theory,) = lines(panel)
+    np.testing.assert_allclose(theory.get_xdata() - history.time[0], [0.0, 1.0])  # what is seen
+    begin = history.time[-1] + 0.1
+    for time in (begin, begin + 0.1):
+        history.append(snapshot(time)._replace(command=np.full((3, 2), 0.1)))
+    settle(panel)
+    (theory,) = lines(panel)
+    np.testing.assert_allclose(theory.get_xdata() - begin, [0.0, 1.0], atol=1e-6)
+    assert history.time[history.first_row()] == begin
+
+
 @pytest.mark.parametrize(
     "function, told",
     [(None, "no formation error"), (lambda pose: None, "no formation"), (lambda p: p[9999], "log")],

@@ -2,8 +2,13 @@
 
 import sys
 
+import pytest
+import rospy
+from geometry_msgs.msg import Point, Pose, Quaternion
+from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from mrs_simulator.rqt_plugin.robots_link import RobotsLink
 from mrs_simulator.rqt_plugin.stop_topic import StopTopic
 
 HUNG = """
@@ -41,6 +46,27 @@ def test_a_press_is_told_to_who_comes_later_and_a_release_is_not():
     assert stop_publisher.sent == [False] and told(stop) == []
     stop.set(True)
     assert stop_publisher.sent == [False, True] and told(stop) == [Bool(data=True)]
+
+
+def odometry(stamp, x, turn):
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.pose.pose = Pose(Point(x, 0.0, 0.0), Quaternion(*turn))
+    return message
+
+
+def test_the_time_of_real_robots_counts_from_the_first_heard():
+    robots = RobotsLink()
+    robots._on_odometry(odometry(1.7e9, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
+    # 3 rad, of a robot that rolls, as the quaternion of the other sign
+    turn = -0.0140533125, -0.1981716615, -0.9776114979, -0.0693271672
+    robots._on_odometry(odometry(1.7e9 + 2.5, 4.0, turn), 2)
+    heard = robots.snapshot(60.0)
+    assert heard.time == 2.5 and heard.numbers == (1, 2)
+    assert heard.pose[1].tolist() == pytest.approx([4.0, 0.0, 3.0], abs=1e-6)
+    robots.forget()
+    robots._on_odometry(odometry(1.7e9 + 100.0, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
+    assert robots.snapshot(60.0).time == 0.0
 
 
 def test_a_release_does_not_let_go_what_another_has_stopped_since(gui, ros):

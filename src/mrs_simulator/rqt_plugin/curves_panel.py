@@ -68,7 +68,7 @@ class CurvesPanel(QWidget):
         self._history, self._dirty = History() if history is None else history, True
 
     def set_prediction(self, time, error):
-        """Draw theory's ``error`` [m] at ``time`` [s] over the run's; None, None: no theory."""
+        """Draw theory's ``error`` [m] at ``time`` [s] of the run over its own; None, None: no theory."""
         theory = None
         if time is not None and error is not None:
             theory = np.array(time, dtype=float), curves.positive(np.array(error, dtype=float))
@@ -236,7 +236,9 @@ class CurvesPanel(QWidget):
         if len(values):
             found.append(Curve("This run", time[: len(values)], values, styles[0]))
         if self._theory is not None:
-            found.append(Curve("Theory", *self._theory, styles[1]))
+            when, error = self._theory
+            begin = time[self._history.first_row()] if len(time) else 0.0
+            found.append(Curve("Theory", when + begin, error, styles[1]))
         return found, self._error.problem or ("" if found else "No samples yet")
 
     def _chosen(self, number):

@@ -9,6 +9,7 @@ import rospy
 from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.kinematics import compose
+from mrs_simulator.nodes.odometry_inbox import planar
 from mrs_simulator.rqt_plugin.study import Snapshot
 
 ROBOT = re.compile(r"^/robot(\d+)/")
@@ -21,6 +22,7 @@ class RobotsLink:
     def __init__(self):
         self._lock = threading.Lock()
         self._heard, self._subscribers = {}, {}  # by the robot's number
+        self._first = 0.0  # [s] stamp of what was heard first
         self._simulated = frozenset()  # numbers of the robots whose odometry a stage publishes
         self._starts = None
 
@@ -49,7 +51,8 @@ class RobotsLink:
         numbers, now = tuple(sorted(robots)), time.monotonic()
         stamps, poses, twists, heard = zip(*(robots[number] for number in numbers))
         return Snapshot(
-            max(stamps),
+            # Wall time counts from 1970; a stage's own robots go on with its time.
+            max(stamps) if self._simulated else max(stamps) - self._first,
             numbers,
             self._in_common_frame(numbers, np.array(poses)),
             np.array(twists),
@@ -91,11 +94,12 @@ class RobotsLink:
                 before.unregister()
 
     def _on_odometry(self, message, number):
-        pose, twist = message.pose.pose, message.twist.twist
+        twist, stamp = message.twist.twist, message.header.stamp.to_sec()
         with self._lock:
+            self._first = self._first if self._heard else stamp
             self._heard[number] = (
-                message.header.stamp.to_sec(),
-                (pose.position.x, pose.position.y, _heading(pose.orientation)),
+                stamp,
+                planar(message.pose.pose),
                 (twist.linear.x, twist.linear.y, twist.angular.z),
                 time.monotonic(),
             )
@@ -106,10 +110,6 @@ class RobotsLink:
             self._subscribers.pop(number).unregister()
         with self._lock:
             self._heard.clear()
-
-
-def _heading(turn):
-    return 2.0 * np.arctan2(turn.z, turn.w)
 
 
 def _commands(numbers, control):

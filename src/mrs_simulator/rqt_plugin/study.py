@@ -12,7 +12,7 @@ COLUMNS = 8  # time is held apart: pose 3, twist 3, command 2
 class Snapshot(NamedTuple):
     """The team at one time; arrays hold one robot per row."""
 
-    time: float  # [s]
+    time: float  # [s] of the stage; of real robots alone since the first was heard
     numbers: Tuple[int, ...]
     pose: np.ndarray  # (n, 3) [m, m, rad], common frame
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robot's frame
@@ -29,7 +29,7 @@ class History:
 
     def clear(self):
         """Forget everything."""
-        self.numbers = ()
+        self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self._filled, self._stride, self._skipped = 0, 1, 0
         self._time, self._table = np.empty(0), np.empty((0, 0, COLUMNS))
 
@@ -41,6 +41,8 @@ class History:
             if snapshot.time == self._time[self._filled - 1]:
                 return
             self._begin(snapshot.numbers)
+        if self.begun is None and np.any(snapshot.command):
+            self.begun = snapshot.time
         self._skipped += 1
         if self._filled and self._skipped < self._stride:
             return
@@ -64,6 +66,10 @@ class History:
         self._time[:kept] = self._time[::2].copy()
         self._table[:kept] = self._table[::2].copy()
         self._filled, self._stride = kept, 2 * self._stride
+
+    def first_row(self):
+        """Return the row where the run begins, with the first command; 0 while there was none."""
+        return 0 if self.begun is None else int(np.searchsorted(self.time, self.begun))
 
     @property
     def time(self):

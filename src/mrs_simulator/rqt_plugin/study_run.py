@@ -371,7 +371,7 @@ class StudyRun:
     def save(self, history, directory):
         """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background."""
         # The run begins with the first command, as it does for the recorder.
-        begin = int(np.argmax(np.any(history.command != 0.0, axis=(1, 2))))
+        begin = history.first_row()
         when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
         command = history.command[begin:].copy()
         numbers, scenario = history.numbers, self.scenario

@@ -75,6 +75,11 @@ def test_slowed_commands_keep_their_shape():
     np.testing.assert_array_equal(slowed(command, 0.2, 1.0, "none"), slow)
     np.testing.assert_allclose(slowed(command, 0.2, 1.0, "team"), command / 5.0)
     np.testing.assert_array_equal(slowed(command, math.inf, math.inf), command)
+    # Each robot its own: the second slower than asked for, the third not.
+    tops = np.array([1.0, 0.05, 0.2]), np.array([math.inf, 1.0, 8.0])
+    expected = [[1.0, 0.5], [0.05, 0.0], [0.0, -4.0]]
+    np.testing.assert_allclose(slowed(command, *tops), expected)
+    np.testing.assert_allclose(slowed(command, *tops, scope="team"), command / 2.0)
 
 
 def test_limits_are_only_lowered():

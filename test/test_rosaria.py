@@ -299,6 +299,27 @@ def test_a_robot_that_leaves_the_fence_stands_and_the_others_go_on(team):
     assert log_of(control).count("robot1 stopped: outside") == logged > 0
 
 
+def test_each_robot_has_its_own_top_speed(team):
+    team.robot(1)
+    team.robot(2)
+    team.forward("_v_max:=0.1, 0.15", "_omega_max:=[0.5, 1]", STALLS, n=2)
+    wait_until(lambda: team.sent(1) == [0.1, 0.0] and team.sent(2) == [0.15, 0.0])
+
+
+@pytest.mark.parametrize(
+    "given, said",
+    [
+        ("[0.1, 0.2, 0.3]", "v_max = [0.1, 0.2, 0.3]: wanted 2 numbers"),
+        ("[0.1, 0]", "v_max = [0.1, 0]: wanted 2 numbers above 0"),
+        ("0", "v_max = 0: wanted a number above 0"),
+    ],
+)
+def test_top_speeds_that_cannot_be_are_said(team, given, said):
+    control = team.forward("_v_max:=" + given, n=2)
+    assert control.wait(PATIENCE) == 2
+    assert said in log_of(control) and "Traceback" not in log_of(control)
+
+
 def test_robots_too_near_stand_both(team):
     for number in (1, 2, 3):
         team.robot(number)

@@ -61,6 +61,8 @@ def limited(limits, v_max=math.inf, omega_max=math.inf):
 def slowed(command, v_max, omega_max, scope="robot"):
     """Return ``command`` (n, 2) within the top speeds [m/s, rad/s], each pair scaled by one factor.
 
+    ``v_max``, ``omega_max``: one number for all robots each, or of each robot, (n,).
+
     ``scope``: that of ``core.kinematics.saturate``; "none" would leave robots too fast, so there each
     robot is scaled by itself.
     """

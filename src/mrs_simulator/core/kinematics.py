@@ -25,8 +25,8 @@ class Limits(NamedTuple):
     omega_accel: float  # [rad/s^2], also the deceleration
 
     def velocities(self):
-        """Return ``(v_max, omega_max)`` as an array, shape (2,), [m/s, rad/s]."""
-        return np.array([self.v_max, self.omega_max])
+        """Return ``(v_max, omega_max)``, (2,) [m/s, rad/s]; (n, 2) where both are each robot's, (n,)."""
+        return np.array([self.v_max, self.omega_max]).T
 
     def accelerations(self):
         """Return ``(v_accel, omega_accel)`` as an array, shape (2,), [m/s^2, rad/s^2]."""

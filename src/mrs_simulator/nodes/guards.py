@@ -6,7 +6,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.guards import Standstill, Violations, limited, slowed
-from mrs_simulator.nodes.parameters import number_parameter, numbers_parameter
+from mrs_simulator.nodes.parameters import number_parameter, numbers_parameter, robots_parameter
 from mrs_simulator.nodes.real_robots import real_among
 from mrs_simulator.world.robots import limits_of_team
 
@@ -17,17 +17,19 @@ STUCK = (
 )
 
 
-def speed_limits():
-    """Return the parameters ``~v_max`` [m/s] and ``~omega_max`` [rad/s], ``inf`` if not given."""
-    return tuple(
-        math.inf if rospy.get_param(name, "") == "" else number_parameter(name, math.inf, above=0.0)
-        for name in ("~v_max", "~omega_max")
-    )
+def speed_limits(n):
+    """Return ``~v_max`` [m/s] and ``~omega_max`` [rad/s] of each robot, (n,), ``inf`` if not given."""
+    return tuple(robots_parameter(name, n, math.inf) for name in ("~v_max", "~omega_max"))
+
+
+def top_speeds(n):
+    """Return the highest of these [m/s, rad/s], which no robot exceeds."""
+    return tuple(float(each.max()) for each in speed_limits(n))
 
 
 def slower(scenario):
-    """Return ``scenario`` with its limits lowered to the parameters, so that the law knows them."""
-    speeds = speed_limits()
+    """Return ``scenario`` with its limits lowered to the highest speeds, so that the law knows them."""
+    speeds = top_speeds(scenario.n)
     if speeds == (math.inf, math.inf):
         return scenario
     limits = limits_of_team(scenario.kinds, scenario.limits)
@@ -58,8 +60,8 @@ class Guards(Violations):
             numbers_parameter("~geofence", 4),
             number_parameter("~min_distance", 0.0, low=0.0),
         )
-        self._speeds, self._scope = speed_limits(), scope
         n = len(self.numbers)
+        self._speeds, self._scope = speed_limits(n), scope
         self._patience = np.full(n, math.inf) if dry_run else patience(n)
         self._standstill, self._passed = Standstill(self._patience), np.zeros((n, 2))
 

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import rospy
 
 
@@ -76,6 +77,20 @@ def numbers_parameter(name, count):
         raise ValueError(
             "parameter {} = {!r}: wanted {} numbers".format(rospy.resolve_name(name), value, count)
         )
+    return result
+
+
+def robots_parameter(name, n, default):
+    """Return the parameter as numbers above 0, one for each of n robots, (n,); one holds for all."""
+    value = _given(name, None)
+    if value is None:
+        return np.full(n, default)
+    if not isinstance(value, (list, tuple)) and "," not in str(value):
+        return np.full(n, number_parameter(name, default, above=0.0))
+    result = np.array(numbers_parameter(name, n))
+    if not (result > 0.0).all():
+        text = "parameter {} = {!r}: wanted {} numbers above 0"
+        raise ValueError(text.format(rospy.resolve_name(name), value, n))
     return result
 
 

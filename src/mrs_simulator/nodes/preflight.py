@@ -16,7 +16,7 @@ from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.core.guards import checked_fence
 from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.common_frame import make_common_frame
-from mrs_simulator.nodes.guards import slower, speed_limits
+from mrs_simulator.nodes.guards import slower, top_speeds
 from mrs_simulator.nodes.lifecycle import start_node
 from mrs_simulator.nodes.parameters import number_parameter, numbers_parameter
 
@@ -37,7 +37,7 @@ class Preflight:
         self.least = number_parameter("~min_distance", preflight.MIN_DISTANCE, low=0.0)
         self.tolerance = number_parameter("~place_tolerance", preflight.PLACE_TOLERANCE, above=0.0)
         self.time_limit = number_parameter("~time_limit", TIME_LIMIT, above=0.0)
-        self.slowed, self.speeds = slower(scenario), speed_limits()
+        self.slowed, self.speeds = slower(scenario), top_speeds(scenario.n)
         self.frame = make_common_frame(scenario)
 
     def checks(self):

@@ -293,6 +293,26 @@ until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol 
     )
 
 
+def test_the_gui_attaches_to_another_team_than_its_own(gui, ros):
+    ros.node("stage", "--robots", 6)
+    ros.node("pioneer_control", "--robots", 6)
+    gui(
+        """
+until(lambda: gui.study.is_controlled() and gui.link.is_fresh("stage"))
+until(lambda: gui.link.newest("scenario") is not None)
+assert gui.scenario.n == 4
+until(lambda: not gui.modes["poses"].isEnabled())
+click("simulate")
+assert gui.scenario.n == 6 == len(gui.team.poses())
+until(lambda: len(gui.topology.edges()) == 5 == len(gui.link.newest("control").hears))
+assert gui._team_changed_at is None and gui.study.is_controlled()  # nothing is sent
+assert len(gui.link.snapshot().numbers) == 6
+click("stop")
+until(lambda: gui.modes["poses"].isEnabled())
+"""
+    )
+
+
 def test_a_run_begins_with_a_start_a_reset_and_a_team(gui):
     gui(
         """

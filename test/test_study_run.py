@@ -134,3 +134,27 @@ def test_a_simulation_that_has_ended_is_none_to_attach_to():
     run.processes.ended = [("stage 123", 0, "")]
     assert run.ended_processes() == [] and run.link.heard == {}
     assert run.do("simulate") == "" and run.link.asked == [("begin_simulated_time",)]
+
+
+@pytest.mark.parametrize("protocol, law", [("marching", "Marching"), ("evil:Law", "Consensus")])
+def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
+    told = shipped("marching", speed=1.0)
+    told = told._replace(control=told.control._replace(protocol=protocol))
+    heard = {"stage": SimpleNamespace(speed=5.0), "scenario": SimpleNamespace(data=told.to_yaml())}
+    run = study(link=Link(**heard))
+    assert run.do("simulate") == "attached to the stage that runs" and run.link.asked == []
+    assert run.scenario.poses.tolist() == told.poses.tolist() and run.scenario.speed == 5.0
+    assert type(run.derived.control).__name__ == law
+
+
+def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
+    run = study(link=Link(stage=SimpleNamespace(speed=1.0)))
+    before = run.scenario
+    assert "not attached" in run.do("simulate")
+    run.link.heard["scenario"] = SimpleNamespace(data="poses: 3")
+    assert "not attached: stage/scenario" in run.do("simulate") and run.scenario is before
+
+
+def test_no_team_is_sent_to_robots_under_way():
+    run = study(link=Link(control=SimpleNamespace(**dict(vars(STANDS), running=True))))
+    assert "stop the controller" in run.send_team() and run.link.asked == []

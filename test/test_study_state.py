@@ -128,6 +128,14 @@ def test_nothing_yet_offers_the_speed_to_begin_with():
     assert actions["step"][0] is False and actions["end"] == (False, "none was started here")
 
 
+def test_another_number_of_robots_than_the_scenarios_is_not_dragged():
+    heard = dict(state=SimpleNamespace(), stage=STAGE, snapshot=snapshot(10))
+    assert "10 robots run, the scenario has 7" in state(**heard).poses_locked(7)
+    assert (
+        state(**heard).poses_locked(10) == state(started=["stage"], **heard).poses_locked(7) == ""
+    )
+
+
 def test_no_simulation_starts_beside_one_that_is_ending():
     ending = state(ending=["stage"], stage=STAGE, snapshot=snapshot())
     assert ending.actions()["simulate"] == (False, "the last simulation is ending")

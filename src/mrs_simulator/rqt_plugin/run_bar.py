@@ -24,7 +24,7 @@ ACTIONS = (
         "simulate",
         "Start simulation",
         "Ctrl+R",
-        "Start the stage with this scenario, or attach to the one that runs",
+        "Start the stage with this scenario, or take up that of the one that runs",
     ),
     ("pause", "Pause", "Ctrl+P", "Stop simulated time, or let it go on"),
     ("step", "Step", "Ctrl+.", "Advance a paused simulation by one step"),

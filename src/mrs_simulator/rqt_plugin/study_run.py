@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.library import HOMES
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
@@ -150,7 +151,7 @@ class StudyRun:
 
     def _do_simulate(self, speed):
         if self.link.is_fresh("stage"):
-            return "; ".join(filter(None, ("attached to the stage that runs", self.send_team())))
+            return self._attach()
         try:
             scenario_from_dict(self.scenario.to_dict(), "scenario")
         except ValueError as error:
@@ -159,6 +160,28 @@ class StudyRun:
             self.link.begin_simulated_time()  # then take_result starts the stage
         self._speed = speed
         return ""
+
+    def _attach(self):
+        """Take up the scenario of the stage that runs; its law only if that is a shipped one."""
+        attached = "attached to the stage that runs"
+        if self.processes.is_running("control"):  # for that scenario, and perhaps another law
+            return attached
+        try:
+            runs = self._stage_scenario()
+        except ValueError as error:
+            return "not attached: {}".format(error)
+        if runs is None:
+            return "not attached: the stage has not told its scenario yet"
+        if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
+            runs = runs._replace(control=self.scenario.control, path=self.scenario.path)
+        return self._try(runs._replace(speed=self.link.newest("stage").speed)) or attached
+
+    def _stage_scenario(self):
+        """Return the scenario of the stage that runs, None before it is known."""
+        told = self.link.newest("scenario")
+        if told is None or not self.link.is_fresh("stage"):
+            return None
+        return scenario_from_yaml(told.data, "stage/scenario")
 
     def _start_stage(self, success, before):
         speed, self._speed = "_speed:={:g}".format(self._speed), None
@@ -281,7 +304,12 @@ class StudyRun:
         return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
 
     def send_team(self):
-        """Ask the stage for the team as it stands; a controller of another team ends."""
+        """Ask the stage for the team as it stands; a controller of another team ends.
+
+        Robots that are under way are not put elsewhere: for what was edited before they went.
+        """
+        if self.is_controlled():
+            return "the team is not sent: stop the controller to change it"
         if self.processes.is_running("control") and not self._control_fits():
             self.processes.stop("control")
         self.link.set_team(self.scenario.poses, self.scenario.kinds)
@@ -307,10 +335,9 @@ class StudyRun:
 
     def what_the_stage_keeps(self):
         """Return a message on what a running stage does not take over from the scenario, or ""."""
-        message = self.link.newest("scenario")
-        if message is None or not self.link.is_fresh("stage"):
+        runs = self._stage_scenario()
+        if runs is None:
             return ""
-        runs = scenario_from_yaml(message.data, "stage/scenario")
         kept = [
             name for name in OF_THE_STAGE if getattr(runs, name) != getattr(self.scenario, name)
         ]

@@ -194,6 +194,15 @@ class StudyState:
             return "the robots are real, they stand where they stand; a scenario can be opened"
         return ""
 
+    def poses_locked(self, n):
+        """Return why the robots of a scenario of ``n`` cannot be dragged now, or ""."""
+        heard = len(self.link.snapshot().numbers) if self.link.is_fresh("state") else n
+        if heard != n and not self.processes.is_running("stage"):
+            return "{} robots run, the scenario has {}: attach to the simulation first".format(
+                heard, n
+            )
+        return self.team_locked()
+
 
 def named(numbers, most=6):
     """Return robots' ``numbers`` for a message: all of a few, else the first and how many."""

@@ -175,10 +175,14 @@ class StudyWidget(QWidget):
         Whatever its protocol raises is raised, and the old scenario stays.
         """
         self.study.take(scenario)
+        self._show_scenario()
+
+    def _show_scenario(self):
+        """Show the scenario in force."""
         self._show_team()
-        self.map.show_obstacles(scenario.obstacles)
+        self.map.show_obstacles(self.scenario.obstacles)
         self.map.fit()
-        self.bar.set_speed(scenario.speed)
+        self.bar.set_speed(self.scenario.speed)
         self._show_protocol()
 
     def _show_team(self):
@@ -308,7 +312,10 @@ class StudyWidget(QWidget):
         if name == "save":
             self._on_save()
             return
+        before = self.scenario
         self.say(self.study.do(name, self.bar.speed()))
+        if self.scenario is not before:  # that of a stage that was started elsewhere
+            self._show_scenario()
         self._show_checking()
 
     @guarded
@@ -403,7 +410,7 @@ class StudyWidget(QWidget):
         if self._team_changed_at and time.monotonic() - self._team_changed_at > TEAM_REST:
             self._team_changed_at = None
             if self.link.is_fresh("state"):
-                self._awaits_team = True
+                self._awaits_team = not self.study.is_controlled()
                 self.say(self.study.send_team())
         if self.study.state.is_emergency():
             self.study.preflight.cancel()
@@ -482,6 +489,7 @@ class StudyWidget(QWidget):
         why, alone = self.study.state.team_locked(), self.study.state.real_alone()
         self.team.set_editable(not why, why, may_open=alone and not self.study.is_controlled())
         self.team.set_real(self.study.state.real())
+        why = self.study.state.poses_locked(self.scenario.n)
         self._map_panel.set_poses_editable(not why, why)
 
     # The end -------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ from python_qt_binding.QtWidgets import (
     QSizePolicy,
     QWidget,
 )
+from ros_fixtures import wait_until
 
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.rqt_plugin.file_dialog import FileDialog
@@ -294,6 +295,18 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     study.link.take_results.return_value = [("set_team", False, "no room")]
     study._on_tick()
     assert told(1.3, 0.1) == 0.1  # where it is, whatever was wanted
+
+
+def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(study):
+    def theory():
+        study._on_tick()
+        return study.curves._theory
+
+    assert wait_until(theory)
+    study.team.set_pose(1, -2.0, 0.0, 0.0)
+    study.team.team_changed.emit()
+    assert study.curves._theory is None
+    assert wait_until(theory)[1][0] > 0.0
 
 
 def test_a_picture_that_comes_late_is_not_shown(study):

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 from protocol_fixtures import shipped
+from ros_fixtures import wait_until
 
 from mrs_simulator.rqt_plugin.study_run import StudyRun
 
@@ -88,6 +89,15 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
     with pytest.raises(TypeError):
         run.take(before.with_protocol(str(law)))
     assert run.scenario is before and type(run.derived.control).__name__ == "Consensus"
+
+
+def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bearable():
+    run = study("paper")
+    when, error = wait_until(run.take_prediction)[0]
+    assert len(when) == len(error) and when[-1] == run.scenario.duration
+    assert run.set_parameters({"T": 1e-4, "k": 1e-4}) == ""
+    when, error = wait_until(run.take_prediction)[0]
+    assert when[-1] == pytest.approx(2e6 / 7 * 1e-4) and len(error) == len(when)
 
 
 # What runs follows -------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """What the GUI does about a run: the scenario as edited, programs started, results saved.  No Qt."""
 
+import copy
 import os
 import re
 import time
@@ -12,6 +13,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control
+from mrs_simulator.rqt_plugin.later import Later
 from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.study_state import StudyState, named
 
@@ -20,6 +22,8 @@ RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+
 # What a stage has from its start.
 OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
+MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
+PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
 
 
 class Derived(NamedTuple):
@@ -28,7 +32,6 @@ class Derived(NamedTuple):
     control: Any
     warnings: Any  # theory's, texts by the parameter that causes them
     targets: Any  # of the hand points at the start, (n, 2) [m], or None
-    prediction: Any  # theory's ``(time, error)``, ``(None, None)`` without one
 
 
 class StudyRun:
@@ -37,6 +40,8 @@ class StudyRun:
     def __init__(self, link, processes, scenario):
         self.link, self.processes, self.scenario = link, processes, scenario
         self.derived = None  # from the scenario, since it was taken up
+        self._prediction = Later(PREDICTION_REST)
+        self.take_prediction = self._prediction.take
         self.preflight = PreflightRun(link, processes)
         self.state = StudyState(link, processes, self.preflight)
         self.is_controlled = self.state.is_controlled
@@ -60,11 +65,16 @@ class StudyRun:
         try:
             control = self.control()
             targets = control.targets(hand_points(scenario.poses, control.l))
-            prediction = self.predicted_error(control)
-            self.derived = Derived(control, self.warnings(control), targets, prediction)
+            warnings = self.warnings(control)
+            self.predicted_error(control, np.zeros(1))  # raises at once what the whole would later
         except Exception:
             self.scenario = before
             raise
+        self.derived = Derived(control, warnings, targets)
+        # Another control than the one that the GUI goes on asking.
+        own, start = copy.copy(control), hand_points(scenario.poses, control.l)
+        when = self._predicted_times(control)
+        self._prediction.ask(lambda: _predicted_error(own, start, when))
 
     def _try(self, scenario):
         """Take up ``scenario``; return what is wrong with it, or ""."""
@@ -131,17 +141,17 @@ class StudyRun:
 
         return error
 
-    def predicted_error(self, control):
-        """Return theory's ``(time, error)`` for the error curve, ``(None, None)`` without one."""
-        start = hand_points(self.scenario.poses, control.l)
-        when = np.linspace(0.0, self.scenario.duration, PREDICTED_SAMPLES)
-        if control.targets(start) is None:
-            return None, None
-        track = control.predicted_track(start, when)
-        if track is None:
-            return None, None
-        errors = [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in track]
-        return when, np.array(errors)
+    def predicted_error(self, control, when=None):
+        """Return theory's ``(time, error)`` for the error curve, ``(None, None)`` without one.
+
+        At the times ``when`` (m,) [s], else over the whole run.
+        """
+        when = self._predicted_times(control) if when is None else when
+        return _predicted_error(control, hand_points(self.scenario.poses, control.l), when)
+
+    def _predicted_times(self, control):
+        longest = MOST_PREDICTED / self.scenario.n * getattr(control, "T", np.inf)
+        return np.linspace(0.0, min(self.scenario.duration, longest), PREDICTED_SAMPLES)
 
     # The run -------------------------------------------------------------------------------------
 
@@ -420,8 +430,19 @@ class StudyRun:
     def close(self):
         """End what was started here, and leave the master as it was."""
         self.preflight.cancel()
+        self._prediction.ask(None)
         self.processes.close()
         self._restore_time()
+
+
+def _predicted_error(control, start, when):
+    if control.targets(start) is None:
+        return None, None
+    track = control.predicted_track(start, when)
+    if track is None:
+        return None, None
+    errors = [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in track]
+    return when, np.array(errors)
 
 
 def _how_ended(code, output):

@@ -202,7 +202,7 @@ class StudyWidget(QWidget):
         self._show_derived()
 
     def _show_derived(self):
-        control, warnings, targets, prediction = self.study.derived
+        control, warnings, targets = self.study.derived
         self.link.set_starts(self.study.starts())
         self.protocol.set_warnings(warnings)
         topology = control.topology
@@ -213,7 +213,7 @@ class StudyWidget(QWidget):
         if not self.link.is_fresh("control"):  # which says where it wants them
             self.map.show_targets(None if self.link.is_fresh("state") else targets)
         self.curves.set_error(self.study.error_function(control))
-        self.curves.set_prediction(*prediction)
+        self.curves.set_prediction(None, None)  # that of what was
 
     def load(self, path):
         """Open the scenario file at ``path``; what is wrong with it is said, the old one stays."""
@@ -407,6 +407,7 @@ class StudyWidget(QWidget):
             self._on_result(name, success, message)
         for text in self.study.ended_processes():
             self.say(text)
+        self._follow_prediction()
         if self._team_changed_at and time.monotonic() - self._team_changed_at > TEAM_REST:
             self._team_changed_at = None
             if self.link.is_fresh("state"):
@@ -416,6 +417,14 @@ class StudyWidget(QWidget):
             self.study.preflight.cancel()
         self._follow_control()
         self._show_status()
+
+    def _follow_prediction(self):
+        """Show theory's error once it is there."""
+        found = self.study.take_prediction()
+        if found is not None and found[1] is None:
+            self.curves.set_prediction(*found[0])
+        elif found is not None:
+            self.say("no prediction: {}".format(reason(found[1])))
 
     def _on_result(self, name, success, answer):
         if name == "set_topology":

@@ -298,6 +298,27 @@ def test_the_topology_is_replaced_while_running(ros):
     assert ros.python(code).strip() == "topology"
 
 
+def test_edges_and_parameters_may_change_at_the_same_time(ros):
+    ros.node("stage", "--robots", 2)
+    ros.node("pioneer_control", "--robots", 2)
+    code = """
+import threading, rospy
+from dynamic_reconfigure.client import Client
+from mrs_simulator.srv import SetTopology
+rospy.init_node("changes", disable_rostime=True)
+client = Client("pioneer_control", timeout=20)
+edges = rospy.ServiceProxy("/pioneer_control/set_topology", SetTopology)
+thread = threading.Thread(target=lambda: [edges([1], [2], [], False) for _ in range(20)])
+thread.start()
+for k in range(1, 21):
+    client.update_configuration({"k": 0.01 * k})
+thread.join()
+print(client.get_configuration(timeout=20)["k"])
+"""
+    assert ros.python(code).strip() == "0.2"
+    assert ros.probe().wait("control('hears') == [1]")
+
+
 def test_the_warning_is_given(ros):
     scenario = os.path.join(ROOT, "scenarios", "paper_literal.yaml")
     ros.node("stage", "--scenario", scenario)

@@ -60,7 +60,7 @@ class ControlNode:
         self.resumes = flag_parameter("~resume", not real)
         self.running = flag_parameter("~autostart", True)
         self.trouble = "" if self.running else "not started"
-        self._lock = threading.RLock()
+        self._lock = threading.Lock()
         self._next, self._answered, self._begun = None, None, None
         self._all_heard = False  # with ~autostart it is waited for once
         self._warnings, self._jump = [], ""
@@ -274,7 +274,7 @@ class ControlNode:
         try:
             with self._lock:
                 self.control.set_topology(Topology(self.scenario.n, edges, request.directed))
-                self._reconfigure.show()
+            self._reconfigure.show()
         except ValueError as error:
             return False, str(error)
         return True, "{} edges".format(len(edges))

@@ -17,19 +17,23 @@ class ParameterServer:
         self._server = Server(_config_type(control), self._on_change)
 
     def show(self):
-        """Tell the clients what is in force after a change from elsewhere."""
-        self._server.update_configuration(dict(self._control.parameters))
+        """Tell the clients what is in force after a change from elsewhere; not under ``lock``."""
+        self._server.update_configuration({})
 
-    def _on_change(self, config, _level):
+    def _on_change(self, config, level):
+        if level:  # something is to be changed, not only shown
+            self._set(config)
+        # What is in force goes back to whoever asked, so that a refusal shows.
+        config.update(self._control.parameters)
+        return config
+
+    def _set(self, config):
         names = [parameter.name for parameter in self._control.PARAMETERS]
         try:
             with self._lock:
                 self._control.set_parameters({name: config[name] for name in names})
         except ValueError as error:
             rospy.logerr("pioneer_control: refused: %s", error)
-        # What is in force goes back to whoever asked, so that a refusal shows.
-        config.update(self._control.parameters)
-        return config
 
 
 def _config_type(control):

@@ -53,6 +53,8 @@ class Motors:
         while number == self._round and not rospy.is_shutdown():
             try:
                 rospy.wait_for_service(name, PATIENCE)
+                if number != self._round:
+                    return  # the robots were told to stop meanwhile
                 rospy.ServiceProxy(name, Empty)()
             except rospy.ROSInterruptException:
                 return

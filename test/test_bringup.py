@@ -73,7 +73,7 @@ def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
     np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=gap)
     assert verdict["y_spread"] < gap
     assert sorted(os.listdir(str(tmp_path))) == sorted(
-        ["run.csv", "scenario.yaml", "verdict.json"]
+        ["run.csv", "run.json", "scenario.yaml", "verdict.json"]
         + [
             f + e
             for f in ("trajectories", "x_states", "y_states", "inputs")

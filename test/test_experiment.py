@@ -19,7 +19,7 @@ from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.experiment import Experiment, main
-from mrs_simulator.reporting import FIGURES, begin_run
+from mrs_simulator.reporting import FIGURES, begin_run, control_of, judged, read_run
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -142,10 +142,24 @@ def test_impossible_gains_are_refused(tmp_path, k, said):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_run_that_is_reported_again_has_the_same_verdict(tmp_path):
+    scenario = shipped("paper_four", duration=20.0, topology={"preset": "complete"})
+    scenario = scenario.with_protocol("consensus")  # with bodies, which meet
+    verdict = run_experiment(scenario, str(tmp_path / "run"), formats=())
+    collisions = [check for check in verdict["checks"] if check["name"] == "collisions"]
+    assert collisions[0]["measured"] > 0 and not verdict["passed"]
+    again = read_run(str(tmp_path / "run" / "run.csv"))
+    assert judged(again, control_of(again))[0] == verdict
+    (tmp_path / "run" / "run.json").unlink()
+    again = read_run(str(tmp_path / "run" / "run.csv"))
+    (check,) = [c for c in judged(again)[0]["checks"] if c["name"] == "collisions"]
+    assert (check["passed"], check["note"]) == (None, "nobody told of any")
+
+
 def test_a_run_writes_everything(tmp_path):
     verdict = run_experiment(shipped("paper_four", duration=2.0), str(tmp_path))
     drawn = ["trajectories", "x_states", "y_states", "inputs"]
-    expected = ["run.csv", "scenario.yaml", "verdict.json"]
+    expected = ["run.csv", "run.json", "scenario.yaml", "verdict.json"]
     expected += [name + ending for name in drawn for ending in (".png", ".pdf")]
     assert sorted(os.listdir(str(tmp_path))) == sorted(expected)
     assert json.load(open(str(tmp_path / "verdict.json"))) == verdict

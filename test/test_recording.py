@@ -19,6 +19,7 @@ from mrs_simulator.core.recording import (
     RunError,
     closest_approach,
     read_run_csv,
+    write_facts,
 )
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.reporting import judged, make_control
@@ -76,6 +77,36 @@ def test_files_that_are_no_recording(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(RunError, match=said):
         read_run_csv(str(path))
+
+
+def test_what_is_told_of_a_run_is_read_back(tmp_path):
+    path, _, _ = recorded(tmp_path)
+    assert read_run_csv(path).meta == {"collisions_unknown": True}
+    collisions = [Collision(1.0, "robot1", "crate", 0.5, 0.0)]
+    meta = {"ended": "interrupted", "warnings": ["slow"], "closest_approach": 0.25}
+    write_facts(path, collisions, dict(meta, real_time_factor=np.inf))
+    run = read_run_csv(path)
+    assert (run.collisions, run.meta) == (collisions, meta)
+    recorded(tmp_path)  # another run in the same place
+    assert read_run_csv(path).meta == {"collisions_unknown": True}
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("{", "run.json: not the facts of a run: JSONDecodeError"),
+        ("[]", "run.json: not the facts of a run"),
+        ('{"ended": "complete"}', "KeyError: 'collisions'"),
+        ('{"collisions": [[1.0, "robot1"]]}', "run.json: not the facts of a run: ValueError"),
+        ('{"collisions": [], "colour": 1}', "KeyError: 'colour'"),
+        ('{"collisions": [], "warnings": "slow"}', "run.json: warnings = 'slow', wanted a list"),
+    ],
+)
+def test_files_that_tell_of_no_run(tmp_path, text, said):
+    path, _, _ = recorded(tmp_path)
+    (tmp_path / "run.json").write_text(text)
+    with pytest.raises(RunError, match=said):
+        read_run_csv(path)
 
 
 @settings(max_examples=200, deadline=None)

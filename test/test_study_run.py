@@ -2,10 +2,13 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from protocol_fixtures import shipped
 from ros_fixtures import wait_until
 
+from mrs_simulator.core.recording import Collision, read_run_csv
+from mrs_simulator.rqt_plugin.study import History, Snapshot
 from mrs_simulator.rqt_plugin.study_run import StudyRun
 
 
@@ -53,6 +56,9 @@ class Processes:
     def take_ended(self):
         ended, self.ended = self.ended, []
         return ended
+
+    def run(self, *_, **__):
+        return 0, ""
 
 
 def study(scenario="consensus", link=None, processes=None, **parameters):
@@ -168,3 +174,20 @@ def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
 def test_no_team_is_sent_to_robots_under_way():
     run = study(link=Link(control=SimpleNamespace(**dict(vars(STANDS), running=True))))
     assert "stop the controller" in run.send_team() and run.link.asked == []
+
+
+@pytest.mark.parametrize("real", [(), (1, 2)])
+def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
+    history, link = History(), Link()
+    for second in range(4):  # the run begins with the command at 1 s
+        command = np.full((2, 2), 0.1 * (second > 0))
+        pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
+        history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset(real)))
+    early, late = (Collision(time, "robot1", "robot2", 0.0, 0.0) for time in (0.5, 2.5))
+    history.collisions.extend([] if real else [early, late])
+    study("paper_four", link).save(history, str(tmp_path))
+    ((_, _, work),) = [asked for asked in link.asked if asked[:2] == ("do", "save")]
+    work()
+    run = read_run_csv(str(tmp_path / "run.csv"))
+    assert run.collisions == ([] if real else [late._replace(time=1.5)])
+    assert run.meta == ({"collisions_unknown": True} if real else {})

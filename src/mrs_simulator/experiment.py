@@ -12,7 +12,7 @@ import numpy as np
 from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.core.interruptions import failure
-from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.recording import read_run_csv, write_facts
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.reporting import begin_run, make_control, write_report
@@ -67,9 +67,9 @@ class Experiment:
 def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf")):
     """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
 
-    Writes ``run.csv`` as it goes, then the figures, ``scenario.yaml`` and ``verdict.json``.  A run
-    that is interrupted or whose law fails is reported as far as it went; ``verdict["ended"]``
-    says which.
+    Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures and
+    ``verdict.json``.  A run that is interrupted or whose law fails is reported as far as it
+    went; ``verdict["ended"]`` says which.
     """
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
@@ -96,7 +96,8 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
         "ended": ended,
     }
     experiment.world.close()
-    run = read_run_csv(recorder.path, scenario, experiment.collisions, meta)
+    write_facts(recorder.path, experiment.collisions, meta)
+    run = read_run_csv(recorder.path, scenario)
     return write_report(run, out, formats, experiment.control)
 
 

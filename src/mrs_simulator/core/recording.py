@@ -1,5 +1,7 @@
-"""Recording a run to ``run.csv`` as it happens, and reading it back."""
+"""Recording a run to ``run.csv`` as it happens, with ``run.json`` at its end, and reading both back."""
 
+import contextlib
+import json
 import math
 import os
 import time
@@ -14,6 +16,13 @@ from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
 
 COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
 BLOCK = 1 << 22  # [characters] of a file read at once
+FACTS = {  # what ``run.json`` may hold of a run beside its collisions
+    "ended": str,
+    "warnings": list,
+    "closest_approach": float,  # [m]
+    "real_time_factor": float,
+    "collisions_unknown": bool,
+}
 FLUSH_PERIOD = 0.2  # [s] of wall time; a run that is killed loses no more than this
 
 
@@ -48,8 +57,13 @@ class Recorder:
     """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
 
     def __init__(self, path, robots, hand_length=DEFAULT_HAND_LENGTH):
-        """Open ``path`` for the robots numbered ``robots``; directories are made."""
+        """Open ``path`` for the robots numbered ``robots``; directories are made.
+
+        What is told there of an earlier run is taken away.
+        """
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(facts_path(path))
         self.path = path
         self._robots = [str(robot) for robot in robots]
         self._hand_length = hand_length
@@ -85,8 +99,52 @@ class Recorder:
         self.close()
 
 
-def read_run_csv(path, scenario=None, collisions=(), meta=None):
-    """Return the ``Run`` in the file at ``path``.
+def facts_path(path):
+    """Return the path of ``run.json`` beside the ``run.csv`` at ``path``."""
+    return os.path.splitext(path)[0] + ".json"
+
+
+def write_facts(path, collisions=(), meta=None):
+    """Write ``run.json``, what is known of the run beside its samples, for the ``run.csv`` at ``path``.
+
+    ``meta``: values by the names in ``FACTS``; a distance that is not finite is left out.
+    """
+    finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
+    facts = {**finite, "collisions": [list(collision) for collision in collisions]}
+    partial = facts_path(path) + ".part"
+    with open(partial, "w", encoding="utf-8") as file:
+        json.dump(facts, file, indent=2, allow_nan=False)
+        file.write("\n")
+    os.replace(partial, facts_path(path))
+
+
+def _read_facts(path):
+    """Return ``(collisions, meta)`` as :func:`write_facts` had them; collisions unknown if it had not."""
+    told = facts_path(path)
+    if not os.path.exists(told):
+        return [], {"collisions_unknown": True}
+    try:
+        with open(told, encoding="utf-8") as file:
+            meta = json.load(file)
+        collisions = [
+            Collision(float(time), str(first), str(second), float(x), float(y))
+            for time, first, second, x, y in meta.pop("collisions")
+        ]
+        wrong = [key for key, value in meta.items() if not isinstance(value, FACTS[key])]
+    except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
+        raise RunError(
+            "{}: not the facts of a run: {}: {}".format(told, type(error).__name__, error)
+        ) from None
+    if wrong:
+        key = wrong[0]
+        raise RunError(
+            "{}: {} = {!r}, wanted a {}".format(told, key, meta[key], FACTS[key].__name__)
+        )
+    return collisions, meta
+
+
+def read_run_csv(path, scenario=None):
+    """Return the ``Run`` in the file at ``path``, with what ``run.json`` beside it tells.
 
     A last sample that was cut off is left out.  Raises ``RunError`` that names the file and line.
     """
@@ -96,6 +154,7 @@ def read_run_csv(path, scenario=None, collisions=(), meta=None):
     except (OSError, UnicodeDecodeError) as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
     robots, samples = _shape_of(table, path)
+    collisions, meta = _read_facts(path)
     table = table[: samples * len(robots)].reshape(samples, len(robots), len(COLUMNS))
     if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
         raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
@@ -105,9 +164,9 @@ def read_run_csv(path, scenario=None, collisions=(), meta=None):
         pose=table[:, :, 2:5],
         hand=table[:, :, 5:7],
         command=table[:, :, 7:9],
-        collisions=list(collisions),
+        collisions=collisions,
         scenario=scenario,
-        meta=dict(meta or {}),
+        meta=meta,
     )
 
 

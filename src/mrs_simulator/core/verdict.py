@@ -71,7 +71,7 @@ def judge(run, claims=(), measures=None, limits=None):
 
 def _collisions(run):
     if run.meta.get("collisions_unknown"):
-        return Check("collisions", 0, None, 0, None, note="real robots do not tell")
+        return Check("collisions", 0, None, 0, None, note="nobody told of any")
     return _compare("collisions", 0, len(run.collisions), 0, "equal")
 
 

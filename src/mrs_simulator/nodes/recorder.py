@@ -121,7 +121,8 @@ class RunRecorder:
         meta["warnings"] = self.control.warnings(self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta.update(self.source.meta())
-        run = recording.read_run_csv(self._file.path, self.scenario, collisions, meta)
+        recording.write_facts(self._file.path, collisions, meta)
+        run = recording.read_run_csv(self._file.path, self.scenario)
         return write_report(run, self.out, control=self.control)
 
 

@@ -12,6 +12,7 @@ from rospy.impl.registration import Registration, get_registration_listeners
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
 
+from mrs_simulator.core.recording import Collision as RunCollision
 from mrs_simulator.msg import Camera, Collision, ControlStatus, RobotSpec, StageStatus, TeamState
 from mrs_simulator.rqt_plugin import errands
 from mrs_simulator.rqt_plugin.errands import CONTROLLER, MASTER, Errands
@@ -119,11 +120,12 @@ class RosLink:
         return self._robots.snapshot(SILENCE, control)
 
     def take_collisions(self):
-        """Return the collisions since the last call: ``(first, second, x, y)``."""
+        """Return the ``core.recording.Collision``s since the last call."""
         taken = []
         while self._collisions:
-            message = self._collisions.popleft()
-            taken.append((message.first, message.second, message.x, message.y))
+            told = self._collisions.popleft()
+            stamp = told.header.stamp.to_sec()
+            taken.append(RunCollision(stamp, told.first, told.second, told.x, told.y))
         return taken
 
     # What is asked for ---------------------------------------------------------------------------

@@ -1,11 +1,13 @@
 """What the GUI knows of a run: the newest state, and its history.  No Qt, no ROS."""
 
+from collections import deque
 from typing import FrozenSet, NamedTuple, Tuple
 
 import numpy as np
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
 FEWEST_SAMPLES = 500
+MOST_COLLISIONS = 10000
 COLUMNS = 8  # time is held apart: pose 3, twist 3, command 2
 
 
@@ -30,6 +32,8 @@ class History:
     def clear(self):
         """Forget everything."""
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
+        self.real = frozenset()
+        self.collisions = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
         self._time, self._table = np.empty(0), np.empty((0, 0, COLUMNS))
 
@@ -43,6 +47,7 @@ class History:
             self._begin(snapshot.numbers)
         if self.begun is None and np.any(snapshot.command):
             self.begun = snapshot.time
+        self.real = snapshot.real
         self._skipped += 1
         if self._filled and self._skipped < self._stride:
             return

@@ -11,6 +11,7 @@ import numpy as np
 from mrs_simulator.control.library import HOMES
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control
 from mrs_simulator.rqt_plugin.later import Later
@@ -412,12 +413,18 @@ class StudyRun:
         when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
         command = history.command[begin:].copy()
         numbers, scenario = history.numbers, self.scenario
+        collisions = [
+            c._replace(time=c.time - when[0]) for c in history.collisions if c.time >= when[0]
+        ]
+        # Of robots that are all real nobody tells.
+        meta = {"collisions_unknown": True} if history.real.issuperset(numbers) else {}
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
 
         def work():
             with begin_run(scenario, directory, numbers) as file:
                 for stamp, poses, commands in zip(when - when[0], pose, command):
                     file.sample(round(float(stamp), 9), poses, commands)
+            write_facts(file.path, collisions, meta)
             arguments = [file.path, "--out", directory, "--formats", "png,pdf,svg"]
             code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
             verdict = os.path.join(directory, VERDICT_FILE)

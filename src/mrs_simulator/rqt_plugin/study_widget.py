@@ -388,8 +388,9 @@ class StudyWidget(QWidget):
         if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
             self._last_frame = now, snapshot
             self.map.show_snapshot(snapshot)
-        for _, _, x, y in self.link.take_collisions():
-            self.map.flash_collision(x, y)
+        for collision in self.link.take_collisions():
+            self.history.collisions.append(collision)
+            self.map.flash_collision(collision.x, collision.y)
         image = self.link.newest("image")
         if image is not self._last_image and self.view.isVisible():
             self._last_image = image

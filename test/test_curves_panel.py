@@ -1,7 +1,8 @@
 """The curves panel shows the run's own numbers, costs nothing while hidden, and answers the mouse."""
 
 import os
-from time import monotonic
+from time import monotonic, sleep
+from types import SimpleNamespace
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
@@ -298,7 +299,7 @@ def test_a_slow_error_is_computed_in_several_redraws():
 
     def slow(pose):
         calls.append(len(pose))
-        QTest.qSleep(40)
+        sleep(1e-4 * len(pose))
         return np.ones(len(pose))
 
     curve = ErrorCurve(slow)
@@ -307,6 +308,22 @@ def test_a_slow_error_is_computed_in_several_redraws():
     while not curve.update(history.numbers, history.time, history.pose):
         pass
     assert sum(calls) == len(curve.values) == 1200
+
+
+def test_no_redraw_waits_long_for_an_error_whatever_a_sample_takes(monkeypatch):
+    history, now = make_history(200), [0.0]
+
+    def slow(pose):
+        now[0] += 0.0047 * len(pose)
+        return np.ones(len(pose))
+
+    monkeypatch.setattr(curves, "clock", SimpleNamespace(monotonic=lambda: now[0]))
+    curve, taken, done = ErrorCurve(slow), [], False
+    while not done:
+        begun = now[0]
+        done = curve.update(history.numbers, history.time, history.pose)
+        taken.append(now[0] - begun)
+    assert len(curve.values) == 200 and max(taken) < 0.1 and max(taken[1:]) < 2.0 * curves.PATIENCE
 
 
 def test_a_cleared_history_shows_no_curves(panel):

@@ -10,7 +10,7 @@ from mrs_simulator.report.figures import thin
 from mrs_simulator.rqt_plugin.guard import LOG
 
 PATIENCE = 0.03  # [s] for the formation error within one redraw
-CHUNK = 500  # [-] samples given to the error's function at once
+FIRST_CHUNK, LARGEST_CHUNK = 20, 500  # [-] samples given to the error's function at once
 LEAST_SPAN = 0.02  # of a linear axis that fits itself, so that rest looks like rest
 MOST_DECADES = 12.0  # of a logarithmic axis that fits itself
 NO_ERROR = "The protocol defines no formation error"
@@ -93,7 +93,7 @@ class ErrorCurve:
     """The formation error of a history that grows: each of its samples is computed once."""
 
     def __init__(self, function=None):
-        self._function = function
+        self._function, self._chunk = function, FIRST_CHUNK
         self._forget()
 
     def _forget(self):
@@ -106,9 +106,13 @@ class ErrorCurve:
             self._forget()
         end = clock.monotonic() + PATIENCE
         while not self.problem and len(self.values) < len(time):
-            if clock.monotonic() > end:
+            begun = clock.monotonic()
+            if begun > end:
                 return False
-            self._compute(pose[len(self.values) : len(self.values) + CHUNK])
+            self._compute(pose[len(self.values) : len(self.values) + self._chunk])
+            taken = max(clock.monotonic() - begun, 1e-9)
+            fitting = int(0.5 * PATIENCE / taken * self._chunk)
+            self._chunk = min(max(1, fitting), LARGEST_CHUNK)
             self._mark = self._signature(numbers, time, pose)
         return True
 

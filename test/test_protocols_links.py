@@ -227,7 +227,9 @@ def test_the_edges_begin_anew_with_time():
     np.testing.assert_array_equal(runs[0], runs[1])
 
 
-@pytest.mark.parametrize("name", ["coverage", "vicsek", "rendezvous", "switching_consensus"])
+@pytest.mark.parametrize(
+    "name", ["coverage", "vicsek", "rendezvous", "switching_consensus", "leader_follower"]
+)
 def test_edges_cannot_be_dropped_from_a_law_that_does_not_take_them(name):
     links = Links(loss=PerEdge(0.1), on_loss="drop")
     with pytest.raises(ValueError, match="does not take its neighbours from the topology"):

@@ -24,8 +24,8 @@ class Network:
         """
         if links.changes_edges and not control.TAKES_EDGES:
             raise ValueError(
-                "links: {} does not take its neighbours from the topology, so that edges can be "
-                "neither switched nor dropped; wanted delay, or loss with on_loss: hold".format(
+                "links: {} does not take its neighbours from the topology at each command: edges can "
+                "be neither switched nor dropped; wanted delay, or loss with on_loss: hold".format(
                     type(control).__name__
                 )
             )

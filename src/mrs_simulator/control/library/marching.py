@@ -140,7 +140,8 @@ class Marching(Shaped):
         return self.wanted(counts * self.period) + steady + away
 
     def _listens(self):
-        return self.topology.in_degree() > 0.0
+        """Return who follows, (n,) bool: also while its edges are down."""
+        return (self._given_topology or self.topology).in_degree() > 0.0
 
     def _straight(self):
         straight = self.path == "line" and self.swing == 0.0
@@ -251,6 +252,7 @@ class LeaderFollower(Shaped):
         RADIUS,
     )
 
+    TAKES_EDGES = False  # a follower has no law without its leader
     _pose = None
 
     def set_parameters(self, given):

@@ -1,6 +1,7 @@
 """Semi-physical teams over ROS: real robots among the stage's simulated ones."""
 
 import math
+import sys
 
 import pytest
 import yaml
@@ -8,6 +9,14 @@ from ros_fixtures import PATIENCE, log_of, wait_until
 from test_rosaria import FORWARD
 from test_stage_node import start
 
+CARRIED = "_max_jump:=0"  # robots may be put elsewhere
+CAMERA = """
+import rospy; from geometry_msgs.msg import PoseStamped; rospy.init_node("camera")
+out = rospy.Publisher("/robot2/pose", PoseStamped, queue_size=1); m = PoseStamped()
+m.pose.position.x, m.pose.orientation.w = 7.0, 1.0
+while not rospy.core._shutdown_flag:
+    out.publish(m); time.sleep(0.05)
+"""
 TEAM = """
 robots: 3
 poses: [[0.0, 0.0, 0.0], [3.0, 0.0, 1.5707963], [0.0, 5.0, 0.0]]
@@ -48,7 +57,7 @@ def test_a_real_robot_is_shown_where_its_odometry_says(ros, tmp_path):
 
 
 def test_wheel_odometry_begins_at_the_scenarios_pose(ros, tmp_path):
-    _, probe = start_team(ros, tmp_path, odometry="wheel")
+    _, probe = start_team(ros, tmp_path, CARRIED, odometry="wheel")
     probe.ask("stand_in(2, [1.0, 0.5, 0.25])")
     # Robot 2 began at (3, 0) with its nose along y.
     probe.wait("abs((state('x') or [0, 0])[1] - 2.5) < 1e-6")
@@ -60,6 +69,26 @@ def test_wheel_odometry_begins_at_the_scenarios_pose(ros, tmp_path):
     probe.ask("stand_in(2, [1e6, 1e6, 0.25])")
     probe.wait("status('real_silent') == []")
     assert probe.ask("state('x')[1]") == pytest.approx(2.5, abs=1e-6)
+
+
+def test_a_real_robot_whose_odometry_jumps_is_not_silently_followed(ros, tmp_path):
+    stage, probe = start_team(ros, tmp_path, odometry="wheel")
+    probe.ask("stand_in(2, [1.0, 0.5, 0.25])")
+    probe.wait("abs((state('x') or [0, 0])[1] - 2.5) < 1e-6 and status('real_silent') == []")
+    # Its driver was restarted.
+    probe.ask("stand_in(2, [0.0, 0.0, 0.0])")
+    probe.wait("status('real_silent') == [2]")
+    wait_until(lambda: "robot2: the odometry jumped by 1.12 m" in log_of(stage))
+    assert probe.ask("state('x')[1]") == pytest.approx(2.5, abs=1e-6)
+    assert probe.ask("call('/stage/reset', Trigger)")[0]
+    probe.wait("abs(state('x')[1] - 3.0) < 1e-6 and status('real_silent') == []")
+
+
+def test_a_real_robot_stands_where_the_control_nodes_frame_has_it(ros, tmp_path):
+    _, probe = start_team(ros, tmp_path, "_frame_source:=external", odometry="wheel")
+    ros.start("camera", [sys.executable, "-c", "import time" + CAMERA])
+    probe.ask("stand_in(2, [1.0, 0.5, 0.25])")
+    probe.wait("(state('x') or [0, 0])[1] == 7.0")
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
@@ -91,7 +120,7 @@ def test_lockstep_cannot_wait_for_real_robots(ros, tmp_path, node, real):
 
 
 def test_a_real_robot_is_followed_while_the_stage_is_paused(ros, tmp_path):
-    _, probe = start_team(ros, tmp_path, "_paused:=true")
+    _, probe = start_team(ros, tmp_path, "_paused:=true", CARRIED)
     probe.ask("stand_in(2, [4.0, 1.0, 0.5])")
     probe.wait("(state('x') or [0, 0])[1] == 4.0")
     paused = probe.ask("now()")
@@ -148,7 +177,7 @@ def test_the_jump_of_a_real_robot_is_noticed_and_that_of_a_simulated_one_is_not(
 
 
 def test_reset_and_a_new_team_know_the_real_robot(ros, tmp_path):
-    _, probe = start_team(ros, tmp_path)
+    _, probe = start_team(ros, tmp_path, CARRIED)
     probe.ask("stand_in(2, [4.0, 1.0, 0.0])")
     probe.wait("(state('x') or [0, 0])[1] == 4.0")
     assert probe.ask("call('/stage/reset', Trigger)")[0] is True

@@ -22,13 +22,14 @@ START = "then call the service {}"
 FIRST = "pioneer_control/first_odometry"  # name as its listeners resolve it
 
 
-def make_common_frame(scenario, leads=False):
+def make_common_frame(scenario, leads=False, rows=None):
     """Return the :class:`CommonFrame` that the parameter ``~frame_source`` names.
 
-    ``leads``: whether this is the control node, whose frame is that of all others.
+    ``leads``: whether this is the control node, whose frame is that of all others; ``rows`` of the
+    robots to listen to, all of them real; by default those of the whole team.
     """
     default = DEFAULT_SOURCES[scenario.odometry]
-    return SOURCES[text_parameter("~frame_source", default, tuple(SOURCES))](scenario, leads)
+    return SOURCES[text_parameter("~frame_source", default, tuple(SOURCES))](scenario, leads, rows)
 
 
 class CommonFrame:
@@ -40,22 +41,28 @@ class CommonFrame:
     WHAT = "odometry"
     ADVICE = "see where it stands and what its odometry says"
 
-    def __init__(self, scenario, leads=False):
-        """Listen to the odometry of the robots of ``scenario``; ``leads``: others follow this frame."""
+    def __init__(self, scenario, leads=False, rows=None):
+        """Listen to the odometry of the robots of ``scenario``, as ``make_common_frame`` says."""
         self._leads = leads
-        self.numbers = tuple(range(1, scenario.n + 1))
+        self.rows = list(range(scenario.n) if rows is None else rows)
+        self.numbers = tuple(row + 1 for row in self.rows)
         self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
-        self._starts = scenario.poses
-        self._real = real_among(scenario.n)
+        self.begin_at(scenario.poses)
+        self._real = real_among(scenario.n) if rows is None else list(range(len(rows)))
         self._bounds = self._jump_bounds(scenario)
         bounds = self._bounds if self.WATCHES_ODOMETRY else None
-        self.inbox = make_inbox(self.numbers, bounds, self._real)
+        make = make_inbox if rows is None else OdometryInbox
+        self.inbox = make(self.numbers, bounds, self._real)
+
+    def begin_at(self, poses):
+        """Take in other initial poses of the whole team, (n, 3)."""
+        self._starts = poses[self.rows]
 
     def _jump_bounds(self, scenario):
         """Return the ``JumpBounds`` of each robot, None for one that may be anywhere, or None."""
         # The simulator's robots are put elsewhere on purpose: by reset, by another team.
         given = rospy.get_param("~max_jump", "") != ""
-        rows = range(scenario.n) if given else self._real
+        rows = range(len(self.rows)) if given else self._real
         slack = number_parameter("~max_jump", MAX_JUMP, low=0.0)
         if slack == 0.0 or not len(rows):
             return None
@@ -66,7 +73,7 @@ class CommonFrame:
         ]
         silent = min(self.odom_timeout, RESTART) if self.BEGINS_AT_ZERO else math.inf
         bounds = JumpBounds(slack, *speeds, longest=self.odom_timeout + WATCHDOG, silence=silent)
-        return [bounds if row in rows else None for row in range(scenario.n)]
+        return [bounds if row in rows else None for row in range(len(self.rows))]
 
     def pose(self):
         """Return the robots' poses in the common frame, (n, 3), NaN where not known."""
@@ -84,17 +91,19 @@ class CommonFrame:
         """Return ``{row: text}`` of the robots that are no longer followed."""
         return self.inbox.jumps()
 
+    def jump_texts(self):
+        """Return ``{row: text}`` of the robots that are no longer followed, each named."""
+        return {
+            row: "robot{}: the {} {}".format(self.numbers[row], self.WHAT, jump)
+            for row, jump in sorted(self.jumped().items())
+        }
+
     def jump_trouble(self):
         """Return what jumped and what to do, or ""."""
+        start = START.format(rospy.resolve_name("~start"))
         return "; ".join(
-            "robot{}: the {} {}: {}, {}".format(
-                self.numbers[row],
-                self.WHAT,
-                jump,
-                self._advice(row),
-                START.format(rospy.resolve_name("~start")),
-            )
-            for row, jump in sorted(self.jumped().items())
+            "{}: {}, {}".format(text, self._advice(row), start)
+            for row, text in self.jump_texts().items()
         )
 
     def _advice(self, row):
@@ -127,10 +136,10 @@ class FirstFrame(ScenarioFrame):
         "count from there"
     )
 
-    def __init__(self, scenario, leads=False):
+    def __init__(self, scenario, leads=False, rows=None):
         """Listen to the odometry, and to where the leading node first heard it, or tell that."""
-        super().__init__(scenario, leads)
-        self._told = np.full((scenario.n, 3), np.nan)
+        super().__init__(scenario, leads, rows)
+        self._told = np.full((len(self.rows), 3), np.nan)
         if leads:
             self._teller = rospy.Publisher(FIRST, TeamOdometry, queue_size=1, latch=True)
         else:
@@ -163,9 +172,9 @@ class LocalisedFrame(CommonFrame):
     WATCHES_ODOMETRY = False
     ADVICE = "see what localises it"
 
-    def __init__(self, scenario, leads=False):
+    def __init__(self, scenario, leads=False, rows=None):
         """Listen to the poses and to the odometry."""
-        super().__init__(scenario, leads)
+        super().__init__(scenario, leads, rows)
         self.pose_timeout = number_parameter("~pose_timeout", 0.5, above=0.0)
         self._poses = self._open_poses()
 

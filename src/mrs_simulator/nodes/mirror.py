@@ -1,61 +1,72 @@
 """Real robots in the stage's world: bodies where the robots' own odometry says that they are."""
 
 import math
-import threading
-import time
 
 import numpy as np
 import rospy
-from nav_msgs.msg import Odometry
 
-from mrs_simulator.core.kinematics import compose
 from mrs_simulator.core.scenario import FARTHEST
-from mrs_simulator.nodes.odometry_inbox import planar
-from mrs_simulator.nodes.wire import PlanarTwist
+from mrs_simulator.msg import ControlStatus
+from mrs_simulator.nodes.common_frame import make_common_frame
+from mrs_simulator.nodes.wire import PlanarOdometry, PlanarTwist
 
-SILENCE = 0.5  # [s] of wall time after which a real robot counts as silent
+REST = (0.0, 0.0, 0.0)  # a body's twist
 
 
 class Mirror:
-    """The newest odometry of each real robot, put by subscriber threads, taken by the main loop."""
+    """Where the real robots are, put by subscriber threads, taken by the main loop.
 
-    def __init__(self, rows, clock=time.monotonic):
-        """``rows``: the real robots'; ``clock`` gives wall time in s."""
+    Their poses are those of a control node's common frame.  One that jumped stays where it was until
+    a person goes on: starts the controller, resets the stage or gives it a team.
+    """
+
+    def __init__(self, rows, scenario):
+        """``rows``: those of the robots of ``scenario`` that are real."""
         self.rows = frozenset(rows)
-        self._clock = clock
-        self._lock = threading.Lock()
-        self._heard = {}  # row: (time of reception, pose, body twist)
+        self._twists = {}  # newest body twists by row
+        self._running = False
+        self.frame = None
+        if rows:
+            self.frame = make_common_frame(scenario, rows=sorted(rows))
+            self._control = rospy.Subscriber(
+                "pioneer_control/status", ControlStatus, self._on_control, queue_size=1
+            )
 
     def put(self, message, row):
-        """Keep the odometry of robot ``row``; one that cannot be true counts as silence."""
-        pose, twist = planar(message.pose.pose), message.twist.twist
-        twist = twist.linear.x, twist.linear.y, twist.angular.z
-        if not all(map(math.isfinite, pose + twist)) or max(map(abs, pose)) > FARTHEST:
-            return
-        with self._lock:
-            self._heard[row] = self._clock(), pose, twist
+        """Keep how fast robot ``row`` moves."""
+        if all(map(math.isfinite, message.body)):
+            self._twists[row] = message.body
 
     def place(self, world):
-        """Put the real robots of ``world`` where they were heard to be; a silent one at rest."""
-        with self._lock:
-            rows = sorted(self._heard)
-            heard = [self._heard[row] for row in rows]
-        if not rows:
+        """Put the real robots of ``world`` where they are; one that is silent or jumped at rest."""
+        if self.frame is None:
             return
-        late = self._clock() - SILENCE
-        twists = np.array([twist if when >= late else (0.0,) * 3 for when, _, twist in heard])
-        poses = np.array([pose for _, pose, _ in heard])
-        # Wheel odometry begins where the scenario says that the robot stood.
-        poses = compose(world.odometry_origins()[rows], poses)
-        fits = (np.abs(poses) <= FARTHEST).all(axis=1)
-        world.place(np.array(rows)[fits], poses[fits], twists[fits])
+        lost, rows = {*self.silent(), *self.jumps()}, self.frame.rows
+        twists = [REST if row in lost else self._twists.get(row, REST) for row in rows]
+        poses = self.frame.pose()
+        known = (np.abs(poses) <= FARTHEST).all(axis=1)  # nor NaN, before it was heard
+        world.place(np.array(rows)[known], poses[known], np.array(twists)[known])
 
     def silent(self):
-        """Return the rows, ascending, of the real robots that were not heard for ``SILENCE``."""
-        late = self._clock() - SILENCE
-        with self._lock:
-            heard = {row for row, (when, _, _) in self._heard.items() if when >= late}
-        return sorted(self.rows - heard)
+        """Return the rows, ascending, of the real robots that were not heard for the time allowed."""
+        stale = self.frame.stale(rospy.get_time()) if self.frame else []
+        return [number - 1 for number in stale]
+
+    def jumps(self):
+        """Return ``{row: text}`` of the real robots that jumped and are no longer followed."""
+        texts = self.frame.jump_texts() if self.frame else {}
+        return {self.frame.rows[at]: text for at, text in texts.items()}
+
+    def begin_at(self, poses):
+        """Follow all robots from where they are; ``poses`` (n, 3): the team's initial ones."""
+        if self.frame:
+            self.frame.begin_at(poses)
+            self.frame.accept()
+
+    def _on_control(self, status):
+        if status.running and not self._running:
+            self.frame.accept()
+        self._running = status.running
 
 
 class RealLink:
@@ -76,7 +87,7 @@ class RealLink:
                 tcp_nodelay=True,
             )
             for topic, kind, put in (
-                ("odom", Odometry, mirror.put),
+                ("odom", PlanarOdometry, mirror.put),
                 ("cmd_vel", PlanarTwist, inbox.put),
             )
         ]

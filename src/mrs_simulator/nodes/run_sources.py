@@ -138,10 +138,7 @@ class RobotsSource:
 
     def broken(self):
         """Return who jumped and is no longer where the common frame says, or ""."""
-        return "; ".join(
-            "robot{}: the {} {}".format(row + 1, self._frame.WHAT, jump)
-            for row, jump in sorted(self._frame.jumped().items())
-        )
+        return "; ".join(self._frame.jump_texts().values())
 
     def silence(self):
         """Return who it is that says nothing."""

@@ -14,7 +14,7 @@ from mrs_simulator.nodes.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.nodes.lifecycle import run, start_node
 from mrs_simulator.nodes.links import Frames, Inbox, RobotLink
 from mrs_simulator.nodes.lockstep import Lockstep, lockstep_wanted
-from mrs_simulator.nodes.mirror import SILENCE, Mirror, RealLink
+from mrs_simulator.nodes.mirror import Mirror, RealLink
 from mrs_simulator.nodes.pacing import Pacer
 from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.nodes.real_robots import real_rows
@@ -61,7 +61,7 @@ class Stage:
             watch_period=WATCH_PERIOD if rosaria else 0.0,
             mirrored=real,
         )
-        self.mirror = Mirror(real)
+        self.mirror = Mirror(real, scenario)
         self.lockstep = None
         if lockstep_wanted(real):
             self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
@@ -77,7 +77,7 @@ class Stage:
         self._steps_asked = 0
         self._step = 0
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
-        self._real_silent = []
+        self._real_silent, self._jumped = [], frozenset()
         self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox = Inbox()
         self.requests = Requests()
@@ -295,6 +295,7 @@ class Stage:
         return "{} robots".format(self.world.n)
 
     def _after_change(self):
+        self.mirror.begin_at(self.scenario.poses)
         self._link_robots()
         # What was said to the robots before is not meant for these.
         self.inbox.take(self.world.n)
@@ -311,11 +312,7 @@ class Stage:
 
     def _say_what_changed(self):
         """Log who fell silent, whose watchdog has stopped them, and commands that were refused."""
-        lost = self.mirror.silent()
-        new = [row for row in lost if row not in self._real_silent]
-        if new:
-            rospy.logwarn("stage: real %s not heard for %g s", named(new), SILENCE)
-        self._real_silent = lost
+        self._say_who_is_lost()
         silent = set(np.flatnonzero(self.world.timed_out).tolist())
         new = sorted(silent - self._silent)
         if new:
@@ -329,6 +326,18 @@ class Stage:
                 5.0, "stage: refused commands for {}: not finite".format(named(refused))
             )
             self._refused = self.world.refused.copy()
+
+    def _say_who_is_lost(self):
+        """Log the real robots that fell silent or jumped."""
+        lost, jumps = self.mirror.silent(), self.mirror.jumps()
+        new = [row for row in lost if row not in self._real_silent]
+        if new:
+            timeout = self.mirror.frame.odom_timeout
+            rospy.logwarn("stage: real %s not heard for %g s", named(new), timeout)
+        for row in set(jumps).difference(self._jumped):
+            go_on = "call pioneer_control/start or stage/reset to follow it again"
+            rospy.logerr("stage: %s: %s", jumps[row], go_on)
+        self._real_silent, self._jumped = sorted({*lost, *jumps}), frozenset(jumps)
 
     def _publish_status(self):
         now = time.monotonic()

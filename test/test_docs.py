@@ -28,6 +28,7 @@ def test_the_examples_of_the_protocols_page_run(tmp_path, number):
     law = load_protocol(str(tmp_path / "example.py"))
     control = law(range(1, 4), Topology.preset("path", 3))
     pose = np.array([[0.0, 0.0, 0.1], [2.0, 0.0, 1.0], [4.0, 1.0, 2.0]])
+    control.start()
     assert control.commands(pose).shape == (3, 2)
     control.claims(pose[:, :2])
 

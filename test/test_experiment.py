@@ -340,3 +340,13 @@ def test_the_report_on_an_earlier_run_is_not_left_beside_another(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     begin_run(short, str(tmp_path)).close()
     assert sorted(os.listdir(str(tmp_path))) == ["notes.txt", "run.csv", "scenario.yaml"]
+
+
+def test_a_shipped_scenario_is_found_by_its_name_from_anywhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(["consensus.yaml", "--out", "out", "--duration", "30"])
+    assert ended.value.code == 0 and (tmp_path / "out" / "verdict.json").exists()
+    with pytest.raises(SystemExit) as ended:
+        main(["no_such.yaml", "--out", "out"])
+    assert ended.value.code == 2

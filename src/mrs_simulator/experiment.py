@@ -16,6 +16,7 @@ from mrs_simulator.core.recording import read_run_csv, write_facts
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.reporting import begin_run, make_control, write_report
+from mrs_simulator.shipped import scenario_path
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -136,7 +137,8 @@ def _sweep(arguments):
     given = _given(arguments, ("robots", "duration", "fidelity", "seed"))
     if arguments.protocol:
         given[sweep.PROTOCOL] = arguments.protocol
-    runs = sweep.make_runs(arguments.scenario, map(sweep.read_axis, arguments.sweep), given)
+    axes = map(sweep.read_axis, arguments.sweep)
+    runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given)
     table = os.path.join(os.path.abspath(arguments.out), sweep.TABLE)
     options = (arguments.out, arguments.jobs, arguments.scheduler)
     try:
@@ -154,7 +156,7 @@ def _sweep(arguments):
 
 
 def _scenario(arguments):
-    scenario = load_scenario(arguments.scenario)
+    scenario = load_scenario(scenario_path(arguments.scenario))
     if arguments.robots is not None:
         scenario = scenario.with_robots(arguments.robots)
     if arguments.protocol:
@@ -175,7 +177,7 @@ def _arguments(argv):
         description="Run a scenario headless, as fast as possible, and write run.csv, "
         "figures and verdict.json. Needs no ROS master.",
     )
-    parser.add_argument("scenario", help="YAML file of the scenario")
+    parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots")
     parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")

@@ -9,9 +9,8 @@ import argparse
 import os
 import sys
 
-import rospkg
-
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.shipped import scenario_path
 
 DEFAULT_SCENARIO = "paper.yaml"
 # What selects and changes the scenario: the same for all nodes of a run.
@@ -52,15 +51,8 @@ def parse(description, names, argv=None):
 
 
 def scenario_from(arguments):
-    """Return the scenario that the arguments name; the paper's by default.
-
-    A name without a directory is also looked for among the shipped ones.
-    """
-    name = arguments.scenario or DEFAULT_SCENARIO
-    if not os.path.exists(name) and os.path.basename(name) == name:
-        shipped = os.path.join(shipped_scenarios(), name)
-        name = shipped if os.path.exists(shipped) else name
-    scenario = load_scenario(name)
+    """Return the scenario that the arguments name; the paper's by default."""
+    scenario = load_scenario(scenario_path(arguments.scenario or DEFAULT_SCENARIO))
     protocol = getattr(arguments, "protocol", "")
     scenario = scenario.with_protocol(protocol) if protocol else scenario
     robots = _number(arguments, "robots", int)
@@ -78,8 +70,3 @@ def _number(arguments, name, kind):
         return kind(text or 0)
     except ValueError:
         raise ValueError("{} = {!r}: wanted a number".format(name, text)) from None
-
-
-def shipped_scenarios():
-    """Return the directory of the shipped scenarios."""
-    return os.path.join(rospkg.RosPack().get_path("mrs_simulator"), "scenarios")

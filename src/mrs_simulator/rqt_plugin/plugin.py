@@ -4,12 +4,12 @@ from python_qt_binding.QtCore import QCoreApplication, QEvent
 from qt_gui.plugin import Plugin
 
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.nodes.arguments import shipped_scenarios
 from mrs_simulator.rqt_plugin.guard import guarded
 from mrs_simulator.rqt_plugin.interrupts import defer_interrupts
 from mrs_simulator.rqt_plugin.link import RosLink
 from mrs_simulator.rqt_plugin.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+from mrs_simulator.shipped import shipped_scenarios
 
 KEYS = ("scenario", "across", "down", "shown")
 

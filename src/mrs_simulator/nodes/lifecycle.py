@@ -7,6 +7,8 @@ import time
 
 import rospy
 
+from mrs_simulator.nodes.spelling import refuse_unknown, warn_of_unknown
+
 # A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
 PARENT = "MRS_SIMULATOR_PARENT"
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
@@ -15,14 +17,19 @@ NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def start_node(name):
+def start_node(name, parameters=()):
     """Join the ROS graph as node ``name``; SIGINT, SIGTERM and SIGHUP end it in good order.
+
+    Raises ``ValueError`` for a parameter on the command line that neither the nodes read nor are
+    ``parameters``, names of more.
 
     rospy's own handlers shut down in the middle of whatever the main thread is at, and can so wait
     for a lock that it holds.  Here the shutdown has a thread of its own; ``rospy.is_shutdown()``
     tells the main loop.
     """
+    refuse_unknown(parameters)
     rospy.init_node(name, disable_signals=True)
+    warn_of_unknown(parameters)
     # As long as it is not set, rospy asks the master for it at each log message, and a node whose
     # master is out of reach hangs in the first.
     if not rospy.has_param(NO_TOPICS_IN_LOG):

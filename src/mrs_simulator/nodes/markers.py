@@ -193,8 +193,8 @@ def _place(marker, x, y, theta, ahead, left, up):
 
 def main():
     """Run the node ``markers``."""
-    start_node("markers")
     with refusing_bad_input("markers"):
+        start_node("markers")
         markers = Markers()
     run(markers.spin)
 

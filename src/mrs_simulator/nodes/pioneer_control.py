@@ -342,7 +342,8 @@ def run(protocol=None, argv=None):
     with refusing_bad_input("pioneer_control"):
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
-        lifecycle.start_node("pioneer_control")
+        own = [parameter.name for parameter in protocol.PARAMETERS]
+        lifecycle.start_node("pioneer_control", own)
         node = ControlNode(scenario, protocol)
     lifecycle.run(node.spin)
 

@@ -17,7 +17,7 @@ from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experim
 from mrs_simulator.core import formation
 from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.recording import RunError, read_run_csv
 from mrs_simulator.experiment import Experiment, main
 from mrs_simulator.reporting import FIGURES, begin_run, control_of, judged, read_run
 
@@ -350,3 +350,31 @@ def test_a_shipped_scenario_is_found_by_its_name_from_anywhere(tmp_path, monkeyp
     with pytest.raises(SystemExit) as ended:
         main(["no_such.yaml", "--out", "out"])
     assert ended.value.code == 2
+
+
+@pytest.mark.parametrize(
+    "content, said",
+    [
+        ("poses: [[0, 0, 0], [0.1, 0, 0]]", "wrong.yaml: robot1 and robot2 overlap"),
+        (
+            "poses: [[0, 0, 0]]\ncontrol: {parameters: {kk: 1}}",
+            "wrong.yaml: Formation: unknown 'kk'",
+        ),
+        ("poses: [[0, 0, 0]]\nlimts: none", "fidelity, limits, links"),
+    ],
+)
+def test_what_is_wrong_names_the_scenario(tmp_path, capsys, content, said):
+    (tmp_path / "wrong.yaml").write_text(content)
+    with pytest.raises(SystemExit) as ended:
+        main([str(tmp_path / "wrong.yaml"), "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2 and said in capsys.readouterr().err
+
+
+def test_files_that_cannot_be_used_are_named_once(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SystemExit) as ended:
+        main(["consensus.yaml", "--out", str(tmp_path / "file")])
+    said = capsys.readouterr().err
+    assert ended.value.code == 2 and said.endswith("file: is a file, wanted a directory\n")
+    with pytest.raises(RunError, match="run.csv: cannot be read: No such file or directory$"):
+        read_run_csv(str(tmp_path / "run.csv"))

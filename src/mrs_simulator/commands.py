@@ -15,5 +15,14 @@ def refusing_bad_input(program, *more):
     try:
         yield
     except (ValueError, OSError, *more) as error:
-        print("{}: {}".format(program, error), file=sys.stderr)
+        print("{}: {}".format(program, _said(error)), file=sys.stderr)
         sys.exit(BAD_INPUT)
+
+
+def _said(error):
+    """Return what ``error`` says, that of a file without its number."""
+    if isinstance(error, FileExistsError):  # where a directory was to be made
+        return "{}: is a file, wanted a directory".format(error.filename)
+    if isinstance(error, OSError) and error.filename is not None:
+        return "{}: {}".format(error.filename, error.strerror)
+    return error

@@ -82,5 +82,5 @@ def unknown_name(owner, name, known):
     """Return the message for a name that is not ``known``, with the nearest one that is."""
     near = difflib.get_close_matches(str(name), [str(k) for k in known], n=1)
     hint = "; did you mean {!r}?".format(near[0]) if near else ""
-    listing = ", ".join(sorted(str(k) for k in known)) or "none"
+    listing = ", ".join(sorted({str(k) for k in known})) or "none"
     return "{}: unknown {!r}{} (known: {})".format(owner, name, hint, listing)

@@ -53,7 +53,7 @@ def load_yaml(path):
     except (OSError, UnicodeDecodeError, ValueError) as error:
         if isinstance(error, ScenarioError):
             raise
-        raise ScenarioError("{}: cannot be read: {}".format(path, _reason(error))) from None
+        raise ScenarioError("{}: cannot be read: {}".format(path, reason(error))) from None
     return parse_yaml(text, path)
 
 
@@ -67,7 +67,7 @@ def parse_yaml(text, where):
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
         raise ScenarioError("{}{}: not valid YAML: {}".format(where, line, problem)) from None
     except (ValueError, OverflowError, RecursionError) as error:
-        raise ScenarioError("{}: not valid YAML: {}".format(where, _reason(error))) from None
+        raise ScenarioError("{}: not valid YAML: {}".format(where, reason(error))) from None
 
 
 class Section:
@@ -184,5 +184,6 @@ def _range(low, high):
     return " of at most {:g}".format(high) if high is not None else ""
 
 
-def _reason(error):
+def reason(error):
+    """Return why a file cannot be read, without its name and the error's number."""
     return getattr(error, "strerror", None) or str(error) or type(error).__name__

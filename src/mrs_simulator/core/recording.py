@@ -12,6 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.reading import reason
 from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
 
 COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
@@ -152,7 +153,7 @@ def read_run_csv(path, scenario=None):
         with open(path, encoding="ascii") as file:
             table = _number_table(file, path)
     except (OSError, UnicodeDecodeError) as error:
-        raise RunError("{}: cannot be read: {}".format(path, error)) from None
+        raise RunError("{}: cannot be read: {}".format(path, reason(error))) from None
     robots, samples = _shape_of(table, path)
     collisions, meta = _read_facts(path)
     table = table[: samples * len(robots)].reshape(samples, len(robots), len(COLUMNS))

@@ -69,19 +69,24 @@ class World:
     @classmethod
     def from_scenario(cls, scenario, **options):
         """Return the world that ``scenario`` describes; ``options``: others than a scenario has."""
-        return cls(
-            scenario.kinds,
-            scenario.poses,
-            obstacles=scenario.obstacles,
-            fidelity=scenario.fidelity,
-            limits=scenario.limits,
-            step=scenario.step,
-            cmd_vel_timeout=scenario.cmd_vel_timeout,
-            hand_length=scenario.hand_length,
-            odometry_kind=scenario.odometry,
-            seed=scenario.seed,
-            **options,
-        )
+        try:
+            return cls(
+                scenario.kinds,
+                scenario.poses,
+                obstacles=scenario.obstacles,
+                fidelity=scenario.fidelity,
+                limits=scenario.limits,
+                step=scenario.step,
+                cmd_vel_timeout=scenario.cmd_vel_timeout,
+                hand_length=scenario.hand_length,
+                odometry_kind=scenario.odometry,
+                seed=scenario.seed,
+                **options,
+            )
+        except WorldError as error:
+            if not scenario.path:
+                raise
+            raise WorldError("{}: {}".format(scenario.path, error)) from None
 
     def set_team(self, kinds, poses):
         """Replace all robots by new ones at rest; all or, with a ``WorldError``, none."""

@@ -240,6 +240,33 @@ print(gui.messages.toPlainText())
     assert "nonesuch" in output and "leaders = 3" in output
 
 
+def test_a_scenario_saved_elsewhere_finds_the_law_beside_the_first(gui, tmp_path):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "law.py").write_text(
+        "from mrs_simulator.control.pioneer_control import PioneerControl\n"
+        "class Law(PioneerControl): pass\n"
+    )
+    (tmp_path / "mine.yaml").write_text(
+        "poses: [[0, 0, 0], [2, 0, 0]]\ncontrol: {protocol: law.py}\n"
+    )
+    output = gui(
+        """
+gui.load(sys.argv[2] + "/mine.yaml")
+gui.save_scenario(sys.argv[2] + "/other/saved.yaml")
+kept = gui.save_settings()
+for again in (lambda: gui.load(sys.argv[2] + "/other/saved.yaml"),
+              lambda: gui.restore_settings(kept)):
+    gui.show_scenario(load_scenario(sys.argv[1]))
+    again()
+    assert type(gui.study.derived.control).__name__ == "Law"
+gui.save_scenario(sys.argv[2] + "/nowhere/saved.yaml")
+print(gui.messages.toPlainText())
+""",
+        tmp_path,
+    )
+    assert "not saved" in output and "nowhere" in output
+
+
 def test_another_protocol_takes_over_running_robots_and_starts_no_standing_ones(gui):
     gui(
         """

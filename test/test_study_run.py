@@ -191,3 +191,10 @@ def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
     run = read_run_csv(str(tmp_path / "run.csv"))
     assert run.collisions == ([] if real else [late._replace(time=1.5)])
     assert run.meta == ({"collisions_unknown": True} if real else {})
+
+
+def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):
+    run = study(processes=Processes(directory=tmp_path))
+    (tmp_path / "mrs_runs").write_text("a file")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert "mrs_runs" in run.do("bag") and not run.processes.running

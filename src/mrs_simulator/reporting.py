@@ -103,13 +103,19 @@ def begin_run(scenario, out, robots=None):
 
 
 def write_scenario(scenario, out):
-    """Write ``scenario.yaml`` beside the run, so that the run can be reported again, from anywhere."""
+    """Write ``scenario.yaml`` to ``out``, so that it can be run, or reported on, again; return its path."""
+    path = os.path.join(out, SCENARIO_FILE)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(from_anywhere(scenario).to_yaml())
+    return path
+
+
+def from_anywhere(scenario):
+    """Return ``scenario`` with a protocol's file beside it named so that it is found from anywhere."""
     control = scenario.control
     with contextlib.suppress(ProtocolError):  # a class given by the program, not by its name
         control = control._replace(protocol=located_protocol(control.protocol, scenario.path))
-    scenario = scenario._replace(control=control)
-    with open(os.path.join(out, SCENARIO_FILE), "w", encoding="utf-8") as file:
-        file.write(scenario.to_yaml())
+    return scenario._replace(control=control)
 
 
 def write_report(run, out, formats=("png", "pdf"), control=None):

@@ -13,7 +13,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
-from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control
+from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control, write_scenario
 from mrs_simulator.rqt_plugin.later import Later
 from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.study_state import StudyState, named
@@ -158,7 +158,10 @@ class StudyRun:
 
     def do(self, name, speed=1.0):
         """Do what the button called ``name`` says; return a message, or ""."""
-        return getattr(self, "_do_" + name)(speed)
+        try:
+            return getattr(self, "_do_" + name)(speed)
+        except OSError as error:  # a full disk, a directory that may not be written
+            return "{}: {}".format(name, error)
 
     def _do_simulate(self, speed):
         if self.link.is_fresh("stage"):
@@ -356,16 +359,7 @@ class StudyRun:
         return other.format(", ".join(kept)) if kept else ""
 
     def _written(self):
-        path = os.path.join(self.processes.directory, "scenario.yaml")
-        scenario = self.scenario
-        # A protocol's file named beside the scenario is named from here.
-        if scenario.path and ".py" in scenario.control.protocol:
-            beside = os.path.join(os.path.dirname(scenario.path), scenario.control.protocol)
-            if os.path.exists(beside.partition(":")[0]):
-                scenario = scenario._replace(control=scenario.control._replace(protocol=beside))
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(scenario.to_yaml())
-        return path
+        return write_scenario(self.scenario, self.processes.directory)
 
     def show_camera(self, on):
         """Start or end the camera's pictures."""

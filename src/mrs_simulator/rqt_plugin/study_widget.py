@@ -22,6 +22,7 @@ from python_qt_binding.QtWidgets import (
 
 from mrs_simulator.control.library import HOMES
 from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_yaml
+from mrs_simulator.reporting import from_anywhere
 from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
 from mrs_simulator.rqt_plugin.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
@@ -249,8 +250,12 @@ class StudyWidget(QWidget):
 
     def save_scenario(self, path):
         """Write the scenario as edited so far to the file at ``path``."""
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(self.scenario.to_yaml())
+        try:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(from_anywhere(self.scenario).to_yaml())
+        except OSError as error:
+            self.say("not saved: {}".format(error))
+            return
         self.say("saved {}".format(path))
 
     @guarded
@@ -514,7 +519,7 @@ class StudyWidget(QWidget):
     def save_settings(self):
         """Return what is to survive a restart, as texts by name."""
         return {
-            "scenario": self.scenario.to_yaml(),
+            "scenario": from_anywhere(self.scenario).to_yaml(),
             "across": " ".join(map(str, self._across.sizes())),
             "down": " ".join(map(str, self._right.sizes())),
             "shown": " ".join(name for name, button in self.shown.items() if button.isChecked()),

@@ -1,15 +1,21 @@
-"""Ctrl-C in the terminal of the host closes its windows from the event loop, never within a paint."""
+"""Ctrl-C closes the host's windows from the event loop, and ends what is only starting quietly."""
 
+import glob
 import os
 import signal
+import subprocess
+import sys
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import pytest
 from python_qt_binding.QtWidgets import QApplication
+from ros_fixtures import heed_interrupts
 
 from mrs_simulator.rqt_plugin.interrupts import defer_interrupts
 
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SCRIPTS = sorted(glob.glob(os.path.join(ROOT, "src", "mrs_simulator", "scripts", "*")))
 APP = QApplication.instance() or QApplication([])
 
 
@@ -38,3 +44,18 @@ def test_a_host_without_a_handler_keeps_its_own_way(closed):
         signal.signal(signal.SIGINT, own)
         defer_interrupts()
         assert signal.getsignal(signal.SIGINT) is own
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=os.path.basename)
+def test_an_interrupt_while_modules_load_shows_no_traceback(tmp_path, script):
+    (tmp_path / "mrs_simulator").mkdir()
+    loading = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n"
+    (tmp_path / "mrs_simulator" / "__init__.py").write_text(loading)
+    ended = subprocess.run(
+        [sys.executable, script],
+        env=dict(os.environ, PYTHONPATH=str(tmp_path)),
+        preexec_fn=heed_interrupts,
+        stderr=subprocess.PIPE,
+        timeout=60,
+    )
+    assert (ended.returncode, ended.stderr) == (-signal.SIGINT, b"")

@@ -114,7 +114,8 @@ def _with_progress(samples, scenario, wanted):
 def main(argv=None):
     """Run the command ``experiment``; exits with 0 passed, 1 failed verdict, 2 bad input."""
     arguments = _arguments(argv)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
     try:
         with refusing_bad_input("experiment"):
             if arguments.sweep:

@@ -63,6 +63,8 @@ class ControlNode:
         self._lock = threading.Lock()
         self._next, self._answered, self._begun = None, None, None
         self._all_heard = False  # with ~autostart it is waited for once
+        self._acted = 0.0  # [s] the time of the last command
+        self._told = None  # what the last status said of the controller itself
         self._warnings, self._jump = [], ""
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
         self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
@@ -72,8 +74,6 @@ class ControlNode:
         self._open_topics(real)
 
     def _open_topics(self, real):
-        self._acted = 0.0  # [s] the time of the last command
-        self._told = None  # what the last status said of the controller itself
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox

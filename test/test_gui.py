@@ -473,3 +473,11 @@ standalone.main()
         stderr=subprocess.STDOUT,
     )
     assert done.returncode == 0 and "painting goes on" in done.stdout.decode(), done.stdout
+
+
+def test_without_a_display_it_says_what_is_wanted():
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    environment = {name: value for name, value in os.environ.items() if name not in screens}
+    command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
+    done = subprocess.run(command, env=environment, timeout=60, stderr=subprocess.PIPE)
+    assert done.returncode == 2 and b"wanted DISPLAY set, or xvfb-run" in done.stderr

@@ -14,6 +14,7 @@ import rospy
 from python_qt_binding.QtCore import QSettings, QTimer
 from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
+from mrs_simulator.commands import BAD_INPUT
 from mrs_simulator.nodes.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.rqt_plugin.guard import guarded
 from mrs_simulator.rqt_plugin.interrupts import from_event_loop
@@ -24,6 +25,7 @@ from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 ARGUMENTS = dict(
     RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING
 )
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw
 MASTER_LIMIT = 15.0  # [s] for a master that is started here
 SIZE = (1280, 740)  # [px] of the window at first
 
@@ -65,6 +67,13 @@ def main():
     arguments, rest = parser.parse_known_args(rospy.myargv()[1:])
     if os.path.isdir(arguments.directory):
         os.chdir(arguments.directory)
+    if not any(os.environ.get(name) for name in SCREENS):
+        # Qt would abort.
+        print(
+            "mrs_gui: no display: wanted DISPLAY set, or xvfb-run before the command",
+            file=sys.stderr,
+        )
+        sys.exit(BAD_INPUT)
     application = QApplication([sys.argv[0]] + rest)
     _end_on_signals(application)
     master = None if rosgraph.is_master_online() else _start_master()

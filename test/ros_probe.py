@@ -11,7 +11,7 @@ import sys
 import threading
 
 import rospy
-from geometry_msgs.msg import Pose2D, Twist
+from geometry_msgs.msg import Pose2D, PoseStamped, Twist  # noqa: F401 expressions name it
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool

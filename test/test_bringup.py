@@ -251,3 +251,15 @@ def test_what_a_launch_before_has_left_on_the_master_is_forgotten(ros, tmp_path)
     verdict = launch(ros, tmp_path, "robots:=2", "duration:=1", "speed:=4")
     assert verdict["ended"] == "complete"
     assert read_run_csv(str(tmp_path / "run.csv")).command.any()
+
+
+def test_external_poses_can_be_rehearsed_with_odometry_from_zero(ros, tmp_path):
+    given = ["odometry:=wheel", "preset:=rosaria", "frame_source:=external", "speed:=4"]
+    ros.start("launch", ["roslaunch", "mrs_simulator", "simulation.launch", "robots:=2", *given])
+    probe = ros.probe()
+    probe.ask("listen('/robot2/pose', PoseStamped)")
+    probe.wait("'/robot2/pose' in newest and state('x')")
+    x = "newest['/robot2/pose'].pose.position.x"
+    # The state comes oftener than the pose, of a robot that moves at 0.75 m/s at most.
+    assert abs(probe.ask(x + " - state('x')[1]")) < 0.5
+    probe.wait("max(control('command_v') or [0]) > 0.0 and control('trouble') == ''")

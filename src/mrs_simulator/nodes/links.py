@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 
 from mrs_simulator.msg import TeamCommand, TeamOdometry
 from mrs_simulator.nodes.prompt import prompt_publisher
@@ -101,6 +101,28 @@ class RobotLink(Link):
         message = self._message
         message.stamp, message.planar, message.body = stamp, pose, twist
         self._publisher.publish(message)
+
+
+class TruePose:
+    """The true pose of one robot, as motion capture tells it."""
+
+    def __init__(self, name, frame):
+        """``name`` of the topic; ``frame``: the common one."""
+        self._publisher = rospy.Publisher(name, PoseStamped, queue_size=1, tcp_nodelay=True)
+        self._message = PoseStamped()
+        self._message.header.frame_id = frame
+
+    def publish(self, stamp, pose):
+        """Publish ``pose`` (x, y, theta)."""
+        message, where = self._message, self._message.pose
+        message.header.stamp = stamp
+        where.position.x, where.position.y = pose[:2]
+        where.orientation.z, where.orientation.w = math.sin(0.5 * pose[2]), math.cos(0.5 * pose[2])
+        self._publisher.publish(message)
+
+    def close(self):
+        """Withdraw the topic."""
+        self._publisher.unregister()
 
 
 class TeamLink(Link):

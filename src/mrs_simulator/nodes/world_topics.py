@@ -8,7 +8,8 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.msg import Collision, TeamState
-from mrs_simulator.nodes.links import TeamLink, transform
+from mrs_simulator.nodes.links import TeamLink, TruePose, transform
+from mrs_simulator.nodes.parameters import pattern_parameter
 from mrs_simulator.nodes.prompt import prompt_publisher
 
 CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
@@ -26,6 +27,8 @@ class WorldTopics:
         self._world, self._frames = world, frames
         self._real, self._new_link = real, new_link
         self.links = []
+        self._pose_topic = pattern_parameter("~pose_topic", "")
+        self._true_poses = {}  # TruePose by row
         self.collisions = 0
         self.clock_sent = 0.0  # [s] of wall time
         self._tf_sent = None
@@ -44,7 +47,16 @@ class WorldTopics:
             self.links.pop().close()
         for row in range(len(self.links), self._world.n):
             self.links.append(self._new_link(row))
+        self._follow_true_poses()
         self._publish_static_transforms()
+
+    def _follow_true_poses(self):
+        wanted = set(range(self._world.n)).difference(self._real) if self._pose_topic else set()
+        for row in set(self._true_poses) - wanted:
+            self._true_poses.pop(row).close()
+        for row in wanted.difference(self._true_poses):
+            name = self._pose_topic.replace("{}", str(row + 1))
+            self._true_poses[row] = TruePose(name, self._frames.world)
 
     def unlistened(self):
         """Return the rows of the robots whose odometry nobody hears."""
@@ -80,6 +92,8 @@ class WorldTopics:
         poses = poses.tolist()
         for link, pose, twist in zip(self.links, poses, twists.tolist()):
             link.publish(stamp, pose, twist)
+        for row, true_pose in self._true_poses.items():
+            true_pose.publish(stamp, self._world.pose[row].tolist())
         listeners = self._tf.get_num_connections()
         # tf complains of a stamp that it has had; at rest only a new listener is told.
         if listeners and (stamp, listeners) != self._tf_sent:

@@ -167,18 +167,17 @@ def test_a_running_history_is_drawn_four_times_a_second_at_most(panel):
     assert 2 <= panel.draws - drawn <= (monotonic() - begin) / 0.25 + 1.0
 
 
-def test_robots_are_chosen_by_the_field_and_by_the_method(panel):
+def test_robots_are_chosen_by_the_field(panel):
     panel.set_history(make_history(5, n=9))
     settle(panel)
     QTest.keyClicks(panel._field, "1-3, 7")
     settle(panel)
     legend = [text.get_text() for text in panel._plot.axes.get_legend().get_texts()]
     assert legend == ["1", "2", "3", "7"] and len(lines(panel)) == 4
-    panel.set_robots_shown([9, 4, 5])
+    panel._field.setText("9, 4-5")
     settle(panel)
-    assert panel._field.text() == "4-5, 9"
     assert lines(panel)[0].get_ydata()[0] == 4.0
-    panel.set_robots_shown(None)
+    panel._field.clear()
     settle(panel)
     assert len(lines(panel)) == 9
 
@@ -186,7 +185,7 @@ def test_robots_are_chosen_by_the_field_and_by_the_method(panel):
 @pytest.mark.parametrize("text, reason", [("1-", "range"), ("x", "x"), ("3-1", "smaller")])
 def test_a_wrong_choice_is_framed_explained_and_without_effect(panel, text, reason):
     panel.set_history(make_history(5))
-    panel.set_robots_shown([2])
+    panel._field.setText("2")
     panel._field.setText(text)
     settle(panel)
     assert reason in panel._field.toolTip() and "border" in panel._field.styleSheet()
@@ -198,7 +197,7 @@ def test_a_wrong_choice_is_framed_explained_and_without_effect(panel, text, reas
 def test_a_robot_that_is_not_in_the_team_is_named(panel):
     panel.set_history(make_history(5))
     settle(panel)
-    panel.set_robots_shown([2, 8])
+    panel._field.setText("2, 8")
     settle(panel)
     assert "8" in panel._field.toolTip() and len(lines(panel)) == 1
 

@@ -104,12 +104,12 @@ def test_what_is_not_allowed_is_not_sent(panel, text):
     assert "overshoots" in note
     assert panel.values()["k"] == 0.02
     # The same values in force, told again, do not hide the reason.
-    panel.set_values(DEFAULTS)
+    panel._form.set_values(DEFAULTS)
     assert notes(panel) == [note] and k.text() == text
     field(panel, "T").setFocus()
-    panel.set_values(DEFAULTS)
+    panel._form.set_values(DEFAULTS)
     assert notes(panel) == [note] and k.text() == text
-    panel.set_values({"k": 0.03})
+    panel._form.set_values({"k": 0.03})
     assert notes(panel) == [] and k.text() == "0.03"
 
 
@@ -141,29 +141,29 @@ def test_escape_gives_the_value_in_force_back(panel):
 def test_values_in_force_do_not_overwrite_typing(panel):
     k, c = field(panel, "k"), field(panel, "c")
     type_into(k, "0.5", end=None)
-    panel.set_values(dict(DEFAULTS, k=0.03, c=4, closure="cycle"))
+    panel._form.set_values(dict(DEFAULTS, k=0.03, c=4, closure="cycle"))
     assert k.text() == "0.5"
     assert c.text() == "4"
     assert field(panel, "closure").currentText() == "cycle"
     assert panel.sent == []
     QTest.keyClick(k, Qt.Key_Return)
     assert panel.sent == [dict(DEFAULTS, k=0.5, c=4.0, closure="cycle")]
-    panel.set_values({"k": 0.03})
+    panel._form.set_values({"k": 0.03})
     assert k.text() == "0.03", "finished: what is in force is shown again"
 
 
 def test_values_in_force_that_cannot_be_are_said(panel):
-    panel.set_values({"k": None, "T": float("nan"), "unknown": 3, "c": 3.0})
+    panel._form.set_values({"k": None, "T": float("nan"), "unknown": 3, "c": 3.0})
     assert field(panel, "k").text() == "0.02"
     assert field(panel, "c").text() == "3"
     assert [note[:5] for note in notes(panel)] == ["k = N", "T = n"]
     assert panel.values() == dict(DEFAULTS, c=3.0)
-    panel.set_values(DEFAULTS)
+    panel._form.set_values(DEFAULTS)
     assert notes(panel) == []
 
 
 def test_numbers_keep_all_their_digits(panel):
-    panel.set_values({"k": 0.1 + 0.2})
+    panel._form.set_values({"k": 0.1 + 0.2})
     k = field(panel, "k")
     k.setFocus()
     QTest.keyClick(k, Qt.Key_Return)
@@ -179,7 +179,7 @@ def test_a_choice_is_sent_when_chosen(panel):
 
 
 def test_defaults(panel):
-    panel.set_values({"k": 0.5, "closure": "path"})
+    panel._form.set_values({"k": 0.5, "closure": "path"})
     type_into(field(panel, "T"), "-1")
     press(panel, "Defaults")
     assert panel.sent == [DEFAULTS]
@@ -212,11 +212,11 @@ def test_a_whole_number_being_typed_is_not_overwritten(panel):
     panel.set_parameters(OWN, {})
     horizon = field(panel, "horizon")
     type_into(horizon, "3", end=None)
-    panel.set_values({"horizon": 9})
+    panel._form.set_values({"horizon": 9})
     assert horizon.text() == "3"
     QTest.keyClick(horizon, Qt.Key_Return)
     assert panel.sent[-1]["horizon"] == 3
-    panel.set_values({"horizon": 9})
+    panel._form.set_values({"horizon": 9})
     assert horizon.text() == "9"
 
 

@@ -309,6 +309,15 @@ def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(stu
     assert wait_until(theory)[1][0] > 0.0
 
 
+@pytest.mark.parametrize("what", ["trails", "targets", "edges", "numbers"])
+def test_the_maps_buttons_hide_what_they_name_and_show_it_again(study, what):
+    button = study.shown[what]
+    assert button.isChecked() and study.map._shown[what]
+    for shown_ in (False, True):
+        button.click()
+        assert study.map._shown == dict(dict.fromkeys(study.map._shown, True), **{what: shown_})
+
+
 def test_a_picture_that_comes_late_is_not_shown(study):
     tabs, view = study.results_tabs, study.view
     tabs.setCurrentWidget(view)

@@ -78,17 +78,6 @@ def parse_robots(text):
     return tuple(ranges)
 
 
-def name_robots(numbers):
-    """Return ``numbers`` as the text that ``parse_robots`` reads."""
-    ranges = []
-    for number in sorted(set(numbers)):
-        if ranges and number == ranges[-1][1] + 1:
-            ranges[-1][1] = number
-        else:
-            ranges.append([number, number])
-    return ", ".join("{}-{}".format(a, b) if a < b else str(a) for a, b in ranges)
-
-
 class ErrorCurve:
     """The formation error of a history that grows: each of its samples is computed once."""
 

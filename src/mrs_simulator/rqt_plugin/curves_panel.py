@@ -64,8 +64,8 @@ class CurvesPanel(QWidget):
         self._take_look()
 
     def set_history(self, history):
-        """Show ``history``, a ``study.History`` that may go on growing; None: nothing."""
-        self._history, self._dirty = History() if history is None else history, True
+        """Show ``history``, a ``study.History`` that may go on growing."""
+        self._history, self._dirty = history, True
 
     def set_prediction(self, time, error):
         """Draw theory's ``error`` [m] at ``time`` [s] of the run over its own; None, None: no theory."""
@@ -79,11 +79,6 @@ class CurvesPanel(QWidget):
     def set_error(self, function):
         """Set the formation error: a function of poses (m, n, 3) to (m,) [m], or None."""
         self._error, self._dirty = ErrorCurve(function), True
-
-    def set_robots_shown(self, numbers):
-        """Draw the curves of the robots ``numbers`` only; None: all."""
-        self._field.setText(curves.name_robots(numbers or ()))
-        self._field.setCursorPosition(0)
 
     def _make_controls(self):
         self._tabs, self._field, self._follow = QTabBar(), QLineEdit(), QCheckBox("Follow")

@@ -20,6 +20,7 @@ SHOWN = (
     ("trails", "Trails", "trajectories so far"),
     ("targets", "Targets", "where the protocol wants the robots"),
     ("edges", "Graph", "who hears whom"),
+    ("numbers", "Numbers", "the robots' numbers"),
 )
 POSES_TIP = MODES[1][2]
 

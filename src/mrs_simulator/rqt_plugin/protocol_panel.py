@@ -169,10 +169,6 @@ class ProtocolPanel(QWidget):
         self._empty.setVisible(not parameters)
         self._defaults.setEnabled(bool(parameters))
 
-    def set_values(self, values):
-        """Show the values in force, except in a field being edited; no signal."""
-        self._form.set_values(values)
-
     def values(self):
         """Return the values in force, or as last sent."""
         return self._form.values()

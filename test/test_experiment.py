@@ -378,3 +378,10 @@ def test_files_that_cannot_be_used_are_named_once(tmp_path, capsys):
     assert ended.value.code == 2 and said.endswith("file: is a file, wanted a directory\n")
     with pytest.raises(RunError, match="run.csv: cannot be read: No such file or directory$"):
         read_run_csv(str(tmp_path / "run.csv"))
+
+
+def test_robots_that_the_scenario_does_not_have_are_told_of(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["consensus.yaml", "--out", str(tmp_path), "--robots", "8", "--duration", "0.2"])
+    said = capsys.readouterr().err
+    assert "robots 7 to 8 are not in the scenario: put where there is room, without edges" in said

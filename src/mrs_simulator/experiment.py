@@ -159,11 +159,20 @@ def _sweep(arguments):
 def _scenario(arguments):
     scenario = load_scenario(scenario_path(arguments.scenario))
     if arguments.robots is not None:
+        _tell_added(scenario, arguments.robots)
         scenario = scenario.with_robots(arguments.robots)
     if arguments.protocol:
         scenario = scenario.with_protocol(arguments.protocol)
     given = _given(arguments, ("duration", "fidelity", "seed"))
     return scenario.changed(**given) if given else scenario
+
+
+def _tell_added(scenario, robots):
+    """Say on stderr what robots that the scenario does not have begin with, and that they lack edges."""
+    if robots > scenario.n:
+        lonely = ", without edges of the topology" if scenario.topology else ""
+        text = "experiment: robots {} to {} are not in the scenario: put where there is room{}"
+        print(text.format(scenario.n + 1, robots, lonely), file=sys.stderr)
 
 
 def _given(arguments, names):

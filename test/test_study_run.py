@@ -7,9 +7,12 @@ import pytest
 from protocol_fixtures import shipped
 from ros_fixtures import wait_until
 
+from mrs_simulator.core.interruptions import Interruptions, failure
 from mrs_simulator.core.recording import Collision, read_run_csv
 from mrs_simulator.rqt_plugin.study import History, Snapshot
 from mrs_simulator.rqt_plugin.study_run import StudyRun
+
+FAILED = failure(ValueError("no"))
 
 
 class Link:
@@ -17,6 +20,7 @@ class Link:
 
     def __init__(self, snapshot=None, **heard):
         self._snapshot, self.heard, self.asked = snapshot, heard, []
+        self.controller, self.first_stamp = Interruptions(), lambda: 0.0
 
     def newest(self, name):
         return self.heard.get(name)
@@ -190,7 +194,24 @@ def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
     work()
     run = read_run_csv(str(tmp_path / "run.csv"))
     assert run.collisions == ([] if real else [late._replace(time=1.5)])
-    assert run.meta == ({"collisions_unknown": True} if real else {})
+    assert run.meta == dict({"warnings": []}, **({"collisions_unknown": True} if real else {}))
+
+
+def test_a_saved_run_tells_what_its_controller_said(tmp_path):
+    history, link = History(), Link()
+    pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
+    for second in range(9):  # the run begins with the command at 1 s
+        command = np.full((2, 2), 0.1 * (second > 0))
+        history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset()))
+    for stamp, text in ((0.0, "not started"), (1.0, ""), (3.0, "late"), (4.5, ""), (7.5, FAILED)):
+        link.controller.note(stamp, not text, text)
+    study("paper_four", link).save(history, str(tmp_path))
+    ((_, _, work),) = [asked for asked in link.asked if asked[:2] == ("do", "save")]
+    work()
+    meta = read_run_csv(str(tmp_path / "run.csv")).meta
+    assert meta["ended"] == "at 6.500 s " + FAILED
+    (warning,) = meta["warnings"]
+    assert "2 times, 2.0 s in all: late; " + FAILED in warning
 
 
 def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):

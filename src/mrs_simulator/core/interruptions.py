@@ -19,13 +19,24 @@ class Interruptions:
         self._told = []  # [(stamp [s], trouble, "" while it gives commands)]
 
     def note(self, stamp, running, trouble):
-        """Take in what the controller says at ``stamp`` [s]."""
-        self._told.append((stamp, trouble or ("" if running else "stopped")))
+        """Take in what the controller says at ``stamp`` [s]; a time that went back begins anew."""
+        said = stamp, trouble or ("" if running else "stopped")
+        if self._told and stamp < self._told[-1][0]:
+            self._told = []
+        kinds = [(bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._told[-1:], said]]
+        if len(kinds) == 1 or kinds[0] != kinds[1]:
+            self._told.append(said)
 
     def failed(self):
         """Return ``(stamp, text)`` of a failed law, None if the newest that was said is no such."""
         newest = self._told[-1] if self._told else (0.0, "")
         return newest if newest[1].startswith(LAW_FAILED) else None
+
+    def ended(self, begin):
+        """Return when and how the law of a run that began at ``begin`` [s] failed, or ""."""
+        failed = self.failed()
+        after = max(0.0, failed[0] - begin) if failed else 0.0
+        return "at {:.3f} s {}".format(after, failed[1]) if failed else ""
 
     def warnings(self, begin, end):
         """Return what a reader of a run from ``begin`` to ``end`` [s] is to know, a list of texts."""

@@ -72,10 +72,7 @@ class RunRecorder:
 
     def _failed(self):
         """Return when and how the law failed, or ""."""
-        failed = self.controller.failed()
-        if failed is None or self._start is None:
-            return failed[1] if failed else ""
-        return "at {:.3f} s {}".format(max(0.0, failed[0] - self._start), failed[1])
+        return self.controller.ended(np.inf if self._start is None else self._start)
 
     def _broken(self, sample, heard):
         """Return why the run cannot go on, or ""."""

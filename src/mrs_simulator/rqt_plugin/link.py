@@ -12,6 +12,7 @@ from rospy.impl.registration import Registration, get_registration_listeners
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
 
+from mrs_simulator.core.interruptions import Interruptions
 from mrs_simulator.core.recording import Collision as RunCollision
 from mrs_simulator.msg import Camera, Collision, ControlStatus, RobotSpec, StageStatus, TeamState
 from mrs_simulator.rqt_plugin import errands
@@ -43,7 +44,9 @@ class RosLink:
         self._newest, self._heard = {}, {}
         self._samples, self._collisions = deque(maxlen=MOST_WAITING), deque(maxlen=1000)
         self._errands, self._robots, self._emergency = Errands(), RobotsLink(), StopTopic()
+        self.controller = Interruptions()
         self._told = None, False, (), None  # the last snapshot, after what it was made of
+        self.first_stamp = self._robots.first_stamp
         self.set_starts, self.odometry_topics = self._robots.set_starts, self._robots.topics
         self.do, self.take_results = self._errands.do, self._errands.take_results
         self.set_emergency = self._emergency.set
@@ -59,6 +62,9 @@ class RosLink:
 
     def _keep(self, message, name):
         with self._lock:
+            if name == "control":
+                stamp = message.header.stamp.to_sec()
+                self.controller.note(stamp, message.running, message.trouble)
             self._newest[name], self._heard[name] = message, time.monotonic()
 
     def _on_state(self, message):

@@ -34,6 +34,10 @@ class RobotsLink:
         """Return ``{number: topic}`` of the robots that are listened to."""
         return {n: s.resolved_name for n, s in list(self._subscribers.items())}
 
+    def first_stamp(self):
+        """Return the stamp [s] of what was heard first, from which real robots' time counts."""
+        return self._first
+
     def subscribers(self):
         """Return the subscribers."""
         return list(self._subscribers.values())

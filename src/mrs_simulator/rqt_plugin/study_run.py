@@ -410,8 +410,7 @@ class StudyRun:
         collisions = [
             c._replace(time=c.time - when[0]) for c in history.collisions if c.time >= when[0]
         ]
-        # Of robots that are all real nobody tells.
-        meta = {"collisions_unknown": True} if history.real.issuperset(numbers) else {}
+        meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
 
         def work():
@@ -425,6 +424,15 @@ class StudyRun:
             return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
 
         self.link.do("save", work)
+
+    def _told(self, begin, end, real):
+        """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
+        controller, origin = self.link.controller, self.link.first_stamp() if real else 0.0
+        meta = {"warnings": controller.warnings(origin + begin, origin + end)}
+        ended = controller.ended(origin + begin)
+        meta.update({"ended": ended} if ended else {})
+        # Nobody tells of real robots' collisions.
+        return dict(meta, collisions_unknown=True) if real else meta
 
     # The end -------------------------------------------------------------------------------------
 

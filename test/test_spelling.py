@@ -30,6 +30,14 @@ def test_a_name_that_nothing_reads_is_refused(monkeypatch, argument, said):
         spelling.refuse_unknown(["gain"])
 
 
+def test_a_law_of_ones_own_may_read_more(monkeypatch):
+    monkeypatch.setattr("sys.argv", ["node", "_colour:=red"])
+    spelling.refuse_unknown(["gain"], foreign=True)
+    monkeypatch.setattr("sys.argv", ["node", "_v_mx:=0.2"])
+    with pytest.raises(ValueError, match="did you mean 'v_max'"):
+        spelling.refuse_unknown(["gain"], foreign=True)
+
+
 def test_parameters_remappings_and_what_roslaunch_adds_are_taken(monkeypatch):
     given = (
         "__name:=n __log:=l _v_max:=0.2 _gain:=1 _scenario:=x robot1/odom:=/a /b:=/c odom:=d tf:=e"

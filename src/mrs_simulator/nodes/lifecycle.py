@@ -17,17 +17,17 @@ NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def start_node(name, parameters=()):
+def start_node(name, parameters=(), foreign=False):
     """Join the ROS graph as node ``name``; SIGINT, SIGTERM and SIGHUP end it in good order.
 
     Raises ``ValueError`` for a parameter on the command line that neither the nodes read nor are
-    ``parameters``, names of more.
+    ``parameters``, names of more; a law of one's own may read ``foreign`` ones.
 
     rospy's own handlers shut down in the middle of whatever the main thread is at, and can so wait
     for a lock that it holds.  Here the shutdown has a thread of its own; ``rospy.is_shutdown()``
     tells the main loop.
     """
-    refuse_unknown(parameters)
+    refuse_unknown(parameters, foreign)
     rospy.init_node(name, disable_signals=True)
     warn_of_unknown(parameters)
     # As long as it is not set, rospy asks the master for it at each log message, and a node whose

@@ -343,7 +343,8 @@ def run(protocol=None, argv=None):
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
         own = [parameter.name for parameter in protocol.PARAMETERS]
-        lifecycle.start_node("pioneer_control", own)
+        foreign = protocol.__module__.partition(".")[0] != "mrs_simulator"
+        lifecycle.start_node("pioneer_control", own, foreign)
         node = ControlNode(scenario, protocol)
     lifecycle.run(node.spin)
 

@@ -20,10 +20,11 @@ PARAMETERS = frozenset(RUN_ARGUMENTS).union(_NAMES.split())
 ALIKE = 0.75  # of 1, from which on a name is taken for another one misspelt
 
 
-def refuse_unknown(more=()):
+def refuse_unknown(more=(), foreign=False):
     """Raise ``ValueError`` for a ``_name:=`` that is no parameter, and for a ``name:=`` that is one.
 
-    ``more``: names that count as parameters, besides ``PARAMETERS``.
+    ``more``: names that count as parameters, besides ``PARAMETERS``; ``foreign``: a law of one's own
+    may read others, as long as they are not like one of these.
     """
     known = PARAMETERS.union(more)
     for argument in sys.argv[1:]:
@@ -35,7 +36,7 @@ def refuse_unknown(more=()):
             if near:
                 text = "{}: this would rename a topic; for the parameter wanted _{}:={}"
                 raise ValueError(text.format(argument, near, value))
-        elif name[1:] not in known:
+        elif name[1:] not in known and (not foreign or _nearest(name[1:], known)):
             raise ValueError(unknown_name(argument, name[1:], known))
 
 

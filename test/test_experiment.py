@@ -223,6 +223,15 @@ def test_a_law_that_fails_at_once_is_reported_too(tmp_path):
     assert not verdict["passed"] and (tmp_path / "trajectories.png").exists()
 
 
+def test_a_team_that_is_driven_apart_is_reported_as_far_as_it_went(tmp_path):
+    scenario = shipped("consensus")
+    parameters = dict(scenario.control.parameters, gain=40.0)
+    apart = with_control(scenario.changed(fidelity="point_mass"), parameters=parameters)
+    verdict = run_experiment(apart, str(tmp_path))
+    assert "m away: the team is driven apart" in verdict["ended"] and not verdict["passed"]
+    assert (tmp_path / "trajectories.png").exists()
+
+
 class Forward(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {number: make_twist(0.1, 0.0) for number in pos_map}

@@ -13,7 +13,7 @@ from mrs_simulator.commands import refusing_bad_input
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.core.interruptions import failure
 from mrs_simulator.core.recording import read_run_csv, write_facts
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.scenario import FARTHEST, load_scenario
 from mrs_simulator.core.verdict import verdict_text
 from mrs_simulator.reporting import begin_run, make_control, write_report
 from mrs_simulator.shipped import scenario_path
@@ -51,10 +51,18 @@ class Experiment:
             if step % scenario.steps_per_command == 0:
                 world.set_commands(EVERY, self._command(world.estimate()))
             if step % scenario.steps_per_record == 0:
+                self._check_near(world)
                 yield world.time, world.pose, world.command
             if step < steps:
                 world.step()
                 self.collisions.extend(world.take_collisions())
+
+    def _check_near(self, world):
+        far = np.flatnonzero(~(np.abs(world.pose[:, :2]) <= FARTHEST).all(axis=1))
+        if len(far):
+            world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
+            text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
+            raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
 
     def _command(self, pose):
         try:
@@ -86,9 +94,9 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
             world = experiment.world
             if world.time == 0.0:  # where the robots stand is known all the same
                 recorder.sample(world.time, world.pose, world.command)
-            traceback.print_exception(
-                type(error.__cause__), error.__cause__, error.__cause__.__traceback__
-            )
+            if error.__cause__:
+                cause = error.__cause__
+                traceback.print_exception(type(cause), cause, cause.__traceback__)
     wall = time.monotonic() - started
     meta = {
         "real_time_factor": experiment.world.time / wall,

@@ -11,7 +11,7 @@ import pytest
 from ros_fixtures import wait_until
 
 from mrs_simulator.experiment import main
-from mrs_simulator.sweep import SweepError, make_runs, read_axis, run_sweep
+from mrs_simulator.sweep import PROTOCOL, SweepError, make_runs, read_axis, run_sweep
 from mrs_simulator.workers import on_cores
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -72,6 +72,22 @@ def test_a_sweep_in_parallel_gives_a_table_and_a_figure(tmp_path):
     assert float(table[0]["settle_time"]) == pytest.approx(35.4, abs=0.2)
     assert float(table[2]["settle_time"]) < float(table[0]["settle_time"])
     assert (tmp_path / "sweep.pdf").exists()
+
+
+def test_a_law_that_was_edited_is_run_again(tmp_path):
+    law, text = (
+        tmp_path / "law.py",
+        (
+            "from mrs_simulator import PioneerControl\n\n\nclass Law(PioneerControl):\n"
+            "    def pointMassLaw(self, hand):\n        return 0.0 * hand\n"
+        ),
+    )
+    names = []
+    for added in ("", "\n\n# another\n", ""):
+        law.write_text(text + added)
+        ((name, _, _),) = make_runs(FOUR, [("seed", [1])], {PROTOCOL: str(law)})
+        names.append(name)
+    assert names[0] == names[2] != names[1]
 
 
 def test_what_was_finished_is_not_run_again(tmp_path):

@@ -9,7 +9,7 @@ import os
 import re
 from collections import Counter
 
-from mrs_simulator.control.loading import located_protocol
+from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.reporting import make_control
@@ -131,10 +131,15 @@ def _put(content, key, value):
 
 
 def _name(values, scenario):
-    """Return a directory name: readable, and other whenever anything of the scenario is."""
+    """Return a directory name: readable, and other whenever anything of scenario or law is."""
     shown = "_".join("{}={}".format(k.rpartition(".")[2], v) for k, v in values.items())
     readable = re.sub(r"[^A-Za-z0-9=.+-]+", "-", shown)[:60]
-    key = hashlib.sha256(scenario.to_yaml().encode()).hexdigest()[:10]
+    content = scenario.to_yaml().encode()
+    law = protocol_file(scenario.control.protocol, scenario.path)
+    if law:
+        with open(law, "rb") as file:
+            content += file.read()
+    key = hashlib.sha256(content).hexdigest()[:10]
     return "{}_{}".format(readable, key)
 
 

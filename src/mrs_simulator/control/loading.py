@@ -63,10 +63,14 @@ def load_protocol(name, beside=""):
 
 def located_protocol(name, beside=""):
     """Return ``name`` with a file's absolute path, so that it means the same from anywhere."""
-    source, class_name = _split(name)
-    if name in HOMES or not source.endswith(".py"):
-        return name
-    return ":".join(filter(None, (_located(source, beside), class_name)))
+    path = protocol_file(name, beside)
+    return ":".join(filter(None, (path, _split(name)[1]))) if path else name
+
+
+def protocol_file(name, beside=""):
+    """Return the absolute path of the file that the protocol ``name`` names, "" if it names none."""
+    source, _ = _split(name)
+    return "" if name in HOMES or not source.endswith(".py") else _located(source, beside)
 
 
 def _split(name):

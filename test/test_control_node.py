@@ -171,10 +171,14 @@ def test_a_law_that_breaks_on_the_way_stops_the_robots(ros, law):
 
 @pytest.fixture
 def hung(ros, law, tmp_path):
+    return hang(ros, law, tmp_path)
+
+
+def hang(ros, law, tmp_path, *arguments):
     """Return control node and probe of a team that moves while its law hangs until a file is gone."""
     ros.node("stage", "--robots", 2, "_cmd_vel_timeout:=1000")
     text = HANGING.format(str(tmp_path))
-    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(text))
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(text), *arguments)
     probe = ros.probe()
     moving(probe, 2)
     (tmp_path / "hang").touch()
@@ -199,6 +203,18 @@ def test_the_nodes_last_zeros_wait_for_no_law(hung, tmp_path):
     (tmp_path / "hang").unlink()
     assert control.wait(PATIENCE) is not None
     assert probe.ask("max(map(abs, state('vx') + state('omega')))") == 0.0
+
+
+def test_real_robots_stop_when_their_law_hangs(ros, law, tmp_path):
+    patient = ("_odom_timeout:=1000", "_stuck_time:=0", "_resume:=true")
+    control, probe = hang(ros, law, tmp_path, "_real:=1,2", *patient)
+    at_rest(probe)
+    (tmp_path / "hang").unlink()
+    probe.wait("'took too long' in (control('trouble') or '')")
+    assert not probe.ask("control('running')") and "took too long" in log_of(control)
+    at_rest(probe)
+    probe.wait("call('/pioneer_control/start', Trigger)[0]")
+    moving(probe, 2)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -95,3 +95,19 @@ def test_a_new_connection_to_a_real_robot_that_was_driven_begins_with_zeros(monk
     assert firsts[0] is None and firsts[1]() is None
     commands.publish(FORWARD)
     assert firsts[1]().command == (0.0, 0.0)
+
+
+def test_it_shuts_itself_when_a_moving_robot_is_told_nothing(topics):
+    now = [0.0]
+    outlet = Outlet(topics, 2, clock=lambda: now[0])
+    outlet.open()
+    outlet.send(FORWARD)
+    now[0] = 0.9
+    assert not outlet.shut_if_stalled(1.0) and not outlet.stalled
+    now[0] = 1.1
+    assert outlet.shut_if_stalled(1.0) and not outlet.shut_if_stalled(1.0)
+    outlet.send(FORWARD)  # which the law has brought at last
+    assert outlet.stalled and topics.published[1:] == [STAND.tolist()] * 2
+    outlet.open()
+    now[0] = 9.0
+    assert not outlet.stalled and not outlet.shut_if_stalled(1.0)  # they stand

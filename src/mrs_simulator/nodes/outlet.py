@@ -26,12 +26,13 @@ class Outlet:
         self._lock = threading.Lock()
         self._moved = self._sent = -math.inf
         self._open, self.emergency = False, False
+        self.stalled = False  # whether it shut itself since it was opened
         self.command = np.zeros((n, 2))  # [m/s, rad/s] the last that was sent
 
     def open(self):
         """Let commands pass, unless there is an emergency."""
         with self._lock:
-            self._open = not self.emergency
+            self._open, self.stalled = not self.emergency, False
 
     def shut(self):
         """Stop the robots, until it is opened."""
@@ -50,6 +51,16 @@ class Outlet:
         """Publish ``command`` (n, 2) [m/s, rad/s], or zeros while it is shut."""
         with self._lock:
             self._publish(command if self._open else np.zeros_like(command))
+
+    def shut_if_stalled(self, patience):
+        """Stop robots that move by a command older than ``patience`` [s]; return whether it did."""
+        with self._lock:
+            late = self._open and self._clock() - self._sent > patience
+            if late and self.command.any():
+                self._open, self.stalled = False, True
+                self._publish(np.zeros_like(self.command))
+                return True
+        return False
 
     def insist(self):
         """To be called all the time: tell real robots that were stopped to stand, lest one missed it."""

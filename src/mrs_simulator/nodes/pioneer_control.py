@@ -36,6 +36,8 @@ NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 STATUS_PERIOD = 0.5  # [s] of wall time
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
+STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
+STALLED = "the law took too long for its command: see to it"
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
 
 
@@ -95,6 +97,8 @@ class ControlNode:
         self._reconfigure = ParameterServer(self.control, self._lock)
         self._emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop)
         rospy.on_shutdown(self._on_shutdown)
+        if real and not self.dry_run:
+            threading.Thread(target=self._watch, daemon=True).start()
 
     # The main loop -------------------------------------------------------------------------------
 
@@ -194,6 +198,9 @@ class ControlNode:
             self._stop(failure(error))
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
             return
+        if self.outlet.stalled:
+            self._stop("{}, {}".format(STALLED, START.format(rospy.resolve_name("~start"))))
+            return
         self._compute_time = time.perf_counter() - started
         if (self.trouble or begins) and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", type(self.control).__name__)
@@ -218,6 +225,13 @@ class ControlNode:
             self._last["report"] = time.monotonic()
             text = "robots stopped: " if moving else "waiting: "
             (rospy.logerr if moving else rospy.loginfo)("pioneer_control: %s%s", text, trouble)
+
+    def _watch(self):
+        """Stop real robots whose law hangs: not every driver stops them by itself."""
+        while not rospy.is_shutdown():
+            time.sleep(NAP)
+            if self.outlet.shut_if_stalled(max(STALL, 2.0 * self.period)):
+                rospy.logerr("pioneer_control: robots stopped: %s", STALLED)
 
     def _stop(self, reason):
         self.running, self.trouble = False, reason

@@ -160,7 +160,8 @@ class Probe:
         return wait_until(value, limit)
 
     def wait_simulated(self, seconds, limit=PATIENCE):
-        """Wait until simulated time has gone on by ``seconds``."""
+        """Wait until simulated time has gone on by ``seconds``, and the stage's state was heard."""
+        self.wait("state('x') is not None")
         begin = self.wait("now()")
         self.wait("now() >= {!r}".format(begin + seconds), limit)
 

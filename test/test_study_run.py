@@ -8,7 +8,9 @@ from protocol_fixtures import shipped
 from ros_fixtures import wait_until
 
 from mrs_simulator.core.interruptions import Interruptions, failure
+from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Collision, read_run_csv
+from mrs_simulator.reporting import make_control, predicted_settling
 from mrs_simulator.rqt_plugin.study import History, Snapshot
 from mrs_simulator.rqt_plugin.study_run import StudyRun
 
@@ -103,11 +105,28 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
 
 def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bearable():
     run = study("paper")
-    when, error = wait_until(run.take_prediction)[0]
+    when, error, settling = wait_until(run.take_prediction)[0]
     assert len(when) == len(error) and when[-1] == run.scenario.duration
+    assert settling == "49.6 s, its settling time"  # the verdict's own prediction
     assert run.set_parameters({"T": 1e-4, "k": 1e-4}) == ""
-    when, error = wait_until(run.take_prediction)[0]
+    when, error, settling = wait_until(run.take_prediction)[0]
     assert when[-1] == pytest.approx(2e6 / 7 * 1e-4) and len(error) == len(when)
+    assert settling == ""
+
+
+@pytest.mark.parametrize(
+    "name, parameters, told",
+    [
+        ("discrete_consensus", {}, "s to 2 %, at "),
+        ("consensus", {"gain": 0.2}, "s to 2 %, at 0.2"),
+        ("consensus", {"gain": -1.0}, ""),  # its condition does not hold
+        ("flocking", {}, ""),
+    ],
+)
+def test_the_settling_is_what_the_protocol_claims(name, parameters, told):
+    control = make_control(shipped(name, parameters))
+    settling = predicted_settling(control, hand_points(shipped(name).poses, control.l))
+    assert settling == told or (told and told in settling)
 
 
 # What runs follows -------------------------------------------------------------------------------

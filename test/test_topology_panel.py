@@ -32,16 +32,17 @@ def click(panel, text):
     QTest.mouseClick(button, Qt.LeftButton)
 
 
-def test_a_preset_gives_lambda_2_and_the_predicted_time(panel):
+def test_a_preset_gives_lambda_2_beside_the_predicted_time(panel):
     panel._preset.setCurrentText("path")
     click(panel, "Make")
     edges, directed = panel.changes[-1]
     assert [edge[:2] for edge in edges] == [(1, 2), (2, 3), (3, 4)] and not directed
     slowest = 2.0 * (1.0 - math.cos(math.pi / 4))  # of a path of four
     assert panel.figure("lambda") == "{:.4g}".format(slowest)
-    assert panel.figure("time").startswith("{:.3g} s".format(math.log(50) / slowest))
-    panel.set_gain(2.0)
-    assert panel.figure("time").startswith("{:.3g} s".format(math.log(50) / slowest / 2.0))
+    panel.set_settling("6.68 s to 2 %, at 0.586 /s")
+    assert panel.figure("time") == "6.68 s to 2 %, at 0.586 /s"
+    panel.set_settling("")
+    assert panel.figure("time") == "\u2013"
 
 
 def test_edges_are_added_removed_and_checked(panel):
@@ -75,7 +76,7 @@ def test_random_is_connected_and_proximity_is_by_distance(panel):
     panel._amount.setValue(1.5)
     click(panel, "Make")
     assert [edge[:2] for edge in panel.edges()] == [(1, 2), (2, 3)]
-    assert panel.figure("time") == "never"
+    assert panel.figure("tree") == "no" and panel.figure("lambda") == "0"
 
 
 def test_a_smaller_team_loses_the_edges_of_those_that_go(panel):

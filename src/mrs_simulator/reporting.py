@@ -26,6 +26,7 @@ from mrs_simulator.world.robots import limits_of_team, robot_kind
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
 FIGURES = ("trajectories", "x_states", "y_states", "inputs")
+SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
 # [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
 SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
@@ -152,6 +153,28 @@ def judged(run, control=None):
     claims += _safety_claims(control, start)
     verdict = judge(run, claims + faults, measures, limits)
     return verdict, _end_of(run, claims) if track is None else track
+
+
+def predicted_settling(control, start):
+    """Return in words how long theory says that the team takes from hand points ``start`` (n, 2).
+
+    A claimed settling time, or the time for which ``SETTLED`` is left at a claimed decay rate; "" where
+    the protocol claims neither, or its conditions do not hold.
+    """
+    claims = list(control.all_claims(start))
+    if not all(claim.holds for claim in claims if isinstance(claim, Condition)):
+        return ""
+    proved = [c for c in claims if not isinstance(c, Condition) and not c.unproved]
+    for claim in proved:
+        if claim.name.startswith("settling time"):
+            return "{:.3g} s, its settling time".format(claim.predicted)
+    for claim in proved:
+        if "decay rate" in claim.name and "[1/s]" in claim.name and claim.predicted > 0.0:
+            seconds = -math.log(SETTLED) / claim.predicted
+            return "{:.3g} s to {:g} %, at {:.3g} /s".format(
+                seconds, 100 * SETTLED, claim.predicted
+            )
+    return ""
 
 
 @contextlib.contextmanager

@@ -13,7 +13,13 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
-from mrs_simulator.reporting import VERDICT_FILE, begin_run, make_control, write_scenario
+from mrs_simulator.reporting import (
+    VERDICT_FILE,
+    begin_run,
+    make_control,
+    predicted_settling,
+    write_scenario,
+)
 from mrs_simulator.rqt_plugin.later import Later
 from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.study_state import StudyState, named
@@ -75,7 +81,13 @@ class StudyRun:
         # Another control than the one that the GUI goes on asking.
         own, start = copy.copy(control), hand_points(scenario.poses, control.l)
         when = self._predicted_times(control)
-        self._prediction.ask(lambda: _predicted_error(own, start, when))
+        bearable = when[-1] >= scenario.duration
+
+        def work():
+            told = predicted_settling(own, start) if bearable else ""
+            return _predicted_error(own, start, when) + (told,)
+
+        self._prediction.ask(work)
 
     def _try(self, scenario):
         """Take up ``scenario``; return what is wrong with it, or ""."""

@@ -208,7 +208,7 @@ class StudyWidget(QWidget):
         self.protocol.set_warnings(warnings)
         topology = control.topology
         self.topology.set_team(self.scenario.poses[:, :2])
-        self.topology.set_gain(float(getattr(control, "gain", 1.0)))
+        self.topology.set_settling("...")
         self.topology.set_topology(topology.edges, topology.directed)
         self.map.show_topology(topology.edges, topology.directed)
         if not self.link.is_fresh("control"):  # which says where it wants them
@@ -425,11 +425,15 @@ class StudyWidget(QWidget):
         self._show_status()
 
     def _follow_prediction(self):
-        """Show theory's error once it is there."""
+        """Show theory's error and settling time once they are there."""
         found = self.study.take_prediction()
-        if found is not None and found[1] is None:
-            self.curves.set_prediction(*found[0])
-        elif found is not None:
+        if found is None:
+            return
+        when, predicted, settling = found[0] or (None, None, "")
+        self.topology.set_settling(settling)
+        if found[1] is None:
+            self.curves.set_prediction(when, predicted)
+        else:
             self.say("no prediction: {}".format(reason(found[1])))
 
     def _on_result(self, name, success, answer):

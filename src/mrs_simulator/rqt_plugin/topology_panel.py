@@ -1,7 +1,5 @@
 """The topology editor's table and figures: who hears whom, and what that means for convergence."""
 
-import math
-
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import (
     QAbstractItemView,
@@ -24,7 +22,6 @@ from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.rqt_plugin.guard import guarded
 
-SETTLED = 0.02  # [-] share of the disagreement that is left when it counts as converged
 MOST_ANALYSED = 200  # robots up to which eigenvalues are worked out while one edits
 MADE = PRESETS + ("random", "proximity")
 COLUMNS = ("hears", "heard", "weight")
@@ -38,7 +35,7 @@ class TopologyPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._n, self._points, self._edges, self._directed = 1, None, [], True
-        self._gain, self._filling = 1.0, False
+        self._filling = False
         self._build()
         self._show()
 
@@ -97,10 +94,11 @@ class TopologyPanel(QWidget):
             (
                 "time",
                 "converges in",
-                "time until 2 % of the disagreement is left: ln 50 / (gain \u03bb\u2082)",
+                "what theory says of this protocol over these edges from these poses; \u2013 where it "
+                "says nothing",
             ),
         ):
-            label = QLabel()
+            label = QLabel("\u2013")
             label.setToolTip(tip)
             self._figures[key] = label
             form.addRow(title, label)
@@ -126,11 +124,9 @@ class TopologyPanel(QWidget):
             self._edges = [edge for edge in self._edges if max(edge[:2]) <= self._n]
             self._show()
 
-    def set_gain(self, gain):
-        """Take in the protocol's gain [1/s], which scales the predicted time."""
-        if gain != self._gain:
-            self._gain = gain
-            self._show_figures()
+    def set_settling(self, text):
+        """Show how long theory says that the team takes, in words, "" where it says nothing."""
+        self._figures["time"].setText(text or "\u2013")
 
     def edges(self):
         """Return the edges ``(i, j, weight)``."""
@@ -248,14 +244,9 @@ class TopologyPanel(QWidget):
         self._figures["tree"].setText("yes" if topology.has_spanning_tree() else "no")
         if self._n > MOST_ANALYSED:
             self._figures["lambda"].setText("not worked out above {} robots".format(MOST_ANALYSED))
-            self._figures["time"].setText("-")
             return
         slowest = algebraic_connectivity(topology)
         self._figures["lambda"].setText("{:.4g}".format(slowest if abs(slowest) > 1e-9 else 0.0))
-        rate = slowest * self._gain
-        settled = math.log(1.0 / SETTLED) / rate if rate > 1e-9 else math.inf
-        text = "{:.3g} s at gain {:.3g} /s".format(settled, self._gain)
-        self._figures["time"].setText(text if math.isfinite(settled) else "never")
 
 
 def _pairs(edges):

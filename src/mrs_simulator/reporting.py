@@ -161,10 +161,7 @@ def predicted_settling(control, start):
     A claimed settling time, or the time for which ``SETTLED`` is left at a claimed decay rate; "" where
     the protocol claims neither, or its conditions do not hold.
     """
-    claims = list(control.all_claims(start))
-    if not all(claim.holds for claim in claims if isinstance(claim, Condition)):
-        return ""
-    proved = [c for c in claims if not isinstance(c, Condition) and not c.unproved]
+    proved = _proved(control.all_claims(start))
     for claim in proved:
         if claim.name.startswith("settling time"):
             return "{:.3g} s, its settling time".format(claim.predicted)
@@ -175,6 +172,13 @@ def predicted_settling(control, start):
                 seconds, 100 * SETTLED, claim.predicted
             )
     return ""
+
+
+def _proved(claims):
+    """Return those of ``claims`` that theory stands for; none where a condition does not hold."""
+    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
+        return []
+    return [claim for claim in claims if not isinstance(claim, Condition) and not claim.unproved]
 
 
 @contextlib.contextmanager
@@ -190,10 +194,8 @@ def _keeping(faults, method):
 
 def _end_of(run, claims):
     """Return the place where ``claims`` say that the run ends, over its last samples, or None."""
-    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
-        return None
-    for claim in claims:
-        if getattr(claim, "place", None) is not None and not claim.unproved:
+    for claim in _proved(claims):
+        if claim.place is not None:
             begin = len(run.time) - 1 - len(run.time) // SHOWN
             hand = np.broadcast_to(claim.place, (2,) + run.hand.shape[1:])
             return {"time": run.time[[begin, -1]], "hand": hand}

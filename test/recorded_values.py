@@ -1,0 +1,159 @@
+"""Values of every shipped scenario, recorded so that a change of the code cannot change them unseen.
+
+``python3 test/recorded_values.py`` runs all scenarios and writes ``test/data/recorded_values.json``
+anew: to be done only where numbers had to change, in a commit that says why.
+"""
+
+import base64
+import ctypes
+import hashlib
+import json
+import os
+import platform
+import sys
+import zlib
+
+import numpy as np
+
+from mrs_simulator.core.recording import Recorder
+from mrs_simulator.core.scenario import FIDELITIES, load_scenario
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCENARIOS = os.path.join(os.path.dirname(HERE), "scenarios")
+RECORDED = os.path.join(HERE, "data", "recorded_values.json")
+COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
+ELSEWHERE = 10.0  # [s] of a run at another fidelity than the scenario's own
+KEPT = (0.0, 0.02, 0.1, 0.5, 1.0)  # [-] where in a run its values are kept beside their hashes
+SMALL = 1e-9  # [-] agreement on another machine, relative above 1
+NUDGE = 1e-13  # [m, rad] of the initial poses: what another machine's last bits amount to
+TAME = 1e-10  # [-] a sample that a nudge moves further than this is not compared on other machines
+
+
+def machine():
+    """Return what decides the last bits of a float64 on this machine, as one line."""
+    features = np.core._multiarray_umath.__cpu_features__
+    present = "+".join(sorted(name for name, there in features.items() if there))
+    digest = hashlib.sha256(present.encode()).hexdigest()[:12]
+    libc = "-".join(platform.libc_ver())
+    return "numpy {}, {}, cpu {}, {}".format(np.__version__, _blas_kernel(), digest, libc)
+
+
+def _blas_kernel():
+    """Return the kernel that OpenBLAS chose for this processor, or the BLAS library's name."""
+    with open("/proc/self/maps", encoding="utf-8") as file:
+        loaded = {line.split()[-1] for line in file if "blas" in line.lower()}
+    for path in sorted(path for path in loaded if path.startswith("/")):
+        for name in ("openblas_get_corename", "openblas_get_corename64_"):
+            kernel = getattr(ctypes.CDLL(path), name, None)
+            if kernel is not None:
+                kernel.restype = ctypes.c_char_p
+                return "OpenBLAS " + kernel().decode()
+    return "+".join(sorted(map(os.path.basename, loaded))) or "no BLAS"
+
+
+def cases():
+    """Return ``(scenario, fidelity)`` of all recorded runs."""
+    names = sorted(name[:-5] for name in os.listdir(SCENARIOS) if name.endswith(".yaml"))
+    return [(name, fidelity) for name in names for fidelity in FIDELITIES]
+
+
+def run_values(name, fidelity, directory, nudge=0.0):
+    """Return the columns of ``run.csv``, name to (m, n), or the text that refused the run.
+
+    ``nudge`` is added to all initial poses.
+    """
+    from mrs_simulator.experiment import Experiment, LawFailed
+
+    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    if fidelity != scenario.fidelity:
+        duration = min(scenario.duration, ELSEWHERE)
+        scenario = scenario._replace(fidelity=fidelity, duration=duration)
+    if nudge:
+        scenario = scenario._replace(poses=scenario.poses + nudge)
+    path = os.path.join(str(directory), "run.csv")
+    try:
+        experiment = Experiment(scenario)
+    except ValueError as error:
+        return "refused: " + str(error).replace(SCENARIOS, "")
+    with Recorder(path, range(1, scenario.n + 1), scenario.hand_length) as recorder:
+        try:
+            for sample in experiment.samples():
+                recorder.sample(*sample)
+        except LawFailed as error:
+            return "failed: {}".format(error)
+        finally:
+            experiment.world.close()
+    with open(path, encoding="ascii") as file:
+        header = file.readline().strip().split(",")
+        table = np.array([line.split(",") for line in file], dtype=float)
+    table = table.reshape(-1, scenario.n, len(header))
+    return {column: table[:, :, header.index(column)] for column in COLUMNS}
+
+
+def digests(values):
+    """Return the hash of each column of ``values``, 16 hexadecimal digits by name."""
+    return {
+        column: hashlib.sha256(np.ascontiguousarray(numbers).tobytes()).hexdigest()[:16]
+        for column, numbers in values.items()
+    }
+
+
+def kept(values):
+    """Return samples of ``values`` at the shares ``KEPT`` of the run, (5, n, 9)."""
+    rows = [int(share * (len(values["time"]) - 1)) for share in KEPT]
+    return np.stack([values[column][rows] for column in COLUMNS], axis=-1)
+
+
+def differing(came, wanted, tolerance):
+    """Return which values differ by more than ``tolerance``, relative above 1."""
+    return np.abs(came - wanted) > tolerance * np.maximum(1.0, np.abs(wanted))
+
+
+def tame(values, nudged):
+    """Return how many of the kept samples, from the first, a nudge leaves where they are."""
+    wild = differing(kept(nudged), kept(values), TAME).any(axis=(1, 2))
+    return int(np.argmax(wild)) if wild.any() else len(wild)
+
+
+def packed(array):
+    """Return ``array`` as text for JSON, to the bit; ``unpacked`` undoes it."""
+    text = base64.b64encode(zlib.compress(array.astype("<f8").tobytes(), 9)).decode()
+    return {"shape": list(array.shape), "values": text}
+
+
+def unpacked(stored):
+    """Return the array in ``stored``."""
+    numbers = np.frombuffer(zlib.decompress(base64.b64decode(stored["values"])), "<f8")
+    return numbers.reshape(stored["shape"])
+
+
+def record(directory):
+    """Run every case and return what ``RECORDED`` holds of them on this machine."""
+    runs = {}
+    for name, fidelity in cases():
+        values = run_values(name, fidelity, directory)
+        case = "{} {}".format(name, fidelity)
+        if isinstance(values, str):
+            runs[case] = {"outcome": values}
+        else:
+            nudged = run_values(name, fidelity, directory, NUDGE)
+            comparable = kept(values)[: tame(values, nudged)]
+            runs[case] = {"digests": digests(values), "kept": packed(comparable)}
+        print(case, flush=True)
+    return {"machine": machine(), "runs": runs}
+
+
+def load():
+    """Return what ``RECORDED`` holds."""
+    with open(RECORDED, encoding="utf-8") as file:
+        return json.load(file)
+
+
+if __name__ == "__main__":
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as directory:
+        content = record(directory)
+    with open(sys.argv[1] if len(sys.argv) > 1 else RECORDED, "w", encoding="utf-8") as file:
+        json.dump(content, file, indent=1, sort_keys=True)
+        file.write("\n")

@@ -1,24 +1,15 @@
 """Python package for catkin; use it through catkin, not on its own."""
 
+import os
+
 from catkin_pkg.python_setup import generate_distutils_setup
-from setuptools import setup
+from setuptools import find_packages, setup
 
-ROOMS = (
-    "core",
-    "core.protocols",
-    "world",
-    "world.robots",
-    "control",
-    "control.library",
-    "report",
-    "nodes",
-    "rqt_plugin",
-)
-
+ROOT = os.path.dirname(os.path.abspath(__file__))
 setup(
     **generate_distutils_setup(
-        packages=["mrs_simulator"] + ["mrs_simulator." + room for room in ROOMS],
+        packages=find_packages(os.path.join(ROOT, "src")),
         package_dir={"": "src"},
-        package_data={"mrs_simulator.world.robots": ["*.urdf"]},
+        package_data={"mrs_simulator.vehicles": ["*.urdf"]},
     )
 )

@@ -104,8 +104,8 @@ def show(n, seconds, curves):
     from python_qt_binding.QtWidgets import QApplication
 
     from mrs_simulator.core.scenario import scenario_from_dict
-    from mrs_simulator.rqt_plugin.link import RosLink
-    from mrs_simulator.rqt_plugin.processes import Processes
+    from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+    from mrs_simulator.rqt_plugin.run.processes import Processes
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
     class Paints(QObject):
@@ -118,7 +118,7 @@ def show(n, seconds, curves):
     application = QApplication([])
     rospy.init_node("mrs_gui", disable_signals=True)
     scenario = scenario_from_dict({"poses": grid(n).tolist()}, "benchmark")
-    gui = StudyWidget(RosLink(), Processes(), scenario)
+    gui = StudyWidget(RosConnection(), Processes(), scenario)
     gui.resize(1366, 768)
     gui.results_tabs.setCurrentIndex(0 if curves else 3)
     gui.show()

@@ -21,10 +21,10 @@ import pybullet
 from history import Report
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist
-from mrs_simulator.control.library.formation import Formation
+from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.scenario import Control, Scenario
-from mrs_simulator.experiment import Experiment
+from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.world.world import EVERY, World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))

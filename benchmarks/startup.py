@@ -20,9 +20,7 @@ from history import ROOT, Report
 
 REPEATS = 3
 MANY = 10000  # robots
-CORE = (
-    "import mrs_simulator.core.scenario, mrs_simulator.core.verdict, mrs_simulator.core.formation"
-)
+CORE = "import mrs_simulator.core.scenario, mrs_simulator.core.verdict, mrs_simulator.core.claims"
 
 
 def wall_time(command, ends=(0,)):

@@ -104,8 +104,8 @@ def take(options):
     from python_qt_binding.QtGui import QColor, QPalette
     from python_qt_binding.QtWidgets import QApplication
 
-    from mrs_simulator.rqt_plugin.link import RosLink
-    from mrs_simulator.rqt_plugin.processes import Processes
+    from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+    from mrs_simulator.rqt_plugin.run.processes import Processes
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 
     size, ratio, dark = LOOKS[options.look]
@@ -143,7 +143,7 @@ def take(options):
 
     until(rosgraph.is_master_online)
     rospy.init_node("screenshots", disable_signals=True)
-    gui = StudyWidget(RosLink(), Processes(), scenario_of(options.robots))
+    gui = StudyWidget(RosConnection(), Processes(), scenario_of(options.robots))
     gui.resize(*(side // ratio for side in size))
     gui.show()
     try:

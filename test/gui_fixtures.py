@@ -19,17 +19,17 @@ from python_qt_binding.QtCore import QPoint, Qt
 application = QApplication([])
 rospy.init_node("gui", disable_signals=True)
 import logging
-from mrs_simulator.rqt_plugin import guard
+from mrs_simulator.rqt_plugin.widgets import guard
 trouble = []
 class Keep(logging.Handler):
     def emit(self, record):
         trouble.append(self.format(record))
 guard.LOG.addHandler(Keep())
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.rqt_plugin.link import RosLink
-from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
-gui = StudyWidget(RosLink(), Processes(), load_scenario(sys.argv[1]))
+gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
 gui.resize(1366, 768)
 gui.show()
 
@@ -95,7 +95,7 @@ def no_hidden_errors(monkeypatch):
     """Fail if a slot or an event handler raised."""
     from python_qt_binding.QtWidgets import QApplication  # not for the tests without widgets
 
-    from mrs_simulator.rqt_plugin.guard import LOG
+    from mrs_simulator.rqt_plugin.widgets.guard import LOG
 
     raised = []
     monkeypatch.setattr(LOG, "exception", lambda *told: raised.append((told, sys.exc_info()[1])))

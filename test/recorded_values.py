@@ -17,6 +17,7 @@ import numpy as np
 
 from mrs_simulator.core.recording import Recorder
 from mrs_simulator.core.scenario import FIDELITIES, load_scenario
+from mrs_simulator.study.experiment import Experiment, LawFailed
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENARIOS = os.path.join(os.path.dirname(HERE), "scenarios")
@@ -62,8 +63,6 @@ def run_values(name, fidelity, directory, nudge=0.0):
 
     ``nudge`` is added to all initial poses.
     """
-    from mrs_simulator.experiment import Experiment, LawFailed
-
     scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
     if fidelity != scenario.fidelity:
         duration = min(scenario.duration, ELSEWHERE)

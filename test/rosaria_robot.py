@@ -17,8 +17,8 @@ from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.core.kinematics import arc, ramp
-from mrs_simulator.nodes.rosaria import driver_commands
-from mrs_simulator.world.robots.pioneer3dx import FIRMWARE_LIMITS
+from mrs_simulator.nodes.stage.rosaria import driver_commands
+from mrs_simulator.vehicles.pioneer3dx import FIRMWARE_LIMITS
 
 RAMP = FIRMWARE_LIMITS.accelerations()
 STEP = 0.01  # [s] of wall time

@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.verdict import judge
-from mrs_simulator.report.bag import read_bag
+from mrs_simulator.study.bag import read_bag
 
 SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}
 

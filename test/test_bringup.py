@@ -13,7 +13,7 @@ import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.reporting import main as report
+from mrs_simulator.study.report import main as report
 
 FAILS = """
 from mrs_simulator import PioneerControl, make_twist

@@ -5,9 +5,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from mrs_simulator.control.library import shipped
-from mrs_simulator.control.library.common import all_hold
-from mrs_simulator.control.library.over_links import Linear, linear_claims
+from mrs_simulator.control.laws import shipped
+from mrs_simulator.control.laws.common import all_hold
+from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.links import Links, PerEdge, Switching

@@ -5,7 +5,7 @@ import pytest
 from geometry_msgs.msg import Twist
 
 from mrs_simulator import Parameter, PioneerControl, make_twist
-from mrs_simulator.control.library.formation import Formation
+from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology

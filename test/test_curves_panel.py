@@ -13,10 +13,11 @@ from python_qt_binding.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.rqt_plugin import curves, study
-from mrs_simulator.rqt_plugin.curves import ERROR, QUANTITIES, Curve, ErrorCurve
-from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
-from mrs_simulator.rqt_plugin.study import History, Snapshot
+from mrs_simulator.rqt_plugin.curves import quantities
+from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
+from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES, Curve, ErrorCurve
+from mrs_simulator.rqt_plugin.run import history as run_history
+from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 
 APP = QApplication.instance() or QApplication([])
 
@@ -204,7 +205,7 @@ def test_a_robot_that_is_not_in_the_team_is_named(panel):
 
 @pytest.mark.parametrize("ranges, text", [((), " "), (((1, 3), (7, 7)), "1 - 3;7")])
 def test_parsing_robots(ranges, text):
-    assert curves.parse_robots(text) == ranges
+    assert quantities.parse_robots(text) == ranges
 
 
 def test_hover_names_the_robot_with_time_and_value(panel):
@@ -268,8 +269,8 @@ def test_without_an_error_the_plot_says_why(panel, function, told):
 
 
 def test_each_sample_is_given_to_the_error_once_until_the_history_begins_anew(monkeypatch):
-    monkeypatch.setattr(study, "MOST_VALUES", 0)
-    monkeypatch.setattr(study, "FEWEST_SAMPLES", 32)
+    monkeypatch.setattr(run_history, "MOST_VALUES", 0)
+    monkeypatch.setattr(run_history, "FEWEST_SAMPLES", 32)
     seen = []
     curve = ErrorCurve(lambda pose: seen.append(len(pose)) or pose[:, 0, 0])
 
@@ -316,13 +317,15 @@ def test_no_redraw_waits_long_for_an_error_whatever_a_sample_takes(monkeypatch):
         now[0] += 0.0047 * len(pose)
         return np.ones(len(pose))
 
-    monkeypatch.setattr(curves, "clock", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(quantities, "clock", SimpleNamespace(monotonic=lambda: now[0]))
     curve, taken, done = ErrorCurve(slow), [], False
     while not done:
         begun = now[0]
         done = curve.update(history.numbers, history.time, history.pose)
         taken.append(now[0] - begun)
-    assert len(curve.values) == 200 and max(taken) < 0.1 and max(taken[1:]) < 2.0 * curves.PATIENCE
+    assert (
+        len(curve.values) == 200 and max(taken) < 0.1 and max(taken[1:]) < 2.0 * quantities.PATIENCE
+    )
 
 
 def test_a_cleared_history_shows_no_curves(panel):
@@ -375,19 +378,25 @@ def test_a_zoomed_plot_is_of_full_detail_and_thinning_keeps_peaks():
     values = np.zeros(40000)
     values[12345] = 7.0
     curve = Curve("Robot 1", time, values, {})
-    whole = curves.thinned(curve, 0.0, 40000.0, 800)
+    whole = quantities.thinned(curve, 0.0, 40000.0, 800)
     assert len(whole[0]) <= 800 and np.max(whole[1]) == 7.0 and whole[0][-1] == 39999.0
-    assert list(curves.thinned(curve, 100.0, 102.0, 800)[0]) == [99.0, 100.0, 101.0, 102.0, 103.0]
+    assert list(quantities.thinned(curve, 100.0, 102.0, 800)[0]) == [
+        99.0,
+        100.0,
+        101.0,
+        102.0,
+        103.0,
+    ]
 
 
 def test_curves_thinned_together_keep_the_peaks_of_each():
     time, table = np.arange(10000.0), np.zeros((10000, 3))
     table[1234, 0], table[777, 1], table[9999, 2], table[50, 2] = 7.0, -5.0, 3.0, np.nan
-    when, values = curves.thinned_together(time, table, 0.0, 1e4, 100)
+    when, values = quantities.thinned_together(time, table, 0.0, 1e4, 100)
     assert len(when) == len(values) <= 101 and when[-1] == 9999.0 and (np.diff(when) >= 0.0).all()
     assert (np.nanmax(values, axis=0) == [7.0, 0.0, 3.0]).all()
     assert values.min(axis=0)[1] == -5.0 and values[-1, 2] == 3.0
-    whole, _ = curves.thinned_together(time, table, 100.0, 102.0, 100)
+    whole, _ = quantities.thinned_together(time, table, 100.0, 102.0, 100)
     assert whole.tolist() == [99.0, 100.0, 101.0, 102.0, 103.0]
 
 

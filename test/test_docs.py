@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from mrs_simulator.control.library import HOMES, shipped
+from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.scenario import load_scenario

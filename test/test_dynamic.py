@@ -8,8 +8,8 @@ import pytest
 
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.vehicles import pioneer3dx
 from mrs_simulator.world.dynamic import DynamicMotion
-from mrs_simulator.world.robots import pioneer3dx
 from mrs_simulator.world.world import World
 
 ONE = ("pioneer3dx",)

@@ -14,12 +14,13 @@ import pytest
 from ros_fixtures import heed_interrupts
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experiment
-from mrs_simulator.core import formation
+from mrs_simulator.control.laws import formation_equations as formation
 from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import RunError, read_run_csv
-from mrs_simulator.experiment import Experiment, main
-from mrs_simulator.reporting import FIGURES, begin_run, control_of, judged, read_run
+from mrs_simulator.study.command import main
+from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.report import FIGURES, begin_run, control_of, judged, read_run
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -271,7 +272,14 @@ def test_a_mistake_in_the_claims_costs_no_run(tmp_path, capfd, law, name, said):
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
 def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code):
     scenario = os.path.join(ROOT, "scenarios", "paper_dynamic.yaml")
-    command = [sys.executable, "-m", "mrs_simulator.experiment", scenario, "--out", str(tmp_path)]
+    command = [
+        sys.executable,
+        "-m",
+        "mrs_simulator.study.command",
+        scenario,
+        "--out",
+        str(tmp_path),
+    ]
     process = subprocess.Popen(
         command + ["--duration", "5000"],
         stdout=subprocess.PIPE,

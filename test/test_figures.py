@@ -13,7 +13,7 @@ from matplotlib.image import imread
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.recording import Collision, Run
-from mrs_simulator.report import figures as report
+from mrs_simulator.study import figures as report
 
 NAMES = ("trajectories", "x_states", "y_states", "inputs")
 

@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from mrs_simulator.core import formation
+from mrs_simulator.control.laws import formation_equations as formation
 from mrs_simulator.core.graphs import Topology
 
 K, C = 0.02, 2.0

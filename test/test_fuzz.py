@@ -8,13 +8,13 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mrs_simulator.control.library.formation import Formation
+from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.recording import RunError, read_run_csv
 from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.experiment import Experiment, LawFailed
-from mrs_simulator.nodes.arguments import parse, scenario_from
-from mrs_simulator.nodes.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.ros.arguments import parse, scenario_from
+from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.world.world import World, WorldError
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))

@@ -125,7 +125,7 @@ import glob
 until(lambda: glob.glob(os.path.expanduser("~/mrs_runs/*.bag")))
 """
     )
-    from mrs_simulator.report.bag import read_bag
+    from mrs_simulator.study.bag import read_bag
 
     (bag,) = (tmp_path / "mrs_runs").iterdir()
     assert len(read_bag(str(bag)).time) > 5
@@ -444,7 +444,8 @@ def test_the_window_starts_a_master_and_ends_what_it_started(tmp_path):
 def test_a_signal_in_the_middle_of_painting_closes_the_window_afterwards(ros, tmp_path):
     code = """
 import os, signal, sys
-from mrs_simulator.rqt_plugin import map_view, standalone
+from mrs_simulator.rqt_plugin.map import view as map_view
+from mrs_simulator.rqt_plugin import standalone
 paint, painted = map_view.MapView.paintEvent, []
 def painting(*arguments):
     paint(*arguments)

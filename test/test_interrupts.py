@@ -12,7 +12,7 @@ import pytest
 from python_qt_binding.QtWidgets import QApplication
 from ros_fixtures import heed_interrupts
 
-from mrs_simulator.rqt_plugin.interrupts import defer_interrupts
+from mrs_simulator.rqt_plugin.widgets.interrupts import defer_interrupts
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SCRIPTS = sorted(glob.glob(os.path.join(ROOT, "src", "mrs_simulator", "scripts", "*")))

@@ -22,10 +22,11 @@ from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
 from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.rqt_plugin import map_drawing, map_geometry, map_ground
-from mrs_simulator.rqt_plugin.map_sprites import Sprites
-from mrs_simulator.rqt_plugin.map_view import MapView
-from mrs_simulator.rqt_plugin.study import Snapshot
+from mrs_simulator.rqt_plugin.map import drawing, geometry
+from mrs_simulator.rqt_plugin.map import ground as map_ground
+from mrs_simulator.rqt_plugin.map.sprites import Sprites
+from mrs_simulator.rqt_plugin.map.view import MapView
+from mrs_simulator.rqt_plugin.run.history import Snapshot
 
 POSES = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, np.pi / 2], [4.0, 3.0, np.pi]])
 NONE = Qt.NoModifier
@@ -160,7 +161,7 @@ def test_zoom_has_bounds(view):
     for notches in (400, -800):
         wheel(view, QPoint(300, 300), notches)
         view.grab()
-    assert view._frame.scale == map_geometry.SCALES[0]
+    assert view._frame.scale == geometry.SCALES[0]
 
 
 @pytest.mark.parametrize("how", ["key", "double click", "call"])
@@ -301,7 +302,7 @@ def test_overlapping_robots_are_outlined_in_red(view):
     drag(view, at(view, 0.0, 0.0), at(view, 4.0, 0.4))
     assert view.overlapping == {1, 2}
     corner = view._pose[0, 0] + 0.21, 0.4 - 0.2125  # of robot 1, in front at its right
-    assert shade(view, *corner) == QColor(map_drawing.ALARM)
+    assert shade(view, *corner) == QColor(drawing.ALARM)
     drag(view, at(view, 4.1, 0.55), at(view, 0.0, 0.0))
     assert view.overlapping == set()
 
@@ -415,12 +416,12 @@ def test_a_trail_gets_a_point_only_after_three_centimetres(view, step, points):
 
 
 def test_trails_are_bounded_and_keep_beginning_and_end():
-    trails = map_geometry.Trails(2)
+    trails = geometry.Trails(2)
     for count in range(10000):
         trails.add(np.array([[0.04 * count, 0.0], [0.0, 1.0]]))
-        assert trails.count[0] <= map_geometry.TRAIL_POINTS
+        assert trails.count[0] <= geometry.TRAIL_POINTS
     path = trails.path(0)
-    assert trails.count[1] == 1 and trails.count[0] > 0.4 * map_geometry.TRAIL_POINTS
+    assert trails.count[1] == 1 and trails.count[0] > 0.4 * geometry.TRAIL_POINTS
     assert path[0].tolist() == [0.0, 0.0] and path[-1, 0] > 399.5
     apart = np.diff(path[:, 0])
     assert apart.max() < 1.5 * apart.min()  # the whole way is told equally well
@@ -486,7 +487,7 @@ def test_the_selected_robot_is_highlighted_and_unknown_ones_are_not(view):
 
 def test_a_collision_flashes_and_fades(view, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("mrs_simulator.rqt_plugin.map_view.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.map.view.time.monotonic", lambda: now[0])
     before = drawn(view)
     view.flash_collision(2.0, 1.5)
     assert (drawn(view) != before).any() and view._timer.isActive()
@@ -538,7 +539,7 @@ def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
     view.show_topology([(i, j, 1.0) for i in range(1, n + 1) for j in range(1, i)], False)
     view.grab()
     segments, stride = view._edges.segments(view._numbers, view._pose, view._frame, 1.0, 40000)
-    assert stride == 1 and len(segments.place) > map_drawing.MOST_EDGES
+    assert stride == 1 and len(segments.place) > drawing.MOST_EDGES
     assert view._edges.segments(view._numbers, view._pose, view._frame, 1.0, 1000)[1] == 11
 
 
@@ -553,7 +554,7 @@ def test_colours_follow_the_palette(view, base, text):
 
 @pytest.mark.parametrize("least, step", [(0.9, 1.0), (1.0, 1.0), (1.1, 2.0), (21, 50), (0.06, 0.1)])
 def test_grid_steps_are_1_2_5(least, step):
-    assert map_geometry.nice_step(least) == pytest.approx(step)
+    assert geometry.nice_step(least) == pytest.approx(step)
 
 
 def test_a_mode_that_is_none_is_refused(view):
@@ -636,7 +637,7 @@ def test_robots_of_a_large_team_have_their_colours_too(view):
     view.set_trails_shown(False)
     for row in (0, 1, 33):
         x, y, _ = poses[row]
-        wanted = map_drawing.colour(row + 1)
+        wanted = drawing.colour(row + 1)
         assert shade(view, x - 0.1, y) == wanted
     red, green, blue, _ = shade(view, *(poses[5, :2] - [0.1, 0.0])).getRgb()
     assert red == green == blue
@@ -664,4 +665,4 @@ def test_a_sprite_is_kept_until_its_kind_changes(app):
 
 def test_numbers_that_would_cover_another_are_left_out():
     places = np.array([[0.0, 0.0], [9.0, 0.0], [11.0, 0.0], [9.0, 6.0], [-9.0, -4.9]])
-    assert map_geometry.apart(places, 10.0, 5.0) == [0, 2, 3]
+    assert geometry.apart(places, 10.0, 5.0) == [0, 2, 3]

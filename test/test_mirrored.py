@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.obstacles import Box
-from mrs_simulator.world.robots import pioneer3dx
+from mrs_simulator.vehicles import pioneer3dx
 from mrs_simulator.world.world import World, WorldError
 
 KIND = "pioneer3dx"

@@ -5,8 +5,8 @@ import threading
 import pytest
 from ros_fixtures import wait_until
 
-from mrs_simulator.nodes import motors as module
-from mrs_simulator.nodes.motors import Motors
+from mrs_simulator.nodes.control import motors as module
+from mrs_simulator.nodes.control.motors import Motors
 
 
 @pytest.fixture

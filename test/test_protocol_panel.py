@@ -11,10 +11,10 @@ from python_qt_binding.QtGui import QColor, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QPushButton, QWidget
 
-from mrs_simulator.core.formation import PARAMETERS
+from mrs_simulator.control.laws.formation_equations import PARAMETERS
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.rqt_plugin.note import Note
-from mrs_simulator.rqt_plugin.protocol_panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 
 OWN = (
     Parameter("gain", 1.0, low=0.0, meaning="of <b>all</b>", why="stable & fast"),
@@ -51,7 +51,7 @@ def field(panel, name):
 
 def notes(panel):
     """Return the messages that are shown."""
-    return [n.message for n in panel.findChildren(Note) if n.isVisibleTo(panel)]
+    return [n.message for n in panel.findChildren(MessageLabel) if n.isVisibleTo(panel)]
 
 
 def type_into(widget, text, end=Qt.Key_Return):
@@ -334,7 +334,7 @@ def test_messages_can_be_read_on_any_background(panel, background):
     panel.setPalette(QPalette(QColor(background)))
     panel.set_warnings({"k": "slow"})
     type_into(field(panel, "T"), "-1")
-    for note in panel.findChildren(Note):
+    for note in panel.findChildren(MessageLabel):
         if note.isVisible():
             ink = note.palette().color(QPalette.WindowText).lightness()
             assert abs(ink - QColor(background).lightness()) > 60

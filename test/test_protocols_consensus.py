@@ -6,16 +6,17 @@ from protocol_fixtures import played
 from protocol_fixtures import shipped as scenario_of
 
 from mrs_simulator import run_experiment
-from mrs_simulator.control.library import HOMES, shipped
+from mrs_simulator.control.laws import HOMES, shipped
+from mrs_simulator.control.laws import consensus_equations as laws
+from mrs_simulator.control.laws.resilient_consensus_equations import is_robust, resilient_consensus
+from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Condition, disagreement, extent
-from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.graphs import Topology, arcs_of
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.protocols import consensus as laws
-from mrs_simulator.core.protocols.resilient_consensus import is_robust, resilient_consensus
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.spectra import spectral_radius
-from mrs_simulator.experiment import Experiment
-from mrs_simulator.reporting import judged, make_control
+from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.report import judged
 
 SCENARIOS = (
     "consensus",
@@ -290,7 +291,7 @@ def test_second_order_agrees_on_a_velocity(run):
 
 def test_switching_in_numbers():
     topology = Topology(3, [[1, 2, 2.0], [2, 3]], directed=False)
-    arcs, weights, edges = laws.arcs_of(topology)
+    arcs, weights, edges = arcs_of(topology)
     assert arcs.tolist() == [[0, 1], [1, 2], [1, 0], [2, 1]]
     assert (weights.tolist(), edges.tolist()) == ([2.0, 1.0, 2.0, 1.0], [0, 1, 0, 1])
     p = np.array([[0.0, 0.0], [1.0, 2.0], [4.0, 0.0]])
@@ -358,7 +359,7 @@ def test_edges_are_lost_as_often_as_asked():
         range(1, 7), Topology.preset("complete", 6), parameters={"loss": 0.7}
     )
     control.begin(None)
-    edges = laws.arcs_of(control.topology)[2]
+    edges = arcs_of(control.topology)[2]
     arrived = np.array([control._arrives(edges) for _ in range(2000)])
     assert arrived.mean() == pytest.approx(0.3, abs=0.01)
     np.testing.assert_array_equal(arrived[:, :15], arrived[:, 15:])

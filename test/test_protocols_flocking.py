@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.library.flocking import CuckerSmale, Flocking, Reynolds, Vicsek
+from mrs_simulator.control.laws import flocking_equations as laws
+from mrs_simulator.control.laws.flocking import CuckerSmale, Flocking, Reynolds, Vicsek
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.protocols import flocking
 
 
 @pytest.mark.parametrize("name", ["flocking", "cucker_smale", "vicsek", "reynolds"])
@@ -40,18 +40,18 @@ def test_a_law_with_memory_begins_anew_at_a_new_start():
 
 # Flocking
 
-LATTICE = flocking.Lattice(2.0, 3.0, 1.0, 4.0)
+LATTICE = laws.Lattice(2.0, 3.0, 1.0, 4.0)
 
 
 def test_the_functions_of_flocking_typed_out():
-    assert flocking.sigma_norm(80.0) == pytest.approx((3.0 - 1.0) / 0.1)
-    np.testing.assert_allclose(flocking.bump([0.1, 0.2, 0.6, 1.0, 1.5], 0.2), [1, 1, 0.5, 0, 0])
+    assert laws.sigma_norm(80.0) == pytest.approx((3.0 - 1.0) / 0.1)
+    np.testing.assert_allclose(laws.bump([0.1, 0.2, 0.6, 1.0, 1.5], 0.2), [1, 1, 0.5, 0, 0])
     d_a, r_a = (np.sqrt(1.4) - 1.0) / 0.1, (np.sqrt(1.9) - 1.0) / 0.1
-    np.testing.assert_allclose(flocking.pair_force(np.array([d_a, r_a]), LATTICE), 0.0, atol=1e-12)
+    np.testing.assert_allclose(laws.pair_force(np.array([d_a, r_a]), LATTICE), 0.0, atol=1e-12)
     # c = 3/4; close by the bump is 1: (5 s/sqrt(1 + s^2) - 3)/2 with s = 0.3 - d_a + c.
     s = 0.3 - d_a + 0.75
     expected = 0.5 * (5.0 * s / np.sqrt(1.0 + s * s) - 3.0)
-    assert flocking.pair_force(np.array(0.3), LATTICE) == pytest.approx(expected)
+    assert laws.pair_force(np.array(0.3), LATTICE) == pytest.approx(expected)
 
 
 def test_flocking_of_two_typed_out():
@@ -59,12 +59,12 @@ def test_flocking_of_two_typed_out():
     leader = np.array([[1.0, 0.0], [0.5, 0.0]])
     z = (np.sqrt(1.036) - 1.0) / 0.1
     assert z < 0.2 * (np.sqrt(1.9) - 1.0) / 0.1  # the bump function is 1
-    push = flocking.pair_force(np.array(z), LATTICE) * 0.6 / np.sqrt(1.036)
+    push = laws.pair_force(np.array(z), LATTICE) * 0.6 / np.sqrt(1.036)
     expected = [
         [push + 0.1 * 1.0 + 0.2 * 0.5, -3.0 - 0.2],
         [-push + 0.1 * 0.4 + 0.2 * 0.5, 3.0],
     ]
-    found = flocking.flocking(points, velocities, LATTICE, 3.0, leader, 0.1, 0.2)
+    found = laws.flocking(points, velocities, LATTICE, 3.0, leader, 0.1, 0.2)
     np.testing.assert_allclose(found, expected)
 
 
@@ -73,19 +73,19 @@ def test_the_force_is_minus_the_gradient_of_the_energy():
     still, leader = np.zeros((5, 2)), np.zeros((2, 2))
 
     def energy(place):
-        return flocking.flocking_energy(place, still, LATTICE, leader, 0.3)
+        return laws.flocking_energy(place, still, LATTICE, leader, 0.3)
 
     steps = 1e-5 * np.eye(10).reshape(10, 5, 2)
     gradient = [(energy(points + s) - energy(points - s)) / 2e-5 for s in steps]
-    force = flocking.flocking(points, still, LATTICE, 1.0, leader, 0.3, 1.0)
+    force = laws.flocking(points, still, LATTICE, 1.0, leader, 0.3, 1.0)
     np.testing.assert_allclose(force.ravel(), np.negative(gradient), atol=1e-3)
 
 
 def test_the_pair_potential_is_least_at_the_wanted_distance():
-    d_a = flocking.sigma_norm(4.0)
+    d_a = laws.sigma_norm(4.0)
     z = np.linspace(0.0, 4.0, 50)
-    assert flocking.pair_potential(d_a, LATTICE) == pytest.approx(0.0, abs=1e-9)
-    assert (flocking.pair_potential(z, LATTICE) >= -1e-9).all()
+    assert laws.pair_potential(d_a, LATTICE) == pytest.approx(0.0, abs=1e-9)
+    assert (laws.pair_potential(z, LATTICE) >= -1e-9).all()
 
 
 def test_energy_falls_on_point_masses_too(tmp_path):
@@ -97,7 +97,7 @@ def test_energy_falls_on_point_masses_too(tmp_path):
 class Repels(Flocking):
     def accelerations(self, hand, velocity):
         leader = self._leader(self._middle, self.time)
-        return -flocking.flocking(
+        return -laws.flocking(
             hand, velocity, self._lattice, self.alignment, leader, self.c1, self.c2
         )
 
@@ -105,7 +105,7 @@ class Repels(Flocking):
 class MatchesNoVelocity(Flocking):
     def accelerations(self, hand, velocity):
         leader = self._leader(self._middle, self.time)
-        return flocking.flocking(hand, velocity, self._lattice, 0.0, leader, self.c1, -0.05)
+        return laws.flocking(hand, velocity, self._lattice, 0.0, leader, self.c1, -0.05)
 
 
 @pytest.mark.parametrize("law", [Repels, MatchesNoVelocity])
@@ -135,11 +135,11 @@ def test_a_range_within_the_distance_is_refused():
 
 def test_groups_and_least_distance():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [5.0, 0.0], [5.0, 0.5]])
-    assert flocking.groups(points, 1.5) == 2
-    assert flocking.groups(points, 0.8) == 4
-    assert flocking.groups(points, 9.0) == 1
+    assert laws.groups(points, 1.5) == 2
+    assert laws.groups(points, 0.8) == 4
+    assert laws.groups(points, 9.0) == 1
     assert least_distance(points) == pytest.approx(0.5)
-    assert flocking.diameter(points) == pytest.approx(np.sqrt(25.25))
+    assert laws.diameter(points) == pytest.approx(np.sqrt(25.25))
 
 
 # Cucker and Smale
@@ -149,20 +149,20 @@ def test_cucker_smale_typed_out():
     points = np.array([[0.0, 0.0], [3.0, 4.0]])
     velocities = np.array([[1.0, 0.0], [0.0, 2.0]])
     heard = (1.0 + 25.0 / 4.0) ** -0.5 / 2.0
-    found = flocking.cucker_smale(points, velocities, 0.5, 2.0)
+    found = laws.cucker_smale(points, velocities, 0.5, 2.0)
     np.testing.assert_allclose(found, [[-heard, 2.0 * heard], [heard, -2.0 * heard]])
 
 
 def test_the_bound_of_a_flock_in_closed_form():
     # beta = 1/2: the integral of psi is reach asinh(x/reach).
-    bound = flocking.flock_bound(3.0, 0.8, 0.5, 0.5, 2.0)
+    bound = laws.flock_bound(3.0, 0.8, 0.5, 0.5, 2.0)
     assert bound == pytest.approx(2.0 * np.sinh(np.arcsinh(1.5) + 0.8))
     # beta = 1: it is arctan, at most pi/2.
-    bound = flocking.flock_bound(1.0, 0.5, 1.0, 1.0)
+    bound = laws.flock_bound(1.0, 0.5, 1.0, 1.0)
     assert bound == pytest.approx(np.tan(np.arctan(1.0) + 0.5), rel=1e-5)
-    assert flocking.flock_bound(1.0, 0.8, 1.0, 1.0) == np.inf
+    assert laws.flock_bound(1.0, 0.8, 1.0, 1.0) == np.inf
     # beta = 0 hears all alike: spread decays at the gain, so the flock grows by spread/gain.
-    assert flocking.flock_bound(1.0, 3.0, 0.5, 0.0) == pytest.approx(7.0)
+    assert laws.flock_bound(1.0, 3.0, 0.5, 0.0) == pytest.approx(7.0)
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.3, 0.5])
@@ -216,19 +216,19 @@ def test_another_law_than_cucker_smale_fails(tmp_path, law, name):
 def test_vicsek_typed_out():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [5.0, 0.0]])
     headings = np.array([0.0, np.pi / 2, 3.0])
-    found = flocking.vicsek(points, headings, 2.0, np.array([0.0, 0.1, 1.0]))
+    found = laws.vicsek(points, headings, 2.0, np.array([0.0, 0.1, 1.0]))
     np.testing.assert_allclose(found, [np.pi / 4, np.pi / 4 + 0.1, 4.0 - 2.0 * np.pi])
     # Opposite headings have no mean: each robot keeps its own.
     np.testing.assert_allclose(
-        flocking.vicsek(points[:2], [0.0, np.pi], 2.0, np.zeros(2)), [0.0, np.pi]
+        laws.vicsek(points[:2], [0.0, np.pi], 2.0, np.zeros(2)), [0.0, np.pi]
     )
 
 
 def test_the_order_parameter():
     velocities = np.array([[[1.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [-2.0, 0.0]]])
-    np.testing.assert_allclose(flocking.order(velocities), [1.0, 0.0])
-    assert flocking.vicsek_order(0.0, 7) == 1.0
-    assert flocking.vicsek_order(2.0 * np.pi, 25) == pytest.approx(0.2)
+    np.testing.assert_allclose(laws.order(velocities), [1.0, 0.0])
+    assert laws.vicsek_order(0.0, 7) == 1.0
+    assert laws.vicsek_order(2.0 * np.pi, 25) == pytest.approx(0.2)
 
 
 def test_order_falls_with_noise_as_predicted(tmp_path):
@@ -276,7 +276,7 @@ def test_another_law_than_vicseks_fails(tmp_path, law):
 def test_reynolds_typed_out():
     points = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [50.0, 0.0]])
     velocities = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 2.0], [9.0, 9.0]])
-    found = flocking.reynolds(points, velocities, 2.1, 3.0, 0.5, 0.1)
+    found = laws.reynolds(points, velocities, 2.1, 3.0, 0.5, 0.1)
     separation = 3.0 * np.array([-2.0 / 4.0, -1.0])
     alignment = 0.5 * (np.array([0.0, 1.0]) - [1.0, 0.0])
     cohesion = 0.1 * np.array([1.0, 0.5])
@@ -287,7 +287,7 @@ def test_reynolds_typed_out():
 def test_speeds_are_brought_into_their_range():
     velocities = np.array([[3.0, 4.0], [0.03, 0.04], [0.6, 0.0], [0.0, 0.0]])
     expected = [[0.6, 0.8], [0.3, 0.4], [0.6, 0.0], [0.0, 0.0]]
-    np.testing.assert_allclose(flocking.within_speeds(velocities, 0.5, 1.0), expected)
+    np.testing.assert_allclose(laws.within_speeds(velocities, 0.5, 1.0), expected)
 
 
 def test_boids_without_separation_collide(tmp_path):

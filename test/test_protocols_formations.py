@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
-from mrs_simulator.control.library import formations as library
-from mrs_simulator.control.library.formation import Formation
+from mrs_simulator.control.laws import formations as library
+from mrs_simulator.control.laws import formations_equations as laws
+from mrs_simulator.control.laws.formation import Formation
+from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.parameters import checked_values
-from mrs_simulator.core.protocols import formations as laws
 from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.reporting import judged, make_control
+from mrs_simulator.study.report import judged
 
 SHIPPED = {
     "displacement_formation": library.DisplacementFormation,

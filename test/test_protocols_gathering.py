@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.library.gathering import Containment, Coverage, CyclicPursuit, Rendezvous
+from mrs_simulator.control.laws import gathering_equations as laws
+from mrs_simulator.control.laws.gathering import Containment, Coverage, CyclicPursuit, Rendezvous
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.protocols import gathering
 
 NAMES = ("containment", "rendezvous", "cyclic_pursuit", "cyclic_pursuit_inwards", "coverage")
 
@@ -26,20 +26,20 @@ def test_containment_typed_out():
     topology = Topology(3, [(1, 2), (1, 3, 2.0), (2, 1)])
     points = np.array([[1.0, 0.0], [2.0, 2.0], [5.0, -1.0]])
     expected = [[1.0 + 2.0 * 4.0, 2.0 - 2.0], [-1.0, -2.0], [0.0, 0.0]]
-    np.testing.assert_allclose(gathering.containment(points, topology, 1), expected)
+    np.testing.assert_allclose(laws.containment(points, topology, 1), expected)
 
 
 def test_the_limit_is_the_weighted_mean_of_the_leaders():
     # The middle of a path: 1 hears 2 and leader 3, 2 hears 1 and leader 4.
     topology = Topology(4, [(1, 2), (1, 3), (2, 1), (2, 4)])
-    limit = gathering.containment_limit(np.array([[0.0, 0.0], [3.0, 6.0]]), topology)
+    limit = laws.containment_limit(np.array([[0.0, 0.0], [3.0, 6.0]]), topology)
     np.testing.assert_allclose(limit, [[1.0, 2.0], [2.0, 4.0]])
 
 
 def test_distance_outside_a_hull():
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
     points = np.array([[1.0, 1.0], [3.0, 1.0], [2.5, 2.5], [2.0, 0.5]])
-    outside = gathering.outside_hull(points, corners)
+    outside = laws.outside_hull(points, corners)
     np.testing.assert_allclose(outside, [-1.0, 1.0, np.sqrt(0.5), 0.0], atol=1e-4)
 
 
@@ -60,7 +60,7 @@ def test_containment_with_an_impossible_gain_fails(tmp_path, gain, name):
 class LosesAnEdge(Containment):
     def pointMassLaw(self, hand):
         kept = Topology(len(hand), self.topology.edges[1:])
-        return self.gain * gathering.containment(hand, kept, self.leaders)
+        return self.gain * laws.containment(hand, kept, self.leaders)
 
 
 def test_containment_without_one_edge_misses_its_limit(tmp_path):
@@ -92,54 +92,54 @@ def test_the_exact_solution_of_containment(tmp_path):
 
 def test_rendezvous_typed_out():
     points = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
-    pairs = gathering.pairs_within(points, 2.1)
+    pairs = laws.pairs_within(points, 2.1)
     np.testing.assert_array_equal(pairs, [[0, 1], [1, 2]])
     # D = 4: w(2) = 6/4, w(1) = 7/9.
-    velocity = gathering.rendezvous(points, pairs, 4.0)
+    velocity = laws.rendezvous(points, pairs, 4.0)
     np.testing.assert_allclose(velocity, [[3.0, 0.0], [-3.0, 7.0 / 9.0], [0.0, -7.0 / 9.0]])
 
 
 def random_edges():
     points = np.random.default_rng(5).uniform(-2.0, 2.0, (6, 2))
-    return points, gathering.pairs_within(points, 3.0)
+    return points, laws.pairs_within(points, 3.0)
 
 
 def test_rendezvous_is_minus_the_gradient_of_the_tension():
     points, pairs = random_edges()
     step = 1e-6 * np.eye(12).reshape(12, 6, 2)
-    up, down = (gathering.edge_tension(points + s * step, pairs, 3.5) for s in (1, -1))
+    up, down = (laws.edge_tension(points + s * step, pairs, 3.5) for s in (1, -1))
     gradient = ((up - down) / 2e-6).reshape(6, 2)
-    np.testing.assert_allclose(gathering.rendezvous(points, pairs, 3.5), -gradient, atol=1e-5)
+    np.testing.assert_allclose(laws.rendezvous(points, pairs, 3.5), -gradient, atol=1e-5)
 
 
 def test_the_curvature_of_the_tension():
     points, pairs = random_edges()
     step = 1e-6 * np.eye(12).reshape(12, 6, 2)
     rows = [
-        gathering.rendezvous(points - s, pairs, 3.5) - gathering.rendezvous(points + s, pairs, 3.5)
+        laws.rendezvous(points - s, pairs, 3.5) - laws.rendezvous(points + s, pairs, 3.5)
         for s in step
     ]
     hessian = np.array(rows).reshape(12, 12) / 2e-6
     largest = np.linalg.eigvalsh(0.5 * (hessian + hessian.T))[-1]
-    assert gathering.tension_curvature(points, pairs, 3.5) == pytest.approx(largest, rel=1e-6)
+    assert laws.tension_curvature(points, pairs, 3.5) == pytest.approx(largest, rel=1e-6)
 
 
 def test_rendezvous_keeps_an_edge_that_plain_consensus_breaks():
     # A robot between two groups: the plain mean of four pulls it out of reach of the one.
     points = np.array([[-2.9, 0.0], [0.0, 0.0], [2.9, 0.2], [2.9, 0.0], [2.9, -0.2], [2.8, 0.1]])
-    pairs = gathering.pairs_within(points, 3.0)
+    pairs = laws.pairs_within(points, 3.0)
     longest = {}
     for name, radius, step in (("kept", 3.0, 2e-5), ("plain", 1e6, 10.0)):
         hand, longest[name] = points, 0.0
         for _ in range(4000):
-            hand = hand + step * gathering.rendezvous(hand, pairs, radius) * (radius / 2.0)
-            longest[name] = max(longest[name], gathering.edge_lengths(hand, pairs).max())
+            hand = hand + step * laws.rendezvous(hand, pairs, radius) * (radius / 2.0)
+            longest[name] = max(longest[name], laws.edge_lengths(hand, pairs).max())
     assert longest["kept"] < 3.0 < longest["plain"]
 
 
 class PlainConsensus(Rendezvous):
     def law(self, hand):
-        return gathering.rendezvous(hand, self._pairs, 1e3) * 1e3
+        return laws.rendezvous(hand, self._pairs, 1e3) * 1e3
 
 
 class Repels(Rendezvous):
@@ -180,16 +180,16 @@ def test_a_new_start_looks_for_its_edges_again():
 def test_cyclic_pursuit_typed_out():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
     ahead = [[1.0, 0.0], [0.0, 2.0], [-1.0, -2.0]]
-    np.testing.assert_allclose(gathering.cyclic_pursuit(points, 0.0), ahead)
+    np.testing.assert_allclose(laws.cyclic_pursuit(points, 0.0), ahead)
     left = [[0.0, 1.0], [-2.0, 0.0], [2.0, -1.0]]
-    np.testing.assert_allclose(gathering.cyclic_pursuit(points, np.pi / 2), left, atol=1e-12)
+    np.testing.assert_allclose(laws.cyclic_pursuit(points, np.pi / 2), left, atol=1e-12)
 
 
 @pytest.mark.parametrize("n", [2, 5, 6])
 def test_the_modes_of_cyclic_pursuit(n):
     angle = 0.3
     matrix = np.exp(1j * angle) * (np.roll(np.eye(n), 1, axis=1) - np.eye(n))
-    values = gathering.pursuit_eigenvalues(n, angle)
+    values = laws.pursuit_eigenvalues(n, angle)
     np.testing.assert_allclose(
         np.sort_complex(np.round(np.linalg.eigvals(matrix), 9)),
         np.sort_complex(np.round(values, 9)),
@@ -198,10 +198,10 @@ def test_the_modes_of_cyclic_pursuit(n):
     slowest = -2.0 * np.sin(np.pi / n) * np.sin(np.pi / n - angle)
     assert values[1:].real.max() == pytest.approx(slowest)
     points = np.random.default_rng(1).normal(size=(n, 2))
-    modes = gathering.pursuit_modes(points)
-    np.testing.assert_allclose(gathering.points_of_modes(modes), points, atol=1e-12)
-    velocity = gathering.points_of_modes(modes * values)
-    np.testing.assert_allclose(velocity, gathering.cyclic_pursuit(points, angle), atol=1e-12)
+    modes = laws.pursuit_modes(points)
+    np.testing.assert_allclose(laws.points_of_modes(modes), points, atol=1e-12)
+    velocity = laws.points_of_modes(modes * values)
+    np.testing.assert_allclose(velocity, laws.cyclic_pursuit(points, angle), atol=1e-12)
 
 
 @pytest.mark.parametrize("share, sign", [(0.95, -1), (1.0, 0), (1.05, 1)])
@@ -215,7 +215,7 @@ def test_the_threshold_is_at_pi_over_n(tmp_path, share, sign):
 
 class PursuesAtAnotherAngle(CyclicPursuit):
     def pointMassLaw(self, hand):
-        return self.gain * gathering.cyclic_pursuit(hand, self.angle + 0.1)
+        return self.gain * laws.cyclic_pursuit(hand, self.angle + 0.1)
 
 
 class PursuesTheOneBehind(CyclicPursuit):
@@ -236,18 +236,18 @@ def test_coverage_typed_out():
     samples = np.array([[-3.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [3.0, 2.0]])
     density = np.array([1.0, 1.0, 1.0, 3.0])
     points = np.array([[-2.0, 1.0], [2.0, 0.0], [50.0, 0.0]])
-    centroids = gathering.cell_centroids(points, samples, density)
+    centroids = laws.cell_centroids(points, samples, density)
     np.testing.assert_allclose(centroids, [[-2.0, 0.0], [2.5, 1.5], [50.0, 0.0]])
-    velocity = gathering.coverage(points, samples, density)
+    velocity = laws.coverage(points, samples, density)
     np.testing.assert_allclose(velocity, [[0.0, -1.0], [0.5, 1.5], [0.0, 0.0]])
     cost = (2.0 + 2.0 + 1.0 + 3.0 * 5.0) / 6.0
-    assert gathering.locational_cost(points, samples, density) == pytest.approx(cost)
+    assert laws.locational_cost(points, samples, density) == pytest.approx(cost)
 
 
 def test_the_samples_fill_the_square():
-    samples = gathering.square_samples(4.0, 2)
+    samples = laws.square_samples(4.0, 2)
     np.testing.assert_allclose(samples, [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])
-    density = gathering.gaussian_density(samples, (1.0, 1.0), 2.0)
+    density = laws.gaussian_density(samples, (1.0, 1.0), 2.0)
     np.testing.assert_allclose(density, np.exp([-1.0, -0.5, -0.5, 0.0]))
 
 

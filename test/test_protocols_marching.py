@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
-from mrs_simulator.control.library.marching import LeaderFollower, Marching, tree
+from mrs_simulator.control.laws import marching_equations as laws
+from mrs_simulator.control.laws.marching import LeaderFollower, Marching, tree
+from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.protocols import marching as laws
-from mrs_simulator.reporting import make_control
 
 HOLDS = {
     "marching": ["steady displacement error [m]", "drift of the centre from the path [m]"],

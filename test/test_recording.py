@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrs_simulator.core import formation, recording, verdict
+from mrs_simulator.control.laws import formation_equations as formation
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core import recording, verdict
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import (
     COLUMNS,
@@ -22,7 +24,7 @@ from mrs_simulator.core.recording import (
     write_facts,
 )
 from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.reporting import judged, make_control
+from mrs_simulator.study.report import judged
 
 PRINTED = [[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0], [-5.05, 12.3, 0.0]]
 
@@ -132,7 +134,11 @@ def theory_run(duration=90.0, k=0.02, collisions=(), change=None):
     steps = int(round(duration * 10))
     offsets = formation.line_offsets(4, 2.0)
     hand = formation.predict(
-        hand_points(scenario.poses, 0.05), offsets, formation.closure_topology("chain", 4), k, steps
+        hand_points(scenario.poses, 0.05),
+        offsets,
+        formation.closure_topology("chain", 4),
+        k,
+        steps,
     )
     if change is not None:
         hand = change(hand)

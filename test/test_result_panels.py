@@ -11,9 +11,9 @@ from python_qt_binding.QtGui import QColor, QPalette
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.rqt_plugin.preflight_panel import PreflightPanel
-from mrs_simulator.rqt_plugin.preflight_run import Finding, PreflightRun
-from mrs_simulator.rqt_plugin.verdict_panel import VerdictPanel
+from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun
+from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
+from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 
 APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]

@@ -21,21 +21,34 @@ ROS = {
 }
 MESSAGES = {"geometry_msgs", "nav_msgs", "std_msgs", "std_srvs"}
 QT = {"python_qt_binding", "PyQt5"}
-# What a room may not import: outside packages, and rooms of this package.
-FORBIDDEN = {
-    "core": (
-        ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
-        {"world", "control", "report", "nodes"},
-    ),
-    "world": (ROS | MESSAGES | QT | {"matplotlib"}, {"control", "report", "nodes"}),
-    "control": (ROS | QT | {"pybullet", "matplotlib"}, {"world", "report", "nodes"}),
-    "report": ((ROS - {"rosbag"}) | MESSAGES | QT | {"pybullet"}, {"world", "control", "nodes"}),
-    "nodes": (QT | {"pybullet", "matplotlib"}, {"rqt_plugin"}),
+# In which order rooms stand: each may import those before it, and no other.
+ROOMS = ("core", "vehicles", "world", "control", "study", "ros", "nodes", "rqt_plugin")
+APART = {
+    ("world", "control"),
+    ("control", "world"),
+    ("nodes", "rqt_plugin"),
+    ("rqt_plugin", "nodes"),
 }
+# Outside packages that a room may not import.
+FORBIDDEN = {
+    "core": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
+    "vehicles": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
+    "world": ROS | MESSAGES | QT | {"matplotlib"},
+    "control": ROS | QT | {"pybullet", "matplotlib"},
+    "study": (ROS - {"rosbag", "rospkg"}) | MESSAGES | QT | {"pybullet"},
+    "ros": QT | {"pybullet", "matplotlib"},
+    "nodes": QT | {"pybullet", "matplotlib"},
+    "rqt_plugin": {"pybullet"},
+    "": ROS | MESSAGES | QT | {"pybullet", "matplotlib", "numpy"},  # the package itself
+}
+ROS_SIDE = {"ros_side", "plugin.py", "standalone.py"}  # of the GUI: the only ones that know ROS
 
 
 def modules(room):
-    for directory, _, files in os.walk(os.path.join(ROOT, room)):
+    top = os.path.join(ROOT, room) if room else ROOT
+    for directory, inner, files in os.walk(top):
+        if not room:
+            inner.clear()
         for name in files:
             if name.endswith(".py"):
                 yield os.path.join(directory, name)
@@ -52,16 +65,44 @@ def imported(path):
             yield node.module or ""
 
 
-@pytest.mark.parametrize("room", sorted(FORBIDDEN))
-def test_imports_stay_in_their_direction(room):
-    packages, rooms = FORBIDDEN[room]
+def found_imports(room):
     found = [(path, name) for path in modules(room) for name in imported(path)]
-    assert found, "no module of {} was read".format(room)
-    for path, name in found:
+    assert found, "no module of {} was read".format(room or "the package itself")
+    return found
+
+
+def test_every_directory_is_a_room_with_rules():
+    held = {
+        name for name in os.listdir(ROOT) if os.path.exists(os.path.join(ROOT, name, "__init__.py"))
+    }
+    assert held == set(ROOMS) and set(FORBIDDEN) == set(ROOMS) | {""}
+
+
+@pytest.mark.parametrize("room", sorted(FORBIDDEN))
+def test_a_room_imports_no_package_that_it_may_not(room):
+    for path, name in found_imports(room):
+        assert name.split(".")[0] not in FORBIDDEN[room], "{} imports {}".format(path, name)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_imports_keep_to_the_order_of_the_rooms(room):
+    for path, name in found_imports(room):
         parts = name.split(".")
-        assert parts[0] not in packages, "{} imports {}".format(path, name)
-        if parts[0] == "mrs_simulator" and len(parts) > 1:
-            assert parts[1] not in rooms, "{} imports {}".format(path, name)
+        if parts[0] == "mrs_simulator" and len(parts) > 1 and parts[1] in ROOMS:
+            other = parts[1]
+            wrong = ROOMS.index(other) > ROOMS.index(room) or (room, other) in APART
+            assert not wrong, "{} imports {}".format(path, name)
+
+
+def test_the_widgets_of_the_gui_know_no_ros():
+    for path, name in found_imports("rqt_plugin"):
+        part = os.path.relpath(path, os.path.join(ROOT, "rqt_plugin")).split(os.sep)[0]
+        if part not in ROS_SIDE:
+            package = name.split(".")[0]
+            known = package in ROS | MESSAGES or name.startswith(
+                ("mrs_simulator.msg", "mrs_simulator.srv")
+            )
+            assert not known, "{} imports {}".format(path, name)
 
 
 def test_core_imports_without_ros_or_pybullet():

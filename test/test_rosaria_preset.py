@@ -9,8 +9,8 @@ from test_stage_node import start
 
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.nodes.rosaria import behind_rosaria, driver_commands
-from mrs_simulator.world.robots.pioneer3dx import FIRMWARE_LIMITS
+from mrs_simulator.nodes.stage.rosaria import behind_rosaria, driver_commands
+from mrs_simulator.vehicles.pioneer3dx import FIRMWARE_LIMITS
 
 PRESET = "_preset:=rosaria"
 TOP_TURN = math.radians(100.0)  # [rad/s]

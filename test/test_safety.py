@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
-from mrs_simulator.core.protocols.safety import margins, safe_velocities
+from mrs_simulator.control.safety_filter import margins, safe_velocities
 from mrs_simulator.core.scenario import scenario_from_dict
 
 PERIOD = 0.02

@@ -7,12 +7,13 @@ import pytest
 from protocol_fixtures import shipped
 from ros_fixtures import wait_until
 
-from mrs_simulator.core.interruptions import Interruptions, failure
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.controller_log import Interruptions, failure
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Collision, read_run_csv
-from mrs_simulator.reporting import make_control, predicted_settling
-from mrs_simulator.rqt_plugin.study import History, Snapshot
-from mrs_simulator.rqt_plugin.study_run import StudyRun
+from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+from mrs_simulator.rqt_plugin.run.study_run import StudyRun
+from mrs_simulator.study.report import predicted_settling
 
 FAILED = failure(ValueError("no"))
 

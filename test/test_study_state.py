@@ -7,9 +7,9 @@ import pytest
 from protocol_fixtures import shipped
 
 from mrs_simulator.core.links import Links
-from mrs_simulator.rqt_plugin.study import Snapshot
-from mrs_simulator.rqt_plugin.study_run import StudyRun
-from mrs_simulator.rqt_plugin.study_state import StudyState
+from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.rqt_plugin.run.study_run import StudyRun
+from mrs_simulator.rqt_plugin.run.study_state import StudyState
 
 STAGE = SimpleNamespace(fidelity="kinematic", paused=False, real_time_factor=1.0, speed=1.0)
 RUNNING = SimpleNamespace(running=True, trouble="", protocol="Formation")

@@ -14,9 +14,9 @@ from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QAbstractItemView, QApplication, QComboBox, QPushButton
 
 from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.rqt_plugin import team_panel
-from mrs_simulator.rqt_plugin.team_panel import TeamPanel
-from mrs_simulator.world.robots import KINDS
+from mrs_simulator.rqt_plugin.team import panel as team_panel
+from mrs_simulator.rqt_plugin.team.panel import TeamPanel
+from mrs_simulator.vehicles import KINDS
 
 APP = QApplication.instance() or QApplication([])
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
@@ -362,7 +362,7 @@ def test_scenario_buttons_only_ask(panel):
 
 
 def test_kinds_are_chosen_where_there_are_several(monkeypatch):
-    monkeypatch.setattr(team_panel.robots, "KINDS", KINDS[:1] + ("other",))
+    monkeypatch.setattr(team_panel.vehicles, "KINDS", KINDS[:1] + ("other",))
     panel = shown_panel()
     assert panel._model.columnCount() == 5
     go_to(panel, 2, 4)

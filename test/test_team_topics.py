@@ -7,8 +7,8 @@ import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.core.guards import JumpBounds, Tracks
-from mrs_simulator.nodes.odometry_inbox import Inbox
-from mrs_simulator.nodes.timing import RoundTrips
+from mrs_simulator.nodes.control.timing import RoundTrips
+from mrs_simulator.ros.odometry_inbox import Inbox
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
 

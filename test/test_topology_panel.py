@@ -11,7 +11,7 @@ from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QPushButton
 
-from mrs_simulator.rqt_plugin.topology_panel import TopologyPanel
+from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 
 APPLICATION = QApplication.instance() or QApplication([])
 

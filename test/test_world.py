@@ -6,7 +6,7 @@ import pytest
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.obstacles import Box
-from mrs_simulator.world.robots import pioneer3dx
+from mrs_simulator.vehicles import pioneer3dx
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 ONE = ("pioneer3dx",)

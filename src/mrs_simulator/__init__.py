@@ -13,8 +13,8 @@ _HOMES = {
     "make_twist": "mrs_simulator.control.pioneer_control",
     "Twist": "geometry_msgs.msg",
     "Parameter": "mrs_simulator.core.parameters",
-    "run": "mrs_simulator.nodes.pioneer_control",
-    "run_experiment": "mrs_simulator.experiment",
+    "run": "mrs_simulator.nodes.control.node",
+    "run_experiment": "mrs_simulator.study.experiment",
     "load_scenario": "mrs_simulator.core.scenario",
 }
 

@@ -11,7 +11,7 @@ import inspect
 import os
 import sys
 
-from mrs_simulator.control.library import HOMES, shipped
+from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.parameters import unknown_name
 

@@ -5,7 +5,7 @@ import copy
 
 import numpy as np
 
-from mrs_simulator.core.channel import Channel
+from mrs_simulator.core.edge_faults import Channel
 from mrs_simulator.core.kinematics import hand_points, unicycle_from_point_mass
 
 

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from geometry_msgs.msg import Twist
 
+from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
 from mrs_simulator.control.network import Network
+from mrs_simulator.control.safety_filter import safe_velocities
 from mrs_simulator.core.claims import without_theorem
-from mrs_simulator.core.formation import HAND_LENGTH
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import (
     NO_LIMITS,
@@ -18,7 +19,6 @@ from mrs_simulator.core.kinematics import (
 )
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.parameters import checked_values
-from mrs_simulator.core.protocols.safety import safe_velocities
 
 RESERVED = (
     "numbers",

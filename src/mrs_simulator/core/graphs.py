@@ -179,3 +179,17 @@ def _checked_edge(edge, n):
     if edge[0] == edge[1]:
         raise ValueError("edge {}: a robot does not hear itself".format(list(edge)))
     return edge[0], edge[1], float(weight)
+
+
+def arcs_of(topology):
+    """Return ``(arcs, weights, edges)`` of who hears whom: m arcs (i, j), robots from 0.
+
+    ``arcs`` (m, 2), ``weights`` (m,), ``edges`` (m,): which of ``topology.edges`` each belongs to;
+    an undirected edge is two arcs.
+    """
+    pairs = np.array([edge[:2] for edge in topology.edges], dtype=int).reshape(-1, 2) - 1
+    weights = np.array([edge[2] for edge in topology.edges], dtype=float)
+    edges = np.arange(len(pairs))
+    if topology.directed:
+        return pairs, weights, edges
+    return np.vstack([pairs, pairs[:, ::-1]]), np.tile(weights, 2), np.tile(edges, 2)

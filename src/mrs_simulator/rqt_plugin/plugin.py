@@ -4,12 +4,12 @@ from python_qt_binding.QtCore import QCoreApplication, QEvent
 from qt_gui.plugin import Plugin
 
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.rqt_plugin.guard import guarded
-from mrs_simulator.rqt_plugin.interrupts import defer_interrupts
-from mrs_simulator.rqt_plugin.link import RosLink
-from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
-from mrs_simulator.shipped import shipped_scenarios
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.interrupts import defer_interrupts
+from mrs_simulator.study.shipped import shipped_scenarios
 
 KEYS = ("scenario", "across", "down", "shown")
 
@@ -21,7 +21,7 @@ class MrsSimulator(Plugin):
         super().__init__(context)
         self.setObjectName("MrsSimulator")
         scenario = load_scenario(shipped_scenarios() + "/paper.yaml")
-        self._widget = StudyWidget(RosLink(), Processes(), scenario)
+        self._widget = StudyWidget(RosConnection(), Processes(), scenario)
         if context.serial_number() > 1:
             title = "{} ({})".format(self._widget.windowTitle(), context.serial_number())
             self._widget.setWindowTitle(title)

@@ -14,13 +14,13 @@ import rospy
 from python_qt_binding.QtCore import QSettings, QTimer
 from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
-from mrs_simulator.commands import BAD_INPUT
-from mrs_simulator.nodes.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
-from mrs_simulator.rqt_plugin.guard import guarded
-from mrs_simulator.rqt_plugin.interrupts import from_event_loop
-from mrs_simulator.rqt_plugin.link import RosLink
-from mrs_simulator.rqt_plugin.processes import Processes
+from mrs_simulator.ros.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
+from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.interrupts import from_event_loop
+from mrs_simulator.study.programs import BAD_INPUT
 
 ARGUMENTS = dict(
     RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING
@@ -84,7 +84,7 @@ def main():
         if arguments.fresh:
             settings.clear()
         processes = Processes()
-        study = StudyWidget(RosLink(), processes, scenario)
+        study = StudyWidget(RosConnection(), processes, scenario)
         kept = {key: settings.value(key) for key in ("across", "down", "shown")}
         if not arguments.scenario:
             kept["scenario"] = settings.value("scenario")

@@ -20,23 +20,23 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 
-from mrs_simulator.control.library import HOMES
+from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_yaml
-from mrs_simulator.reporting import from_anywhere
-from mrs_simulator.rqt_plugin.curves_panel import CurvesPanel
-from mrs_simulator.rqt_plugin.file_dialog import FileDialog
-from mrs_simulator.rqt_plugin.flow_layout import FlowLayout
-from mrs_simulator.rqt_plugin.guard import guarded
-from mrs_simulator.rqt_plugin.map_panel import MapPanel
-from mrs_simulator.rqt_plugin.preflight_panel import PreflightPanel
-from mrs_simulator.rqt_plugin.protocol_panel import ProtocolPanel
-from mrs_simulator.rqt_plugin.run_bar import RunBar
-from mrs_simulator.rqt_plugin.study import History
-from mrs_simulator.rqt_plugin.study_run import StudyRun, reason
-from mrs_simulator.rqt_plugin.team_panel import TeamPanel
-from mrs_simulator.rqt_plugin.topology_panel import TopologyPanel
-from mrs_simulator.rqt_plugin.verdict_panel import VerdictPanel
-from mrs_simulator.rqt_plugin.view_panel import ViewPanel
+from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
+from mrs_simulator.rqt_plugin.map.panel import MapPanel
+from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.run.bar import RunBar
+from mrs_simulator.rqt_plugin.run.history import History
+from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
+from mrs_simulator.rqt_plugin.run.study_run import StudyRun, reason
+from mrs_simulator.rqt_plugin.team.panel import TeamPanel
+from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
+from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
+from mrs_simulator.rqt_plugin.view.panel import ViewPanel
+from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
+from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.report import from_anywhere
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
@@ -50,7 +50,7 @@ class StudyWidget(QWidget):
     """Everything a coordination study needs; ``close_study`` ends what was started here."""
 
     def __init__(self, link, processes, scenario, parent=None):
-        """``link``: ``RosLink``; ``processes``: ``Processes``; ``scenario``: what to begin with."""
+        """``link``: ``RosConnection``; ``processes``: ``Processes``; ``scenario``: what to begin with."""
         super().__init__(parent)
         self.setObjectName("MrsSimulator")
         self.setWindowTitle("Multi-robot simulator")

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.vehicles import robot_kind
 from mrs_simulator.world.collisions import (
     Footprint,
     Rectangles,
@@ -14,7 +15,6 @@ from mrs_simulator.world.collisions import (
     footprints_at,
     rectangle_overlap,
 )
-from mrs_simulator.world.robots import robot_kind
 
 PASSES = 4  # [-] rounds of pushing apart in one step
 ROUNDING = 1e-6  # [m] by which positions may be rounded, generously

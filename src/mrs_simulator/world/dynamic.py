@@ -9,8 +9,8 @@ from mrs_simulator.core.kinematics import (
     wheel_speeds,
     wrap_angle,
 )
+from mrs_simulator.vehicles import limits_of_team, robot_kind
 from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.robots import limits_of_team, robot_kind
 from mrs_simulator.world.scene import add_ground, add_obstacle, add_robot, mass_centre
 
 GRAVITY = 9.81  # [m/s^2]

@@ -14,8 +14,8 @@ from mrs_simulator.core.kinematics import (
     wrap_angle,
 )
 from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.vehicles import limits_of_team, robot_kind
 from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.robots import limits_of_team, robot_kind
 
 
 def drive(pose, velocity, command, top, acceleration, step):

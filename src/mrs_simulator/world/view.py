@@ -11,7 +11,7 @@ import os
 import numpy as np
 import pybullet
 
-from mrs_simulator.world.robots import robot_kind
+from mrs_simulator.vehicles import robot_kind
 from mrs_simulator.world.scene import add_obstacle, add_robot, mass_centre
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top

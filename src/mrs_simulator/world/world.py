@@ -13,10 +13,10 @@ import numpy as np
 from mrs_simulator.core.kinematics import compose, wrap_angle
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
+from mrs_simulator.vehicles import robot_kind
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
-from mrs_simulator.world.robots import robot_kind
 
 EVERY = slice(None)  # the rows of all robots
 FORGET = 0.1  # [s] without contact after which touching again is a new collision

@@ -1,0 +1,35 @@
+"""The shipped protocols: a name for each, and the class behind it."""
+
+import importlib
+
+# Scenarios, launch files and the GUI name them so.
+HOMES = {
+    "bearing_formation": "formations:BearingFormation",
+    "bearing_leaders": "formations:BearingLeaders",
+    "consensus": "consensus:Consensus",
+    "containment": "gathering:Containment",
+    "coverage": "gathering:Coverage",
+    "cucker_smale": "flocking:CuckerSmale",
+    "cyclic_pursuit": "gathering:CyclicPursuit",
+    "delayed_consensus": "consensus_memory:DelayedConsensus",
+    "discrete_consensus": "consensus:DiscreteConsensus",
+    "displacement_formation": "formations:DisplacementFormation",
+    "distance_formation": "formations:DistanceFormation",
+    "event_triggered_consensus": "event_triggered_consensus:EventTriggeredConsensus",
+    "flocking": "flocking:Flocking",
+    "formation": "formation:Formation",
+    "leader_follower": "marching:LeaderFollower",
+    "marching": "marching:Marching",
+    "rendezvous": "gathering:Rendezvous",
+    "resilient_consensus": "resilient_consensus:ResilientConsensus",
+    "reynolds": "flocking:Reynolds",
+    "second_order_consensus": "consensus_memory:SecondOrderConsensus",
+    "switching_consensus": "switching_consensus:SwitchingConsensus",
+    "vicsek": "flocking:Vicsek",
+}
+
+
+def shipped(name):
+    """Return the class of the shipped protocol called ``name``; ``KeyError`` if there is none."""
+    module, _, class_name = HOMES[name].partition(":")
+    return getattr(importlib.import_module("mrs_simulator.control.laws." + module), class_name)

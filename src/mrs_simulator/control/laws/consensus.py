@@ -1,0 +1,173 @@
+"""Consensus protocols without memory, with what theory claims of their runs."""
+
+import numpy as np
+
+from mrs_simulator.control.laws.common import (
+    AGREED,
+    DECAY,
+    all_hold,
+    below,
+    commands_by,
+    held_track,
+    spanning_tree,
+)
+from mrs_simulator.control.laws.consensus_equations import (
+    consensus,
+    discrete_consensus,
+    has_simple_modes,
+    largest_step,
+)
+from mrs_simulator.control.laws.over_links import Linear, linear_claims
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import (
+    Condition,
+    converges_to,
+    decreases,
+    disagreement,
+    invariant,
+    rate,
+)
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import left_null_vector, sampled_rate
+
+GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
+EPS = Parameter(
+    "eps",
+    0.2,
+    low=-10.0,
+    high=100.0,
+    meaning="share of the differences removed by each command",
+    why="converges below 2/lambda_max",
+)
+AT_LIMIT = "distance from agreement on w^T p(0) [m]"
+
+
+def keeps_weighted_mean(topology):
+    """Return the claim that ``w^T p`` stays."""
+    weights = left_null_vector(topology)
+    return invariant(lambda hand: np.einsum("i,mid->md", weights, hand), 0.01, "drift of w^T p [m]")
+
+
+def decays_at(value, topology, of=disagreement):
+    """Return the claim of a decay rate ``value`` [1/s], in a list; an empty one without simple modes."""
+    known = topology.n > 1 and has_simple_modes(topology)
+    return [rate(value, of, 0.05, DECAY)] if known else []
+
+
+def never_grows(quantity, name, period):
+    """Claim that the ``quantity`` never grows from one command to a later one.
+
+    While a command is held, it may fall below its next value and rise again.
+    """
+    claim = decreases(quantity, name, free=True)
+
+    def growth(run):
+        count = (run.time - run.time[0]) / period
+        rows = np.flatnonzero(np.abs(count - np.round(count)) < 1e-6)
+        return claim.measure(run._replace(time=run.time[rows], hand=run.hand[rows]))
+
+    return claim._replace(measure=growth)
+
+
+class Consensus(PioneerControl):
+    """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005."""
+
+    PARAMETERS = (GAIN,)
+
+    def pointMassLaw(self, hand):
+        """Return the hand points' velocities, (n, 2) [m/s]."""
+        return self.gain * consensus(hand, self.topology)
+
+    def claims(self, start):
+        """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
+        conditions = [
+            spanning_tree(self.topology),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            below("gain Tc < 2/lambda_max", self.gain * self.period, largest_step(self.topology)),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        return conditions + [
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            *decays_at(
+                sampled_rate(self.gain * self.topology.laplacian(), self.period), self.topology
+            ),
+        ]
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
+        return powers(step, start, commands_by(time, self.period))
+
+    def claims_over_links(self, start):
+        """Return limit and rate over delayed and switching edges, agreement over lossy ones."""
+        return linear_claims(self._over_links(start), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        return self._over_links(start).track(start, time)
+
+    def _over_links(self, start):
+        places = np.zeros_like(start)
+        return Linear(self.topology, self.gain, places, self.period, self.links, AGREED, 0.05)
+
+
+class DiscreteConsensus(PioneerControl):
+    """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007."""
+
+    PARAMETERS = (EPS,)
+
+    def pointMassLaw(self, hand):
+        """Return the velocities (n, 2) [m/s] that make one step in ``self.period``."""
+        return (discrete_consensus(hand, self.topology, self.eps) - hand) / self.period
+
+    def claims(self, start):
+        """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""
+        conditions = [
+            spanning_tree(self.topology),
+            Condition("eps above 0", self.eps > 0.0, "robots are driven apart"),
+            below("eps < 2/lambda_max", self.eps, largest_step(self.topology)),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        decay = sampled_rate(self.eps / self.period * self.topology.laplacian(), self.period)
+        return conditions + [
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            *decays_at(decay, self.topology),
+        ]
+
+    def prediction(self, start, time):
+        """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        return held_track(self._points(start), time, self.period)
+
+    def claims_over_links(self, start):
+        """Return what :class:`Consensus` of gain ``eps`` over the period does."""
+        return linear_claims(self._over_links(start), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        return self._over_links(start).track(start, time)
+
+    def _over_links(self, start):
+        gain, places = self.eps / self.period, np.zeros_like(start)
+        return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.05)
+
+    def _points(self, point):
+        while True:
+            yield point
+            point = discrete_consensus(point, self.topology, self.eps)
+
+
+def powers(step, start, counts):
+    """Return ``step^k start``, (m, n, 2), for each k of ascending ``counts`` (m,)."""
+    track, point, done = np.empty((len(counts),) + start.shape), start, 0
+    jumps = {}
+    for row, count in enumerate(counts.tolist()):
+        jump = count - done
+        if jump not in jumps:
+            jumps[jump] = np.linalg.matrix_power(step, jump)
+        point, done = jumps[jump] @ point, count
+        track[row] = point
+    return track

@@ -1,0 +1,185 @@
+"""Consensus: robots agree on a point by averaging over their neighbours.
+
+With each law stand the numbers of its theorem: bounds and rates from the Laplacian's eigenvalues mu.
+"""
+
+import numpy as np
+
+from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
+
+
+def consensus(points, topology):
+    """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, 2) [m/s], from ``points`` p (n, 2) [m].
+
+    On a connected undirected graph the mean stays and disagreement decays at least as fast as
+    ``exp(-lambda_2 t)``; on a directed graph with a spanning tree the limit is ``w^T p(0)``, ``w``
+    the left null vector of L.  Olfati-Saber and Murray, 2004; Ren and Beard, 2005.
+    """
+    degree = topology.in_degree()[:, np.newaxis]
+    return topology.neighbour_sum(points) - degree * points
+
+
+def moving_eigenvalues(topology):
+    """Return the nonzero eigenvalues mu of L, (m,): those of the modes that consensus removes."""
+    return moving(laplacian_eigenvalues(topology))
+
+
+def has_simple_modes(topology):
+    """Return whether L has a basis of eigenvectors: only then modes decay as pure exponentials.
+
+    A chain, say, has none: its disagreement decays like ``t^(n-2) exp(-t)``.
+    """
+    if not topology.directed:
+        return True
+    _, vectors = np.linalg.eig(topology.laplacian())
+    return bool(np.linalg.cond(vectors) < 1e6)
+
+
+# In steps --------------------------------------------------------------------------------------
+
+
+def discrete_consensus(points, topology, eps):
+    """Return ``p+ = p - eps L p``, (n, 2) [m], from ``points`` p (n, 2) [m]; ``eps`` [-].
+
+    Converges, on a topology with a spanning tree, iff ``eps`` is below :func:`largest_step`.
+    Olfati-Saber, Fax and Murray, 2007.
+    """
+    return points + eps * consensus(points, topology)
+
+
+def largest_step(topology):
+    """Return the bound of ``eps`` [-]: least ``2 Re(mu)/|mu|^2``, undirected ``2/lambda_max``."""
+    return stable_step(laplacian_eigenvalues(topology))
+
+
+# Delayed ---------------------------------------------------------------------------------------
+
+
+def delayed_consensus(history, topology):
+    """Return ``u_i(t) = sum_j a_ij (p_j(t - tau) - p_i(t - tau))``, (n, 2) [m/s].
+
+    ``history``: the points (n, 2) [m] at the last commands, the oldest first, which is that of
+    ``t - tau``.  Stable iff ``tau`` is below :func:`largest_delay`.  Olfati-Saber and Murray, 2004.
+    """
+    return consensus(history[0], topology)
+
+
+def largest_delay(topology, gain=1.0):
+    """Return the bound of tau [s]: least ``(pi/2 - |arg mu|)/(gain |mu|)`` over the nonzero mu.
+
+    Undirected: ``pi/(2 gain lambda_max)``.
+    """
+    mu = moving_eigenvalues(topology)
+    bounds = (np.pi / 2.0 - np.abs(np.angle(mu))) / (gain * np.abs(mu))
+    return float(np.min(bounds, initial=np.inf))
+
+
+def delayed_rate(topology, gain, period, steps):
+    """Return the rate [1/s] of ``p' = -gain L p(t - steps period)`` with held inputs.
+
+    Each mode mu is ``z^(d+1) - z^d + gain period mu = 0``, d = ``steps``; negative if one grows.
+    """
+    largest = 0.0
+    for mu in np.unique(np.round(moving_eigenvalues(topology), 9)):
+        polynomial = np.zeros(steps + 2, dtype=complex)
+        polynomial[0] = 1.0
+        polynomial[1] -= 1.0
+        polynomial[-1] += gain * period * mu
+        largest = max(largest, float(np.max(np.abs(np.roots(polynomial)))))
+    return _rate_of(largest, period)
+
+
+def delayed_points(start, topology, step, steps):
+    """Yield the points (n, 2) [m] of each command: ``p+ = p - step L p(d commands ago)``.
+
+    ``step`` [-] is gain times period; before the start the robots stood at ``start``.
+    """
+    history = [start] * (steps + 1)
+    while True:
+        yield history[-1]
+        moved = history[-1] + step * delayed_consensus(history, topology)
+        history = history[1:] + [moved]
+
+
+# Double integrators ----------------------------------------------------------------------------
+
+
+def second_order_consensus(points, velocities, topology, g):
+    """Return accelerations ``sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``, (n, 2) [m/s^2].
+
+    ``points`` p (n, 2) [m], ``velocities`` v (n, 2) [m/s], ``g`` [s].  With a spanning tree and
+    ``g`` above :func:`least_damping` positions and velocities agree: ``p_i`` on
+    ``w^T p(0) + t w^T v(0)``.  Ren and Atkins, 2007; the bound is sharp: Yu, Chen and Cao, 2010.
+    """
+    return consensus(points + g * velocities, topology)
+
+
+def least_damping(topology):
+    """Return the bound of ``g`` [s]: largest ``sqrt(Im(mu)^2/(Re(mu) |mu|^2))``; undirected 0."""
+    mu = moving_eigenvalues(topology)
+    return float(np.max(np.sqrt(mu.imag**2 / (mu.real * np.abs(mu) ** 2)), initial=0.0))
+
+
+def second_order_rate(topology, g, period):
+    """Return the rate [1/s] of ``v+ = v + period a, p+ = p + period v+``; negative if it grows.
+
+    Each mode mu is ``z^2 - (2 - T (T + g) mu) z + 1 - T g mu = 0``, T = ``period``.
+    """
+    mu = moving_eigenvalues(topology).astype(complex)
+    half = 1.0 - 0.5 * period * (period + g) * mu
+    root = np.sqrt(half**2 - (1.0 - period * g * mu))
+    largest = np.max(np.maximum(np.abs(half + root), np.abs(half - root)), initial=0.0)
+    return _rate_of(float(largest), period)
+
+
+def second_order_points(start, velocities, topology, g, period):
+    """Yield the points (n, 2) [m] of each command, the input held for ``period`` [s]."""
+    point, speed = start, velocities
+    while True:
+        yield point
+        speed = speed + period * second_order_consensus(point, speed, topology, g)
+        point = point + period * speed
+
+
+def _rate_of(modulus, period):
+    return float(-np.log(max(modulus, 1e-300)) / period)
+
+
+# Edges that come and go ------------------------------------------------------------------------
+
+
+def switching_consensus(points, arcs, weights):
+    """Return ``u_i = sum_j a_ij(t) (p_j - p_i)``, (n, 2) [m/s], from ``points`` (n, 2) [m].
+
+    ``arcs`` (m, 2): rows (i, j), i hears j; ``weights`` (m,): theirs now, 0 for those that are
+    down.  It converges if the union of the edges over each interval of some length has a spanning
+    tree, and keeps the mean if weights are symmetric at all times.  Jadbabaie, Lin and Morse, 2003;
+    Moreau, 2005.
+    """
+    hears, heard = arcs[:, 0], arcs[:, 1]
+    flow = weights[:, np.newaxis] * (points[heard] - points[hears])
+    columns = [np.bincount(hears, column, minlength=len(points)) for column in flow.T]
+    return np.stack(columns, axis=1)
+
+
+# Broadcasts at events --------------------------------------------------------------------------
+
+
+def event_thresholds(points, topology, sigma):
+    """Return the largest errors ``|p_hat_i - p_i|``, (n,) [m], at which robot i need not broadcast.
+
+    ``sqrt(sigma a (1 - a d_i)/d_i) |z_i|`` with ``z = L p``, ``d_i = sum_j a_ij``, ``0 < sigma < 1``
+    and ``0 < a < 1/max d_i``, here ``a = 1/(2 max d_i)``.  Under ``u = -L p_hat``, undirected and
+    connected, ``p^T L p`` then decreases: its derivative is at most ``-2 (1 - sigma) sum_i
+    (1 - a d_i) |z_i|^2``, so that it decays like ``exp(-(1 - sigma) lambda_2 t)`` or faster.
+    Dimarogonas, Frazzoli and Johansson, 2012.
+    """
+    degree = topology.in_degree()
+    a = 0.5 / max(float(np.max(degree)), ZERO)
+    share = sigma * a * (1.0 - a * degree) / np.maximum(degree, ZERO)
+    return np.sqrt(share) * np.linalg.norm(consensus(points, topology), axis=1)
+
+
+def laplacian_potential(hand, topology):
+    """Return ``p^T L p``, (m,) [m^2], of samples ``hand`` (m, n, 2) [m]."""
+    return np.einsum("mid,ij,mjd->m", hand, topology.laplacian(), hand)

@@ -1,0 +1,186 @@
+"""Consensus protocols that remember positions or velocities, with what theory claims of their runs."""
+
+import numpy as np
+
+from mrs_simulator.control.laws.common import (
+    AGREED,
+    all_hold,
+    below,
+    decays_as,
+    held_track,
+    spanning_tree,
+)
+from mrs_simulator.control.laws.consensus import AT_LIMIT, GAIN, keeps_weighted_mean
+from mrs_simulator.control.laws.consensus_equations import (
+    delayed_consensus,
+    delayed_points,
+    delayed_rate,
+    largest_delay,
+    least_damping,
+    second_order_consensus,
+    second_order_points,
+    second_order_rate,
+)
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import left_null_vector
+
+TAU = Parameter(
+    "tau",
+    0.3,
+    "s",
+    low=0.0,
+    high=100.0,
+    meaning="age of all positions, rounded to whole command periods",
+    why="stable below pi/(2 gain lambda_max)",
+)
+DAMPING = Parameter(
+    "g",
+    1.0,
+    "s",
+    low=-100.0,
+    high=100.0,
+    meaning="weight of velocity differences against those of positions",
+    why="on a directed graph a bound above 0 must be exceeded",
+)
+PUSH = Parameter(
+    "push", 0.0, "m/s", low=0.0, high=10.0, meaning="largest initial velocity along each axis"
+)
+SEED = Parameter("seed", 0, low=0, high=2**31 - 1, meaning="of everything random in the protocol")
+
+
+class Remembering(PioneerControl):
+    """A protocol that remembers: begins with the first command, or when time goes back."""
+
+    _last = None  # [s] time of the last command
+
+    def pointMassLaw(self, hand):
+        """Return the hand points' velocities, (n, 2) [m/s]."""
+        if self._last is None or self.time < self._last:
+            self.start()
+            self.begin(hand)
+        self._last = self.time
+        return self.law(hand)
+
+    def start(self):
+        """Forget the past; the next command is the first."""
+        self._last = None
+
+    def begin(self, hand):
+        """Make the memory of a team that stands at ``hand`` (n, 2) [m]."""
+        raise NotImplementedError
+
+    def law(self, hand):
+        """Return the velocities (n, 2) [m/s] and remember what is needed later."""
+        raise NotImplementedError
+
+
+class DelayedConsensus(Remembering):
+    """``u_i(t) = gain sum_j a_ij (p_j - p_i)(t - tau)``: Olfati-Saber and Murray, 2004.
+
+    Before the start all robots stood where they are.
+    """
+
+    PARAMETERS = (GAIN, TAU)
+
+    @property
+    def delay_steps(self):
+        """Return tau in command periods."""
+        return int(round(self.tau / self.period))
+
+    def begin(self, hand):
+        """Remember that the robots stood at ``hand``."""
+        self._history = [hand]
+
+    def law(self, hand):
+        """Return the velocities from the positions of tau ago."""
+        self._history = (self._history + [hand])[-self.delay_steps - 1 :]
+        return self.gain * delayed_consensus(self._history, self.topology)
+
+    def claims(self, start):
+        """Return limit, invariant and rate if tau is below ``pi/(2 gain lambda_max)``."""
+        conditions = [
+            spanning_tree(self.topology),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        tau = self.delay_steps * self.period
+        decay = delayed_rate(self.topology, self.gain, self.period, self.delay_steps)
+        bound = largest_delay(self.topology, self.gain)
+        conditions += [
+            below("tau < pi/(2 gain lambda_max) [s]", tau, bound),
+            Condition("stable with held commands", decay > 0.0, "the command period is too long"),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        return conditions + [
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            decays_as(self.prediction, disagreement),
+        ]
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        step = self.gain * self.period
+        points = delayed_points(start, self.topology, step, self.delay_steps)
+        return held_track(points, time, self.period)
+
+
+class SecondOrderConsensus(Remembering):
+    """``v_i' = sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``: Ren and Atkins, 2007.
+
+    The robots are told the velocities v.  These begin at random, up to ``push`` along each axis.
+    """
+
+    PARAMETERS = (DAMPING, PUSH, SEED)
+
+    def begin(self, hand):
+        """Draw the initial velocities."""
+        self._velocity = self.initial_velocities()
+
+    def initial_velocities(self):
+        """Return v(0), (n, 2) [m/s]."""
+        draw = np.random.default_rng(self.seed).uniform(-1.0, 1.0, (len(self.numbers), 2))
+        return self.push * draw
+
+    def law(self, hand):
+        """Return the velocities at the end of this period, by which semi-implicit steps move."""
+        force = second_order_consensus(hand, self._velocity, self.topology, self.g)
+        self._velocity = self._velocity + self.period * force
+        return self._velocity
+
+    def claims(self, start):
+        """Return limit and rate if ``g`` exceeds the bound that the directed graph sets."""
+        conditions = [spanning_tree(self.topology)]
+        if not all_hold(conditions):
+            return conditions
+        name = "g > max sqrt(Im(mu)^2/(Re(mu)|mu|^2)) [s]"
+        decay = second_order_rate(self.topology, self.g, self.period)
+        bound = least_damping(self.topology)
+        conditions += [
+            Condition(name, self.g > bound, "{:.4g} against {:.4g}".format(self.g, bound)),
+            Condition("stable with held commands", decay > 0.0, "the command period is too long"),
+        ]
+        if not all_hold(conditions):
+            return conditions
+        return conditions + [
+            Claim(
+                "distance from w^T p(0) + t w^T v(0) [m]", 0.0, AGREED, self._off_limit, free=True
+            ),
+            decays_as(self.prediction, disagreement),
+        ]
+
+    def _off_limit(self, run):
+        weights = left_null_vector(self.topology)
+        elapsed = run.time[-1] - run.time[0]
+        place = weights @ run.hand[0] + elapsed * (weights @ self.initial_velocities())
+        return float(np.linalg.norm(run.hand[-1] - place, axis=1).max())
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        points = second_order_points(
+            start, self.initial_velocities(), self.topology, self.g, self.period
+        )
+        return held_track(points, time, self.period)

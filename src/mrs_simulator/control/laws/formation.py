@@ -1,0 +1,183 @@
+"""The paper's formation law (6) as a protocol, with what theory claims of its runs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.control.laws import formation_equations as formation
+from mrs_simulator.control.laws.common import commands_by
+from mrs_simulator.control.laws.over_links import Linear, linear_claims
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.graphs import Topology, arcs_of
+
+SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
+SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
+
+
+class Tolerances(NamedTuple):
+    """How far a run may be from theory, by what moves the robots."""
+
+    gap: float  # [m]
+    spread: float  # [m]
+    place: float  # [m] of each final hand point from its predicted place
+    settling: float  # [-] of the predicted settling time
+
+
+TOLERANCES = {
+    "point_mass": Tolerances(1e-3, 1e-3, 1e-2, 0.05),
+    "kinematic": Tolerances(0.01, 0.01, 0.1, 0.05),
+    "dynamic": Tolerances(0.05, 0.05, 0.25, 0.25),
+}
+
+
+class Formation(PioneerControl):
+    """The paper's law (6): ``u_i = -(k/T)(alpha_i - alpha_i*)``, a line parallel to the x axis."""
+
+    PARAMETERS = formation.PARAMETERS
+
+    def set_parameters(self, given):
+        """Set the parameters; closures ``chain``, ``cycle`` and ``path`` are graphs of their own."""
+        super().set_parameters(given)
+        n = len(self.numbers)
+        self._closure = formation.closure_topology(self.closure, n, self._given_topology)
+        self._offsets = formation.line_offsets(n, self.c)
+        self.topology = self._closure
+
+    def checked_parameters(self, given):
+        """Return all values; a closure that needs a topology is refused without one."""
+        values = super().checked_parameters(given)
+        formation.closure_topology(values["closure"], len(self.numbers), self._given_topology)
+        return values
+
+    def set_topology(self, topology):
+        """Follow ``topology`` from now on (closure ``topology``)."""
+        super().set_topology(topology)
+        self.set_parameters(dict(self.parameters, closure="topology"))
+
+    def pointMassLaw(self, hand):
+        """Return ``u``, shape (n, 2) [m/s], of law (6) for hand points ``hand`` (n, 2) [m]."""
+        return formation.formation_velocity(hand, self._offsets, self.topology, self.k, self.T)
+
+    def targets(self, hand):
+        """Return ``alpha_i*``, (n, 2) [m]."""
+        return hand - formation.target_errors(hand, self._offsets, self._closure)
+
+    def warnings(self, pose):
+        """Return the warning that the law spins for ever where the held arc turns too far.
+
+        Safe is ``Tc <= l/(kappa e_max)`` or ``omega_max Tc <= 1``.
+        """
+        if self.fidelity == "point_mass":  # a point has no heading that could turn too far
+            return []
+        e_max = self.error(self._hand(pose))
+        omega_max = self.limits.omega_max if self.saturation != "none" else np.inf
+        longest = formation.largest_stable_period(self.k, self.T, self.l, e_max, omega_max)
+        if self.period <= longest * (1.0 + 1e-9):
+            return []
+        return [
+            "one command every {:g} s is too slow for l = {:g} m and kappa = k/T = {:g} /s with "
+            "errors up to {:.3g} m: a robot may spin for ever. Wanted a period of at most "
+            "l/(kappa e_max) = {:.3g} s, or a limit on the turn rate with omega_max Tc <= 1".format(
+                self.period, self.l, self.k / self.T, e_max, self.l * self.T / (self.k * e_max)
+            )
+        ]
+
+    @property
+    def gain(self):
+        """Return the law's continuous gain ``kappa = k/T`` [1/s]."""
+        return self.k / self.T
+
+    def error(self, hand):
+        """Return the largest ``|alpha_i - alpha_i*|`` [m]."""
+        return formation.error_norm(hand, self._offsets, self._closure)
+
+    # What theory says of a run -------------------------------------------------------------------
+
+    def prediction(self, start, time):
+        """Return the hand points of (5), (m, n, 2), at ``time`` (m,) [s], in steps of T."""
+        steps = commands_by(time, self.T)
+        track = formation.predict(start, self._offsets, self._closure, self.k, int(steps.max()))
+        return track[steps]
+
+    def claims(self, start):
+        """Return what theory predicts of a run from hand points ``start`` (n, 2)."""
+        if self._closure.edges and not self._closure.has_spanning_tree():
+            return [Condition("spanning tree", False, "some robots hear of no common one")]
+        tolerance = TOLERANCES[self.fidelity]
+        claims = [
+            Claim(
+                "y spread [m]",
+                0.0,
+                tolerance.spread,
+                lambda run: formation.y_spread(run.hand[-1]),
+            )
+        ]
+        if len(self.numbers) > 1:
+            claims.insert(
+                0, Claim("final gap, the worst [m]", self.c, tolerance.gap, self._worst_gap)
+            )
+        steps = formation.predicted_settling(start, self._offsets, self._closure, self.k, SETTLED)
+        if steps is not None:
+            allowed = max(tolerance.settling * steps, SETTLE_STEPS) * self.T
+            claims.append(Claim("settling time [s]", steps * self.T, allowed, self._settling))
+        place = formation.limit(start, self._offsets, self._closure)
+        # Robot n anchors the chain whatever the limits; the other closures keep a mean of all robots,
+        # which limits on each robot do not.
+        claims.append(
+            Claim(
+                "distance from final place [m]",
+                0.0,
+                tolerance.place,
+                lambda run: float(np.linalg.norm(run.hand[-1] - place, axis=1).max()),
+                free=self.closure != "chain",
+            )
+        )
+        return claims
+
+    def claims_over_links(self, start):
+        """Return the shape, and as far as theory knows the edges the place and the rate."""
+        law = self._over_links()
+        known = law and linear_claims(law, start)
+        if not known or isinstance(known[-1], Condition):
+            return known
+        shape = [c for c in self.claims(start) if c.name.startswith(("final gap", "y spread"))]
+        return known + shape
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        law = self._over_links()
+        return law and law.track(start, time)
+
+    def _over_links(self):
+        """Return law (6) as ``Linear``, with the weights of a mean; None where means change as edges do."""
+        closure = self._closure
+        arcs, weights, _ = arcs_of(closure)
+        if self.links.changes_edges:
+            if len(arcs) > len(closure.listeners):
+                return None
+            # The mean over one robot is that robot, whatever the weight.
+            means = Topology(closure.n, [edge[:2] for edge in closure.edges], closure.directed)
+        else:
+            share = weights / closure.in_degree()[arcs[:, 0]]
+            edges = [(i, j, part) for (i, j), part in zip((arcs + 1).tolist(), share.tolist())]
+            means = Topology(closure.n, edges)
+        place = TOLERANCES[self.fidelity].place
+        return Linear(means, self.gain, self._offsets, self.period, self.links, place, 0.05)
+
+    def _worst_gap(self, run):
+        gaps = formation.line_gaps(run.hand[-1])
+        return float(gaps[np.argmax(np.abs(gaps - self.c))])
+
+    def _settling(self, run):
+        errors = [self.error(hand) for hand in run.hand]
+        index = formation.settling_index(errors, SETTLED)
+        return None if index >= len(errors) else float(run.time[index] - run.time[0])
+
+    def measures(self, run):
+        """Return settling time [s], final gaps (n-1,) [m] and y spread [m] of ``run``."""
+        return {
+            "settle_time": self._settling(run),
+            "final_gaps": formation.line_gaps(run.hand[-1]).tolist(),
+            "y_spread": formation.y_spread(run.hand[-1]),
+        }

@@ -1,0 +1,402 @@
+"""Formations given by displacements, distances or bearings, with what theory claims of their runs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.control.laws import formations_equations as laws
+from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
+from mrs_simulator.control.laws.consensus import powers
+from mrs_simulator.control.laws.consensus_equations import has_simple_modes
+from mrs_simulator.control.laws.over_links import Linear, linear_claims
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import (
+    Claim,
+    Condition,
+    by_sample,
+    centroid,
+    converges_to,
+    decay_rate,
+    decreases,
+    disagreement,
+    distance_to,
+    ends_at,
+    invariant,
+    rate,
+)
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import (
+    is_infinitesimally_rigid,
+    laplacian_eigenvalues,
+    left_null_vector,
+    sampled_rate,
+    stable_step,
+)
+
+LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
+FAR = 1e-3  # [-] by which a bearing between leaders may be off
+
+GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
+SHAPE = Parameter("shape", "circle", choices=laws.SHAPES, meaning="the formation's shape")
+SIZE = Parameter(
+    "size", 3.0, "m", low=0.0, high=1e3, open_low=True, meaning="from one robot to the next"
+)
+
+
+class Tolerances(NamedTuple):
+    """How far a run may be from theory, by what moves the robots."""
+
+    place: float  # [m]
+    drift: float  # [m]
+    share: float  # [-] of a bearing, a scale
+    rate: float  # [-]
+
+
+TOLERANCES = {
+    "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.02),
+    "kinematic": Tolerances(0.05, 0.05, 0.02, 0.05),
+    "dynamic": Tolerances(0.25, 0.25, 0.1, 0.25),
+}
+
+
+class Shaped(PioneerControl):
+    """What the laws share that take a shape: its parameters and places."""
+
+    PARAMETERS = (GAIN, SHAPE, SIZE)
+
+    def set_parameters(self, given):
+        """Set the parameters and lay out the shape."""
+        super().set_parameters(given)
+        self._places = laws.shape_places(self.shape, len(self.numbers), self.size)
+
+    def places(self):
+        """Return where the robots stand in the shape, (n, 2) [m], about the origin."""
+        return self._places
+
+    @property
+    def tolerance(self):
+        """Return the ``Tolerances`` for what moves the robots."""
+        return TOLERANCES[self.fidelity]
+
+
+def without_rates(claims, fidelity):
+    """Return ``claims``, on full dynamics without rates: friction leaves millimetres that never decay."""
+    return [
+        claim for claim in claims if fidelity != "dynamic" or not claim.name.startswith("decay")
+    ]
+
+
+def gain_conditions(gain, period, eigenvalues):
+    """Return the conditions that ``gain`` neither drives apart nor overshoots at ``eigenvalues``."""
+    return [
+        Condition("gain above 0", gain > 0.0, "robots are driven apart"),
+        below("gain Tc < 2/lambda_max", gain * period, stable_step(eigenvalues)),
+    ]
+
+
+def undirected(topology):
+    """Return the condition that robots hear each other with the same weight."""
+    adjacency = topology.adjacency()
+    holds = bool(np.allclose(adjacency, adjacency.T))
+    return Condition("undirected graph", holds, "some robot is not heard by one that it hears")
+
+
+def rigid(places, topology):
+    """Return the condition that the target keeps its shape: infinitesimally rigid, 2n - 3 edges."""
+    hears, heard, _ = topology.arcs
+    pairs = sorted({(min(pair), max(pair)) for pair in zip(hears.tolist(), heard.tolist())})
+    holds = len(places) > 1 and is_infinitesimally_rigid(places, pairs)
+    wanted = 2 * len(places) - 3
+    why = "{} edges, wanted at least {}".format(len(pairs), wanted)
+    if len(pairs) >= wanted:
+        why = "{} edges, but the shape still bends to first order".format(len(pairs))
+    return Condition("rigid target", holds, why)
+
+
+def span(points):
+    """Return how far ``points`` (n, 2) are from one line [m]: the lesser singular value."""
+    return float(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1])
+
+
+class DisplacementFormation(Shaped):
+    """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``: Oh, Park, Ahn, 2015."""
+
+    def pointMassLaw(self, hand):
+        """Return the hand points' velocities, (n, 2) [m/s]."""
+        return self.gain * laws.displacement_formation(hand, self.places(), self.topology)
+
+    def targets(self, hand):
+        """Return ``d + w^T (hand - d)``, (n, 2) [m]: where the law ends from here."""
+        if not self.topology.has_spanning_tree():
+            return None
+        places = self.places()
+        return places + left_null_vector(self.topology) @ (hand - places)
+
+    def claims(self, start):
+        """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
+        conditions = [spanning_tree(self.topology)]
+        conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
+        if not all_hold(conditions):
+            return conditions
+        places, limit, allowed = self.places(), self.targets(start), self.tolerance
+        weights = left_null_vector(self.topology)
+        decay = sampled_rate(self.gain * self.topology.laplacian(), self.period)
+
+        def weighted_mean(hand):
+            return np.einsum("i,mid->md", weights, hand)
+
+        claims = [
+            displacement_error(places, self.topology, allowed.place),
+            converges_to(limit, allowed.place, "distance from d + w^T (p(0) - d) [m]", free=True),
+            invariant(weighted_mean, allowed.drift, "drift of w^T p [m]"),
+            rate(decay, formation_error(places), allowed.rate, "decay rate of the error [1/s]"),
+        ]
+        claims = claims if has_simple_modes(self.topology) else claims[:-1]
+        return conditions + without_rates(claims, self.fidelity)
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
+        counts = commands_by(time, self.period)
+        return self.places() + powers(step, start - self.places(), counts)
+
+    def claims_over_links(self, start):
+        """Return what :class:`Consensus` does, of the errors ``p - d``."""
+        claims = linear_claims(self._over_links(), start)
+        return claims if claims is None else without_rates(claims, self.fidelity)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        return self._over_links().track(start, time)
+
+    def _over_links(self):
+        allowed = self.tolerance
+        return Linear(
+            self.topology,
+            self.gain,
+            self.places(),
+            self.period,
+            self.links,
+            allowed.place,
+            max(allowed.rate, 0.05),
+        )
+
+
+def displacement_error(places, topology, tolerance):
+    """Claim that the run ends with all displacements between neighbours as in ``places`` (n, 2)."""
+    hears, heard, _ = topology.arcs
+
+    def worst(hand):
+        away = hand - places
+        return np.linalg.norm(away[:, hears] - away[:, heard], axis=2).max(axis=1, initial=0.0)
+
+    return ends_at(worst, 0.0, tolerance, "worst displacement error at the end [m]")
+
+
+def formation_error(places):
+    """Return the quantity ``|p - d|`` without the part that all share, (m,) [m]."""
+    return lambda hand: disagreement(hand - places)
+
+
+class DistanceFormation(Shaped):
+    """``u_i = -gain sum_j a_ij (|p_ij|^2 - d_ij^2) p_ij``: Krick, Broucke, Francis, 2009."""
+
+    PARAMETERS = (
+        Parameter(
+            "gain", 0.01, "1/(m^2 s)", low=-10.0, high=100.0, meaning="gain of every edge"
+        ),
+        SHAPE,
+        SIZE,
+    )  # fmt: skip
+
+    def pointMassLaw(self, hand):
+        """Return the hand points' velocities, (n, 2) [m/s]."""
+        return self.gain * laws.distance_formation(hand, self.places(), self.topology)
+
+    def targets(self, hand):
+        """Return the shape, (n, 2) [m], turned, mirrored and moved to lie closest to ``hand``."""
+        places, middle = self.places(), hand.mean(axis=0)
+        left, _, right = np.linalg.svd(places.T @ (hand - middle))
+        return middle + places @ (left @ right)
+
+    def claims(self, start):
+        """Return that the potential falls, the centroid stays and lengths are reached at their rate."""
+        places, topology, allowed = self.places(), self.topology, self.tolerance
+        values = np.linalg.eigvalsh(laws.distance_hessian(places, topology))
+        conditions = [
+            undirected(topology),
+            rigid(places, topology),
+            Condition("start not on one line", span(start) > 1e-6, "robots would stay on it"),
+        ] + gain_conditions(self.gain, self.period, values)
+        if not all_hold(conditions):
+            return conditions
+
+        def potential(hand):
+            return laws.distance_potential(hand, places, topology)
+
+        claims = [
+            decreases(by_sample(potential), "growth of the potential [-]"),
+            ends_at(self._worst_length, 0.0, allowed.place, "worst length error at the end [m]"),
+            invariant(centroid, allowed.drift, "drift of the centroid [m]"),
+            Claim("decay rate over theory's [-]", 1.0, allowed.rate, self._rate, free=True),
+        ]
+        return conditions + without_rates(claims, self.fidelity)
+
+    def _worst_length(self, hand):
+        hears, heard, _ = self.topology.arcs
+        places = self.places()
+        wanted = np.linalg.norm(places[hears] - places[heard], axis=1)
+        return np.abs(np.linalg.norm(hand[:, hears] - hand[:, heard], axis=2) - wanted).max(axis=1)
+
+    def _rate(self, run):
+        """Return the decay rate of the lengths over that about the shape which was reached.
+
+        A shape may be reached turned over in parts, with all lengths right and another rate.
+        """
+
+        def excess(hand):
+            return np.linalg.norm(laws.length_excess(hand, self.places(), self.topology), axis=1)
+
+        sizes = by_sample(excess)(run.hand)
+        if not np.isfinite(sizes).all():
+            return None
+        measured = decay_rate(run.time, sizes)
+        theory = sampled_rate(
+            self.gain * laws.distance_hessian(run.hand[-1], self.topology), self.period
+        )
+        return None if measured is None or theory == 0.0 else measured / theory
+
+
+class BearingFormation(Shaped):
+    """``u_i = -gain sum_j a_ij P(g_ij) g*_ij``: Zhao, Zelazo, 2016, by bearings alone."""
+
+    PARAMETERS = (
+        Parameter("gain", 1.0, "m/s", low=-10.0, high=100.0, meaning="gain of every edge"),
+        SHAPE,
+        SIZE._replace(meaning="from one robot to the next; only the shape's bearings matter"),
+    )
+
+    def pointMassLaw(self, hand):
+        """Return the hand points' velocities, (n, 2) [m/s]."""
+        return self.gain * laws.bearing_formation(hand, self.places(), self.topology)
+
+    def targets(self, hand):
+        """Return the shape, (n, 2) [m], with the centroid and the scale of ``hand``."""
+        places = self.places()
+        return hand.mean(axis=0) + places * (laws.scale(hand) / laws.scale(places))
+
+    def claims(self, start):
+        """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
+        places, topology, allowed = self.places(), self.topology, self.tolerance
+        conditions = [undirected(topology), rigid(places, topology)]
+        if not all_hold(conditions):
+            return conditions
+        limit = self.targets(start)
+        matrix = laws.bearing_laplacian(limit, topology, over_length=True)
+        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvalsh(matrix))
+        if not all_hold(conditions):
+            return conditions
+        size = laws.scale(start)
+        # A scale that is off by a share moves the outermost robot by that share.
+        reach = allowed.place + allowed.share * np.linalg.norm(limit - limit.mean(0), axis=1).max()
+
+        def relative_scale(hand):
+            return laws.scale(hand) / size
+
+        claims = [
+            bearing_error(places, topology, allowed.share),
+            converges_to(limit, reach, "distance from place [m]", free=True),
+            invariant(centroid, allowed.drift, "drift of the centroid [m]"),
+            invariant(relative_scale, allowed.share, "drift of the scale [-]"),
+            rate(
+                sampled_rate(self.gain * matrix, self.period),
+                by_sample(self._bearing_distance),
+                allowed.rate,
+                "decay rate of the bearings' error [1/s]",
+            ),
+        ]
+        return conditions + without_rates(claims, self.fidelity)
+
+    def _bearing_distance(self, hand):
+        off = laws.bearings(hand, self.topology) - laws.bearings(self.places(), self.topology)
+        return np.linalg.norm(off, axis=(1, 2))
+
+
+def bearing_error(places, topology, tolerance):
+    """Claim that the run ends with the bearings of ``places`` (n, 2)."""
+    wanted = laws.bearings(places, topology)
+
+    def worst(hand):
+        return np.linalg.norm(laws.bearings(hand, topology) - wanted, axis=2).max(axis=1)
+
+    return ends_at(worst, 0.0, tolerance, "worst bearing error at the end [-]")
+
+
+class BearingLeaders(Shaped):
+    """``u_i = -gain sum_j a_ij P(g*_ij)(p_i - p_j)``, robots 1 and 2 still: Zhao, Zelazo, 2016."""
+
+    PARAMETERS = (GAIN, SHAPE, SIZE._replace(meaning="from one robot to the next; leaders fix it"))
+
+    def pointMassLaw(self, hand):
+        """Return the hand points' velocities, (n, 2) [m/s]."""
+        return self.gain * laws.bearing_leaders(hand, self.places(), self.topology, LEADERS)
+
+    def targets(self, hand):
+        """Return the one formation, (n, 2) [m], with the wanted bearings that fits the leaders."""
+        if not self._unique().holds:
+            return None
+        return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
+
+    def claims(self, start):
+        """Return that the unique target is reached, at the rate of ``B_ff``, with its bearings."""
+        conditions = [self._unique()]
+        if not all_hold(conditions):
+            return conditions
+        places, topology, allowed = self.places(), self.topology, self.tolerance
+        matrix = self._follower_matrix()
+        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvals(matrix))
+        conditions.append(self._leaders_fit(start))
+        if not all_hold(conditions):
+            return conditions
+        limit = self.targets(start)
+        claims = [
+            converges_to(limit, allowed.place, "distance from the unique target [m]"),
+            bearing_error(places, topology, allowed.share),
+            rate(
+                sampled_rate(self.gain * matrix, self.period),
+                distance_to(limit),
+                allowed.rate,
+                "decay rate of the error [1/s]",
+            ),
+        ]
+        return conditions + without_rates(claims, self.fidelity)
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        limit = self.targets(start)
+        if limit is None:
+            return None
+        step = (
+            np.eye(2 * (len(start) - LEADERS)) - self.gain * self.period * self._follower_matrix()
+        )
+        counts = commands_by(time, self.period)
+        track = np.repeat(limit[np.newaxis], len(counts), axis=0)
+        away = (start - limit)[LEADERS:].reshape(-1, 1)
+        track[:, LEADERS:] += powers(step, away, counts).reshape(len(counts), -1, 2)
+        return track
+
+    def _follower_matrix(self):
+        laplacian = laws.bearing_laplacian(self.places(), self.topology)
+        return laplacian[2 * LEADERS :, 2 * LEADERS :]
+
+    def _unique(self):
+        matrix = self._follower_matrix()
+        holds = len(matrix) > 0 and np.linalg.matrix_rank(matrix, tol=1e-9) == len(matrix)
+        return Condition("unique target", bool(holds), "B_ff is singular: more edges are wanted")
+
+    def _leaders_fit(self, start):
+        have, want = (points[1] - points[0] for points in (start, self.places()))
+        lengths = np.linalg.norm(have) * np.linalg.norm(want)
+        off = np.abs(have[0] * want[1] - have[1] * want[0]) + np.maximum(0.0, -(have @ want))
+        why = "robot 2 is not seen from robot 1 as in the shape: no formation has these bearings"
+        return Condition("leaders fit the shape", bool(off <= FAR * lengths), why)

@@ -1,0 +1,129 @@
+"""Edges with faults at work: what each robot knows of the others at each command."""
+
+import numpy as np
+
+from mrs_simulator.core.graphs import Topology, arcs_of
+from mrs_simulator.core.kinematics import hand_points
+
+LOSSES, TURNS = 1, 2  # streams of random numbers, so that losses and turns do not hang together
+MOST_GRAPHS = 256  # graphs kept, since the same often come again
+
+
+class Channel:
+    """Passes poses over edges as ``links`` say, from one command to the next.
+
+    Every ordered pair of robots is an edge here; which of them a law uses is its own affair.
+    """
+
+    def __init__(self, links, n, period, seed):
+        """``period`` [s] between two commands; ``seed`` of losses and random turns."""
+        self._links, self._seed = links, seed
+        self._steps = np.round(links.delay.matrix(n) / period).astype(int)
+        self._loss = links.loss.matrix(n)
+        self._turn_steps = turn_steps(links.switching, period)
+        self._rows = np.arange(n)
+        self._count = 0
+        self._graphs, self._made_from = {}, None
+
+    def begin(self, pose):
+        """Begin with robots at ``pose`` (n, 3): there they stood before, and all know it."""
+        n = len(pose)
+        self._draw = np.random.default_rng([self._seed, LOSSES])
+        self._past = np.repeat(pose[np.newaxis], int(self._steps.max(initial=0)) + 1, axis=0)
+        self._heard = np.repeat(pose[np.newaxis], n, axis=0)
+        self._arrived = np.ones((n, n), dtype=bool)
+        self._listener = np.repeat(pose[:, np.newaxis], n, axis=1)
+        self._count = -1
+
+    def take(self, pose, periods=1):
+        """Take the poses (n, 3) after so many command periods: they are sent, and what is due arrives.
+
+        In periods that were left out robots tell what they told before; of a long pause no more than
+        the longest delay is gone through.
+        """
+        for _ in range(min(periods, len(self._past)) - 1):
+            self._pass_on(self._past[0])
+        if periods > 0:
+            self._pass_on(pose)
+        self._count += periods
+
+    def _pass_on(self, pose):
+        self._past = np.concatenate([pose[np.newaxis], self._past[:-1]])
+        self._arrived = self._arrives()
+        due = self._arrived[:, :, np.newaxis]
+        self._heard = np.where(due, self._past[self._steps, self._rows], self._heard)
+        own = self._past[self._steps, self._rows[:, np.newaxis]]
+        self._listener = np.where(due, own, self._listener)
+
+    def _arrives(self):
+        if not self._loss.any():
+            return np.ones(self._loss.shape, dtype=bool)
+        chance = self._draw.random(self._loss.shape)
+        if self._links.symmetric:
+            upper = np.triu(chance, 1)
+            chance = upper + upper.T
+        arrived = chance >= self._loss
+        np.fill_diagonal(arrived, True)
+        return arrived
+
+    def views(self, pose, l):
+        """Return the poses as each robot knows them, (n, n, 3): row i those that robot i goes by.
+
+        Its own is the true one.  Where edges carry differences, hand points ``l`` [m] ahead are as
+        far from its own as they were when it saw them.
+        """
+        views = self._heard.copy()
+        if self._links.carries == "difference":
+            seen = hand_points(self._heard, l) - hand_points(self._listener, l)
+            ahead = hand_points(self._heard, l) - self._heard[:, :, :2]
+            views[:, :, :2] = hand_points(pose, l)[:, np.newaxis] + seen - ahead
+        views[self._rows, self._rows] = pose
+        return views
+
+    def graph(self, topology):
+        """Return the edges of ``topology`` that count at this command, itself if all do."""
+        if not self._links.changes_edges:
+            return topology
+        arcs, _, _ = arcs_of(topology)
+        up = np.ones(len(arcs), dtype=bool)
+        if self._links.switches:
+            up = up_in(self._links.switching, topology, self._graph_number())
+        if self._links.on_loss == "drop":
+            up = up & self._arrived[arcs[:, 0], arcs[:, 1]]
+        if up.all():
+            return topology
+        if self._made_from is not topology or len(self._graphs) >= MOST_GRAPHS:
+            self._graphs, self._made_from = {}, topology
+        key = up.tobytes()
+        if key not in self._graphs:
+            self._graphs[key] = kept_edges(topology, up)
+        return self._graphs[key]
+
+    def _graph_number(self):
+        turn, switching = self._count // self._turn_steps, self._links.switching
+        if switching.order == "periodic":
+            return turn % switching.count
+        return int(np.random.default_rng([self._seed, TURNS, turn]).integers(switching.count))
+
+
+def turn_steps(switching, period):
+    """Return the length of a turn in command periods."""
+    return max(1, int(round(switching.dwell / period)))
+
+
+def up_in(switching, topology, number):
+    """Return which of the topology's arcs, (m,) in the order of ``arcs_of``, are in that graph."""
+    arcs, _, edges = arcs_of(topology)
+    if not switching.graphs:
+        return edges % switching.sets == number
+    chosen = set(switching.graphs[number])
+    if not topology.directed:
+        chosen |= {pair[::-1] for pair in chosen}
+    return np.array([(i + 1, j + 1) in chosen for i, j in arcs.tolist()], dtype=bool)
+
+
+def kept_edges(topology, up):
+    """Return the directed graph of the arcs of ``topology`` that are ``up``, (m,)."""
+    arcs, weights, _ = arcs_of(topology)
+    kept = zip((arcs[up] + 1).tolist(), weights[up].tolist())
+    return Topology(topology.n, [(i, j, weight) for (i, j), weight in kept])

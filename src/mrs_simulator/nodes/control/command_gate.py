@@ -1,0 +1,112 @@
+"""The way of the commands to the robots, which is shut whatever the law is at."""
+
+import math
+import threading
+import time
+
+import numpy as np
+
+from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
+from mrs_simulator.ros.parameters import pattern_parameter
+from mrs_simulator.ros.planar_messages import PlanarTwist
+
+INSISTING = 3.0  # [s] of wall time for which real robots that stand are told so again and again
+AGAIN = 0.05  # [s] of wall time between two times
+
+
+class CommandGate:
+    """Publishes commands; while it is shut they are zeros, and shutting it waits for no law."""
+
+    def __init__(self, topics, n, insists=False, clock=time.monotonic):
+        """``topics``: what publishes, None in a dry run; commands of ``n`` robots.
+
+        ``insists``: a stop is said again and again; ``clock`` gives wall time in s.
+        """
+        self._topics, self._insists, self._clock = topics, insists, clock
+        self._lock = threading.Lock()
+        self._moved = self._sent = -math.inf
+        self._open, self.emergency = False, False
+        self.stalled = False  # whether it shut itself since it was opened
+        self.command = np.zeros((n, 2))  # [m/s, rad/s] the last that was sent
+
+    def open(self):
+        """Let commands pass, unless there is an emergency."""
+        with self._lock:
+            self._open, self.stalled = not self.emergency, False
+
+    def shut(self):
+        """Stop the robots, until it is opened."""
+        with self._lock:
+            self._open = False
+            self._publish(np.zeros_like(self.command))
+
+    def alarm(self, on):
+        """An emergency is there, ``on``, and it cannot be opened, or has gone."""
+        with self._lock:
+            self.emergency = on
+        if on:
+            self.shut()
+
+    def send(self, command):
+        """Publish ``command`` (n, 2) [m/s, rad/s], or zeros while it is shut."""
+        with self._lock:
+            self._publish(command if self._open else np.zeros_like(command))
+
+    def shut_if_stalled(self, patience):
+        """Stop robots that move by a command older than ``patience`` [s]; return whether it did."""
+        with self._lock:
+            late = self._open and self._clock() - self._sent > patience
+            if late and self.command.any():
+                self._open, self.stalled = False, True
+                self._publish(np.zeros_like(self.command))
+                return True
+        return False
+
+    def insist(self):
+        """To be called all the time: tell real robots that were stopped to stand, lest one missed it."""
+        with self._lock:
+            now = self._clock()
+            due = self._sent + AGAIN <= now < self._moved + INSISTING
+            if self._insists and due and not self.command.any():
+                self._publish(self.command)
+
+    def _publish(self, command):
+        self.command, self._sent = command, self._clock()
+        if command.any():
+            self._moved = self._sent
+        if self._topics is not None:
+            self._topics.publish(command)
+
+
+def command_topics(numbers):
+    """Return the names of the robots' commands, by the parameter ``~cmd_vel_topic``."""
+    pattern = pattern_parameter("~cmd_vel_topic", "/robot{}/cmd_vel")
+    return [pattern.replace("{}", str(number)) for number in numbers]
+
+
+class RobotCommands:
+    """Publishes the command of each robot on its own topic."""
+
+    def __init__(self, names, real=()):
+        """``names`` of the topics; ``real``: rows of the robots that are real."""
+        self._driven = False
+        self._publishers = [
+            prompt_publisher(name, PlanarTwist, self._first if row in real else None)
+            for row, name in enumerate(names)
+        ]
+
+    def publish(self, command):
+        """Publish ``command`` (n, 2) [m/s, rad/s]."""
+        self._driven = True
+        for publisher, pair in zip(self._publishers, command.tolist()):
+            publisher.publish(_twist(pair))
+
+    def _first(self):
+        # What a robot heard before its connection broke may be older than a stop.
+        return _twist((0.0, 0.0)) if self._driven else None
+
+
+def _twist(pair):
+    message = PlanarTwist()
+    message.command = pair
+    return message

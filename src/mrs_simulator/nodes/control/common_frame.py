@@ -1,0 +1,234 @@
+"""The robots' poses in the common frame, from whatever tells where they are."""
+
+import math
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import PoseStamped
+
+from mrs_simulator.core.guards import JumpBounds
+from mrs_simulator.core.kinematics import compose, origins
+from mrs_simulator.msg import TeamOdometry
+from mrs_simulator.nodes.real.real_robots import real_among
+from mrs_simulator.ros.odometry_inbox import OdometryInbox, make_inbox, silence
+from mrs_simulator.ros.parameters import number_parameter, pattern_parameter, text_parameter
+from mrs_simulator.vehicles import limits_of_team
+
+DEFAULT_SOURCES = {"world": "odometry", "wheel": "scenario"}
+MAX_JUMP = 0.3  # [m], [rad], and what the robot's speed explains
+RESTART = 0.5  # [s] of silence that a driver's restart takes at least
+WATCHDOG = 0.6  # [s] of silence after which a robot's driver stops it
+START = "then call the service {}"
+FIRST = "pioneer_control/first_odometry"  # name as its listeners resolve it
+
+
+def make_common_frame(scenario, leads=False, rows=None):
+    """Return the :class:`CommonFrame` that the parameter ``~frame_source`` names.
+
+    ``leads``: whether this is the control node, whose frame is that of all others; ``rows`` of the
+    robots to listen to, all of them real; by default those of the whole team.
+    """
+    default = DEFAULT_SOURCES[scenario.odometry]
+    return SOURCES[text_parameter("~frame_source", default, tuple(SOURCES))](scenario, leads, rows)
+
+
+class CommonFrame:
+    """Odometry that is already in the common frame; the other sources change what they need."""
+
+    ABSOLUTE = True  # the poses tell where a robot is, whatever the scenario says
+    BEGINS_AT_ZERO = False  # a driver that is started again begins at its origin
+    WATCHES_ODOMETRY = True  # where a jump would show
+    WHAT = "odometry"
+    ADVICE = "see where it stands and what its odometry says"
+
+    def __init__(self, scenario, leads=False, rows=None):
+        """Listen to the odometry of the robots of ``scenario``, as ``make_common_frame`` says."""
+        self._leads = leads
+        self.rows = list(range(scenario.n) if rows is None else rows)
+        self.numbers = tuple(row + 1 for row in self.rows)
+        self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
+        self.begin_at(scenario.poses)
+        self._real = real_among(scenario.n) if rows is None else list(range(len(rows)))
+        self._bounds = self._jump_bounds(scenario)
+        bounds = self._bounds if self.WATCHES_ODOMETRY else None
+        make = make_inbox if rows is None else OdometryInbox
+        self.inbox = make(self.numbers, bounds, self._real)
+
+    def begin_at(self, poses):
+        """Take in other initial poses of the whole team, (n, 3)."""
+        self._starts = poses[self.rows]
+
+    def _jump_bounds(self, scenario):
+        """Return the ``JumpBounds`` of each robot, None for one that may be anywhere, or None."""
+        # The simulator's robots are put elsewhere on purpose: by reset, by another team.
+        given = rospy.get_param("~max_jump", "") != ""
+        rows = range(len(self.rows)) if given else self._real
+        slack = number_parameter("~max_jump", MAX_JUMP, low=0.0)
+        if slack == 0.0 or not len(rows):
+            return None
+        limits = limits_of_team(scenario.kinds, scenario.limits)
+        top = limits_of_team(scenario.kinds, "top")
+        speeds = [
+            given if math.isfinite(given) else highest for given, highest in zip(limits[:2], top)
+        ]
+        silent = min(self.odom_timeout, RESTART) if self.BEGINS_AT_ZERO else math.inf
+        bounds = JumpBounds(slack, *speeds, longest=self.odom_timeout + WATCHDOG, silence=silent)
+        return [bounds if row in rows else None for row in range(len(self.rows))]
+
+    def pose(self):
+        """Return the robots' poses in the common frame, (n, 3), NaN where not known."""
+        return self.inbox.pose()
+
+    def missing(self, now):
+        """Return which robots' poses are not known or too old at ``now`` [s], or ""."""
+        return silence(self.inbox.stale(now, self.odom_timeout))
+
+    def stale(self, now):
+        """Return the numbers of those robots."""
+        return list(self.inbox.stale(now, self.odom_timeout))
+
+    def jumped(self):
+        """Return ``{row: text}`` of the robots that are no longer followed."""
+        return self.inbox.jumps()
+
+    def jump_texts(self):
+        """Return ``{row: text}`` of the robots that are no longer followed, each named."""
+        return {
+            row: "robot{}: the {} {}".format(self.numbers[row], self.WHAT, jump)
+            for row, jump in sorted(self.jumped().items())
+        }
+
+    def jump_trouble(self):
+        """Return what jumped and what to do, or ""."""
+        start = START.format(rospy.resolve_name("~start"))
+        return "; ".join(
+            "{}: {}, {}".format(text, self._advice(row), start)
+            for row, text in self.jump_texts().items()
+        )
+
+    def _advice(self, row):
+        return self.ADVICE.format("({:.2f}, {:.2f}, {:.2f})".format(*self._starts[row]))
+
+    def accept(self):
+        """Follow the robots that jumped from where they are now: a person has said so."""
+        self.inbox.accept()
+
+
+class ScenarioFrame(CommonFrame):
+    """Odometry that began at zero where the scenario says that the robot stood."""
+
+    ABSOLUTE = False
+    BEGINS_AT_ZERO = True
+    ADVICE = (
+        "was its driver restarted? Put it back on its initial pose {} and restart its driver there"
+    )
+
+    def pose(self):
+        """Return the odometry from the scenario's initial poses on."""
+        return compose(self._starts, self.inbox.pose())
+
+
+class FirstFrame(ScenarioFrame):
+    """Odometry whose first value counts as the scenario's initial pose, for drivers left running."""
+
+    ADVICE = (
+        "was its driver restarted? Put it back on its initial pose {}, as which its odometry will "
+        "count from there"
+    )
+
+    def __init__(self, scenario, leads=False, rows=None):
+        """Listen to the odometry, and to where the leading node first heard it, or tell that."""
+        super().__init__(scenario, leads, rows)
+        self._told = np.full((len(self.rows), 3), np.nan)
+        if leads:
+            self._teller = rospy.Publisher(FIRST, TeamOdometry, queue_size=1, latch=True)
+        else:
+            self._listener = rospy.Subscriber(FIRST, TeamOdometry, self._on_told, queue_size=1)
+
+    def pose(self):
+        """Return the odometry as seen from where it was first heard."""
+        first = self.inbox.first()
+        if self._leads:
+            self._tell(first)
+        else:
+            first = np.where(np.isnan(self._told), first, self._told)
+        return compose(origins(self._starts, first), self.inbox.pose())
+
+    def _tell(self, first):
+        if first.tobytes() != self._told.tobytes():
+            self._told = first
+            message = TeamOdometry(robot=list(self.numbers))
+            message.x, message.y, message.theta = first.T.tolist()
+            self._teller.publish(message)
+
+    def _on_told(self, message):
+        told = dict(zip(message.robot, zip(message.x, message.y, message.theta)))
+        self._told = np.array([told.get(number, (np.nan,) * 3) for number in self.numbers])
+
+
+class LocalisedFrame(CommonFrame):
+    """Poses from what localises the robots; the odometry is a sign of life of their drivers."""
+
+    WATCHES_ODOMETRY = False
+    ADVICE = "see what localises it"
+
+    def __init__(self, scenario, leads=False, rows=None):
+        """Listen to the poses and to the odometry."""
+        super().__init__(scenario, leads, rows)
+        self.pose_timeout = number_parameter("~pose_timeout", 0.5, above=0.0)
+        self._poses = self._open_poses()
+
+    def pose(self):
+        """Return the newest poses."""
+        return self._poses.pose()
+
+    def missing(self, now):
+        """Return which robots' odometry or pose is missing, or ""."""
+        stale = self._poses.stale(now, self.pose_timeout)
+        return super().missing(now) or silence(stale, self.WHAT + " on " + self._poses.topic)
+
+    def stale(self, now):
+        """Return the numbers of the robots whose odometry or pose is missing."""
+        return sorted(set(super().stale(now)).union(self._poses.stale(now, self.pose_timeout)))
+
+    def jumped(self):
+        """Return ``{row: text}`` of the robots whose pose jumped."""
+        return self._poses.jumps()
+
+    def accept(self):
+        """Follow the poses again."""
+        self._poses.accept()
+
+
+class ExternalFrame(LocalisedFrame):
+    """PoseStamped of each robot on ``~pose_topic``, from a camera or motion capture."""
+
+    WHAT = "pose"
+
+    def _open_poses(self):
+        topic = pattern_parameter("~pose_topic", "/robot{}/pose")
+        return OdometryInbox(self.numbers, self._bounds, self._real, topic, PoseStamped)
+
+
+class TfFrame(LocalisedFrame):
+    """The transforms from ``~world_frame`` to each robot's ``~base_frame``."""
+
+    WHAT = "transform"
+
+    def _open_poses(self):
+        from mrs_simulator.nodes.control.transform_inbox import (
+            TransformInbox,  # tf only where it is wanted
+        )
+
+        world = text_parameter("~world_frame", "world").lstrip("/")
+        base = pattern_parameter("~base_frame", "robot{}/base_link").lstrip("/")
+        return TransformInbox(self.numbers, self._bounds, self._real, world, base)
+
+
+SOURCES = {
+    "odometry": CommonFrame,
+    "scenario": ScenarioFrame,
+    "first": FirstFrame,
+    "tf": TfFrame,
+    "external": ExternalFrame,
+}

@@ -1,0 +1,78 @@
+"""Switches the robots' motors on before they are driven."""
+
+import threading
+
+import rospy
+from std_srvs.srv import Empty
+
+from mrs_simulator.ros.odometry_inbox import MOST_NAMED
+from mrs_simulator.ros.parameters import pattern_parameter
+
+PATIENCE = 1.0  # [s] of wall time after which a missing service is looked for again
+AGAIN = 0.2  # [s] of wall time between two calls of a service that failed
+
+
+class Motors:
+    """Calls the service ``~enable_motors`` of every robot, each in a thread of its own."""
+
+    def __init__(self, numbers, dry_run=False):
+        """``numbers``: the robots' numbers; in a dry run no motor is touched."""
+        pattern = pattern_parameter("~enable_motors", "")
+        pattern = "" if dry_run else pattern
+        self._names = [pattern.replace("{}", str(number)) for number in numbers if pattern]
+        self._lock = threading.Lock()
+        self._waiting, self._round = {}, 0
+
+    def enable(self):
+        """Ask every robot to switch its motors on; ``missing`` tells who has not answered yet."""
+        with self._lock:
+            self._round += 1
+            self._waiting = dict.fromkeys(self._names, "has not answered yet")
+            threads = [
+                threading.Thread(target=self._call, args=(name, self._round), daemon=True)
+                for name in self._names
+            ]
+        for thread in threads:
+            thread.start()
+
+    def forget(self):
+        """Ask no longer: the robots were told to stop."""
+        with self._lock:
+            self._round += 1
+            self._waiting = {}
+
+    def missing(self):
+        """Return which robots' motors are not known to be on, or ""."""
+        with self._lock:
+            waiting = sorted(self._waiting.items())
+        more = ", and {} more".format(len(waiting) - MOST_NAMED) if waiting[MOST_NAMED:] else ""
+        shown = ", ".join("{} {}".format(name, why) for name, why in waiting[:MOST_NAMED])
+        return "motors: " + shown + more if shown else ""
+
+    def _call(self, name, number):
+        while number == self._round and not rospy.is_shutdown():
+            try:
+                rospy.wait_for_service(name, PATIENCE)
+                if number != self._round:
+                    return  # the robots were told to stop meanwhile
+                rospy.ServiceProxy(name, Empty)()
+            except rospy.ROSInterruptException:
+                return
+            except (rospy.ROSException, rospy.ServiceException) as error:
+                why = "is missing" if "timeout" in str(error) else "failed: {}".format(error)
+                self._note(name, number, why)
+                # A wall-clock nap: simulated time may stand still.
+                threading.Event().wait(AGAIN)
+            else:
+                return self._note(name, number, "")
+
+    def _note(self, name, number, why):
+        with self._lock:
+            if number != self._round:
+                return
+            if self._waiting.get(name) != why:
+                text = "motors: {} {}".format(name, why or "is on")
+                (rospy.logerr if why else rospy.loginfo)("pioneer_control: %s", text)
+            self._waiting.pop(name, None)
+            if why:
+                self._waiting[name] = why

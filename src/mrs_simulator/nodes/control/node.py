@@ -1,0 +1,372 @@
+"""The control node: odometry in, the protocol's law, velocity commands out."""
+
+import sys
+import threading
+import time
+import traceback
+
+import numpy as np
+import rospy
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from mrs_simulator.control.loading import choose_protocol, in_progress
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.controller_log import failure
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.msg import ControlStatus
+from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
+from mrs_simulator.nodes.control.common_frame import START, make_common_frame
+from mrs_simulator.nodes.control.guards import Guards, slower
+from mrs_simulator.nodes.control.motors import Motors
+from mrs_simulator.nodes.control.reconfigure import ParameterServer
+from mrs_simulator.nodes.real.real_robots import real_among
+from mrs_simulator.nodes.stage.lockstep import lockstep_wanted
+from mrs_simulator.ros import lifecycle
+from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.clock_watch import ClockWatch
+from mrs_simulator.ros.odometry_inbox import TeamInbox
+from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.ros.team_topics import TeamCommands
+from mrs_simulator.srv import SetTopology
+from mrs_simulator.study.programs import refusing_bad_input
+
+NAP = 0.05  # [s] of wall time, the longest wait of the main loop
+STATUS_PERIOD = 0.5  # [s] of wall time
+REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
+LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
+STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
+STALLED = "the law took too long for its command: see to it"
+FLUSH = 0.1  # [s] of wall time for the last zeros to leave
+
+
+class ControlNode:
+    """Runs one protocol over ROS; whatever goes wrong, the robots are told to stop."""
+
+    def __init__(self, scenario, protocol):
+        """``protocol``: a ``PioneerControl`` subclass."""
+        self.scenario = scenario
+        rate = number_parameter("~rate", scenario.control.rate, above=0.0)
+        self.period = 1.0 / rate
+        saturation = text_parameter(
+            "~saturation", scenario.control.saturation, ("robot", "team", "none")
+        )
+        control = scenario.control._replace(rate=rate, saturation=saturation)
+        self.control = make_control(slower(scenario)._replace(control=control), protocol)
+        self.dry_run = flag_parameter("~dry_run", False)
+        self.guards = Guards(self.control.numbers, saturation, self.dry_run)
+        self.motors = Motors(self.control.numbers, self.dry_run)
+        real = real_among(scenario.n)
+        self.lockstep = lockstep_wanted(real)
+        self.resumes = flag_parameter("~resume", not real)
+        self.running = flag_parameter("~autostart", True)
+        self.trouble = "" if self.running else "not started"
+        self._lock = threading.Lock()
+        self._next, self._answered, self._begun = None, None, None
+        self._all_heard = False  # with ~autostart it is waited for once
+        self._acted = 0.0  # [s] the time of the last command
+        self._told = None  # what the last status said of the controller itself
+        self._warnings, self._jump = [], ""
+        self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
+        self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
+        self._simulated = rospy.get_param("/use_sim_time", False)
+        simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
+        self._simulated_rows = sorted(simulated)
+        self._open_topics(real)
+
+    def _open_topics(self, real):
+        self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
+        self.frame = make_common_frame(self.scenario, leads=True)
+        self.inbox = self.frame.inbox
+        topics, numbers = None, self.control.numbers
+        if not self.dry_run:
+            team = isinstance(self.inbox, TeamInbox)
+            names = command_topics(numbers)
+            topics = TeamCommands(numbers) if team else RobotCommands(names, real)
+        self.outlet = CommandGate(topics, len(numbers), insists=bool(real))
+        if self.running:
+            self.outlet.open()
+        # Odometry may come before the clock that makes its command due.
+        self._clock = ClockWatch(self.inbox.wake, bool(real)) if self._simulated else None
+        self._services = [
+            rospy.Service("~start", Trigger, self._on_start),
+            rospy.Service("~stop", Trigger, self._on_stop),
+            rospy.Service("~set_topology", SetTopology, self._on_set_topology),
+        ]
+        self._reconfigure = ParameterServer(self.control, self._lock)
+        self._emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop)
+        rospy.on_shutdown(self._on_shutdown)
+        if real and not self.dry_run:
+            threading.Thread(target=self._watch, daemon=True).start()
+
+    # The main loop -------------------------------------------------------------------------------
+
+    def spin(self):
+        """Run until ROS shuts down."""
+        rospy.loginfo(
+            "pioneer_control: %s for %d robots, a command every %g s%s",
+            type(self.control).__name__,
+            self.scenario.n,
+            self.period,
+            ", in a dry run: nothing is published to the robots" if self.dry_run else "",
+        )
+        if self.running:
+            self.motors.enable()
+        while not rospy.is_shutdown():
+            self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
+            with self._lock:
+                self._turn()
+            self.outlet.insist()
+            self._publish_status()
+
+    def _turn(self):
+        silent = self._who_is_silent()
+        trouble = silent or self.motors.missing()
+        self._all_heard = self._all_heard or not silent
+        jump = self.frame.jump_trouble()
+        if jump and jump != self._jump:
+            self._stop(jump)
+            rospy.logerr("pioneer_control: robots stopped: %s", jump)
+        self._jump = jump
+        if trouble:
+            self._hold(trouble)
+            if silent and self._all_heard and self.running and not self.resumes:
+                # Whoever walks up to robots that stand is not to be surprised by them.
+                start = START.format(rospy.resolve_name("~start"))
+                self._stop("{}: see to it, {}".format(silent, start))
+        elif self.lockstep:
+            self._answer()
+        elif self._has_come() and self._due(rospy.get_time()):
+            self._act()
+
+    def _who_is_silent(self):
+        """Return why nobody can know where the robots are now, or ""."""
+        trouble = self._clock.trouble() if self._clock else ""
+        return trouble or self.frame.missing(rospy.get_time())
+
+    def _has_come(self):
+        """Return whether the simulated robots' odometry is there, which comes together, or is late."""
+        since = time.monotonic() - self._last["act"]
+        return since > LATE * self.period or self.inbox.all_fresh(self._simulated_rows)
+
+    def _due(self, now):
+        # Waiting longer than this means that the clock went back: a simulator was started again.
+        if self._next is not None and 1e-6 < self._next - now <= 2.0 * self.period:
+            return False
+        late = self._next is None or now - self._next > self.period
+        if late and self._next is not None and now > self._next and self.running:
+            self._missed += int((now - self._next) / self.period + 1e-6)
+        self._next = (now if late else self._next) + self.period
+        return True
+
+    def _answer(self):
+        """Lockstep: commands for each odometry, the last ones between two periods of the control."""
+        stamp = self.inbox.complete()
+        if stamp is None:
+            return
+        repeated = self.inbox.take_repeated()
+        if stamp != self._answered:
+            self._answered = stamp
+            if self._due(stamp.to_sec()):
+                self._act()
+            else:
+                self._send(self.outlet.command)
+        elif repeated:
+            self._send(self.outlet.command)
+
+    def _act(self):
+        if not self.running:
+            if self.lockstep:
+                self._send(np.zeros_like(self.outlet.command))
+            return
+        self._last["act"] = time.monotonic()
+        self.inbox.used()
+        pose = self.frame.pose()
+        now = self._answered.to_sec() if self.lockstep else rospy.get_time()
+        # A simulator that was started again begins another run.
+        started, begins = time.perf_counter(), self._begun is None or now < self._acted
+        self._acted = now
+        try:
+            if begins:
+                self.control.start()
+                self._warn(pose)
+                self._begun = now
+            command = self.control.commands(pose, now - self._begun)
+            command = self.guards.passed(command, pose, now)
+        except (Exception, SystemExit) as error:
+            self._stop(failure(error))
+            rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
+            return
+        if self.outlet.stalled:
+            self._stop("{}, {}".format(STALLED, START.format(rospy.resolve_name("~start"))))
+            return
+        self._compute_time = time.perf_counter() - started
+        if (self.trouble or begins) and not self.guards.stopped:
+            rospy.loginfo("pioneer_control: running (%s)", type(self.control).__name__)
+        self.trouble = self.guards.text()
+        self._send(command)
+
+    def _warn(self, pose):
+        self._warnings = self.control.warnings(pose)
+        for warning in self._warnings:
+            rospy.logwarn("pioneer_control: %s", warning)
+
+    def _hold(self, trouble):
+        """Tell the robots to stop as long as something is missing."""
+        # In lockstep nothing moves before its answer, and zeros would be one.
+        moving = bool(np.any(self.outlet.command)) and not self.lockstep
+        self.trouble = self.trouble if not self.running else trouble
+        if not self.lockstep:
+            self._next = None  # what passes meanwhile are no missed periods
+        if moving:
+            self._send(np.zeros_like(self.outlet.command))
+        if moving or time.monotonic() - self._last["report"] > REPORT_PERIOD:
+            self._last["report"] = time.monotonic()
+            text = "robots stopped: " if moving else "waiting: "
+            (rospy.logerr if moving else rospy.loginfo)("pioneer_control: %s%s", text, trouble)
+
+    def _watch(self):
+        """Stop real robots whose law hangs: not every driver stops them by itself."""
+        while not rospy.is_shutdown():
+            time.sleep(NAP)
+            if self.outlet.shut_if_stalled(max(STALL, 2.0 * self.period)):
+                rospy.logerr("pioneer_control: robots stopped: %s", STALLED)
+
+    def _stop(self, reason):
+        self.running, self.trouble = False, reason
+        self.motors.forget()
+        self.outlet.shut()
+
+    def _send(self, command):
+        self.outlet.send(command)
+        self._latency = time.monotonic() - self.inbox.arrived
+
+    # Services and events -------------------------------------------------------------------------
+
+    def _on_emergency_stop(self, message):
+        pressed = message.data and not self.outlet.emergency
+        self.outlet.alarm(message.data)
+        if pressed:
+            rospy.logerr("pioneer_control: emergency stop")
+            self.motors.forget()
+            with self._lock:  # which a law that hangs does not give back
+                self._stop("emergency stop")
+
+    def _on_start(self, _):
+        with self._lock:
+            if self.outlet.emergency:
+                return False, "emergency stop: release it first"
+            silent = self._who_is_silent()
+            if silent and not self.resumes:
+                return False, silent + ": nobody is to move later by surprise, start again then"
+            self._all_heard = True  # or it goes on by itself after any silence
+            # Robots that are let go on join the others, whose law goes on too.
+            self._begun = self._begun if self.running and self.guards.stopped else None
+            self.running, self._next = True, None
+            self.outlet.open()
+            self.frame.accept()
+            self.motors.enable()
+            self.trouble = silent or self.motors.missing()
+            self.guards.release(self.frame.pose())
+            self.trouble = self.trouble or self.guards.text()
+            return True, self.trouble or "running"
+
+    def _on_stop(self, _):
+        self.outlet.shut()
+        with self._lock:
+            self._stop("stopped by request")
+            return True, "stopped, zero commands sent"
+
+    def _on_set_topology(self, request):
+        weights = list(request.weight) or [1.0] * len(request.hears)
+        if not len(request.hears) == len(request.heard) == len(weights):
+            return False, "{} hears, {} heard, {} weights: wanted as many of each".format(
+                len(request.hears), len(request.heard), len(request.weight)
+            )
+        edges = list(zip(request.hears, request.heard, weights))
+        try:
+            with self._lock:
+                self.control.set_topology(Topology(self.scenario.n, edges, request.directed))
+            self._reconfigure.show()
+        except ValueError as error:
+            return False, str(error)
+        return True, "{} edges".format(len(edges))
+
+    def _on_shutdown(self):
+        self.running = False
+        self.outlet.shut()
+        time.sleep(FLUSH)
+
+    def _publish_status(self):
+        told = (self.running, bool(self.trouble))
+        if time.monotonic() - self._last["status"] < STATUS_PERIOD and told == self._told:
+            return
+        self._last["status"], self._told = time.monotonic(), told
+        topology = self.control.topology
+        hears, heard, weight = zip(*topology.edges) if topology.edges else ((), (), ())
+        message = ControlStatus(
+            protocol=type(self.control).__name__,
+            warnings=self._warnings,
+            hears=hears,
+            heard=heard,
+            weight=weight,
+            directed=topology.directed,
+            running=self.running,
+            trouble=self.trouble,
+            stale=self.frame.stale(rospy.get_time()),
+            stopped=self.guards.stopped,
+            dry_run=self.dry_run,
+            period=self.period,
+            compute_time=self._compute_time,
+            latency=self._latency,
+            missed_periods=self._missed,
+        )
+        message.command_v, message.command_omega = self.outlet.command.T.tolist()
+        message.target_x, message.target_y = self._targets()
+        message.header.stamp = rospy.get_rostime()
+        self._status.publish(message)
+
+    def _targets(self):
+        pose = self.frame.pose()
+        if not np.isfinite(pose).all():
+            return [], []
+        try:
+            with self._lock:
+                targets = self.control.targets(hand_points(pose, self.control.l))
+            return ([], []) if targets is None else np.asarray(targets, dtype=float).T.tolist()
+        except Exception as error:  # a display's places never stop the control
+            rospy.logerr_throttle(
+                REPORT_PERIOD,
+                "pioneer_control: targets: {}: {}".format(type(error).__name__, error),
+            )
+            return [], []
+
+
+def run(protocol=None, argv=None):
+    """Run the control node with ``protocol``, a ``PioneerControl`` subclass.
+
+    A user's file ends with ``run(MyLaw)``, which does nothing while the file is loaded by its name
+    for another program; without a class the command line or the scenario names it.
+    """
+    if in_progress():
+        return
+    argv = sys.argv[1:] if argv is None else argv
+    local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
+    with refusing_bad_input("pioneer_control"):
+        arguments = parse("Control of a team of robots over ROS.", local, argv)
+        scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
+        own = [parameter.name for parameter in protocol.PARAMETERS]
+        foreign = protocol.__module__.partition(".")[0] != "mrs_simulator"
+        lifecycle.start_node("pioneer_control", own, foreign)
+        node = ControlNode(scenario, protocol)
+    lifecycle.run(node.spin)
+
+
+def main():
+    """Run the node ``pioneer_control``."""
+    run()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,46 @@
+"""The newest transform of each robot, looked up in tf whenever the control loop asks."""
+
+import math
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Pose
+
+from mrs_simulator.ros.odometry_inbox import Inbox, planar
+
+
+class TransformInbox(Inbox):
+    """Poses from tf: the transform from a common frame to each robot's base."""
+
+    def __init__(self, numbers, bounds, real, world, base):
+        """``world``: the common frame; ``base``: pattern of the robots' frames, ``{}``: the number."""
+        super().__init__(numbers, bounds, real)
+        self.topic = "/tf from {} to {}".format(world, base)
+        self._world = world
+        self._frames = [base.replace("{}", str(number)) for number in self._numbers]
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def stale(self, now, timeout):
+        """Look all transforms up; return ``{number: age}`` [s] of those without news for ``timeout``.
+
+        A static transform is always news.
+        """
+        for row, frame in enumerate(self._frames):
+            try:
+                found = self._buffer.lookup_transform(self._world, frame, rospy.Time(0))
+            except tf2_ros.TransformException as error:
+                text = "/tf from {} to {}: {}".format(self._world, frame, error)
+                rospy.logwarn_throttle(10.0, text)
+                continue
+            self._take(row, found, self._times(now)[row])
+        return super().stale(now, timeout)
+
+    def _take(self, row, found, now):
+        stamp, move = found.header.stamp, found.transform
+        pose = planar(Pose(position=move.translation, orientation=move.rotation))
+        with self._changed:
+            news = stamp.is_zero() or stamp.to_nsec() != self._stamp[row]
+            if news and all(map(math.isfinite, pose)):
+                self._stamp[row], self._received[row] = stamp.to_nsec(), now
+                self._tracks.take(row, pose, (now, stamp.to_sec()))

@@ -1,0 +1,203 @@
+"""The markers node: the team's bodies, numbers and trajectories, and the obstacles, for RViz."""
+
+import threading
+import time
+from collections import deque
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA, String
+from visualization_msgs.msg import Marker, MarkerArray
+
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
+from mrs_simulator.msg import TeamState
+from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.parameters import number_parameter
+from mrs_simulator.study.figures import PALETTE
+from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.vehicles import pioneer3dx
+
+RATE = 10.0  # [Hz] of wall time
+TRAIL_STEP = 0.05  # [m] between two points of a trajectory
+TRAIL_MOST = 2000  # [-] points of one trajectory
+TRAILS_MOST = 20000  # [-] points of all trajectories: they are sent whole each time
+TRAIL_WIDTH = 0.06  # [m]
+JUMP = 1.0  # [m] farther than it can have driven: the robot was put there
+BLACK, GREY = ColorRGBA(0.1, 0.1, 0.1, 1.0), ColorRGBA(0.55, 0.55, 0.6, 1.0)
+WHEEL_WIDTH = 0.05  # [m]
+LABEL_HEIGHT, LABEL_OFFSET = 0.6, 0.6  # [m] of letters; from the robot to its number
+
+
+class Markers:
+    """Listens to the stage's states; publishes markers at a display's rate."""
+
+    def __init__(self):
+        self._hand_length = number_parameter("~l", DEFAULT_HAND_LENGTH, above=0.0)
+        self._newest, self._obstacles, self._shown = None, (), {}
+        self._trails, self._lock = Trails(), threading.Lock()
+        self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
+        self._subscribers = [
+            rospy.Subscriber("stage/state", TeamState, self._keep, queue_size=1),
+            rospy.Subscriber("stage/scenario", String, self._begin, queue_size=1),
+        ]
+
+    def _begin(self, message):
+        try:
+            obstacles = scenario_from_yaml(message.data, "stage/scenario").obstacles
+        except ScenarioError as error:
+            rospy.logerr_throttle(5.0, "markers: {}".format(error))
+            return
+        with self._lock:
+            # The stage tells its scenario anew after a reset too.
+            self._obstacles, self._trails = obstacles, Trails()
+
+    def _keep(self, state):
+        hand = hand_points(np.array([state.x, state.y, state.theta]).T, self._hand_length)
+        with self._lock:
+            self._trails.add(state, hand)
+            self._newest = state
+
+    def spin(self):
+        """Run until ROS shuts down; naps are of wall time, a display does not stop with the clock."""
+        while not rospy.is_shutdown():
+            time.sleep(1.0 / RATE)
+            if self._newest is not None and self._publisher.get_num_connections():
+                self._publisher.publish(MarkerArray(markers=self._markers()))
+
+    def _markers(self):
+        with self._lock:
+            state, obstacles, trails = self._newest, self._obstacles, self._trails.lines()
+        markers = []
+        for row, number in enumerate(state.robot):
+            parts = _robot(number, state.x[row], state.y[row], state.theta[row])
+            parts += trails[row : row + 1]
+            markers += _named("robots", number * (len(parts) + 1), parts)
+        markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
+        for marker in markers:
+            marker.header = state.header
+        return markers + self._gone(markers)
+
+    def _gone(self, markers):
+        """Return what deletes the markers that were shown and are not among ``markers``."""
+        now = {(marker.ns, marker.id): marker for marker in markers}
+        gone = [self._shown[key] for key in self._shown if key not in now]
+        self._shown = now
+        for marker in gone:
+            marker.action = Marker.DELETE
+        return gone
+
+
+class Trails:
+    """The ways of the hand points so far; they begin anew when robots are put elsewhere."""
+
+    def __init__(self):
+        self._last, self._ways = None, []
+        self._hand = self._ends = np.empty((0, 2))  # now, and the last points of the ways
+
+    def add(self, state, hand):
+        """Go on to the hand points ``hand`` (n, 2) of ``state``."""
+        if self._last is None or _put_elsewhere(self._last, state):
+            n = len(state.robot)
+            most = min(TRAIL_MOST, max(2, TRAILS_MOST // max(1, n)))
+            self._ways = [deque(maxlen=most) for _ in range(n)]
+            self._ends = np.full((n, 2), np.inf)
+        far = np.abs(hand - self._ends).max(axis=1) > TRAIL_STEP
+        for row in np.flatnonzero(far).tolist():
+            self._ways[row].append(Point(hand[row, 0], hand[row, 1], 0.01))
+        self._ends[far] = hand[far]
+        self._last, self._hand = state, hand
+
+    def lines(self):
+        """Return a marker for each robot of the newest state."""
+        lines = []
+        for row, (x, y) in enumerate(self._hand.tolist()):
+            colour = _colour(self._last.robot[row])
+            line = _marker(Marker.LINE_STRIP, (TRAIL_WIDTH, 0.0, 0.0), colour)
+            line.points = list(self._ways[row]) + [Point(x, y, 0.01)]
+            lines.append(line)
+        return lines
+
+
+def _put_elsewhere(before, after):
+    """Return whether no drive leads from the state ``before`` to ``after``."""
+    elapsed = (after.header.stamp - before.header.stamp).to_sec()
+    if before.robot != after.robot or elapsed < 0.0:
+        return True
+    moved = np.hypot(np.subtract(after.x, before.x), np.subtract(after.y, before.y))
+    speed = np.maximum(np.hypot(before.vx, before.vy), np.hypot(after.vx, after.vy))
+    # At high speeds of simulation not every state gets here.
+    return bool(np.any(moved > JUMP + elapsed * speed))
+
+
+def _robot(number, x, y, theta):
+    length, height = pioneer3dx.LENGTH, 0.6 * pioneer3dx.HEIGHT
+    body = _marker(Marker.CUBE, (length, 0.75 * pioneer3dx.WIDTH, height), _colour(number))
+    ahead = 0.5 * (pioneer3dx.FRONT - pioneer3dx.REAR)
+    _place(body, x, y, theta, ahead, 0.0, height)
+    wheels = []
+    for side in (0.5, -0.5):
+        diameter = 2.0 * pioneer3dx.WHEEL_RADIUS
+        wheel = _marker(Marker.CUBE, (diameter, WHEEL_WIDTH, diameter), BLACK)
+        _place(wheel, x, y, theta, 0.0, side * pioneer3dx.WHEEL_TRACK, pioneer3dx.WHEEL_RADIUS)
+        wheels.append(wheel)
+    heading = _marker(Marker.ARROW, (0.05, 0.16, 0.18), BLACK)  # shaft, head, length of head
+    heading.points = [Point(0.0, 0.0, 0.0), Point(length, 0.0, 0.0)]
+    _place(heading, x, y, theta, 0.0, 0.0, 1.6 * height)
+    label = _marker(Marker.TEXT_VIEW_FACING, (0.0, 0.0, LABEL_HEIGHT), BLACK)
+    label.text = str(number)
+    _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * pioneer3dx.HEIGHT)
+    return [body] + wheels + [heading, label]
+
+
+def _obstacle(obstacle):
+    if isinstance(obstacle, Cylinder):
+        kind, yaw, size = Marker.CYLINDER, 0.0, (2.0 * obstacle.radius, 2.0 * obstacle.radius)
+    else:
+        kind, yaw, size = Marker.CUBE, obstacle.yaw, (obstacle.length, obstacle.width)
+    marker = _marker(kind, size + (obstacle.height,), GREY)
+    _place(marker, obstacle.x, obstacle.y, yaw, 0.0, 0.0, 0.5 * obstacle.height)
+    return marker
+
+
+def _colour(number):
+    """Return the colour of robot ``number``, the same as in figures and GUI."""
+    name = PALETTE[(number - 1) % len(PALETTE)]
+    return ColorRGBA(*[int(name[at : at + 2], 16) / 255.0 for at in (1, 3, 5)], 1.0)
+
+
+def _named(group, first, markers):
+    """Return ``markers``, named ``first`` and following in their ``group``."""
+    for number, marker in enumerate(markers, first):
+        marker.ns, marker.id = group, number
+    return markers
+
+
+def _marker(kind, scale, color):
+    marker = Marker(type=kind, action=Marker.ADD, color=color)
+    marker.scale.x, marker.scale.y, marker.scale.z = scale
+    marker.pose.orientation.w = 1.0
+    return marker
+
+
+def _place(marker, x, y, theta, ahead, left, up):
+    cos, sin = np.cos(theta), np.sin(theta)
+    position = marker.pose.position
+    position.x, position.y = x + cos * ahead - sin * left, y + sin * ahead + cos * left
+    position.z = up
+    marker.pose.orientation.z = np.sin(0.5 * theta)
+    marker.pose.orientation.w = np.cos(0.5 * theta)
+
+
+def main():
+    """Run the node ``markers``."""
+    with refusing_bad_input("markers"):
+        start_node("markers")
+        markers = Markers()
+    run(markers.spin)
+
+
+if __name__ == "__main__":
+    main()

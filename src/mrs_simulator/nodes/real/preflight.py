@@ -1,0 +1,123 @@
+"""The preflight: listens to the robots and says whether they can be driven."""
+
+import contextlib
+import json
+import logging
+import os
+import sys
+import time
+
+import numpy as np
+import rosgraph
+import rospy
+
+from mrs_simulator.core.guards import checked_fence
+from mrs_simulator.nodes.control.common_frame import make_common_frame
+from mrs_simulator.nodes.control.guards import slower, top_speeds
+from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.lifecycle import start_node
+from mrs_simulator.ros.parameters import number_parameter, numbers_parameter
+from mrs_simulator.study import preflight
+from mrs_simulator.study.programs import refusing_bad_input
+
+TIME_LIMIT = 5.0  # [s] of wall time in which every robot is to be heard
+LISTENING = 2.0  # [s] of wall time in which silences are measured
+NAP = 0.02  # [s] of wall time
+INTERRUPTED = 130  # exit code
+ARGUMENTS = dict(RUN_ARGUMENTS, json="file for the checks as JSON, beside the table")
+
+
+class Preflight:
+    """Listens to every robot and checks what it hears."""
+
+    def __init__(self, scenario):
+        """Take the bounds from the same parameters as the control node."""
+        self.scenario = scenario
+        self.fence = checked_fence(numbers_parameter("~geofence", 4))
+        self.least = number_parameter("~min_distance", preflight.MIN_DISTANCE, low=0.0)
+        self.tolerance = number_parameter("~place_tolerance", preflight.PLACE_TOLERANCE, above=0.0)
+        self.time_limit = number_parameter("~time_limit", TIME_LIMIT, above=0.0)
+        self.slowed, self.speeds = slower(scenario), top_speeds(scenario.n)
+        self.frame = make_common_frame(scenario)
+
+    def checks(self):
+        """Listen, then return a list of ``Check``."""
+        ages = self._listen()
+        frame, numbers = self.frame, self.frame.numbers
+        checks = preflight.hearing_checks(numbers, ages, frame.odom_timeout, frame.inbox.names())
+        trouble = frame.missing(rospy.get_time())
+        pose = frame.pose()
+        if trouble and np.isfinite(ages).all():
+            checks.append(preflight.Check("poses", False, trouble))
+        for row, jump in sorted(frame.jumped().items()):
+            subject = "robot{} stands still".format(numbers[row])
+            checks.append(preflight.Check(subject, False, frame.WHAT + " " + jump))
+        if frame.ABSOLUTE:
+            checks += preflight.place_checks(numbers, pose, self.scenario.poses, self.tolerance)
+        checks.append(preflight.distance_check(numbers, pose, self.least))
+        if self.fence is not None:
+            checks.append(preflight.fence_check(numbers, pose, self.fence))
+        checks.append(preflight.speed_check(self.scenario, self.speeds))
+        return checks + preflight.predicted_checks(self.slowed, pose, self.least, self.fence)
+
+    def _listen(self):
+        """Return the longest silence of each robot, (n,) [s], ``inf`` where never heard."""
+        end = time.monotonic() + self.time_limit
+        while time.monotonic() < end and self._silent(rospy.get_time()):
+            self._nap()
+        ages = np.zeros(self.scenario.n)
+        end = time.monotonic() + LISTENING
+        while time.monotonic() < end:
+            silent = self.frame.inbox.stale(rospy.get_time(), -np.inf)
+            ages = np.maximum(ages, [silent.get(number, 0.0) for number in self.frame.numbers])
+            self._nap()
+        # One that was first heard while the others were measured is late, not lost.
+        late = np.isfinite(self.frame.inbox.pose()).all(axis=1) & np.isinf(ages)
+        return np.where(late, LISTENING, ages)
+
+    def _silent(self, now):
+        return bool(self.frame.missing(now))
+
+    @staticmethod
+    def _nap():
+        time.sleep(NAP)
+        if rospy.is_shutdown():
+            sys.exit(INTERRUPTED)
+
+
+def _checked(scenario):
+    """Return the checks, and forget the parameters, which would else hold for the next time too."""
+    try:
+        return Preflight(scenario).checks()
+    finally:
+        with contextlib.suppress(KeyError):
+            rospy.delete_param(rospy.get_name())
+
+
+def main(argv=None):
+    """Run the command ``preflight``; exits with 0 all OK, 1 something is not, 2 bad input."""
+    argv = sys.argv[1:] if argv is None else argv
+    with refusing_bad_input("preflight"):
+        text = "Check that the robots stand ready; parameters as those of pioneer_control."
+        arguments = parse(text, ARGUMENTS, argv)
+        scenario = scenario_from(arguments)
+        if not rosgraph.is_master_online():
+            raise OSError("no ROS master at {}".format(os.environ.get("ROS_MASTER_URI", "")))
+        logging.disable(
+            logging.INFO
+        )  # rospy's, which some systems show among the lines of the table
+        start_node("preflight")
+        checks = _checked(scenario)
+    if arguments.json:
+        text = json.dumps(preflight.as_rows(checks), indent=1)
+        with open(arguments.json, "w", encoding="utf-8") as file:
+            file.write(text)
+    wrong = sum(not check.passed for check in checks)
+    print(preflight.table(checks))
+    print("{} of {} not OK".format(wrong, len(checks)) if wrong else "ready")
+    rospy.signal_shutdown("done")
+    sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""The record node: writes a run as it happens; at its end the figures and the verdict.
+
+Of a stage in simulated time, else of real robots.
+"""
+
+import os
+import sys
+import time
+
+import numpy as np
+import rospy
+
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core import recording
+from mrs_simulator.core.controller_log import Interruptions
+from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.msg import ControlStatus
+from mrs_simulator.nodes.control.guards import slower
+from mrs_simulator.nodes.record.run_sources import make_source
+from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.parameters import number_parameter
+from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.report import begin_run, write_report
+
+SILENCE = 10.0  # [s] of wall time without a sample after which the run counts as ended
+NAP = 0.2  # [s] of wall time
+ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
+
+LOCAL = dict(RUN_ARGUMENTS, out="directory for run.csv, figures and verdict.json")
+
+
+class RunRecorder:
+    """Records a source's samples from the first command on, for the scenario's duration."""
+
+    def __init__(self, scenario, out):
+        """Write to the directory ``out``."""
+        self.scenario, self.out = scenario, out
+        self.control = make_control(scenario)  # for its claims
+        self.silence = number_parameter("~silence", SILENCE, above=0.0)
+        self._file = begin_run(scenario, out)
+        self._start, self._next = None, 0.0
+        self._wall_start = None
+        self.ended = "interrupted"
+        self.elapsed = 0.0
+        self.source = make_source(scenario)
+        self.controller = Interruptions()
+        self._subscriber = rospy.Subscriber(
+            "pioneer_control/status", ControlStatus, self._on_status, tcp_nodelay=True
+        )
+
+    def _on_status(self, message):
+        self.controller.note(message.header.stamp.to_sec(), message.running, message.trouble)
+
+    def spin(self):
+        """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
+        rospy.loginfo("record: waiting for the robots' first command")
+        heard = time.monotonic()
+        while not rospy.is_shutdown():
+            sample = self.source.next(NAP)
+            broken = self._failed() or (self._start is not None and self._broken(sample, heard))
+            if broken:
+                self.ended = broken
+                rospy.logerr("record: the run ends here: %s", broken)
+                return
+            if sample is None:
+                continue
+            heard = time.monotonic()
+            self._take(sample)
+            if self.elapsed >= self.scenario.duration - ROUNDING:
+                self.ended = "complete"
+                return
+
+    def _failed(self):
+        """Return when and how the law failed, or ""."""
+        return self.controller.ended(np.inf if self._start is None else self._start)
+
+    def _broken(self, sample, heard):
+        """Return why the run cannot go on, or ""."""
+        silent = sample is None and time.monotonic() - heard > self.silence
+        return self.source.silence() if silent else self.source.broken()
+
+    def _take(self, sample):
+        if self._start is None:
+            if not sample.commanded:
+                return
+            self._begin(sample)
+        # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
+        self.elapsed = round(sample.stamp - self._start, 9)
+        if not self.source.PACED and self.elapsed < self._next - 1e-6:
+            return
+        self._next = self.elapsed + 1.0 / self.scenario.record_rate
+        if len(sample.pose) != self.scenario.n:
+            rospy.logerr_throttle(
+                5.0,
+                "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
+            )
+            return
+        self._file.sample(self.elapsed, sample.pose, sample.command)
+
+    def _begin(self, sample):
+        self._start, self._wall_start = sample.stamp, time.monotonic()
+        self.source.begin()
+        begun = sample.pose[:, :2]
+        if len(begun) == self.scenario.n:
+            away = np.max(np.abs(begun - self.scenario.poses[:, :2]))
+            if away > 0.05:
+                rospy.logwarn("record: robots began %.2f m away from the scenario's poses", away)
+        rospy.loginfo("record: recording %g s to %s", self.scenario.duration, self._file.path)
+
+    def finish(self):
+        """Write figures and verdict of what was recorded; return the verdict, None if nothing was."""
+        self._file.close()
+        if self._start is None:
+            return None
+        wall = time.monotonic() - self._wall_start
+        collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
+        meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
+        meta["warnings"] = self.control.warnings(self.scenario.poses)
+        meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
+        meta.update(self.source.meta())
+        recording.write_facts(self._file.path, collisions, meta)
+        run = recording.read_run_csv(self._file.path, self.scenario)
+        return write_report(run, self.out, control=self.control)
+
+
+def main():
+    """Run the node ``record``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    with refusing_bad_input("record"):
+        arguments = parse("Record a run; at its end write figures and verdict.", LOCAL)
+        scenario = scenario_from(arguments)
+        if not arguments.out:
+            raise ValueError("--out: nothing given, wanted a directory for the results")
+        start_node("record")
+        recorder = RunRecorder(slower(scenario), os.path.abspath(arguments.out))
+    run(recorder.spin)
+    verdict = recorder.finish()
+    if verdict is None:
+        why = recorder.controller.failed() or ("", "no command reached the robots")
+        print("record: nothing was recorded: {}".format(why[1]), file=sys.stderr)
+        sys.exit(1)
+    print(verdict_text(verdict))
+    print("  figures and data: {}".format(recorder.out))
+    sys.stdout.flush()
+    sys.exit(0 if verdict["passed"] else 1)
+
+
+if __name__ == "__main__":
+    main()

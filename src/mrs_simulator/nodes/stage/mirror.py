@@ -1,0 +1,101 @@
+"""Real robots in the stage's world: bodies where the robots' own odometry says that they are."""
+
+import math
+
+import numpy as np
+import rospy
+
+from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.msg import ControlStatus
+from mrs_simulator.nodes.control.common_frame import make_common_frame
+from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+
+REST = (0.0, 0.0, 0.0)  # a body's twist
+
+
+class Mirror:
+    """Where the real robots are, put by subscriber threads, taken by the main loop.
+
+    Their poses are those of a control node's common frame.  One that jumped stays where it was until
+    a person goes on: starts the controller, resets the stage or gives it a team.
+    """
+
+    def __init__(self, rows, scenario):
+        """``rows``: those of the robots of ``scenario`` that are real."""
+        self.rows = frozenset(rows)
+        self._twists = {}  # newest body twists by row
+        self._running = False
+        self.frame = None
+        if rows:
+            self.frame = make_common_frame(scenario, rows=sorted(rows))
+            self._control = rospy.Subscriber(
+                "pioneer_control/status", ControlStatus, self._on_control, queue_size=1
+            )
+
+    def put(self, message, row):
+        """Keep how fast robot ``row`` moves."""
+        if all(map(math.isfinite, message.body)):
+            self._twists[row] = message.body
+
+    def place(self, world):
+        """Put the real robots of ``world`` where they are; one that is silent or jumped at rest."""
+        if self.frame is None:
+            return
+        lost, rows = {*self.silent(), *self.jumps()}, self.frame.rows
+        twists = [REST if row in lost else self._twists.get(row, REST) for row in rows]
+        poses = self.frame.pose()
+        known = (np.abs(poses) <= FARTHEST).all(axis=1)  # nor NaN, before it was heard
+        world.place(np.array(rows)[known], poses[known], np.array(twists)[known])
+
+    def silent(self):
+        """Return the rows, ascending, of the real robots that were not heard for the time allowed."""
+        stale = self.frame.stale(rospy.get_time()) if self.frame else []
+        return [number - 1 for number in stale]
+
+    def jumps(self):
+        """Return ``{row: text}`` of the real robots that jumped and are no longer followed."""
+        texts = self.frame.jump_texts() if self.frame else {}
+        return {self.frame.rows[at]: text for at, text in texts.items()}
+
+    def begin_at(self, poses):
+        """Follow all robots from where they are; ``poses`` (n, 3): the team's initial ones."""
+        if self.frame:
+            self.frame.begin_at(poses)
+            self.frame.accept()
+
+    def _on_control(self, status):
+        if status.running and not self._running:
+            self.frame.accept()
+        self._running = status.running
+
+
+class RealTopics:
+    """``/robotN/odom`` and ``/robotN/cmd_vel`` of a real robot: the stage listens to both."""
+
+    # Nobody waits for a real robot.
+    listened_to = commanded = True
+
+    def __init__(self, row, inbox, mirror):
+        """Commands go to ``inbox`` as those of other robots, to be shown; odometry to ``mirror``."""
+        self._subscribers = [
+            rospy.Subscriber(
+                "/robot{}/{}".format(row + 1, topic),
+                kind,
+                put,
+                callback_args=row,
+                queue_size=1,
+                tcp_nodelay=True,
+            )
+            for topic, kind, put in (
+                ("odom", PlanarOdometry, mirror.put),
+                ("cmd_vel", PlanarTwist, inbox.put),
+            )
+        ]
+
+    def publish(self, stamp, pose, twist):
+        """Publish nothing: the robot does."""
+
+    def close(self):
+        """Withdraw both topics."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()

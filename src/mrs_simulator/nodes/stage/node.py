@@ -1,0 +1,388 @@
+"""The stage node: a world of robots behind ROS topics and services."""
+
+import gc
+import time
+
+import numpy as np
+import rospy
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from mrs_simulator.msg import StageStatus
+from mrs_simulator.nodes.control.timing import RoundTrips
+from mrs_simulator.nodes.real.real_robots import real_rows
+from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
+from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
+from mrs_simulator.nodes.stage.pacing import Pacer
+from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
+from mrs_simulator.nodes.stage.rosaria import (
+    ODOM_RATE,
+    WATCH_PERIOD,
+    Drivers,
+    behind_rosaria,
+    chosen_preset,
+)
+from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
+from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.ros.requests import Requests
+from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
+from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.world.world import World
+
+IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
+IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated time stands still
+STATUS_PERIOD = 0.2  # [s] of wall time
+VIEW_PERIOD = 0.05  # [s] of wall time
+WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
+MOST_NAMED = 8  # [-] robots named in one message
+MOST_STEPS = 1000000  # [-] of one request
+LOCAL = dict(
+    RUN_ARGUMENTS,
+    preset="rosaria: the robots behave as Pioneers behind RosAria (default: none)",
+    real="numbers of the robots that are real, such as 2,4 (default: none)",
+)
+
+
+class Stage:
+    """Owns the world and the clock; one thread, the main loop, touches them."""
+
+    def __init__(self, scenario, preset="none", real=()):
+        """Open the world of ``scenario`` and every topic and service.
+
+        ``preset``: one of ``rosaria.PRESETS``; ``real``: rows of the robots that are real.
+        """
+        rosaria = preset == "rosaria"
+        self.scenario = scenario = behind_rosaria(scenario) if rosaria else scenario
+        timeout = number_parameter("~cmd_vel_timeout", scenario.cmd_vel_timeout, above=0.0)
+        self.world = World.from_scenario(
+            scenario._replace(cmd_vel_timeout=timeout),
+            watch_period=WATCH_PERIOD if rosaria else 0.0,
+            mirrored=real,
+        )
+        self.mirror = Mirror(real, scenario)
+        self.lockstep = None
+        if lockstep_wanted(real):
+            self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
+        self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
+        self.paused = flag_parameter("~paused", False)
+        self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
+        self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
+        odom_rate = number_parameter("~odom_rate", ODOM_RATE if rosaria else 50.0, above=0.0)
+        self._steps_per_odom = self._steps_between(odom_rate)
+        self._steps_per_command = self._steps_between(min(odom_rate, scenario.control.rate))
+        self.round_trips = RoundTrips(self.world.n)
+        self._started = False
+        self._steps_asked = 0
+        self._step = 0
+        self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self._real_silent, self._jumped = [], frozenset()
+        self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
+        self.inbox = Inbox()
+        self.requests = Requests()
+        self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
+        self.frames = Frames(
+            text_parameter("~world_frame", "world"),
+            text_parameter("~odom_frame", "robot{}/odom"),
+            text_parameter("~base_frame", "robot{}/base_link"),
+        )
+        self.topics = WorldTopics(
+            self.world, self.frames, self.inbox, self.mirror.rows, self._new_link
+        )
+        self._status = publisher("~status", StageStatus, queue_size=1)
+        self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
+        self._link_robots()
+        self._open_services()
+        self.view = None
+        if flag_parameter("~view", False):
+            self._open_view()
+
+    def _steps_between(self, rate):
+        return max(1, int(round(1.0 / (rate * self.world.step_size))))
+
+    def _open_view(self):
+        from mrs_simulator.world.view import View  # pybullet only where it is used
+
+        self.view = View(self.world.kinds, self.world.pose, self.world.obstacles, window=True)
+
+    def _open_services(self):
+        def service(name, kind, handler):
+            return rospy.Service(
+                name, kind, lambda request: self.requests.ask(lambda: handler(request))
+            )
+
+        self._services = [
+            service("~pause", SetBool, self._on_pause),
+            service("~step", StepStage, self._on_step),
+            service("~reset", Trigger, self._on_reset),
+            service("~set_speed", SetSpeed, self._on_set_speed),
+            service("~set_team", SetTeam, self._on_set_team),
+        ]
+
+    def _link_robots(self):
+        self.topics.follow_team()
+        if self.drivers:
+            self.drivers.follow_team()
+        self._scenario.publish(String(data=self.scenario.to_yaml()))
+        # With 2000 topics each of the collector's rounds over them would take longer than a period.
+        gc.collect()
+        gc.freeze()
+
+    def _new_link(self, row):
+        if row in self.mirror.rows:
+            return RealTopics(row, self.inbox, self.mirror)
+        odometry = "rosaria" if self.drivers else self.scenario.odometry
+        return RobotTopics(row, self.inbox, odometry, self.frames)
+
+    # The main loop -------------------------------------------------------------------------------
+
+    def spin(self):
+        """Run until ROS shuts down."""
+        self.topics.publish_clock()
+        self._tell_odometry()
+        while not rospy.is_shutdown():
+            self.requests.serve()
+            self._take_commands()
+            if self._may_step():
+                self._advance()
+            else:
+                self._idle()
+            self._show()
+        self.world.close()
+
+    def _show(self):
+        """Bring pybullet's window up to date at a display's rate."""
+        now = time.monotonic()
+        if self.view is None or now - self._last["view"] < VIEW_PERIOD:
+            return
+        self._last["view"] = now
+        if self.view.open:
+            self.view.show(self.world.pose)
+        else:
+            self.view = None  # the user closed it
+
+    def _may_step(self):
+        if not self._started:
+            self._started = self._ready()
+            return False
+        if self.paused and not self._steps_asked:
+            return False
+        if self.lockstep and self.lockstep.waiting_for:
+            return False
+        return self.paused or self.pacer.wait() == 0.0
+
+    def _ready(self):
+        waits = []
+        silent = self.topics.uncommanded() if self._wait_for_control else []
+        if silent:
+            waits.append("commands for {} of {} robots".format(len(silent), self.world.n))
+        if self.lockstep and self.topics.unlistened():
+            waits.append("a listener to each robot's odometry")
+        elif self.lockstep and not self.lockstep.settled():
+            waits.append("the first commands")
+        heard, name = self.topics.recorders()
+        if heard < self._recorders_wanted:
+            waits.append("{:g} recorders on {}".format(self._recorders_wanted - heard, name))
+        if waits:
+            self._report("waiting for " + " and ".join(waits))
+            return False
+        rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
+        if self.mirror.rows and self.pacer.speed != 1.0:
+            rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)
+        self.pacer.resume()
+        self.round_trips.begin(self.world.n)
+        return True
+
+    def _take_commands(self):
+        rows, commands, times = self.inbox.take(self.world.n)
+        if len(rows):
+            (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
+            self.round_trips.answered(rows, times)
+            if self.lockstep:
+                self.lockstep.answered(rows)
+
+    def _advance(self):
+        self.topics.publish_state()
+        self.mirror.place(self.world)
+        self.world.step()
+        self._step += 1
+        self.pacer.stepped(self.world.step_size)
+        self._steps_asked = max(0, self._steps_asked - 1)
+        self.topics.publish_clock()
+        self.topics.publish_collisions()
+        if self._step % self._steps_per_command == 0:
+            self.round_trips.end_period(self.world.commanded)
+        if self._step % self._steps_per_odom == 0:
+            self._tell_odometry()
+        self._publish_status()
+
+    def _idle(self):
+        self.pacer.measure()
+        now = time.monotonic()
+        if now - self.topics.clock_sent > IDLE_CLOCK:
+            self.topics.publish_clock()
+            self.mirror.place(self.world)  # real robots know no pause
+            if self._started and self.paused:
+                self.topics.publish_state()
+            elif not self._started and (not self.lockstep or self.lockstep.waiting_for):
+                self.topics.publish_odometry()
+        if self.lockstep and self._started and not self.paused and self.lockstep.overdue():
+            self._report_silence()
+        self._publish_status()
+        if self.paused or not self._started or self.lockstep:
+            time.sleep(0.001 if self.lockstep and self._started and not self.paused else IDLE)
+        else:
+            time.sleep(min(IDLE, self.pacer.wait()))
+
+    def _tell_odometry(self):
+        if self.lockstep:
+            self.lockstep.expect(range(self.world.n))
+        self.round_trips.sent()
+        self.topics.publish_odometry()
+
+    def _report_silence(self):
+        rospy.logerr(
+            "stage: no command from %s within %g s of the odometry at %.3f s; simulated time waits",
+            named(self.lockstep.waiting_for),
+            self.lockstep.timeout,
+            self.world.time,
+        )
+        self.topics.publish_odometry()
+
+    def _report(self, text):
+        if time.monotonic() - self._last["report"] > WAIT_REPORT:
+            self._last["report"] = time.monotonic()
+            rospy.loginfo("stage: %s", text)
+
+    # Services ------------------------------------------------------------------------------------
+
+    def _on_pause(self, request):
+        self.paused = request.data
+        self._steps_asked = 0
+        self.pacer.resume()
+        return "paused" if self.paused else "running"
+
+    def _on_step(self, request):
+        if not self.paused:
+            raise ValueError("the stage is running; pause it before stepping")
+        if not 1 <= request.steps <= MOST_STEPS:
+            raise ValueError("steps = {}: wanted from 1 to {}".format(request.steps, MOST_STEPS))
+        self._steps_asked += request.steps
+        return "stepping {} times {:g} s".format(request.steps, self.world.step_size)
+
+    def _on_reset(self, _):
+        self.world.reset()
+        self._after_change()
+        return "{} robots back at their initial poses".format(self.world.n)
+
+    def _on_set_speed(self, request):
+        if not 0.0 <= request.speed < float("inf"):
+            raise ValueError("speed = {}: wanted 0 or a positive number".format(request.speed))
+        self.pacer.set_speed(request.speed)
+        return "speed {:g}".format(request.speed) if request.speed else "as fast as possible"
+
+    def _on_set_team(self, request):
+        kinds = [robot.kind or "pioneer3dx" for robot in request.robots]
+        poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in request.robots]
+        team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
+        self.world.set_team(kinds, poses)
+        self.scenario = team
+        self._after_change()
+        if self.view is not None:
+            self.view.close()
+            self._open_view()
+        return "{} robots".format(self.world.n)
+
+    def _after_change(self):
+        self.mirror.begin_at(self.scenario.poses)
+        self._link_robots()
+        # What was said to the robots before is not meant for these.
+        self.inbox.take(self.world.n)
+        self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self.round_trips.begin(self.world.n)
+        # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
+        # back between two different states.
+        self.world.step()
+        self.world.take_collisions()
+        self.topics.publish_clock()
+        self._tell_odometry()
+
+    # Messages ------------------------------------------------------------------------------------
+
+    def _say_what_changed(self):
+        """Log who fell silent, whose watchdog has stopped them, and commands that were refused."""
+        self._say_who_is_lost()
+        silent = set(np.flatnonzero(self.world.timed_out).tolist())
+        new = sorted(silent - self._silent)
+        if new:
+            rospy.logwarn(
+                "stage: %s stopped: no command for %g s", named(new), self.world.cmd_vel_timeout
+            )
+        self._silent = silent
+        refused = np.flatnonzero(self.world.refused > self._refused).tolist()
+        if refused:
+            rospy.logwarn_throttle(
+                5.0, "stage: refused commands for {}: not finite".format(named(refused))
+            )
+            self._refused = self.world.refused.copy()
+
+    def _say_who_is_lost(self):
+        """Log the real robots that fell silent or jumped."""
+        lost, jumps = self.mirror.silent(), self.mirror.jumps()
+        new = [row for row in lost if row not in self._real_silent]
+        if new:
+            timeout = self.mirror.frame.odom_timeout
+            rospy.logwarn("stage: real %s not heard for %g s", named(new), timeout)
+        for row in set(jumps).difference(self._jumped):
+            go_on = "call pioneer_control/start or stage/reset to follow it again"
+            rospy.logerr("stage: %s: %s", jumps[row], go_on)
+        self._real_silent, self._jumped = sorted({*lost, *jumps}), frozenset(jumps)
+
+    def _publish_status(self):
+        now = time.monotonic()
+        if now - self._last["status"] < STATUS_PERIOD:
+            return
+        self._last["status"] = now
+        world = self.world
+        self._say_what_changed()
+        waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
+        message = StageStatus(
+            fidelity=self.scenario.fidelity,
+            robots=world.n,
+            speed=self.pacer.speed,
+            real_time_factor=self.pacer.real_time_factor,
+            paused=self.paused,
+            lockstep=self.lockstep is not None,
+            waiting_for=[row + 1 for row in waiting],
+            timed_out=[row + 1 for row in sorted(self._silent)],
+            refused=world.refused.tolist(),
+            real_silent=[row + 1 for row in self._real_silent],
+            missed_periods=self.round_trips.missed,
+            collisions=self.topics.collisions,
+            closest_approach=world.measure_closest_approach(),
+        )
+        message.round_trip_median, message.round_trip_p99 = self.round_trips.median_and_p99()
+        message.header.stamp = self.topics.stamp()
+        self._status.publish(message)
+
+
+def named(rows):
+    """Return robots of ``rows`` for a message: all of a few, else the first and how many."""
+    shown = ", ".join("robot{}".format(row + 1) for row in rows[:MOST_NAMED])
+    more = len(rows) - MOST_NAMED
+    return shown + (" and {} more".format(more) if more > 0 else "")
+
+
+def main():
+    """Run the node ``stage``."""
+    with refusing_bad_input("stage", RuntimeError):
+        arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
+        scenario, real = scenario_from(arguments), real_rows(arguments.real)
+        start_node("stage")
+        stage = Stage(scenario, chosen_preset(arguments.preset), real)
+    run(stage.spin)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+"""The stage's topics, of each robot and of all at once: odometry out, commands in."""
+
+import math
+import threading
+import time
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import PoseStamped, TransformStamped
+
+from mrs_simulator.msg import TeamCommand, TeamOdometry
+from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
+from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+
+# Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
+# them; what a planar robot does not measure is marked as unknown by a very large value.
+UNKNOWN = 1e6
+POSE_VARIANCE = {"world": (1e-6, 1e-6, 1e-6), "wheel": (1e-3, 1e-3, 1e-2)}
+TWIST_VARIANCE = (1e-6, 1e-6, 1e-6)
+
+
+class Inbox:
+    """The newest command of each robot, put by subscriber threads, taken by the main loop."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._commands = {}
+
+    def put(self, twist, row):
+        """Keep ``twist``, a ``PlanarTwist``, as the newest command of robot ``row``."""
+        with self._lock:
+            self._commands[row] = twist.command, time.monotonic()
+
+    def put_all(self, rows, commands):
+        """Keep ``commands`` (v, omega) of the robots ``rows``."""
+        now = time.monotonic()
+        with self._lock:
+            self._commands.update((row, (pair, now)) for row, pair in zip(rows, commands))
+
+    def take(self, n):
+        """Return ``(rows, commands, times)`` of the first n robots, ascending, and forget all.
+
+        Shapes (m,), (m, 2) [m/s, rad/s] and (m,) [s]: when each came, by ``time.monotonic``.
+        """
+        with self._lock:
+            taken, self._commands = self._commands, {}
+        # A late message may still come for a robot that has been taken away.
+        rows = sorted(row for row in taken if row < n)
+        commands = np.array([taken[row][0] for row in rows]).reshape(-1, 2)
+        return rows, commands, np.array([taken[row][1] for row in rows])
+
+
+class Link:
+    """A topic of odometry out, ``_publisher``, and one of commands in, ``_subscriber``."""
+
+    @property
+    def listened_to(self):
+        """Return whether anybody subscribes to the odometry."""
+        return self._publisher.get_num_connections() > 0
+
+    @property
+    def commanded(self):
+        """Return whether anybody publishes commands."""
+        return self._subscriber.get_num_connections() > 0
+
+    def close(self):
+        """Withdraw both topics."""
+        self._publisher.unregister()
+        self._subscriber.unregister()
+
+
+class RobotTopics(Link):
+    """``/robotN/odom`` and ``/robotN/cmd_vel`` of one robot."""
+
+    def __init__(self, row, inbox, odometry, frames):
+        """``odometry``: "world", "wheel" or "rosaria"; ``frames``: :class:`Frames`."""
+        name = "/robot{}".format(row + 1)
+        self._publisher = prompt_publisher(name + "/odom", PlanarOdometry)
+        self._subscriber = rospy.Subscriber(
+            name + "/cmd_vel",
+            PlanarTwist,
+            inbox.put,
+            callback_args=row,
+            queue_size=1,
+            tcp_nodelay=True,
+        )
+        # RosAria tells no covariance.
+        told = odometry != "rosaria"
+        self._message = PlanarOdometry()
+        self._message.prepare(
+            frames.odom(row + 1),
+            frames.base(row + 1),
+            covariance(POSE_VARIANCE[odometry] if told else None),
+            covariance(TWIST_VARIANCE if told else None),
+        )
+
+    def publish(self, stamp, pose, twist):
+        """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens."""
+        if not self.listened_to:
+            return
+        message = self._message
+        message.stamp, message.planar, message.body = stamp, pose, twist
+        self._publisher.publish(message)
+
+
+class TruePose:
+    """The true pose of one robot, as motion capture tells it."""
+
+    def __init__(self, name, frame):
+        """``name`` of the topic; ``frame``: the common one."""
+        self._publisher = rospy.Publisher(name, PoseStamped, queue_size=1, tcp_nodelay=True)
+        self._message = PoseStamped()
+        self._message.header.frame_id = frame
+
+    def publish(self, stamp, pose):
+        """Publish ``pose`` (x, y, theta)."""
+        message, where = self._message, self._message.pose
+        message.header.stamp = stamp
+        where.position.x, where.position.y = pose[:2]
+        where.orientation.z, where.orientation.w = math.sin(0.5 * pose[2]), math.cos(0.5 * pose[2])
+        self._publisher.publish(message)
+
+    def close(self):
+        """Withdraw the topic."""
+        self._publisher.unregister()
+
+
+class TeamTopics(Link):
+    """``~odometry`` and ``~command`` of the stage: all robots at once."""
+
+    def __init__(self, inbox):
+        """Commands go to ``inbox`` as those of the robots' own topics."""
+        self._inbox = inbox
+        self._publisher = rospy.Publisher("~odometry", TeamOdometry, queue_size=1, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber(
+            "~command", TeamCommand, self._on_command, queue_size=1, tcp_nodelay=True
+        )
+
+    def publish(self, stamp, poses, twists):
+        """Publish ``poses`` and body ``twists``, (n, 3) each, if anybody listens."""
+        if not self.listened_to:
+            return
+        message = TeamOdometry(robot=list(range(1, len(poses) + 1)))
+        message.header.stamp = stamp
+        message.x, message.y, message.theta = poses.T.tolist()
+        message.vx, message.vy, message.omega = twists.T.tolist()
+        self._publisher.publish(message)
+
+    def _on_command(self, message):
+        numbers, wanted = message.robot, len(message.robot)
+        if len(message.v) != wanted or len(message.omega) != wanted or 0 in numbers:
+            rospy.logerr_throttle(
+                5.0,
+                "stage: refused a command on {}: {} robots, {} v, {} omega; wanted as many of each "
+                "and robots numbered from 1".format(
+                    self._subscriber.resolved_name, wanted, len(message.v), len(message.omega)
+                ),
+            )
+            return
+        rows = [number - 1 for number in numbers]
+        self._inbox.put_all(rows, zip(message.v, message.omega))
+
+
+class Frames:
+    """Frame names, from the parameters ``~world_frame``, ``~odom_frame``, ``~base_frame``.
+
+    ``{}`` in a pattern stands for the robot's number; no name begins with a slash (tf2).
+    """
+
+    def __init__(self, world="world", odom="robot{}/odom", base="robot{}/base_link"):
+        for name, pattern in (("odom_frame", odom), ("base_frame", base)):
+            if pattern.count("{}") != 1:
+                raise ValueError(
+                    "{} = {!r}: wanted one {{}} for the robot's number".format(name, pattern)
+                )
+        self.world = world.lstrip("/")
+        self._odom, self._base = odom.lstrip("/"), base.lstrip("/")
+
+    def odom(self, robot):
+        """Return the odometry frame of robot number ``robot``."""
+        return self._odom.replace("{}", str(robot))
+
+    def base(self, robot):
+        """Return the base frame of robot number ``robot``."""
+        return self._base.replace("{}", str(robot))
+
+
+def covariance(variances):
+    """Return the row-major 6x6 covariance with these variances of x, y and yaw; None: all zero."""
+    if variances is None:
+        return [0.0] * 36
+    matrix = np.diag([variances[0], variances[1], UNKNOWN, UNKNOWN, UNKNOWN, variances[2]])
+    return matrix.ravel().tolist()
+
+
+def transform(stamp, parent, child, pose):
+    """Return the transform of frame ``child`` at ``pose`` (x, y, theta) in ``parent``."""
+    message = TransformStamped()
+    message.header.stamp, message.header.frame_id = stamp, parent
+    message.child_frame_id = child
+    message.transform.translation.x, message.transform.translation.y = pose[0], pose[1]
+    message.transform.rotation.z = math.sin(0.5 * pose[2])
+    message.transform.rotation.w = math.cos(0.5 * pose[2])
+    return message

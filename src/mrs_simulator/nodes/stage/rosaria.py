@@ -1,0 +1,107 @@
+"""The preset ``rosaria``: simulated robots behave as Pioneers behind the driver RosAria."""
+
+import math
+
+import numpy as np
+import rospy
+from std_msgs.msg import Bool
+from std_srvs.srv import Empty, EmptyResponse
+
+from mrs_simulator.ros.parameters import text_parameter
+
+PRESETS = ("none", "rosaria")
+ODOM_RATE = 10.0  # [Hz] at the usual packets of 100 ms
+CMD_VEL_TIMEOUT = 0.6  # [s]
+WATCH_PERIOD = 0.1  # [s] between two looks of the driver's watchdog
+UNIT = np.array([0.001, math.radians(1.0)])  # [m/s, rad/s] the finest command of the protocol
+
+
+def chosen_preset(argument):
+    """Return the preset that the command line's ``argument`` or else ``~preset`` names."""
+    preset = argument or text_parameter("~preset", "none", PRESETS)
+    if preset not in PRESETS:
+        raise ValueError("preset = {!r}: wanted one of {}".format(preset, ", ".join(PRESETS)))
+    return preset
+
+
+def behind_rosaria(scenario):
+    """Return ``scenario`` with the odometry, limits and watchdog of Pioneers behind RosAria."""
+    if scenario.fidelity == "point_mass":
+        raise ValueError("preset rosaria: fidelity point_mass, wanted kinematic or dynamic")
+    return scenario.changed(odometry="wheel", limits="firmware", cmd_vel_timeout=CMD_VEL_TIMEOUT)
+
+
+def driver_commands(commands, limits):
+    """Return ``commands`` (n, 2) [m/s, rad/s] as the driver hands them to robots with ``limits``.
+
+    In whole mm/s and deg/s, halves away from zero; nan is zero, and infinite the robot's maximum.
+    """
+    top = limits.velocities()
+    commands = np.clip(np.where(np.isnan(commands), 0.0, commands), -top, top)
+    return np.sign(commands) * np.floor(np.abs(commands) / UNIT + 0.5) * UNIT
+
+
+class Drivers:
+    """The drivers of all simulated robots: what they make of commands, and their motors."""
+
+    def __init__(self, world, requests, absent=()):
+        """``requests`` runs what services ask for; ``absent``: rows of robots without a driver here."""
+        self._world, self._requests, self._absent = world, requests, set(absent)
+        self._motors = {}
+
+    def follow_team(self):
+        """Open or withdraw topics and services, so that every simulated robot has its own."""
+        n = self._world.n
+        for row in [row for row in self._motors if row >= n]:
+            self._motors.pop(row).close()
+        for row in range(n):
+            if row not in self._motors and row not in self._absent:
+                self._motors[row] = Motors(row, self._switch, self._requests)
+
+    def command(self, rows, commands):
+        """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""
+        rows = np.asarray(rows, dtype=int)
+        self._world.refused[rows[~np.isfinite(commands).all(axis=1)]] += 1
+        commands = driver_commands(commands, self._world.limits)
+        commands[[row in self._motors and not self._motors[row].enabled for row in rows]] = 0.0
+        self._world.set_commands(rows, commands)
+
+    def _switch(self, row, on):
+        if not on:
+            self._world.stop([row])
+        if row in self._motors:
+            self._motors[row].show(on)
+
+
+class Motors:
+    """``/robotN/motors_state``, ``/robotN/enable_motors`` and ``/robotN/disable_motors``."""
+
+    def __init__(self, row, switch, requests):
+        """``switch(row, on)`` is called in the main loop, by ``requests``, when a service asks."""
+        name = "/robot{}/".format(row + 1)
+        self._state = rospy.Publisher(name + "motors_state", Bool, queue_size=1, latch=True)
+        self.enabled = None
+        self.show(True)
+
+        def service(verb, on):
+            def answer(_):
+                done, said = requests.ask(lambda: switch(row, on))
+                if not done:
+                    raise rospy.ServiceException(said)
+                return EmptyResponse()
+
+            return rospy.Service(name + verb, Empty, answer)
+
+        self._services = [service("enable_motors", True), service("disable_motors", False)]
+
+    def show(self, on):
+        """Keep whether the motors are on, and publish it if that is new."""
+        if on != self.enabled:
+            self.enabled = on
+            self._state.publish(Bool(data=on))
+
+    def close(self):
+        """Withdraw the topic and the services."""
+        self._state.unregister()
+        for service in self._services:
+            service.shutdown("the robot was taken away")

@@ -1,0 +1,156 @@
+"""What the stage publishes of its world: clock, odometry, transforms, true state, collisions."""
+
+import time
+
+import numpy as np
+import rospy
+from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
+
+from mrs_simulator.msg import Collision, TeamState
+from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, transform
+from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
+from mrs_simulator.ros.parameters import pattern_parameter
+
+CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
+
+
+class WorldTopics:
+    """Publishes what it sees of a world; it changes nothing there."""
+
+    def __init__(self, world, frames, inbox, real, new_link):
+        """``world`` is looked at whenever something is published; ``frames``: ``links.Frames``.
+
+        ``real``: rows of the robots that are real, whose odometry and transforms are not published
+        here; ``new_link(row)`` makes a robot's own topics; commands for all robots go to ``inbox``.
+        """
+        self._world, self._frames = world, frames
+        self._real, self._new_link = real, new_link
+        self.links = []
+        self._pose_topic = pattern_parameter("~pose_topic", "")
+        self._true_poses = {}  # TruePose by row
+        self.collisions = 0
+        self.clock_sent = 0.0  # [s] of wall time
+        self._tf_sent = None
+        self._clock = prompt_publisher("/clock", Clock)
+        self._tf = publisher("/tf", TFMessage)
+        self._tf_static = publisher("/tf_static", TFMessage, latch=True)
+        # A recorder must not miss a state: the queue is long.
+        self._state = publisher("~state", TeamState, queue_size=1000)
+        self._collision = publisher("~collisions", Collision, queue_size=1000)
+        # Real robots have topics of their own only.
+        self.team_link = None if real else TeamTopics(inbox)
+
+    def follow_team(self):
+        """Open or withdraw robots' own topics, so that every robot of the world has its own."""
+        while len(self.links) > self._world.n:
+            self.links.pop().close()
+        for row in range(len(self.links), self._world.n):
+            self.links.append(self._new_link(row))
+        self._follow_true_poses()
+        self._publish_static_transforms()
+
+    def _follow_true_poses(self):
+        wanted = set(range(self._world.n)).difference(self._real) if self._pose_topic else set()
+        for row in set(self._true_poses) - wanted:
+            self._true_poses.pop(row).close()
+        for row in wanted.difference(self._true_poses):
+            name = self._pose_topic.replace("{}", str(row + 1))
+            self._true_poses[row] = TruePose(name, self._frames.world)
+
+    def unlistened(self):
+        """Return the rows of the robots whose odometry nobody hears."""
+        if self.team_link and self.team_link.listened_to:
+            return []
+        return [row for row, link in enumerate(self.links) if not link.listened_to]
+
+    def uncommanded(self):
+        """Return the rows of the robots that nobody publishes commands for."""
+        if self.team_link and self.team_link.commanded:
+            return []
+        return [row for row, link in enumerate(self.links) if not link.commanded]
+
+    def recorders(self):
+        """Return how many listen to the state, and its name."""
+        return self._state.get_num_connections(), self._state.resolved_name
+
+    def stamp(self):
+        """Return the stamp of the world's time."""
+        return stamp_at(self._world.time)
+
+    def publish_clock(self):
+        """Publish simulated time."""
+        self.clock_sent = time.monotonic()
+        self._clock.publish(Clock(clock=self.stamp()))
+
+    def publish_odometry(self):
+        """Publish the odometry of all robots, and the transforms that go with it."""
+        stamp = self.stamp()
+        poses, twists = self._world.odometry(), self._world.twist
+        if self.team_link:
+            self.team_link.publish(stamp, poses, twists)
+        poses = poses.tolist()
+        for link, pose, twist in zip(self.links, poses, twists.tolist()):
+            link.publish(stamp, pose, twist)
+        for row, true_pose in self._true_poses.items():
+            true_pose.publish(stamp, self._world.pose[row].tolist())
+        listeners = self._tf.get_num_connections()
+        # tf complains of a stamp that it has had; at rest only a new listener is told.
+        if listeners and (stamp, listeners) != self._tf_sent:
+            self._tf_sent = (stamp, listeners)
+            self._tf.publish(self._transforms(self._frames.odom, self._frames.base, poses))
+
+    def _publish_static_transforms(self):
+        origins = self._world.odometry_origins().tolist()
+        world = self._frames.world
+        self._tf_static.publish(self._transforms(lambda _: world, self._frames.odom, origins))
+
+    def _transforms(self, parent, child, poses):
+        stamp = self.stamp()
+        return TFMessage(
+            transforms=[
+                transform(stamp, parent(row + 1), child(row + 1), pose)
+                for row, pose in enumerate(poses)
+                if row not in self._real
+            ]
+        )
+
+    def publish_state(self):
+        """Publish the true state of all robots, if anybody listens."""
+        if not self._state.get_num_connections():
+            return
+        world, message = self._world, TeamState()
+        message.header.stamp, message.header.frame_id = self.stamp(), self._frames.world
+        message.robot = list(range(1, world.n + 1))
+        message.x, message.y, message.theta = world.pose.T.tolist()
+        message.vx, message.vy, message.omega = world.twist.T.tolist()
+        message.command_v, message.command_omega = world.command.T.tolist()
+        message.commanded = world.commanded.tolist()
+        message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
+        self._state.publish(message)
+
+    def publish_collisions(self):
+        """Publish and log the collisions that began since the last call."""
+        for collision in self._world.take_collisions():
+            self.collisions += 1
+            message = Collision(first=collision.first, second=collision.second)
+            message.header.stamp = stamp_at(collision.time)
+            message.header.frame_id = self._frames.world
+            message.x, message.y = collision.x, collision.y
+            self._collision.publish(message)
+            rospy.logwarn(
+                "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m",
+                *collision[1:3],
+                collision.time,
+                *collision[3:],
+            )
+
+
+def publisher(name, kind, queue_size=100, latch=False):
+    """Return a publisher that sends at once."""
+    return rospy.Publisher(name, kind, queue_size=queue_size, latch=latch, tcp_nodelay=True)
+
+
+def stamp_at(simulated):
+    """Return the stamp of simulated time [s]: whole nanoseconds, so that equal times are equal."""
+    return rospy.Time(*divmod(int(round((CLOCK_START + simulated) * 1e9)), 10**9))

@@ -1,0 +1,80 @@
+"""Publishers for many topics of small messages: no thread's detour while subscribers read.
+
+rospy hands each message to a thread of its own for each subscriber, and lets that thread run at once:
+with a hundred robots that is most of a publisher's work.
+"""
+
+import select
+import threading
+import warnings
+
+import rospy
+
+LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether a connection is still there
+
+
+def prompt_publisher(name, kind, first=None):
+    """Return a ``rospy.Publisher`` that writes at once to whoever reads.
+
+    Whoever does not gets the newest message alone, once there is room for it; nobody waits for that.
+    ``first``: returns the message that a new connection is to begin with, or None.
+    """
+    with warnings.catch_warnings():
+        # Without a size rospy makes no queue, and warns of writing that may block: none of ours does.
+        warnings.simplefilter("ignore", SyntaxWarning)
+        publisher = rospy.Publisher(name, kind, tcp_nodelay=True)
+    topic = publisher.impl
+    add = topic.add_connection
+
+    def add_prompt(connection):
+        connection = NonblockingConnection(connection)
+        added, message = add(connection), first and first()
+        if message is not None:
+            with topic.publock:
+                topic.publish(message, connection_override=connection)
+        return added
+
+    topic.add_connection = add_prompt
+    return publisher
+
+
+class NonblockingConnection:
+    """A rospy connection that never blocks its writer; in the place of rospy's QueuedConnection."""
+
+    def __init__(self, connection):
+        """``connection``: rospy's transport to one subscriber."""
+        self._connection = connection
+        self._room = select.poll()
+        self._room.register(connection.fileno(), select.POLLOUT)
+        self._changed = threading.Condition()
+        self._newest, self._thread = None, None
+        self._late = False  # whether the thread has something to write
+
+    def __getattr__(self, name):
+        return getattr(self._connection, name)
+
+    def write_data(self, data):
+        """Write ``data`` now if there is room, else leave it to a thread, in place of what waits there."""
+        with self._changed:
+            if not self._late and self._room.poll(0):
+                return self._connection.write_data(data)
+            self._late, self._newest = True, data
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._write_late, daemon=True)
+                self._thread.start()
+            self._changed.notify()
+        return True
+
+    def _write_late(self):
+        while not self._connection.done:
+            with self._changed:
+                if self._newest is None:
+                    self._late = False
+                    self._changed.wait(LOOK_PERIOD)
+                data, self._newest = self._newest, None
+            if data is not None:
+                try:
+                    self._connection.write_data(data)
+                except Exception as error:  # it closes the connection, which is all there is to do
+                    rospy.logdebug("%s: %s", self._connection.name, error)
+                    return

@@ -1,0 +1,62 @@
+"""The control node's end of the topics of whole teams, for teams of hundreds.
+
+A topic of its own for each robot costs rospy a thread and some system calls per robot and message;
+what is said is the same.
+"""
+
+import time
+
+import numpy as np
+import rosgraph
+import rospy
+
+from mrs_simulator.msg import TeamCommand
+from mrs_simulator.ros.parameters import text_parameter
+
+ODOMETRY, COMMAND = "stage/odometry", "stage/command"  # names as the control node resolves them
+TEAM_FROM = 50  # [-] robots from which on the control node uses them by itself
+PATIENCE = 15.0  # [s] of wall time to wait for a simulator before each robot gets its own topics
+NAP = 0.2  # [s] of wall time between two looks
+
+
+def team_topics_wanted(n):
+    """Return whether the control of n robots is to use them: ``~team_topics``: auto, always or never.
+
+    auto: from ``TEAM_FROM`` simulated robots on, if a stage offers them; without any simulator for
+    ``PATIENCE`` [s] of wall time it does not.
+    """
+    choice = text_parameter("~team_topics", "auto", ("auto", "always", "never"))
+    if choice != "auto":
+        return choice == "always"
+    named = rospy.get_param("~odom_topic", "") or rospy.get_param("~cmd_vel_topic", "")
+    simulated = rospy.get_param("/use_sim_time", False) and not named
+    return bool(simulated) and n >= TEAM_FROM and _stage_offers()
+
+
+def _stage_offers():
+    command, clock = rospy.resolve_name(COMMAND), rospy.resolve_name("/clock")
+    rospy.loginfo("looking for a simulator that offers %s", command)
+    end, simulators_seen = time.monotonic() + PATIENCE, 0
+    # The stage opens /clock shortly before its own topics: a clock seen twice is one without them.
+    while time.monotonic() < end and simulators_seen < 2 and not rospy.is_shutdown():
+        published, subscribed, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        if command in dict(subscribed):
+            return True
+        simulators_seen += clock in dict(published)
+        time.sleep(NAP)
+    rospy.loginfo("none found: each robot has its own topics")
+    return False
+
+
+class TeamCommands:
+    """Publishes the commands of all robots in one message."""
+
+    def __init__(self, numbers):
+        """``numbers``: the robots' numbers."""
+        self._message = TeamCommand(robot=list(numbers))
+        self._publisher = rospy.Publisher(COMMAND, TeamCommand, queue_size=1, tcp_nodelay=True)
+
+    def publish(self, command):
+        """Publish ``command`` (n, 2) [m/s, rad/s]."""
+        self._message.v, self._message.omega = np.asarray(command, dtype=float).T.tolist()
+        self._publisher.publish(self._message)

@@ -1,0 +1,57 @@
+"""Names on a node's command line that nothing reads: a limit that is misspelt is no limit."""
+
+import difflib
+import sys
+
+import rospy
+
+from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.ros.arguments import RUN_ARGUMENTS
+
+# What the nodes read as ~name, and the local names that not all of them have.
+_NAMES = (
+    "autostart base_frame cmd_vel_timeout cmd_vel_topic dry_run enable_motors frame_source geofence "
+    "l lockstep lockstep_timeout max_jump min_distance odom_frame odom_rate odom_timeout odom_topic "
+    "omega_max paused place_tolerance pose_timeout pose_topic preset rate real resume saturation "
+    "silence speed stuck_time team_topics time_limit v_max view wait_for_control wait_for_recorders "
+    "world_frame directory json out"
+)
+PARAMETERS = frozenset(RUN_ARGUMENTS).union(_NAMES.split())
+ALIKE = 0.75  # of 1, from which on a name is taken for another one misspelt
+
+
+def refuse_unknown(more=(), foreign=False):
+    """Raise ``ValueError`` for a ``_name:=`` that is no parameter, and for a ``name:=`` that is one.
+
+    ``more``: names that count as parameters, besides ``PARAMETERS``; ``foreign``: a law of one's own
+    may read others, as long as they are not like one of these.
+    """
+    known = PARAMETERS.union(more)
+    for argument in sys.argv[1:]:
+        name, assigned, value = argument.partition(":=")
+        if not assigned or name.startswith("__"):
+            continue
+        if not name.startswith("_"):
+            near = _nearest(name, known)
+            if near:
+                text = "{}: this would rename a topic; for the parameter wanted _{}:={}"
+                raise ValueError(text.format(argument, near, value))
+        elif name[1:] not in known and (not foreign or _nearest(name[1:], known)):
+            raise ValueError(unknown_name(argument, name[1:], known))
+
+
+def warn_of_unknown(more=()):
+    """Warn of this node's parameters on the parameter server that may be others misspelt.
+
+    Of others not: those of the protocol before stay there, and a law may read what it likes.
+    """
+    known = PARAMETERS.union(more)
+    for name in sorted(set(rospy.get_param("~", {})) - known):
+        near = _nearest(name, known)
+        if near:
+            text = "parameter %s: nothing reads it; did you mean %s?"
+            rospy.logwarn(text, rospy.resolve_name("~" + name), near)
+
+
+def _nearest(name, known):
+    return next(iter(difflib.get_close_matches(name, known, 1, ALIKE)), "")

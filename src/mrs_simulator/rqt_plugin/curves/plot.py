@@ -1,0 +1,270 @@
+"""How the curves panel draws: a matplotlib figure in the colours and the font of a widget.
+
+The style is that of the saved figures.  matplotlib's global ``rcParams`` are neither changed nor
+relied on: a thread that saves figures may have borrowed them.
+"""
+
+import numpy as np
+from matplotlib.cm import viridis
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, Normalize, to_hex
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.ticker import (
+    FuncFormatter,
+    LogFormatterMathtext,
+    MaxNLocator,
+    NullFormatter,
+    ScalarFormatter,
+)
+
+from mrs_simulator.rqt_plugin.curves.quantities import (
+    ERROR,
+    QUANTITIES,
+    fitted,
+    foot,
+    thinned,
+    thinned_together,
+)
+from mrs_simulator.rqt_plugin.widgets.colours import colour
+from mrs_simulator.study.figures import MANY_ROBOTS, MOST_IN_LEGEND, STYLE
+
+MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
+MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
+MOST_LABELLED = 40
+DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # for robots of one colour
+MANY_ON_DARK = ListedColormap(viridis(np.linspace(0.3, 1.0, 256)))
+DPI = 96
+
+
+class CurvesPlot:
+    """The figure of one quantity against time."""
+
+    def __init__(self):
+        self.figure = Figure(figsize=(5, 3), dpi=DPI)
+        self.axes, self._bar = self.figure.add_subplot(1, 1, 1), None
+        self._curves, self._numbers, self._index, self._built = [], (), 0, None
+        self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
+
+    def take_look(self, pixels, face, base, text):
+        """Take the font's size [pixels] and the colours (r, g, b) of what is drawn on."""
+        self._face, self._base, self._text = face, base, text
+        self._dark = sum(base) < sum(text)
+        self._font = FontProperties(family=STYLE["font.serif"], size=72.0 * pixels / DPI)
+        self._width = max(1.0, pixels / 16.0)  # of a thin line [points]
+        if hasattr(self._font, "set_math_fontfamily"):  # since matplotlib 3.4
+            self._font.set_math_fontfamily(STYLE["mathtext.fontset"])
+        self._built = None
+
+    def styles(self, shown, numbers):
+        """Return how to draw each of the robots ``shown`` of the team ``numbers``."""
+        if len(shown) <= MOST_IN_LEGEND:
+            colours = [self._bright(colour(number)) for number in shown]
+            dashes = [DASHES[colours[:row].count(c) % len(DASHES)] for row, c in enumerate(colours)]
+            width = 1.3 * self._width
+            return [{"color": c, "ls": ls, "lw": width} for c, ls in zip(colours, dashes)]
+        width = 0.8 if len(shown) <= MOST_LABELLED else 0.5
+        colours = self._map()(Normalize(min(numbers), max(numbers))(np.array(shown)))
+        return [{"color": tuple(c), "lw": width * self._width} for c in colours]
+
+    def error_styles(self):
+        """Return how to draw the error of the run, and that of theory."""
+        run = {"color": self._bright(colour(1)), "lw": 1.3 * self._width}
+        return run, {"color": self._text, "lw": self._width, "ls": (0, (4, 3))}
+
+    def update(self, curves, numbers, index, message, xlim, ylim):
+        """Show ``curves`` of quantity ``index`` of a team within limits; ``ylim`` None: fitting."""
+        self._curves, self._numbers, self._index = curves, numbers, index
+        box, lone = self.figure.bbox, all(len(curve.time) == 1 for curve in curves)
+        built = [curve.name for curve in curves], numbers, index, message, box.size.tolist(), lone
+        if built != self._built:
+            self._build(message, {"marker": "o", "ms": 3} if lone else {})
+            self._built = built
+        self.axes.set_xlim(xlim)
+        if self._bundle is not None:
+            self._drawn = self._fill_bundle()
+        else:
+            self._drawn = [self._fill(*pair) for pair in zip(curves, self.axes.lines)]
+        self.axes.set_ylim(ylim or fitted([values for _, values in self._drawn], index == ERROR))
+        self._lay_out()
+
+    def nearest(self, x, y):
+        """Return the curve within reach of a pixel, its nearest point [pixels] and time, or None."""
+        best, found = 1.5 * self.em(), None
+        if not self.axes.bbox.contains(x, y):
+            return None
+        data = self.axes.transData
+        begin, end = data.inverted().transform([[x - best, y], [x + best, y]])[:, 0]
+        for curve, (time, values) in zip(self._curves, self._drawn):
+            first = max(0, np.searchsorted(time, begin) - 1)
+            near = slice(first, np.searchsorted(time, end) + 1)
+            place = foot(data.transform(np.column_stack([time[near], values[near]])), (x, y))
+            away = np.hypot(*(place - (x, y)))
+            if away < best:
+                best, found = away, (curve, place)
+        return found and (*found, data.inverted().transform(found[1])[0])
+
+    def em(self):
+        """Return the font's size [pixels]."""
+        return self._font.get_size() * self.figure.dpi / 72.0
+
+    def colour_of(self, curve):
+        """Return the colour of ``curve`` as Qt writes it."""
+        return to_hex(curve.style["color"])
+
+    def _map(self):
+        return MANY_ON_DARK if self._dark else MANY_ROBOTS
+
+    def _bright(self, chosen):
+        """Return the ``QColor`` as (r, g, b), on a dark background no darker than can be seen."""
+        red, green, blue, _ = chosen.getRgbF()
+        if not self._dark or chosen.lightnessF() > 0.4:
+            return red, green, blue
+        return tuple(0.7 * part + 0.3 for part in (red, green, blue))
+
+    def _mixed(self, part):
+        """Return a colour between the background, 0, and the text, 1."""
+        return tuple((1.0 - part) * a + part * b for a, b in zip(self._base, self._text))
+
+    def _build(self, message, marks):
+        """Make the axes, one line per curve, and what names the lines."""
+        quantity, em = QUANTITIES[self._index], self.em()
+        self.figure.clear()
+        self.figure.set_facecolor(self._face)
+        self.axes = axes = self.figure.add_subplot(1, 1, 1)
+        axes.set_facecolor(self._base)
+        look = {"fontproperties": self._font, "color": self._text}
+        axes.set_xlabel("time [s]", **look)
+        axes.set_ylabel("{} [{}]".format(quantity.label, quantity.unit), **look)
+        axes.text(0.5, 0.5, message, ha="center", transform=axes.transAxes, **look)
+        if self._index == ERROR:
+            axes.set_yscale("log")
+        else:
+            self._number(axes.yaxis, self.figure.bbox.height / (2.6 * em), False)
+        self._number(axes.xaxis, self.figure.bbox.width / (4.5 * em), True)
+        axes.xaxis.offsetText.set(**look)
+        axes.set_axisbelow(True)
+        axes.grid(True, color=self._mixed(0.13), lw=0.6)
+        axes.tick_params(which="both", direction="in", color=self._mixed(0.7))
+        axes.tick_params(which="both", labelcolor=self._text)
+        for spine in axes.spines.values():
+            spine.set(color=self._mixed(0.7), linewidth=0.7)
+        self._bundle = None
+        if len(self._curves) > MANY_CURVES:
+            styles = [curve.style for curve in self._curves]
+            colours = [style["color"] for style in styles]
+            self._bundle = LineCollection([], colors=colours, linewidths=styles[0]["lw"])
+            axes.add_collection(self._bundle, autolim=False)
+        else:
+            for curve in self._curves:
+                axes.plot([], [], **curve.style, **marks)
+        self._name_curves()
+
+    def _number(self, axis, most, offset):
+        axis.set_major_locator(MaxNLocator(int(np.clip(most, 2, 8)), steps=[1, 2, 5, 10]))
+        form = ScalarFormatter(useOffset=offset)
+        form.set_scientific(False)
+        axis.set_major_formatter(form)
+
+    def _name_curves(self):
+        """Tell which line is which: a legend above or beside the axes, or a colour bar."""
+        self._bar, self._side, self._top = None, 0.0, 0.8 * self.em()
+        if not self._curves:
+            return
+        if self._index == ERROR:
+            self._legend({"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncol": 2}, 0.0, "")
+            self._top = 1.9 * self.em()
+        elif len(self._curves) > MOST_IN_LEGEND:
+            self._add_bar()
+        else:
+            room = self.figure.bbox.height / self.em() - 4.5
+            columns = -(-len(self._curves) // max(1, int(room / 1.25)))
+            place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "ncol": columns}
+            self._side = self._legend(place, 0.5, "Robot").width
+
+    def _legend(self, place, pad, title):
+        """Add a legend at ``place``; return its extent [pixels]."""
+        names = [curve.name.replace("Robot ", "") for curve in self._curves]
+        legend = self.axes.legend(
+            self.axes.lines,
+            names,
+            prop=self._font,
+            frameon=False,
+            handlelength=1.4,
+            handletextpad=0.5,
+            columnspacing=1.0,
+            labelspacing=0.2,
+            borderpad=0.1,
+            borderaxespad=pad,
+            **place,
+        )
+        legend.set_title(title, prop=self._font)
+        for text in [legend.get_title(), *legend.get_texts()]:
+            text.set_color(self._text)
+        return legend.get_window_extent(self.figure.canvas.get_renderer())
+
+    def _add_bar(self):
+        em, low, high = self.em(), min(self._numbers), max(self._numbers)
+        self._bar = bar = self.figure.add_axes([0.9, 0.1, 0.05, 0.8], label="robots")
+        shades = np.linspace(0.0, 1.0, 256)[:, np.newaxis]
+        bar.imshow(shades, self._map(), aspect="auto", origin="lower", extent=(0, 1, low, high))
+        bar.set_xticks([])
+        bar.set_yticks(np.unique(np.linspace(low, high, 6).round()))
+        bar.yaxis.tick_right()
+        bar.tick_params(labelcolor=self._text, length=0, pad=2)
+        bar.set_title("Robot", fontproperties=self._font, color=self._text, loc="left")
+        for spine in bar.spines.values():
+            spine.set_visible(False)
+        self._side = 3.8 * em
+
+    def _fill(self, curve, line):
+        """Give ``line`` what can be seen of ``curve``; return it."""
+        most = min(MOST_POINTS, ALL_POINTS // len(self._curves))
+        drawn = thinned(curve, *self.axes.get_xlim(), most)
+        line.set_data(*drawn)
+        return drawn
+
+    def _fill_bundle(self):
+        """Give the bundle what can be seen of all curves, which share their times; return it."""
+        table = np.stack([curve.values for curve in self._curves], axis=1)
+        most = BUNDLED_POINTS // len(self._curves)
+        limits = self.axes.get_xlim()
+        time, table = thinned_together(self._curves[0].time, table, *limits, most)
+        values = table.T
+        points = np.stack([np.broadcast_to(time, values.shape), values], axis=2)
+        self._bundle.set_segments(points)
+        return [(time, row) for row in values]
+
+    def _log_ticks(self):
+        """Write powers of ten, or plain numbers within a decade; return their width [em]."""
+        axis, (low, high) = self.axes.yaxis, self.axes.get_ylim()
+        if high > 10.0 * low:
+            axis.set_major_formatter(LogFormatterMathtext())
+            axis.set_minor_formatter(NullFormatter())
+            return 2.4
+        plain = FuncFormatter(lambda value, _: "{:.6g}".format(value))
+        axis.set_major_formatter(plain)
+        axis.set_minor_formatter(plain)
+        return self._widest(axis)
+
+    def _widest(self, axis):
+        """Return the width [em] of the labels at the ticks of ``axis``."""
+        places = np.concatenate([axis.get_majorticklocs(), axis.get_minorticklocs()])
+        texts = axis.get_major_formatter().format_ticks(places)
+        return 0.52 * max([len(text) for text in texts] + [1])
+
+    def _lay_out(self):
+        """Give the axes all the room that their labels leave."""
+        em, axes = self.em(), self.axes
+        width, height = self.figure.bbox.width, self.figure.bbox.height
+        wide = self._log_ticks() if self._index == ERROR else self._widest(axes.yaxis)
+        left, right = (2.2 + wide) * em, self._side + (1.2 if self._side else 1.5) * em
+        low, tall = 3.0 * em / height, max(0.1, 1.0 - (3.0 * em + self._top) / height)
+        axes.set_position([left / width, low, max(0.1, 1.0 - (left + right) / width), tall])
+        if self._bar is not None:
+            place = 1.0 - (right - 1.2 * em) / width
+            self._bar.set_position([place, low, 0.9 * em / width, tall - 1.1 * em / height])
+        for axis in (axes.xaxis, axes.yaxis, *([self._bar.yaxis] if self._bar else [])):
+            for tick in axis.get_major_ticks() + axis.get_minor_ticks():
+                tick.label1.set_fontproperties(self._font)
+                tick.label2.set_fontproperties(self._font)

@@ -1,0 +1,147 @@
+"""What lies under the robots on the map: the plane with its grid, axes and obstacles, and words.
+
+Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Frame``.
+"""
+
+import math
+
+import numpy as np
+from python_qt_binding.QtCore import QLineF, QPointF, QRect, QRectF, Qt
+from python_qt_binding.QtGui import QFont, QPen
+
+from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.rqt_plugin.map.drawing import faded, polygon
+from mrs_simulator.rqt_plugin.map.geometry import nice_step, placed
+
+HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)
+
+
+def plot_area(widget, hint):
+    """Return the part of ``widget`` that shows the plane; about it are axes, labels and ``hint``."""
+    metrics, line = widget.fontMetrics(), widget.fontMetrics().height()
+    left = metrics.horizontalAdvance("\u221200.0") + 1.6 * line
+    top = 0.7 * line + _hint_height(metrics, widget.width(), hint)
+    area = QRectF(widget.rect()).adjusted(left, top, -0.9 * line, -2.7 * line)
+    return QRectF(area.x(), area.y(), max(1.0, area.width()), max(1.0, area.height()))
+
+
+def _hint_height(metrics, width, hint):
+    if not hint:
+        return 0
+    room = QRect(0, 0, int(width - 1.2 * metrics.height()), 100 * metrics.height())
+    return metrics.boundingRect(room, HINT_FLAGS, hint).height()
+
+
+def draw_grid(painter, look, frame):
+    """Draw the lines of the grid, those through the origin a little stronger."""
+    step, ticks = _ticks(frame, look)
+    area = frame.area
+    painter.setRenderHint(painter.Antialiasing, False)
+    for axis in (0, 1):
+        for tick in ticks[axis]:
+            at = frame.to_screen(np.full(2, tick * step))[axis]
+            painter.setPen(QPen(look.mixed(0.11 if tick else 0.3), 1))
+            if axis:
+                painter.drawLine(QLineF(area.left(), at, area.right(), at))
+            else:
+                painter.drawLine(QLineF(at, area.top(), at, area.bottom()))
+    painter.setRenderHint(painter.Antialiasing, True)
+
+
+def _ticks(frame, look):
+    step = nice_step(4.2 * look.line / frame.scale)
+    low, high = frame.bounds()
+    return step, [
+        range(math.ceil(begin / step), math.floor(end / step) + 1) for begin, end in zip(low, high)
+    ]
+
+
+def draw_axes(painter, look, frame):
+    """Draw the frame about the area, its labels and the axes' names."""
+    area, line = frame.area, look.line
+    step, ticks = _ticks(frame, look)
+    digits = max(0, -math.floor(math.log10(step) + 1e-9))
+    painter.setPen(QPen(look.mixed(0.6), 1))
+    painter.setBrush(Qt.NoBrush)
+    painter.drawRect(QRectF(area.toRect()))
+    painter.setPen(look.mixed(0.85))
+    for tick in ticks[0]:
+        x = frame.to_screen(np.full(2, tick * step))[0]
+        box = QRectF(x - 4 * line, area.bottom() + 0.2 * line, 8 * line, line)
+        painter.drawText(box, Qt.AlignCenter, _label(tick * step, digits))
+    for tick in ticks[1]:
+        y = frame.to_screen(np.full(2, tick * step))[1]
+        box = QRectF(1.3 * line, y - 0.5 * line, area.left() - 1.65 * line, line)
+        _draw_fitted(painter, box, _label(tick * step, digits))
+    below = QRectF(area.left(), area.bottom() + 1.3 * line, area.width(), 1.2 * line)
+    painter.drawText(below, Qt.AlignCenter, "x [m]")
+    painter.save()
+    painter.translate(0.25 * line, area.center().y())
+    painter.rotate(-90.0)
+    painter.drawText(QRectF(-4 * line, 0.0, 8 * line, 1.2 * line), Qt.AlignCenter, "y [m]")
+    painter.restore()
+
+
+def _label(value, digits):
+    return "{:.{}f}".format(value, digits).replace("-", "\u2212")
+
+
+def _draw_fitted(painter, box, text):
+    """Draw ``text`` at the right of ``box``, in smaller letters where it is too long."""
+    needed = painter.fontMetrics().horizontalAdvance(text)
+    usual = painter.font()
+    if needed > box.width():
+        smaller = QFont(usual)
+        smaller.setPointSizeF(max(1.0, painter.fontInfo().pointSizeF() * box.width() / needed))
+        painter.setFont(smaller)
+    painter.drawText(box, Qt.AlignRight | Qt.AlignVCenter, text)
+    painter.setFont(usual)
+
+
+def draw_scale_bar(painter, look, frame):
+    """Draw a bar of a round length in the lower right corner."""
+    area, line = frame.area, look.line
+    length = nice_step(0.08 * area.width() / frame.scale)
+    width, right, bottom = length * frame.scale, area.right() - 0.8 * line, area.bottom() - line
+    label = "{:g} m".format(length) if length < 1e3 else "{:g} km".format(length / 1000.0)
+    box = QRectF(right - width, bottom - 1.5 * line, width, 1.4 * line)
+    painter.fillRect(box.adjusted(-0.4 * line, 0.0, 0.4 * line, 0.5 * line), faded(look.base, 0.8))
+    painter.setPen(QPen(look.text, 1.5 * look.unit))
+    painter.drawLine(QLineF(right - width, bottom, right, bottom))
+    for x in (right - width, right):
+        painter.drawLine(QLineF(x, bottom - 0.25 * line, x, bottom + 0.25 * line))
+    painter.drawText(box.adjusted(-3 * line, 0, 3 * line, 0), Qt.AlignCenter, label)
+
+
+def draw_hint(painter, look, frame, hint):
+    """Draw ``hint``, what the mouse does, above the area."""
+    right, bottom = frame.area.right() + 0.9 * look.line, frame.area.top() - 0.3 * look.line
+    box = QRectF(0.6 * look.line, 0.3 * look.line, right - 1.2 * look.line, bottom)
+    painter.setPen(look.mixed(0.75))
+    painter.drawText(box, HINT_FLAGS, hint)
+
+
+def draw_remark(painter, look, frame, remark):
+    """Draw ``remark`` in the upper left corner."""
+    line = look.line
+    box = QRectF(frame.area.left() + 0.4 * line, frame.area.top() + 0.4 * line, 0.0, 1.25 * line)
+    box.setWidth(painter.fontMetrics().horizontalAdvance(remark) + 0.8 * line)
+    painter.fillRect(box, faded(look.base, 0.85))
+    painter.setPen(look.mixed(0.75))
+    painter.drawText(box, Qt.AlignCenter, remark)
+
+
+def draw_obstacles(painter, look, frame, obstacles):
+    """Draw boxes and cylinders to scale."""
+    painter.setPen(QPen(look.mixed(0.55), look.unit))
+    painter.setBrush(look.mixed(0.25))
+    for obstacle in obstacles:
+        middle = QPointF(*frame.to_screen((obstacle.x, obstacle.y)))
+        if isinstance(obstacle, Cylinder):
+            radius = obstacle.radius * frame.scale
+            painter.drawEllipse(middle, radius, radius)
+            continue
+        half = 0.5 * np.array([obstacle.length, obstacle.width])
+        corners = half * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+        pose = np.array([[obstacle.x, obstacle.y, obstacle.yaw]])
+        painter.drawPolygon(polygon(placed(corners, pose, frame)[0]))

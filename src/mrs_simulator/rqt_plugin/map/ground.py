@@ -1,0 +1,146 @@
+"""What the map does not paint anew with every picture: the ground, and the trails, which only grow.
+
+Both are kept in one picture of the size of the widget.  While the view stays as it is, trails are
+only continued there; any other change paints the picture anew.
+"""
+
+import numpy as np
+from python_qt_binding.QtCore import QLineF, Qt
+from python_qt_binding.QtGui import QPainter, QPen, QPixmap
+
+from mrs_simulator.rqt_plugin.map import axes, drawing
+from mrs_simulator.rqt_plugin.map.geometry import TRAIL_PIXELS
+
+MANY_TRAILS = 120  # [-] in view; beyond, they are thin and not dashed
+DASHES = (5.0, 3.0)  # [-] of a trail, in widths of its line
+
+
+class Ground:
+    """The picture of grid, axes, obstacles and trails."""
+
+    def __init__(self):
+        self._picture, self._key, self._trails = None, None, TrailPainter()
+
+    def draw(self, painter, widget, look, frame, obstacles, hint, trails, now, numbers, hidden):
+        """Draw the ground of ``widget`` with the ``trails``, None for none.
+
+        ``now``: where the robots ``numbers`` are (n, 2) and their trails go on to, None for nowhere;
+        ``hidden``: the numbers of those without a trail.
+        """
+        ratio = widget.devicePixelRatioF()
+        size, place = widget.size(), (*frame.centre, frame.scale, frame.area)
+        # Objects are compared as such: another run has other trails.
+        shown = trails, trails and trails.begun, frozenset(hidden)
+        key = size, ratio, place, look, widget.font(), obstacles, hint, numbers, shown
+        anew = key != self._key
+        if anew:
+            self._picture = QPixmap(size * ratio)
+            self._picture.setDevicePixelRatio(ratio)
+        brush = QPainter(self._picture)
+        try:
+            if anew:
+                _draw_ground(brush, widget, look, frame, obstacles, hint)
+            brush.setClipRect(frame.area)
+            brush.setRenderHint(QPainter.Antialiasing)
+            if anew and trails is not None:
+                self._trails.begin(brush, look, frame, trails, now, numbers, hidden)
+            elif trails is not None and now is not None:
+                self._trails.go_on(brush, look, frame, now)
+            self._key = key
+        finally:
+            brush.end()
+        painter.drawPixmap(0, 0, self._picture)
+
+
+def _draw_ground(painter, widget, look, frame, obstacles, hint):
+    painter.fillRect(widget.rect(), look.base)
+    painter.setFont(widget.font())
+    painter.setRenderHint(QPainter.Antialiasing)
+    painter.setClipRect(frame.area)
+    axes.draw_grid(painter, look, frame)
+    axes.draw_obstacles(painter, look, frame, obstacles)
+    painter.setClipping(False)
+    axes.draw_axes(painter, look, frame)
+    axes.draw_hint(painter, look, frame, hint)
+
+
+class TrailPainter:
+    """Draws trails once as they are kept, then only where the robots have gone on."""
+
+    def begin(self, painter, look, frame, trails, now, numbers, hidden):
+        """Draw the trails of all robots but the ``hidden`` ones, on to where they are ``now``."""
+        self._shades = [look.shade(number) for number in numbers]
+        shown = np.array([number not in hidden for number in numbers], dtype=bool)
+        self._shown = shown & (trails.count > 0)
+        rows = [row for row in trails.in_view(frame).tolist() if self._shown[row]]
+        self._many = len(rows) > MANY_TRAILS
+        ends = trails.last() if now is None else np.where(np.isfinite(now), now, trails.last())
+        self._tips, self._lengths = frame.to_screen(ends), np.zeros(len(numbers))
+        self._starts = trails.first()
+        painter.setRenderHint(QPainter.Antialiasing, not self._many)
+        painter.setBrush(Qt.NoBrush)
+        for row in rows:
+            path = trails.path(row, trails.stride(row, frame.scale))
+            self._draw(painter, look, frame, row, np.concatenate([path, ends[row : row + 1]]))
+        painter.setRenderHint(QPainter.Antialiasing, True)
+        drawing.draw_starts(painter, look, frame, self._starts[rows])
+
+    def _draw(self, painter, look, frame, row, path):
+        line, pen = frame.to_screen(path), self._pen(look, row)
+        if self._many:
+            painter.setPen(pen)
+            painter.drawPolyline(drawing.polygon(line))
+            return
+        lengths = np.cumsum(np.hypot(*np.diff(line, axis=0).T))
+        self._lengths[row] = lengths[-1]
+        for begin, end in _parts_in_view(frame, line):
+            if begin:  # the dashes stay where they are when the view moves
+                pen.setDashOffset(lengths[begin - 1] / pen.widthF() % sum(DASHES))
+            painter.setPen(pen)
+            painter.drawPolyline(drawing.polygon(line[begin:end]))
+
+    def _pen(self, look, row):
+        if self._many:
+            return QPen(drawing.mixed(look.base, self._shades[row], 0.6), 1)
+        pen = QPen(self._shades[row], 1.4 * look.unit)
+        pen.setDashPattern(DASHES)
+        pen.setCapStyle(Qt.FlatCap)
+        return pen
+
+    def go_on(self, painter, look, frame, now):
+        """Continue the trails to where the robots are ``now`` (n, 2), if that is to be seen."""
+        screen = frame.to_screen(now)
+        steps = np.hypot(*(screen - self._tips).T)
+        with np.errstate(invalid="ignore"):
+            rows = np.flatnonzero(self._shown & (steps >= TRAIL_PIXELS))
+        if not len(rows):
+            return
+        inside = frame.sees(self._tips[rows]) | frame.sees(screen[rows])
+        lines = np.hstack([self._tips[rows], screen[rows]])
+        painter.setRenderHint(QPainter.Antialiasing, not self._many)
+        for row, line in zip(rows[inside].tolist(), lines[inside].tolist()):
+            pen = self._pen(look, row)
+            if not self._many:
+                pen.setDashOffset(self._lengths[row] / pen.widthF() % sum(DASHES))
+            painter.setPen(pen)
+            painter.drawLine(QLineF(*line))
+        painter.setRenderHint(QPainter.Antialiasing, True)
+        # A start is on top of its own trail.
+        near = rows[np.hypot(*(frame.to_screen(self._starts[rows]) - self._tips[rows]).T) < 9.0]
+        drawing.draw_starts(painter, look, frame, self._starts[near], self._starts)
+        self._lengths[rows] += steps[rows]
+        self._tips[rows] = screen[rows]
+
+
+def _parts_in_view(frame, line):
+    """Return the (begin, end) of the stretches of ``line`` (m, 2) [px] that may be seen."""
+    area = frame.area
+    left, top = line[:, 0] < area.left(), line[:, 1] < area.top()
+    right, bottom = line[:, 0] > area.right(), line[:, 1] > area.bottom()
+    outside = np.stack([left, top, right, bottom])
+    if not outside.any():
+        return [(0, len(line))]
+    # A step with both ends beyond the same side is not seen.
+    seen = ~(outside[:, :-1] & outside[:, 1:]).any(axis=0)
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(np.int8)))
+    return [(begin, end + 1) for begin, end in turns.reshape(-1, 2).tolist()]

@@ -1,0 +1,101 @@
+"""The map with its buttons: what the mouse does on it, and what is shown."""
+
+from python_qt_binding.QtWidgets import QToolButton, QVBoxLayout, QWidget
+
+from mrs_simulator.rqt_plugin.map.view import MapView
+from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+# Some styles hardly tell a pressed button from another in a dark theme.
+CHECKED = (
+    "QToolButton:checked { background: palette(highlight); color: palette(highlighted-text);"
+    " border: 1px solid palette(highlight); border-radius: 2px; }"
+)
+MODES = (
+    ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
+    ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
+    ("edges", "Edges", "Drag from robot i to robot j: i hears j. Click an edge to delete it"),
+)
+SHOWN = (
+    ("trails", "Trails", "trajectories so far"),
+    ("targets", "Targets", "where the protocol wants the robots"),
+    ("edges", "Graph", "who hears whom"),
+    ("numbers", "Numbers", "the robots' numbers"),
+)
+POSES_TIP = MODES[1][2]
+
+
+class MapPanel(QWidget):
+    """Owns the ``map``; its buttons are in ``modes`` and ``shown``, by name."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._chosen, self._hidden = 0, set()  # the robot clicked, and those without a trail
+        self.map, self.modes, self.shown = MapView(), {}, {}
+        self._row = FlowLayout()
+        self._build_modes()
+        self._build_shown()
+        self._build_trail()
+        fit = QToolButton()
+        fit.setText("Fit")
+        fit.setToolTip("Bring the whole team into view (F)")
+        fit.clicked.connect(guarded(lambda *_: self.map.fit()))
+        self._row.addWidget(fit)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addLayout(self._row)
+        layout.addWidget(self.map, 1)
+
+    def _build_modes(self):
+        for mode, text, tip in MODES:
+            button = self._tool(text, tip, exclusive=True)
+            button.toggled.connect(guarded(lambda on, m=mode: on and self.map.set_mode(m)))
+            self.modes[mode] = button
+        self.modes["look"].setChecked(True)
+
+    def _build_shown(self):
+        for name, text, tip in SHOWN:
+            button = self._tool(text, "Show or hide " + tip)
+            button.setChecked(True)
+            setter = getattr(self.map, "set_{}_shown".format(name))
+            button.toggled.connect(guarded(lambda on, s=setter: s(on)))
+            self.shown[name] = button
+
+    def _build_trail(self):
+        self._trail = self._tool("Trail of ...", "Show or hide the trajectory of the robot clicked")
+        self._trail.setVisible(False)
+        self._trail.toggled.connect(self._on_trail)
+        self.map.robot_clicked.connect(self._on_robot)
+
+    def _tool(self, text, tip, exclusive=False):
+        button = QToolButton()
+        button.setText(text)
+        button.setToolTip(tip)
+        button.setCheckable(True)
+        button.setStyleSheet(CHECKED)
+        button.setAutoExclusive(exclusive)
+        self._row.addWidget(button)
+        return button
+
+    def set_poses_editable(self, editable, why=""):
+        """Let robots be dragged to their initial poses or not; ``why`` not, in the tooltip."""
+        poses = self.modes["poses"]
+        poses.setEnabled(editable)
+        poses.setToolTip(POSES_TIP if editable else "{}\nNot now: {}".format(POSES_TIP, why))
+        if not editable and poses.isChecked():
+            self.modes["look"].setChecked(True)
+
+    @guarded
+    def _on_robot(self, number):
+        self._chosen = number
+        self.map.select(number)
+        self._trail.setText("Trail of {}".format(number))
+        self._trail.blockSignals(True)
+        self._trail.setChecked(number not in self._hidden)
+        self._trail.blockSignals(False)
+        self._trail.setVisible(number > 0)
+
+    @guarded
+    def _on_trail(self, shown):
+        (self._hidden.discard if shown else self._hidden.add)(self._chosen)
+        self.map.set_trail_shown(self._chosen, shown)

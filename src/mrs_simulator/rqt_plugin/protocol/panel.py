@@ -1,0 +1,219 @@
+"""Choosing a protocol and its parameters."""
+
+import os
+
+from python_qt_binding.QtCore import QEvent, QSize, Qt, Signal
+from python_qt_binding.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QStyle,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
+from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, TextField
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+
+ROWS_SHOWN = 6  # at least, in lines of text
+
+
+class ProtocolPanel(QWidget):
+    """The protocol's name or file above, a form of its parameters below."""
+
+    protocol_chosen = Signal(str)  # a shipped one's name, /path/file.py or /path/file.py:Class
+    parameters_changed = Signal(object)  # dict of all parameters
+    file_requested = Signal(str)  # the directory to look in; the answer goes to take_file
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._shipped, self._name = (), ""
+        self._own = ""  # the last protocol that is not a shipped one, to be offered again
+        self._directory = ""
+        self._build_chooser()
+        self._form = ParameterForm()
+        self._form.changed.connect(self.parameters_changed)
+        self._empty = QLabel("This protocol has no parameters.")
+        self._empty.setWordWrap(True)
+        self._defaults = QPushButton("Defaults")
+        self._defaults.setToolTip("Put all parameters to the protocol's defaults")
+        self._defaults.clicked.connect(self._on_defaults)
+        self._build_layout()
+        self._show_protocol()
+        self.set_parameters((), {})
+
+    def _build_chooser(self):
+        self._combo = PatientComboBox()
+        self._combo.setToolTip("The protocol that steers the team")
+        self._combo.activated.connect(self._on_activated)
+        self._file = QPushButton("File...")
+        self._file.setToolTip("Take a protocol from a Python file on this computer")
+        self._file.clicked.connect(guarded(lambda *_: self.file_requested.emit(self._directory)))
+        self._class = TextField(is_number=False)
+        self._class.setPlaceholderText("the only one in the file")
+        self._class.setToolTip(
+            "<p>Name of the protocol's class; needed only if the file holds several</p>"
+        )
+        self._class.finished.connect(self._on_class)
+        self._class.given_up.connect(self._show_protocol)
+        self._problem = MessageLabel()
+
+    def _build_layout(self):
+        layout = QVBoxLayout(self)
+        first, second, last = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        first.addWidget(QLabel("Protocol"))
+        first.addWidget(self._combo, 1)
+        first.addWidget(self._file)
+        self._class_label = QLabel("Class")
+        second.addWidget(self._class_label)
+        second.addWidget(self._class, 1)
+        last.addStretch(1)
+        last.addWidget(self._defaults)
+        layout.addLayout(first)
+        layout.addLayout(second)
+        layout.addWidget(self._problem)
+        layout.addWidget(self._empty)
+        layout.addWidget(self._scrolled_form(), 1)
+        layout.addLayout(last)
+
+    def _scrolled_form(self):
+        inner = QWidget()
+        column = QVBoxLayout(inner)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._form)
+        column.addStretch(1)
+        self._scroll = _FormArea()
+        self._scroll.setWidget(inner)
+        return self._scroll
+
+    # The protocol --------------------------------------------------------------------------------
+
+    def set_protocols(self, names):
+        """Offer the shipped protocols called ``names``."""
+        self._shipped = tuple(names)
+        self._name = self._name or (self._shipped[0] if self._shipped else "")
+        self._show_protocol()
+
+    def set_protocol(self, name):
+        """Show the protocol in force, named as in ``protocol_chosen``; no signal."""
+        if name != self._name:
+            self._name = name
+            self._show_protocol()
+
+    def _show_protocol(self):
+        if self._name not in self._shipped:
+            self._own = self._name
+        self._combo.clear()
+        self._combo.addItems(list(self._shipped))
+        if self._own:
+            path = split_name(self._own)[0]
+            self._combo.addItem(os.path.basename(path) or self._own)
+            self._combo.setItemData(len(self._shipped), path or self._own, Qt.ToolTipRole)
+        offered = self._offered()
+        index = offered.index(self._name) if self._name in offered else -1
+        self._combo.setCurrentIndex(index)
+        path, class_name = split_name(self._name)
+        self._combo.setToolTip(path or "The protocol that steers the team")
+        self._class.setText(class_name)
+        self._class.setVisible(bool(path))
+        self._class_label.setVisible(bool(path))
+        self._problem.say("")
+
+    def _offered(self):
+        return self._shipped + ((self._own,) if self._own else ())
+
+    def protocol(self):
+        """Return the name of the protocol that is shown."""
+        return self._name
+
+    def _choose(self, name):
+        self.set_protocol(name)
+        self.protocol_chosen.emit(name)
+
+    @guarded
+    def _on_activated(self, index):
+        name = self._offered()[index]
+        if name != self._name:
+            self._choose(name)
+
+    def take_file(self, path):
+        """Take the file at ``path`` as the protocol, if it is one of Python."""
+        self._directory = os.path.join(os.path.dirname(path), "")
+        if path.endswith(".py"):
+            # Chosen again, the file may have been changed meanwhile.
+            self._choose(path)
+        else:
+            self._problem.say("{}: wanted a Python file, *.py".format(path))
+
+    @guarded
+    def _on_class(self):
+        path, before = split_name(self._name)
+        name = self._class.text().strip()
+        if not path or name == before:
+            self._problem.say("")
+        elif name and not name.isidentifier():
+            self._problem.say("class {!r}: wanted the name of a Python class".format(name))
+        else:
+            self._choose("{}:{}".format(path, name) if name else path)
+
+    # Its parameters ------------------------------------------------------------------------------
+
+    def set_parameters(self, parameters, values):
+        """Make the form of ``parameters`` and show ``values`` (dict), else defaults; no signal."""
+        parameters = tuple(parameters)
+        self._form.set_parameters(parameters, values)
+        self._empty.setVisible(not parameters)
+        self._defaults.setEnabled(bool(parameters))
+
+    def values(self):
+        """Return the values in force, or as last sent."""
+        return self._form.values()
+
+    def set_warnings(self, warnings):
+        """Show warnings (name: text) beside their parameters; those of "" below the form."""
+        self._form.set_warnings(warnings)
+
+    @guarded
+    def _on_defaults(self, *_):
+        self._form.set_defaults()
+
+
+class _FormArea(QScrollArea):
+    """Scrolls up and down only, and is as large as its form where there is room."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.setFrameShape(QFrame.NoFrame)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+
+    def sizeHint(self):
+        """Return the form's size, with a scroll bar."""
+        return self._with_bar(self.widget().sizeHint())
+
+    def minimumSizeHint(self):
+        """Return the form's least width, and a few rows."""
+        least = self._with_bar(self.widget().minimumSizeHint())
+        return QSize(least.width(), min(least.height(), ROWS_SHOWN * self.fontMetrics().height()))
+
+    def eventFilter(self, watched, event):
+        """Pass on that the form has grown or shrunk, as Qt's own area does not."""
+        if watched is self.widget() and event.type() == QEvent.LayoutRequest:
+            self.updateGeometry()
+        return super().eventFilter(watched, event)
+
+    def _with_bar(self, size):
+        bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
+        return QSize(size.width() + bar, size.height())
+
+
+def split_name(name):
+    """Return the path and the class of ``/path/file.py:Class``, both empty for another name."""
+    if name.endswith(".py"):
+        return name, ""
+    path, _, class_name = name.rpartition(":")
+    return (path, class_name) if path.endswith(".py") else ("", "")

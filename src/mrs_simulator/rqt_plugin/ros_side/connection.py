@@ -1,0 +1,280 @@
+"""The GUI's ROS side, without Qt: callbacks store, the GUI's timers take; nothing here blocks them."""
+
+import threading
+import time
+from collections import deque
+
+import numpy as np
+import rosgraph
+import rospy
+from geometry_msgs.msg import Pose2D
+from rospy.impl.registration import Registration, get_registration_listeners
+from sensor_msgs.msg import Image
+from std_msgs.msg import Bool, String
+
+from mrs_simulator.core.controller_log import Interruptions
+from mrs_simulator.core.recording import Collision as RunCollision
+from mrs_simulator.msg import Camera, Collision, ControlStatus, RobotSpec, StageStatus, TeamState
+from mrs_simulator.rqt_plugin.ros_side import service_calls
+from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
+from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, ServiceCalls
+from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
+from mrs_simulator.rqt_plugin.run.history import Snapshot
+
+SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
+MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
+SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a robot counts as silent
+LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
+END_LIMIT = 2.0  # [s] of wall time that the last requests have
+
+BEGINNINGS = ("reset", "set_team", "start")  # services after which another run begins
+KEPT = (
+    ("stage", "stage/status", StageStatus),
+    ("scenario", "stage/scenario", String),
+    ("control", "pioneer_control/status", ControlStatus),
+    ("emergency", "emergency_stop", Bool),
+)
+
+
+class RosConnection:
+    """Listens to stage, controller and robots; asks services and sets parameters in the background."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._newest, self._heard = {}, {}
+        self._samples, self._collisions = deque(maxlen=MOST_WAITING), deque(maxlen=1000)
+        self._errands, self._robots, self._emergency = (
+            ServiceCalls(),
+            RobotsConnection(),
+            StopTopic(),
+        )
+        self.controller = Interruptions()
+        self._told = None, False, (), None  # the last snapshot, after what it was made of
+        self.first_stamp = self._robots.first_stamp
+        self.set_starts, self.odometry_topics = self._robots.set_starts, self._robots.topics
+        self.do, self.take_results = self._errands.do, self._errands.take_results
+        self.set_emergency = self._emergency.set
+        self._ended, self.master_online = threading.Event(), False
+        self._subscribers, self._camera = {}, None  # made once there is a master
+        self._wanted_look, self._watching, self._pictures = None, False, None
+        # It alone joins topics and leaves them: without a master rospy would wait for one, and so
+        # would the GUI.
+        self._looking = threading.Thread(target=self._look, daemon=True)
+        self._looking.start()
+
+    # What came in --------------------------------------------------------------------------------
+
+    def _keep(self, message, name):
+        with self._lock:
+            if name == "control":
+                stamp = message.header.stamp.to_sec()
+                self.controller.note(stamp, message.running, message.trouble)
+            self._newest[name], self._heard[name] = message, time.monotonic()
+
+    def _on_state(self, message):
+        stamp = message.header.stamp.to_sec()
+        with self._lock:
+            last = self._newest.get("state")
+            self._newest["state"], self._heard["state"] = message, time.monotonic()
+            # The curves need less than every step of a fast simulation.
+            kept = self._newest.get("kept", -1.0)
+            if last is None or stamp < kept or stamp >= kept + SAMPLE_PERIOD - 1e-9:
+                self._newest["kept"] = stamp
+                self._samples.append(message)
+
+    def newest(self, name):
+        """Return the newest message called ``name``: stage, control, scenario, emergency; or None."""
+        with self._lock:
+            return self._newest.get(name)
+
+    def forget(self, name):
+        """Count ``name`` as silent until it is heard again."""
+        with self._lock:
+            self._heard.pop(name, None)
+
+    def is_fresh(self, name):
+        """Return whether ``name`` was heard within the last ``SILENCE`` [s] of wall time."""
+        with self._lock:
+            return time.monotonic() - self._heard.get(name, -SILENCE) < SILENCE
+
+    def snapshot(self):
+        """Return the newest ``Snapshot``: of the stage, else of the robots' odometry; None before."""
+        state, stage, fresh = self.newest("state"), self.newest("stage"), self.is_fresh("state")
+        robots = None if state is not None and fresh else self._from_robots()
+        if robots is not None or state is None:
+            return robots
+        silent = tuple(stage.real_silent) if fresh and stage is not None else ()
+        # Asked for many times between two messages, of which each takes a while to take apart.
+        if self._told[0] is not state or self._told[1:3] != (fresh, silent):
+            self._told = state, fresh, silent, _from_state(state, fresh, silent)
+        return self._told[3]
+
+    def begin_run(self):
+        """Count what is heard from now on as another run."""
+        with self._lock:
+            self._samples.append(None)
+
+    def take_samples(self):
+        """Return the snapshots for the curves since the last call, None where a run begins."""
+        with self._lock:
+            messages = list(self._samples)
+            self._samples.clear()
+        taken = [message and _from_state(message, True) for message in messages]
+        if not taken and not self.is_fresh("state"):
+            robots = self._from_robots()
+            taken = [robots] if robots is not None else []
+        return taken
+
+    def _from_robots(self):
+        control = self.newest("control") if self.is_fresh("control") else None
+        return self._robots.snapshot(SILENCE, control)
+
+    def take_collisions(self):
+        """Return the ``core.recording.Collision``s since the last call."""
+        taken = []
+        while self._collisions:
+            told = self._collisions.popleft()
+            stamp = told.header.stamp.to_sec()
+            taken.append(RunCollision(stamp, told.first, told.second, told.x, told.y))
+        return taken
+
+    # What is asked for ---------------------------------------------------------------------------
+
+    def ask(self, name, *arguments):
+        """Call service ``name`` in the background; ``take_results`` has the answer."""
+        self._errands.ask(name, arguments, self.begin_run if name in BEGINNINGS else None)
+
+    def set_team(self, poses, kinds):
+        """Ask the stage for a new team; ``poses`` (n, 3)."""
+        robots = [
+            RobotSpec(kind=kind, pose=Pose2D(*map(float, p))) for kind, p in zip(kinds, poses)
+        ]
+        self.ask("set_team", robots)
+
+    def set_topology(self, edges, directed):
+        """Ask the controller for another topology; ``edges``: ``(i, j, weight)``."""
+        hears, heard, weight = zip(*edges) if edges else ((), (), ())
+        self.ask("set_topology", list(hears), list(heard), list(weight), directed)
+
+    def set_parameters(self, values):
+        """Set the protocol's parameters through dynamic_reconfigure in the background."""
+        self._errands.put(CONTROLLER, "parameters", lambda: service_calls.reconfigure(values))
+
+    def begin_simulated_time(self):
+        """Set ``/use_sim_time``; the result ``simulated_time`` has what it was, None if not set."""
+        self._errands.put(MASTER, "simulated_time", service_calls.begin_simulated_time)
+
+    def restore_simulated_time(self, before):
+        """Set ``/use_sim_time`` to what it was ``before``."""
+        self._errands.put(
+            MASTER, "restored_time", lambda: service_calls.restore_simulated_time(before)
+        )
+
+    def look(self, **values):
+        """Tell the camera where to look from: the fields of ``Camera``."""
+        self._wanted_look = Camera(**values)
+        if self._camera is not None:
+            self._camera.publish(self._wanted_look)
+
+    def watch(self, on):
+        """Listen to the camera's pictures, kept as ``image``, or no longer."""
+        self._watching = on
+
+    # The master ----------------------------------------------------------------------------------
+
+    def _look(self):
+        while not self._ended.is_set():
+            try:
+                self.master_online = rosgraph.is_master_online()
+                if self.is_fresh("state"):
+                    self._robots.forget()
+                if self.master_online:
+                    self._follow_master()
+            except Exception as error:  # a master on its way out
+                rospy.logdebug("gui: looking at the master: %s", error)
+            self._ended.wait(LOOK_PERIOD)
+        self._withdraw()
+
+    def _join(self):
+        self._emergency.advertise()
+        self._camera = rospy.Publisher("camera/look", Camera, queue_size=1, latch=True)
+        if self._wanted_look is not None:
+            self._camera.publish(self._wanted_look)
+        subscribers = {
+            "state": rospy.Subscriber(
+                "stage/state", TeamState, self._on_state, queue_size=1, tcp_nodelay=True
+            ),
+            "collisions": rospy.Subscriber("stage/collisions", Collision, self._collisions.append),
+        }
+        for name, topic, kind in KEPT:
+            subscribers[name] = rospy.Subscriber(topic, kind, self._keep, name, queue_size=1)
+        self._subscribers = subscribers
+
+    def _follow_master(self):
+        if not self._subscribers:
+            self._join()
+        master = rosgraph.Master(rospy.get_name())
+        published, subscribed, _ = map(dict, master.getSystemState())
+        self._register_again(published, subscribed)
+        self._follow_camera()
+        if not self.is_fresh("state"):
+            state, control = (self._subscribers[n].resolved_name for n in ("state", "control"))
+            kinds = dict(master.getTopicTypes())
+            self._robots.follow(
+                published, subscribed, kinds, published.get(state), published.get(control)
+            )
+
+    def _register_again(self, published, subscribed):
+        """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
+        known = {Registration.PUB: published, Registration.SUB: subscribed}
+        topics = [*self._subscribers.values(), *self._robots.subscribers()]
+        topics += [self._camera, self._emergency.publisher]
+        topics += [self._pictures] if self._pictures else []
+        for topic in topics:
+            if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
+                get_registration_listeners().notify_added(
+                    topic.resolved_name, topic.type, topic.reg_type
+                )
+
+    def _follow_camera(self):
+        if self._watching and self._pictures is None:
+            self._pictures = rospy.Subscriber(
+                "camera/image", Image, self._keep, "image", queue_size=1
+            )
+        elif not self._watching and self._pictures is not None:
+            self._pictures.unregister()
+            self._pictures = None
+
+    def close(self):
+        """Let what was asked for be done and withdraw from everything, within ``END_LIMIT``.
+
+        A master that has gone silent keeps a thread waiting, not the one that calls this.
+        """
+        end = time.monotonic() + END_LIMIT
+        self._ended.set()
+        self._errands.close(end)
+        self._looking.join(max(0.0, end - time.monotonic()))
+
+    def _withdraw(self):
+        for subscriber in self._subscribers.values():
+            subscriber.unregister()
+        self._robots.forget()
+        for topic in (self._pictures, self._camera, self._emergency.publisher):
+            if topic is not None:
+                topic.unregister()
+
+
+def _from_state(message, fresh, silent=()):
+    table = np.array(
+        [message.x, message.y, message.theta, message.vx, message.vy, message.omega]
+        + [message.command_v, message.command_omega]
+    ).T.reshape(len(message.robot), 8)
+    return Snapshot(
+        message.header.stamp.to_sec(),
+        tuple(message.robot),
+        table[:, :3],
+        table[:, 3:6],
+        table[:, 6:],
+        np.array([fresh and number not in silent for number in message.robot], dtype=bool),
+        frozenset(number for number, real in zip(message.robot, message.real) if real),
+    )

@@ -1,0 +1,136 @@
+"""The check before robots are driven, as the GUI runs it: the command ``preflight``.  No Qt."""
+
+import json
+import os
+from typing import NamedTuple
+
+import rospy
+
+from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
+
+LIMIT = 120.0  # [s] of wall time for the whole check
+CONTROLLER = "/pioneer_control"
+# Parameters that the check has in common with the controller: it listens and judges as that one does.
+SHARED = (
+    "frame_source",
+    "odom_topic",
+    "odom_timeout",
+    "pose_topic",
+    "pose_timeout",
+    "world_frame",
+    "base_frame",
+    "max_jump",
+    "geofence",
+    "v_max",
+    "omega_max",
+)
+
+
+class Finding(NamedTuple):
+    """Something that is not as it is to be."""
+
+    robot: str  # such as robot3; "" for the whole team
+    what: str
+    value: str
+    wanted: str
+    judged: bool = False  # whether a person who sees the robots may start them all the same
+
+    @property
+    def key(self):
+        """Return what makes it the same finding in another check."""
+        return self.robot, self.what
+
+
+class PreflightRun:
+    """One check at a time, in the background, alone or before a start."""
+
+    def __init__(self, link, processes):
+        self._link, self._processes = link, processes
+        self.running = False
+        self.findings, self.passed = None, 0  # of the last check; None before the first
+        self.outcome = ""  # of the last check for the controller: started or refused
+        self._accepted = None  # keys of the findings that a start goes on with; None: no start
+
+    @property
+    def starting(self):
+        """Return whether the controller is to start when the check is passed."""
+        return self.running and self._accepted is not None
+
+    def begin(self, scenario_path, own=(), accepted=None):
+        """Check the robots of the scenario; with ``accepted``, start the controller afterwards.
+
+        ``own``: findings that the GUI knows of already; ``accepted``: keys of findings that a person
+        has judged.
+        """
+        self.running, self._accepted, self.outcome = True, accepted, ""
+        topics, real = self._link.odometry_topics(), who_is_real(self._link)
+        run = ["--scenario", scenario_path] + real
+        self._link.do("preflight", lambda: self._check(run, list(own), topics, alone=not real))
+
+    def cancel(self):
+        """Start nothing when the check ends; return whether something was to be started."""
+        was, self._accepted = self.starting, None
+        return was
+
+    def ended(self, success, answer):
+        """Take in the answer of a check; return whether the controller is to start now."""
+        self.running = False
+        if not success:
+            answer = (0, [Finding("", "the check itself", str(answer).strip()[-500:], "to end")])
+        self.passed, self.findings = answer
+        if self._accepted is None:
+            return False
+        accepted, self._accepted = self._accepted, None
+        start = all(f.judged and f.key in accepted for f in self.findings)
+        self.outcome = "started" if start else "refused"
+        return start
+
+    def may_judge(self):
+        """Return whether a person may start the robots in spite of what was found."""
+        return self.outcome == "refused" and all(finding.judged for finding in self.findings)
+
+    def keys(self):
+        """Return the keys of what was found."""
+        return frozenset(finding.key for finding in self.findings or ())
+
+    def _check(self, run, findings, topics, alone):
+        """Run the command; return ``(True, (checks passed, findings))``.  Not in the GUI's thread."""
+        path = os.path.join(self._processes.directory, "preflight.json")
+        if os.path.exists(path):
+            os.remove(path)
+        if alone and rospy.get_param("/use_sim_time", False):
+            findings.append(
+                Finding("", "clock", "/use_sim_time is true, and no stage runs", "false")
+            )
+        arguments = run + ["--json", path] + _as_the_controller(topics)
+        _, said = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
+        if not os.path.exists(path):
+            return False, said or "no answer within {:g} s".format(LIMIT)
+        with open(path, encoding="utf-8") as file:
+            rows = json.load(file)
+        failed = [row for row in rows if not row.pop("passed")]
+        return True, (len(rows) - len(failed), findings + [Finding(**row) for row in failed])
+
+
+def who_is_real(link):
+    """Return the argument that tells which of a stage's robots are real; without a stage all are."""
+    if not link.is_fresh("stage"):
+        return []
+    snapshot = link.snapshot()
+    # Nobody has to be said as well: the parameter outlives the controller before.
+    return ["_real:={}".format(sorted(snapshot.real) if snapshot else [])]
+
+
+def _as_the_controller(topics):
+    """Return the arguments with which ``preflight`` listens and judges as the controller does."""
+    given = rospy.get_param(CONTROLLER, {})
+    arguments = [
+        "_{}:={}".format(name, given[name]) for name in SHARED if given.get(name, "") != ""
+    ]
+    if given.get("min_distance"):  # 0: the controller has none, the check its own
+        arguments.append("_min_distance:={}".format(given["min_distance"]))
+    if not given.get("odom_topic"):
+        for number, topic in sorted(topics.items()):
+            usual = USUAL_TOPIC.format(number)
+            arguments += ["{}:={}".format(usual, topic)] if topic != usual else []
+    return arguments

@@ -1,0 +1,126 @@
+"""The robots without a stage: real ones, or those of a stage that has not started, by their odometry."""
+
+import re
+import threading
+import time
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Odometry
+
+from mrs_simulator.core.kinematics import compose
+from mrs_simulator.ros.odometry_inbox import planar
+from mrs_simulator.rqt_plugin.run.history import Snapshot
+
+ROBOT = re.compile(r"^/robot(\d+)/")
+ODOMETRY = "nav_msgs/Odometry"
+
+
+class RobotsConnection:
+    """Listens to one odometry of each robot; ``follow`` and ``forget`` are for one thread alone."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._heard, self._subscribers = {}, {}  # by the robot's number
+        self._first = 0.0  # [s] stamp of what was heard first
+        self._simulated = frozenset()  # numbers of the robots whose odometry a stage publishes
+        self._starts = None
+
+    def set_starts(self, poses):
+        """Take in where the robots stood when their odometry was zero, (n, 3); None: at the origin."""
+        self._starts = None if poses is None else np.array(poses)
+
+    def topics(self):
+        """Return ``{number: topic}`` of the robots that are listened to."""
+        return {n: s.resolved_name for n, s in list(self._subscribers.items())}
+
+    def first_stamp(self):
+        """Return the stamp [s] of what was heard first, from which real robots' time counts."""
+        return self._first
+
+    def subscribers(self):
+        """Return the subscribers."""
+        return list(self._subscribers.values())
+
+    def snapshot(self, silence, control=None):
+        """Return the ``Snapshot`` of the robots heard, None if there is none.
+
+        One silent for ``silence`` [s] of wall time is stale; ``control``: the controller's status,
+        which tells the commands.
+        """
+        with self._lock:
+            robots = dict(self._heard)
+        if not robots:
+            return None
+        numbers, now = tuple(sorted(robots)), time.monotonic()
+        stamps, poses, twists, heard = zip(*(robots[number] for number in numbers))
+        return Snapshot(
+            # Wall time counts from 1970; a stage's own robots go on with its time.
+            max(stamps) if self._simulated else max(stamps) - self._first,
+            numbers,
+            self._in_common_frame(numbers, np.array(poses)),
+            np.array(twists),
+            _commands(numbers, control),
+            now - np.array(heard) < silence,
+            frozenset(numbers) - self._simulated,
+        )
+
+    def _in_common_frame(self, numbers, poses):
+        starts = self._starts
+        if starts is None or max(numbers) > len(starts):
+            return poses
+        return compose(starts[np.array(numbers) - 1], poses)
+
+    def follow(self, published, subscribed, kinds, stages, controllers):
+        """Listen to the odometry of every robot that there is.
+
+        ``published``, ``subscribed``: the nodes by topic; ``kinds`` of message by topic; ``stages``,
+        ``controllers``: names of these nodes, None for none.
+        """
+        stages, controllers = set(stages or ()), set(controllers or ())
+        topics = [t for t in published if kinds.get(t) == ODOMETRY and ROBOT.match(t)]
+        # A robot has one odometry: what the controller follows, else the name that it has by default.
+        topics.sort(
+            key=lambda t: (bool(controllers & set(subscribed.get(t, ()))), t.endswith("/odom"), t)
+        )
+        chosen = {int(ROBOT.match(topic).group(1)): topic for topic in topics}
+        self._simulated = frozenset(n for n, t in chosen.items() if stages & set(published[t]))
+        for number, topic in chosen.items():
+            self._listen(number, topic)
+
+    def _listen(self, number, topic):
+        before = self._subscribers.get(number)
+        if before is None or before.resolved_name != topic:
+            self._subscribers[number] = rospy.Subscriber(
+                topic, Odometry, self._on_odometry, number, queue_size=1
+            )
+            if before is not None:
+                before.unregister()
+
+    def _on_odometry(self, message, number):
+        twist, stamp = message.twist.twist, message.header.stamp.to_sec()
+        with self._lock:
+            self._first = self._first if self._heard else stamp
+            self._heard[number] = (
+                stamp,
+                planar(message.pose.pose),
+                (twist.linear.x, twist.linear.y, twist.angular.z),
+                time.monotonic(),
+            )
+
+    def forget(self):
+        """Withdraw from all robots, and forget them."""
+        for number in list(self._subscribers):
+            self._subscribers.pop(number).unregister()
+        with self._lock:
+            self._heard.clear()
+
+
+def _commands(numbers, control):
+    """Return the commands (n, 2) [m/s, rad/s] as ``control`` says, zero where it says nothing."""
+    result = np.zeros((len(numbers), 2))
+    if control is not None:
+        given = np.array([control.command_v, control.command_omega]).T.reshape(-1, 2)
+        rows = [row for row, number in enumerate(numbers) if number <= len(given)]
+        result[rows] = given[[numbers[row] - 1 for row in rows]]
+    return result

@@ -1,0 +1,146 @@
+"""What the GUI asks of ROS, in the background: a server that hangs keeps no other waiting.  No Qt."""
+
+import queue
+import threading
+import time
+
+import rospy
+from std_srvs.srv import SetBool, Trigger
+
+from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
+
+SERVICE_LIMIT = 5.0  # [s] a caller waits for a service to appear
+SLOW = 2.0  # [s] of wall time after which it is said that an answer is missing
+CONTROLLER, MASTER, STAGE = "pioneer_control", "master", "stage"
+SIMULATED_TIME = "/use_sim_time"
+
+SERVICES = {
+    "pause": (STAGE, SetBool),
+    "step": (STAGE, StepStage),
+    "reset": (STAGE, Trigger),
+    "set_speed": (STAGE, SetSpeed),
+    "set_team": (STAGE, SetTeam),
+    "start": (CONTROLLER, Trigger),
+    "stop": (CONTROLLER, Trigger),
+    "set_topology": (CONTROLLER, SetTopology),
+}
+
+
+class ServiceCalls:
+    """Requests in the background, those to one server one after the other; ``stop`` waits for none."""
+
+    def __init__(self):
+        self._lines, self._results, self._ended = {}, queue.Queue(), threading.Event()
+
+    def ask(self, name, arguments, then=None):
+        """Call service ``name`` of ``SERVICES``, and ``then`` at once where that does it.
+
+        ``take_results`` has the answer.
+        """
+        server, kind = SERVICES[name]
+        service = "{}/{}".format(server, name)
+        self.put(server, name, lambda: _call(service, kind, arguments, then))
+
+    def put(self, server, name, work):
+        """Run ``work`` after all else for ``server``; its ``(success, answer)`` is the result ``name``."""
+        key = "stop" if name == "stop" else server
+        if key not in self._lines:
+            self._lines[key] = _Line(server, self._answer, self._ended)
+        self._lines[key].work.put((name, work))
+
+    def do(self, name, function):
+        """Run ``function`` in a thread of its own; its ``(success, answer)`` is the result ``name``."""
+        threading.Thread(target=self._answer, args=(name, function), daemon=True).start()
+
+    def take_results(self):
+        """Return the answers since the last call ``(name, success, answer)``, and which are missing."""
+        taken = []
+        for line in self._lines.values():
+            taken += line.take_slow()
+        while True:
+            try:
+                taken.append(self._results.get_nowait())
+            except queue.Empty:
+                return taken
+
+    def _answer(self, name, work):
+        try:
+            success, answer = work()
+        except Exception as error:  # the answer says it; the thread goes on
+            success, answer = False, "{}: {}".format(type(error).__name__, error)
+        self._results.put((name, success, answer))
+
+    def close(self, end):
+        """Let what was asked for be done until ``end`` [s] of the monotonic clock; nothing after."""
+        for line in self._lines.values():
+            line.work.put(None)
+        for line in self._lines.values():
+            line.thread.join(max(0.0, end - time.monotonic()))
+        # A robot is not to start because a server has come back after the GUI was closed.
+        self._ended.set()
+
+
+class _Line:
+    """The requests to one server, and the thread that sees to them."""
+
+    def __init__(self, server, answer, ended):
+        self.work, self._server = queue.Queue(), server
+        self._answer, self._ended = answer, ended
+        self._under_way = None  # (name, [s] when it began) of what is not answered nor told as slow
+        self.thread = threading.Thread(target=self._serve, daemon=True)
+        self.thread.start()
+
+    def _serve(self):
+        for name, work in iter(self.work.get, None):
+            if self._ended.is_set():
+                return
+            self._under_way = name, time.monotonic()
+            self._answer(name, work)
+            self._under_way = None
+
+    def take_slow(self):
+        """Return the result that says, once, that an answer is missing, in a list; else an empty one."""
+        slow = self._under_way
+        if slow is None or time.monotonic() - slow[1] < SLOW:
+            return []
+        self._under_way = None
+        return [("slow", True, "{}: no answer yet from {}".format(slow[0], self._server))]
+
+
+def _call(service, kind, arguments, then):
+    rospy.wait_for_service(service, SERVICE_LIMIT)
+    answer = rospy.ServiceProxy(service, kind)(*arguments)
+    if answer.success and then is not None:
+        then()
+    return answer.success, answer.message
+
+
+def reconfigure(values):
+    """Set the protocol's parameters through dynamic_reconfigure; return ``(success, message)``."""
+    from dynamic_reconfigure.client import Client  # slow to import, wanted seldom
+
+    client = Client(CONTROLLER, timeout=SERVICE_LIMIT)
+    try:
+        in_force = client.update_configuration(values)
+    finally:
+        client.close()
+    refused = [name for name, value in values.items() if in_force.get(name) != value]
+    if refused:
+        return False, "refused: " + ", ".join(refused)
+    return True, "parameters set"
+
+
+def begin_simulated_time():
+    """Set ``/use_sim_time``; return ``(True, what it was)``, None if not set."""
+    before = rospy.get_param(SIMULATED_TIME, None)
+    rospy.set_param(SIMULATED_TIME, True)
+    return True, before
+
+
+def restore_simulated_time(before):
+    """Set ``/use_sim_time`` to what it was ``before``; return ``(True, "")``."""
+    if before is not None:
+        rospy.set_param(SIMULATED_TIME, before)
+    elif rospy.has_param(SIMULATED_TIME):
+        rospy.delete_param(SIMULATED_TIME)
+    return True, ""

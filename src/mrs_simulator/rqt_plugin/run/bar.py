@@ -1,0 +1,199 @@
+"""The run's buttons: simulation, controller, speed, emergency stop."""
+
+import functools
+import math
+
+from python_qt_binding.QtCore import Qt, Signal
+from python_qt_binding.QtGui import QKeySequence
+from python_qt_binding.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QPushButton,
+    QShortcut,
+    QToolButton,
+    QWidget,
+)
+
+from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+SPEEDS = ("0.1", "0.5", "1", "2", "5", "10", "20", "0")
+# name, text, key, what it does
+ACTIONS = (
+    (
+        "simulate",
+        "Start simulation",
+        "Ctrl+R",
+        "Start the stage with this scenario, or take up that of the one that runs",
+    ),
+    ("pause", "Pause", "Ctrl+P", "Stop simulated time, or let it go on"),
+    ("step", "Step", "Ctrl+.", "Advance a paused simulation by one step"),
+    (
+        "reset",
+        "Reset",
+        "Ctrl+0",
+        "Put the robots back to their initial poses; time goes on",
+    ),
+    ("end", "End", "Ctrl+E", "End the simulation that was started here"),
+    (
+        "preflight",
+        "Check robots",
+        "Ctrl+K",
+        "Check that all robots are heard, in place and far enough apart, and their predicted paths too",
+    ),
+    ("control", "Start controller", "Ctrl+G", "Start the formation controller"),
+    ("stop", "Stop controller", "Ctrl+T", "Stop the controller: all robots get zero commands"),
+    ("bag", "Record bag", "Ctrl+B", "Record a rosbag of the run, or end it; it goes to ~/mrs_runs"),
+    ("save", "Save...", "Ctrl+S", "Save data, figures, verdict and scenario"),
+)
+FASTER, SLOWER = ("Ctrl++", "Ctrl+="), ("Ctrl+-",)
+SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} slower)".format(
+    FASTER[0], SLOWER[0]
+)
+BREAKS = ("preflight", "bag")  # a gap before these
+# Esc gives up first what is being typed, or an edge that is being drawn; no field knows the other.
+EMERGENCY_KEYS = ("Esc", "F8")
+RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
+
+
+class RunBar(QWidget):
+    """Buttons with shortcuts that work inside the plugin alone.
+
+    Where the width ends they go on in another line; the emergency stop keeps its corner.
+    """
+
+    asked = Signal(str)  # the name of an action
+    speed_chosen = Signal(float)  # simulated over wall time, 0: as fast as possible
+    emergency = Signal(bool)  # pressed, or released
+
+    def __init__(self, owner, parent=None):
+        """``owner``: the widget within which the shortcuts work."""
+        super().__init__(parent)
+        row = FlowLayout(self)
+        row.setContentsMargins(2, 2, 2, 2)
+        self._buttons, self._tips = {}, {"speed": SPEED_TIP}
+        for name, text, key, meaning in ACTIONS:
+            if name in BREAKS:
+                row.add_gap(_line())
+            row.addWidget(self._button(owner, name, text, key, meaning))
+            if name == "end":
+                row.addWidget(self._build_speed(owner))
+        row.add_corner(self._build_emergency(owner))
+
+    def _build_emergency(self, owner):
+        self._stop_all = QPushButton("EMERGENCY STOP")
+        self._stop_all.setCheckable(True)
+        self._stop_all.setStyleSheet(RED)
+        self._stop_all.setToolTip(
+            "All robots stop and stay so until released ({}; {} while something is typed)".format(
+                *EMERGENCY_KEYS
+            )
+        )
+        self._stop_all.toggled.connect(self._on_emergency)
+        self.heed(owner)
+        return self._stop_all
+
+    def heed(self, window):
+        """Let the emergency stop's keys work in ``window`` too, such as a dialog of the owner's."""
+        for key in EMERGENCY_KEYS:
+            _shortcut(key, window, self._press)
+
+    def _button(self, owner, name, text, key, meaning):
+        button = QToolButton()
+        button.setText(text)
+        self._tips[name] = "{} ({})".format(meaning, key)
+        button.setToolTip(self._tips[name])
+        button.clicked.connect(guarded(lambda *_: self.asked.emit(name)))
+        _shortcut(key, owner, button.click)
+        self._buttons[name] = button
+        return button
+
+    def _build_speed(self, owner):
+        self._speed = QComboBox()
+        self._speed.setToolTip(SPEED_TIP)
+        for speed in SPEEDS:
+            self._speed.addItem("max" if speed == "0" else "{} \u00d7".format(speed), float(speed))
+        self._speed.setCurrentIndex(SPEEDS.index("1"))
+        self._speed.activated.connect(guarded(lambda *_: self.speed_chosen.emit(self.speed())))
+        for keys, steps in ((FASTER, 1), (SLOWER, -1)):
+            for key in keys:
+                _shortcut(key, owner, functools.partial(self._change_speed, steps))
+        return self._speed
+
+    def _change_speed(self, steps):
+        """Choose the next faster speed, or with -1 the next slower one."""
+        offered = [self._speed.itemData(index) for index in range(self._speed.count())]
+        offered.sort(key=lambda speed: speed or math.inf)
+        wanted = offered.index(self.speed()) + steps
+        if self._speed.isEnabled() and 0 <= wanted < len(offered):
+            self.set_speed(offered[wanted])
+            self.speed_chosen.emit(self.speed())
+
+    @guarded
+    def _press(self):
+        # The key only ever stops; releasing is a deliberate click.
+        self._stop_all.setChecked(True)
+
+    @guarded
+    def _on_emergency(self, on):
+        self._stop_all.setText("RELEASE STOP" if on else "EMERGENCY STOP")
+        self.emergency.emit(on)
+
+    def speed(self):
+        """Return the speed chosen."""
+        return float(self._speed.currentData())
+
+    def set_speed(self, speed):
+        """Show ``speed``; one that is not in the list is added."""
+        index = self._speed.findData(float(speed))
+        if index < 0:
+            self._speed.addItem("{:g} \u00d7".format(speed), float(speed))
+            index = self._speed.count() - 1
+        self._speed.setCurrentIndex(index)
+
+    def set_enabled(self, name, enabled, remark=""):
+        """Enable or disable the action ``name``, or "speed"; ``remark``: why, in the tooltip."""
+        widget = self.button(name)
+        widget.setEnabled(enabled)
+        tip = self._tips[name]
+        if remark:
+            tip += "\n{}{}".format("" if enabled else "Not now: ", remark)
+        if tip != widget.toolTip():
+            widget.setToolTip(tip)
+
+    def set_paused(self, paused):
+        """Show what the pause button would do now."""
+        self._buttons["pause"].setText("Go on" if paused else "Pause")
+
+    def set_recording(self, recording):
+        """Show what the bag button would do now."""
+        self._buttons["bag"].setText("End bag" if recording else "Record bag")
+
+    def set_emergency(self, on):
+        """Show the state of the emergency stop; no signal."""
+        if on != self._stop_all.isChecked():
+            self._stop_all.blockSignals(True)
+            self._stop_all.setChecked(on)
+            self._stop_all.setText("RELEASE STOP" if on else "EMERGENCY STOP")
+            self._stop_all.blockSignals(False)
+
+    def button(self, name):
+        """Return the button of the action ``name``; "emergency" and "speed" are there too."""
+        others = {"emergency": self._stop_all, "speed": self._speed}
+        return others[name] if name in others else self._buttons[name]
+
+
+def _shortcut(key, owner, action):
+    shortcut = QShortcut(QKeySequence(key), owner)
+    # Of this plugin alone: rqt's other plugins keep their keys.
+    shortcut.setContext(Qt.WidgetWithChildrenShortcut)
+    shortcut.activated.connect(guarded(lambda *_: action()))
+
+
+def _line():
+    line = QFrame()
+    line.setFrameShape(QFrame.VLine)
+    line.setFrameShadow(QFrame.Plain)
+    line.setEnabled(False)  # pale in every theme
+    line.setFixedHeight(line.fontMetrics().height())
+    return line

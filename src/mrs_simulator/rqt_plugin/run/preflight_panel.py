@@ -1,0 +1,111 @@
+"""What the check of the robots found, and the start in spite of it where a person may judge that."""
+
+from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+
+from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+
+HEADERS = (
+    ("robot", "Which robot; team: all of them together"),
+    ("what", "What was checked"),
+    ("found", "How it is"),
+    ("wanted", "How it is to be"),
+)
+FOUND = 2  # column
+BEFORE = (
+    "Not checked yet. Check robots looks whether each robot is heard, fresh, in place and far enough "
+    "from the others, and whether the predicted paths keep their distance."
+)
+JUDGE = "I see all robots, and the emergency stop is at hand"
+START_TIP = "Check again, and start the controller unless more is found than what is shown here"
+
+
+class PreflightPanel(QWidget):
+    """Findings in a table; ``start_asked`` when a person starts in spite of them."""
+
+    start_asked = Signal()
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._title = MessageLabel("aside")
+        self._table = ResultsTable(HEADERS, widest=FOUND)
+        self._copy = QPushButton("Copy")
+        self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
+        self._copy.clicked.connect(self._table.copy)
+        self._judged = QCheckBox(JUDGE)
+        self._start = QPushButton("Start anyway")
+        self._start.setToolTip(START_TIP)
+        self._judged.toggled.connect(self._start.setEnabled)
+        self._start.clicked.connect(self._on_start)
+        layout, first, last = QVBoxLayout(self), QHBoxLayout(), QHBoxLayout()
+        layout.setContentsMargins(4, 4, 4, 4)
+        first.addWidget(self._title, 1)
+        first.addWidget(self._copy)
+        last.addWidget(self._judged)
+        last.addWidget(self._start)
+        last.addStretch(1)
+        layout.addLayout(first)
+        layout.addWidget(self._table, 1)
+        layout.addLayout(last)
+        self._title.say(BEFORE)
+        self._offer(False)
+
+    @guarded
+    def _on_start(self, *_):
+        self._offer(False)
+        self.start_asked.emit()
+
+    def _offer(self, offered):
+        """Offer the start in spite of what was found, or not; it is judged anew each time."""
+        self._judged.setChecked(False)
+        self._start.setEnabled(False)
+        for widget in (self._judged, self._start):
+            widget.setVisible(offered)
+
+    def set_running(self, starting):
+        """Say that a check is under way; ``starting``: the controller starts after it."""
+        after = ", the controller starts if they are ready" if starting else ""
+        self._title.say("Checking the robots{} ...".format(after), "aside")
+        self._table.set_rows([])
+        self._copy.setEnabled(False)
+        self._offer(False)
+
+    def set_findings(self, findings, passed, outcome, may_judge):
+        """Show the ``Finding``s of a check in which so many others ``passed``.
+
+        ``outcome`` for the controller: "started", "refused" or ""; ``may_judge``: a person may
+        overrule a refusal.
+        """
+        rows = [[f.robot or "team", f.what, f.value, f.wanted] for f in findings]
+        self._table.set_rows(rows, tints=[(row, 1, "error") for row in range(len(rows))])
+        self._copy.setEnabled(bool(rows))
+        text = _title(len(findings), passed, outcome, may_judge)
+        self._title.say(text, "error" if findings else "good")
+        self._offer(may_judge)
+
+    def title(self):
+        """Return the line above the table."""
+        return self._title.message
+
+    def rows(self):
+        """Return the table's rows of texts."""
+        columns = range(self._table.columnCount())
+        return [
+            [self._table.text(row, c) for c in columns] for row in range(self._table.rowCount())
+        ]
+
+
+def _title(found, passed, outcome, may_judge):
+    started = " The controller starts." if outcome == "started" else ""
+    if not found:
+        return "All robots ready: {} checks passed.{}".format(passed, started)
+    text = "{} finding{}, {} checks passed.".format(found, "" if found == 1 else "s", passed)
+    if outcome != "refused":
+        return text + started
+    if may_judge:
+        return "Not started: {} Put it right and start again, or judge by your own eyes:".format(
+            text
+        )
+    return "Not started: {} Put it right, then start again.".format(text)

@@ -1,0 +1,111 @@
+"""Programs that the GUI starts, and ends again: only what was started here."""
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+
+from mrs_simulator.ros.lifecycle import PARENT
+
+STOP_LIMIT = 8.0  # [s] until a program that does not end by itself is killed
+TAIL = 2000  # [-] characters of output shown of a program that failed
+
+
+class Processes:
+    """Named programs of this package, each at most once."""
+
+    def __init__(self):
+        self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
+        self._running, self._jobs = {}, {}
+        self._closing = None  # the thread that ends them all
+
+    def start(self, name, script, *arguments, package="mrs_simulator"):
+        """Start ``rosrun package script``; one of that name that still runs is ended first."""
+        self.stop(name)
+        self._running[name] = self._open(name, package, script, arguments)
+
+    def run(self, name, script, *arguments, limit=None):
+        """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
+        self._jobs[name] = process = self._open(name, "mrs_simulator", script, arguments)
+        try:
+            code = process.wait(limit)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            code = process.wait()
+        return code, self.output(name)
+
+    def _open(self, name, package, script, arguments):
+        command = ["rosrun", package, script] + [str(argument) for argument in arguments]
+        with open(os.path.join(self.directory, name + ".log"), "wb") as log:
+            # A group of its own: Ctrl-C in the terminal is for the GUI, which then ends these in order.
+            return subprocess.Popen(
+                command,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+                env=dict(os.environ, **{PARENT: str(os.getpid())}),
+            )
+
+    def is_running(self, name):
+        """Return whether the program started as ``name`` still runs."""
+        process = self._running.get(name)
+        return process is not None and process.poll() is None
+
+    def is_ending(self, name):
+        """Return whether one that was started as ``name`` and asked to end still runs."""
+        asked = [p for n, p in self._running.items() if n.partition(" ")[0] == name and n != name]
+        return any(process.poll() is None for process in asked)
+
+    def take_ended(self):
+        """Return ``(name, exit code, output)`` of the programs that ended by themselves."""
+        ended = [(n, p.returncode) for n, p in self._running.items() if p.poll() is not None]
+        for name, _ in ended:
+            del self._running[name]
+        return [(name, code, self.output(name)) for name, code in ended]
+
+    def output(self, name):
+        """Return the end of what the program called ``name`` has printed."""
+        path = os.path.join(self.directory, name + ".log")
+        if not os.path.exists(path):
+            return ""
+        with open(path, encoding="utf-8", errors="replace") as file:
+            return file.read()[-TAIL:]
+
+    def stop(self, name):
+        """Ask the program called ``name`` to end; :meth:`close` makes sure."""
+        process = self._running.pop(name, None)
+        if process is not None and process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            self._running["{} {}".format(name, process.pid)] = process
+
+    def close(self):
+        """Ask every program to end and return; :meth:`wait_closed` until they have.
+
+        The interpreter waits for them too: a host that lives on need not.
+        """
+        started = [*self._running.values(), *self._jobs.values()]
+        for process in started:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        self._running.clear()
+        self._closing = threading.Thread(target=self._end, args=(started,))
+        self._closing.start()
+
+    def wait_closed(self):
+        """Wait until all programs asked to end have ended; what was written for them is removed."""
+        if self._closing is not None:
+            self._closing.join()
+
+    def _end(self, started):
+        end = time.monotonic() + STOP_LIMIT
+        for process in started:
+            try:
+                process.wait(max(0.0, end - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        shutil.rmtree(self.directory, ignore_errors=True)

@@ -1,0 +1,477 @@
+"""What the GUI does about a run: the scenario as edited, programs started, results saved.  No Qt."""
+
+import copy
+import os
+import re
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.recording import write_facts
+from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
+from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun, who_is_real
+from mrs_simulator.rqt_plugin.run.study_state import StudyState, named
+from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
+from mrs_simulator.study.report import (
+    VERDICT_FILE,
+    begin_run,
+    make_control,
+    predicted_settling,
+    write_scenario,
+)
+
+REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
+RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
+# What a stage has from its start.
+OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
+PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
+MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
+PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
+
+
+class Derived(NamedTuple):
+    """What follows from a scenario; whatever its protocol may raise, it has raised by then."""
+
+    control: Any
+    warnings: Any  # theory's, texts by the parameter that causes them
+    targets: Any  # of the hand points at the start, (n, 2) [m], or None
+
+
+class StudyRun:
+    """The scenario under the user's hands, and the programs that run it."""
+
+    def __init__(self, link, processes, scenario):
+        self.link, self.processes, self.scenario = link, processes, scenario
+        self.derived = None  # from the scenario, since it was taken up
+        self._prediction = DebouncedWorker(PREDICTION_REST)
+        self.take_prediction = self._prediction.take
+        self.preflight = PreflightRun(link, processes)
+        self.state = StudyState(link, processes, self.preflight)
+        self.is_controlled = self.state.is_controlled
+        self._speed = None  # at which a stage is about to start
+        self._swapped = None  # [what /use_sim_time was before a stage was started here]
+
+    # The scenario --------------------------------------------------------------------------------
+
+    def control(self):
+        """Return the control of the scenario as it stands."""
+        return make_control(self.scenario)
+
+    def warnings(self, control):
+        """Return theory's warnings by the parameter that causes them."""
+        texts = control.warnings(self.scenario.poses)
+        return {"T" if hasattr(control, "T") else "": "; ".join(texts)} if texts else {}
+
+    def take(self, scenario):
+        """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
+        before, self.scenario = self.scenario, scenario
+        try:
+            control = self.control()
+            targets = control.targets(hand_points(scenario.poses, control.l))
+            warnings = self.warnings(control)
+            self.predicted_error(control, np.zeros(1))  # raises at once what the whole would later
+        except Exception:
+            self.scenario = before
+            raise
+        self.derived = Derived(control, warnings, targets)
+        # Another control than the one that the GUI goes on asking.
+        own, start = copy.copy(control), hand_points(scenario.poses, control.l)
+        when = self._predicted_times(control)
+        bearable = when[-1] >= scenario.duration
+
+        def work():
+            told = predicted_settling(own, start) if bearable else ""
+            return _predicted_error(own, start, when) + (told,)
+
+        self._prediction.ask(work)
+
+    def _try(self, scenario):
+        """Take up ``scenario``; return what is wrong with it, or ""."""
+        try:
+            self.take(scenario)
+        except Exception as error:  # a file of one's own may raise anything
+            return "not taken up: {}".format(reason(error))
+        return ""
+
+    def set_team(self, poses, kinds):
+        """Take in a team; edges of robots that are gone go with them.  Return what is wrong, or ""."""
+        topology = self.scenario.topology
+        if topology is not None and topology.n != len(poses):
+            edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
+            topology = Topology(len(poses), edges, topology.directed)
+        return self._try(self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology))
+
+    def set_protocol(self, name):
+        """Take another protocol with its defaults; return what is wrong with it, or ""."""
+        scenario = self.scenario.with_protocol(name)
+        if scenario.topology is None:
+            scenario = scenario._replace(topology=Topology.preset("cycle", scenario.n))
+        return self._try(scenario)
+
+    def set_parameters(self, values):
+        """Take other values; a controller that is there gets them at once.  Return what is wrong, or ""."""
+        try:
+            checked = self.derived.control.checked_parameters(values)
+        except ValueError as error:
+            return str(error)
+        control = self.scenario.control._replace(parameters=checked)
+        wrong = self._try(self.scenario._replace(control=control))
+        if not wrong and self.state.has_control():
+            self.link.set_parameters(checked)
+        return wrong
+
+    def set_topology(self, edges, directed):
+        """Take another graph; a controller that is there gets it at once.  Return what is wrong, or ""."""
+        topology = Topology(self.scenario.n, edges, directed)
+        control = self.control()
+        control.set_topology(topology)
+        changed = self.scenario.control._replace(parameters=dict(control.parameters))
+        wrong = self._try(self.scenario._replace(topology=topology, control=changed))
+        if not wrong and self.state.has_control():
+            self.link.set_topology(edges, directed)
+        return wrong
+
+    def starts(self):
+        """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
+        return self.scenario.poses if self.scenario.odometry == "wheel" else None
+
+    def error_function(self, control):
+        """Return a function of poses (m, n, 3) that gives the largest target error (m,), or None."""
+        if control.targets(hand_points(self.scenario.poses, control.l)) is None:
+            return None
+
+        def error(pose):
+            hands = hand_points(pose, control.l)
+            if hands.shape[1] != len(control.numbers):
+                return np.full(len(hands), np.nan)
+            return np.array(
+                [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in hands]
+            )
+
+        return error
+
+    def predicted_error(self, control, when=None):
+        """Return theory's ``(time, error)`` for the error curve, ``(None, None)`` without one.
+
+        At the times ``when`` (m,) [s], else over the whole run.
+        """
+        when = self._predicted_times(control) if when is None else when
+        return _predicted_error(control, hand_points(self.scenario.poses, control.l), when)
+
+    def _predicted_times(self, control):
+        longest = MOST_PREDICTED / self.scenario.n * getattr(control, "T", np.inf)
+        return np.linspace(0.0, min(self.scenario.duration, longest), PREDICTED_SAMPLES)
+
+    # The run -------------------------------------------------------------------------------------
+
+    def do(self, name, speed=1.0):
+        """Do what the button called ``name`` says; return a message, or ""."""
+        try:
+            return getattr(self, "_do_" + name)(speed)
+        except OSError as error:  # a full disk, a directory that may not be written
+            return "{}: {}".format(name, error)
+
+    def _do_simulate(self, speed):
+        if self.link.is_fresh("stage"):
+            return self._attach()
+        try:
+            scenario_from_dict(self.scenario.to_dict(), "scenario")
+        except ValueError as error:
+            return str(error)
+        if self._speed is None:
+            self.link.begin_simulated_time()  # then take_result starts the stage
+        self._speed = speed
+        return ""
+
+    def _attach(self):
+        """Take up the scenario of the stage that runs; its law only if that is a shipped one."""
+        attached = "attached to the stage that runs"
+        if self.processes.is_running("control"):  # for that scenario, and perhaps another law
+            return attached
+        try:
+            runs = self._stage_scenario()
+        except ValueError as error:
+            return "not attached: {}".format(error)
+        if runs is None:
+            return "not attached: the stage has not told its scenario yet"
+        if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
+            runs = runs._replace(control=self.scenario.control, path=self.scenario.path)
+        return self._try(runs._replace(speed=self.link.newest("stage").speed)) or attached
+
+    def _stage_scenario(self):
+        """Return the scenario of the stage that runs, None before it is known."""
+        told = self.link.newest("scenario")
+        if told is None or not self.link.is_fresh("stage"):
+            return None
+        return scenario_from_yaml(told.data, "stage/scenario")
+
+    def _start_stage(self, success, before):
+        speed, self._speed = "_speed:={:g}".format(self._speed), None
+        if not success:
+            return "simulation not started: {}".format(before)
+        self._swapped = [before]
+        self.link.begin_run()
+        self.processes.start("stage", "stage", "--scenario", self._written(), speed)
+        return "simulation started"
+
+    def _restore_time(self):
+        """Leave ``/use_sim_time`` as it was before a stage was started here."""
+        if self._swapped is not None:
+            self.link.restore_simulated_time(*self._swapped)
+            self._swapped = None
+
+    def _do_pause(self, _):
+        stage = self.link.newest("stage")
+        self.link.ask("pause", not (stage is not None and stage.paused))
+        return ""
+
+    def _do_step(self, _):
+        self.link.ask("step", 1)
+        return ""
+
+    def _do_reset(self, _):
+        self.link.ask("reset")
+        return ""
+
+    def _do_end(self, _):
+        self.preflight.cancel()
+        self.processes.stop("control")
+        self.processes.stop("stage")
+        self._restore_time()
+        return "simulation ended"
+
+    def _do_control(self, _):
+        if not self.state.real():
+            return self._start_control()
+        self.preflight.begin(self._written(), self._own_findings(), accepted=frozenset())
+        return "some robots are real: they are checked before the controller starts"
+
+    def start_anyway(self):
+        """Start the controller in spite of what the last check found; what is new keeps it from it."""
+        accepted = self.preflight.keys()
+        self.preflight.begin(self._written(), self._own_findings(), accepted)
+        return "the robots are checked again; then the controller starts unless there is more"
+
+    def _start_control(self):
+        ending = self.processes.is_ending("control")  # it would answer, and go
+        if self.link.is_fresh("control") and self._control_fits() and not ending:
+            self.link.ask("start")
+            return ""
+        if self.state.real() and self.state.started_elsewhere():
+            # Its remappings and limits are not known here: it is not to be replaced.
+            return "not started: the controller that runs is for another team than this scenario's"
+        self._launch_control()
+        return "controller started: {}".format(self.scenario.control.protocol)
+
+    def _launch_control(self):
+        self.link.begin_run()
+        arguments = ["--scenario", self._written()] + who_is_real(self.link)
+        self.processes.start("control", "pioneer_control", *arguments)
+
+    def _do_stop(self, _):
+        if self.preflight.cancel():
+            return "the controller does not start"
+        self.link.ask("stop")
+        return ""
+
+    def _do_preflight(self, _):
+        self.preflight.begin(self._written(), self._own_findings())
+        return ""
+
+    def _own_findings(self):
+        """Return what the GUI knows and the command ``preflight`` does not."""
+        found, control, stage = [], self.link.newest("control"), self.link.newest("stage")
+        wanted = type(self.control()).__name__
+        if self.state.started_elsewhere() and control.protocol != wanted:
+            found.append(Finding("", "controller", "runs " + control.protocol, wanted))
+        if self.state.real() and self.link.is_fresh("stage") and stage.speed != 1.0:
+            found.append(Finding("", "speed", "{:g}".format(stage.speed), "1, as real robots go"))
+        return found
+
+    def take_result(self, name, success, answer):
+        """Take in the answer called ``name``; return a message, or ""."""
+        if name == "simulated_time":
+            return self._start_stage(success, answer)
+        if name == "preflight":
+            return self._after_preflight(success, answer)
+        return str(answer) if success else "{} failed: {}".format(name, answer)
+
+    def _after_preflight(self, success, answer):
+        preflight = self.preflight
+        if preflight.ended(success, answer):
+            why = self.state.no_start()
+            preflight.outcome = "" if why else preflight.outcome
+            return "not started: {}".format(why) if why else self._start_control()
+        refused = ", the controller is not started" if preflight.outcome == "refused" else ""
+        return "robots checked, findings: {}{}".format(len(preflight.findings), refused)
+
+    def _do_bag(self, _):
+        if self.processes.is_running("rosbag"):
+            self.processes.stop("rosbag")
+            return "bag ended"
+        folder = self.results_directory()
+        os.makedirs(folder, exist_ok=True)
+        path = os.path.join(folder, self.suggested_name() + ".bag")
+        options = ["--tcpnodelay", "-O", path, "-e", RECORDED]
+        self.processes.start("rosbag", "record", *options, package="rosbag")
+        return "recording {}".format(path)
+
+    def set_speed(self, speed):
+        """Ask a running stage for ``speed``."""
+        self.scenario = self.scenario._replace(speed=speed)
+        if not self.link.is_fresh("stage"):
+            return ""
+        self.link.ask("set_speed", speed)
+        real = self.state.real() if speed != 1.0 else ()
+        return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
+
+    def send_team(self):
+        """Ask the stage for the team as it stands; a controller of another team ends.
+
+        Robots that are under way are not put elsewhere: for what was edited before they went.
+        """
+        if self.is_controlled():
+            return "the team is not sent: stop the controller to change it"
+        if self.processes.is_running("control") and not self._control_fits():
+            self.processes.stop("control")
+        self.link.set_team(self.scenario.poses, self.scenario.kinds)
+        real = self.state.real()
+        return "{}: real, not moved".format(named(real)) if real else ""
+
+    def _control_fits(self):
+        control = self.link.newest("control")
+        size = 0 if control is None else len(control.command_v)
+        return size == self.scenario.n and not control.stale
+
+    def follow_protocol(self):
+        """Let a controller started here, if one runs, follow the scenario; return a message, or ""."""
+        if not self.processes.is_running("control"):
+            return ""
+        goes_on = self.is_controlled() and not self.state.real()
+        self.processes.stop("control")
+        if goes_on:
+            self._launch_control()
+            return ""
+        # Robots that stand are not set going by a choice, nor real ones without a check.
+        return "controller ended: start it for the new protocol"
+
+    def what_the_stage_keeps(self):
+        """Return a message on what a running stage does not take over from the scenario, or ""."""
+        runs = self._stage_scenario()
+        if runs is None:
+            return ""
+        kept = [
+            name for name in OF_THE_STAGE if getattr(runs, name) != getattr(self.scenario, name)
+        ]
+        other = "the simulation goes on with its own {}: end it first for the scenario's"
+        return other.format(", ".join(kept)) if kept else ""
+
+    def _written(self):
+        return write_scenario(self.scenario, self.processes.directory)
+
+    def show_camera(self, on):
+        """Start or end the camera's pictures."""
+        self.link.watch(on)
+        if on:
+            self.processes.start("camera", "camera")
+        else:
+            self.processes.stop("camera")
+
+    def ended_processes(self):
+        """Return messages on the programs that ended by themselves."""
+        ended = self.processes.take_ended()
+        names = {name.partition(" ")[0] for name, _, _ in ended}
+        if "control" in names:  # its last status is not that of a controller that could be started
+            self.link.forget("control")
+            if self.processes.is_running("control"):  # one has taken over, and gives commands alone
+                self.link.begin_run()
+        if "stage" in names:  # nor is its last state that of a simulation to attach to
+            self.link.forget("stage")
+            self.link.forget("state")
+        if any(name == "stage" for name, _, _ in ended):
+            self._restore_time()
+        return [
+            "{} {}".format(name, _how_ended(code, output.strip()[-500:]))
+            for name, code, output in ended
+            if code not in (0, -2, 130)  # ended in good order
+        ]
+
+    # Results -------------------------------------------------------------------------------------
+
+    @staticmethod
+    def results_directory():
+        """Return where results are suggested to go."""
+        return os.path.join(os.path.expanduser("~"), "mrs_runs")
+
+    def suggested_name(self):
+        """Return a name of the run: its title and the time."""
+        title = re.sub(r"[^a-z0-9]+", "_", (self.scenario.title or "run").lower()).strip("_")
+        return "{}_{}".format(title[:40], time.strftime("%Y%m%d_%H%M%S"))
+
+    def save(self, history, directory):
+        """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background."""
+        # The run begins with the first command, as it does for the recorder.
+        begin = history.first_row()
+        when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
+        command = history.command[begin:].copy()
+        numbers, scenario = history.numbers, self.scenario
+        collisions = [
+            c._replace(time=c.time - when[0]) for c in history.collisions if c.time >= when[0]
+        ]
+        meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
+        scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
+
+        def work():
+            with begin_run(scenario, directory, numbers) as file:
+                for stamp, poses, commands in zip(when - when[0], pose, command):
+                    file.sample(round(float(stamp), 9), poses, commands)
+            write_facts(file.path, collisions, meta)
+            arguments = [file.path, "--out", directory, "--formats", "png,pdf,svg"]
+            code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
+            verdict = os.path.join(directory, VERDICT_FILE)
+            return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
+
+        self.link.do("save", work)
+
+    def _told(self, begin, end, real):
+        """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
+        controller, origin = self.link.controller, self.link.first_stamp() if real else 0.0
+        meta = {"warnings": controller.warnings(origin + begin, origin + end)}
+        ended = controller.ended(origin + begin)
+        meta.update({"ended": ended} if ended else {})
+        # Nobody tells of real robots' collisions.
+        return dict(meta, collisions_unknown=True) if real else meta
+
+    # The end -------------------------------------------------------------------------------------
+
+    def close(self):
+        """End what was started here, and leave the master as it was."""
+        self.preflight.cancel()
+        self._prediction.ask(None)
+        self.processes.close()
+        self._restore_time()
+
+
+def _predicted_error(control, start, when):
+    if control.targets(start) is None:
+        return None, None
+    track = control.predicted_track(start, when)
+    if track is None:
+        return None, None
+    errors = [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in track]
+    return when, np.array(errors)
+
+
+def _how_ended(code, output):
+    how = "ended with {}".format(code) if code >= 0 else "killed by signal {}".format(-code)
+    return "{}: {}".format(how, output) if output else how
+
+
+def reason(error):
+    """Return for a message why something was refused: the kind of an ``error`` that nobody worded."""
+    worded = isinstance(error, (ValueError, OSError))
+    return str(error) if worded else "{}: {}".format(type(error).__name__, error)

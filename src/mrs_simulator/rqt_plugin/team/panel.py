@@ -1,0 +1,265 @@
+"""The team: how many robots, and where they begin."""
+
+import math
+
+import numpy as np
+from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtWidgets import (
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator import vehicles
+from mrs_simulator.core.layouts import LAYOUTS, extend_poses, make_layout
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
+from mrs_simulator.rqt_plugin.team.table import NO_PAIRS, TeamModel, TeamTable, read_rows
+from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, PatientSpinBox
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+from mrs_simulator.world.bodies import Bodies
+
+MOST_ROBOTS = 200
+NUMBER_TIP = (
+    "<p>Number of robots, 1 to {}. New ones are put where there is room, the last ones go first.</p>"
+).format(MOST_ROBOTS)
+LAYOUT_ORDER = ("line", "circle", "grid", "random")
+SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")
+ROOM = (20.0, 2.5)  # [m] side of the square for new robots: at least, and times root n
+MOST_PAIRS = 3  # named in the line below the table
+
+
+class TeamPanel(QWidget):
+    """Number of robots, their initial poses, and ready-made layouts."""
+
+    team_changed = Signal()  # the user changed the number, a pose or a kind
+    open_requested = Signal()
+    save_requested = Signal()
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._bodies = None
+        self._model = TeamModel(vehicles.KINDS, self)
+        self._model.accepted.connect(self._on_edited)
+        self._table = TeamTable(self._model)
+        self._table.pasted.connect(self._on_pasted)
+        self._message, self._overlaps = MessageLabel(), MessageLabel()
+        self._build_number()
+        self._build_scenario_buttons()
+        self._model.refused.connect(self._message.say)
+        layout = QVBoxLayout(self)
+        layout.addLayout(self._first_line)
+        layout.addWidget(self._table, 1)
+        layout.addWidget(self._message)
+        layout.addWidget(self._overlaps)
+        layout.addWidget(self._layout_group())
+        self.set_editable(True)
+        self.set_team([[0.0, 0.0, 0.0]], vehicles.KINDS[:1])
+
+    def _build_number(self):
+        self._number = PatientSpinBox()
+        self._number.setRange(1, MOST_ROBOTS)
+        self._number.setToolTip(NUMBER_TIP)
+        self._number.valueChanged.connect(self._on_number)
+
+    def _build_scenario_buttons(self):
+        self._open = QPushButton("Open scenario...")
+        self._open.setToolTip("Take team, protocol and surroundings from a scenario file")
+        self._open.clicked.connect(self._on_open)
+        self._save = QPushButton("Save scenario...")
+        self._save.setToolTip("Write team, protocol and surroundings to a scenario file")
+        self._save.clicked.connect(self._on_save)
+        self._first_line = QVBoxLayout()
+        buttons, number = QHBoxLayout(), QHBoxLayout()
+        buttons.addWidget(self._open, 1)
+        buttons.addWidget(self._save, 1)
+        number.addWidget(QLabel("Number of robots"))
+        number.addWidget(self._number)
+        number.addStretch(1)
+        self._first_line.addLayout(buttons)
+        self._first_line.addLayout(number)
+
+    def _layout_group(self):
+        self._group = QGroupBox("Layout")
+        self._layout = PatientComboBox()
+        self._layout.setToolTip("Arrangement of all robots")
+        names = sorted(LAYOUTS, key=lambda name: (LAYOUT_ORDER + (name,)).index(name))
+        self._layout.addItems(names)
+        self._layout.currentIndexChanged.connect(self._on_layout)
+        self._apply = QPushButton("Apply")
+        self._apply.setToolTip("Put all robots to this layout")
+        self._apply.clicked.connect(self._on_apply)
+        self._form = ParameterForm()
+        self._layout_values = {}  # of all layouts seen so far
+        column, line = QVBoxLayout(self._group), QHBoxLayout()
+        line.addWidget(self._layout, 1)
+        line.addWidget(self._apply)
+        column.addLayout(line)
+        column.addWidget(self._form)
+        self._on_layout()
+        return self._group
+
+    # What is shown -------------------------------------------------------------------------------
+
+    def poses(self):
+        """Return the initial poses, (n, 3) [m, m, rad]; a copy."""
+        return self._model.poses.copy()
+
+    def kinds(self):
+        """Return the robots' kinds."""
+        return self._model.kinds
+
+    @property
+    def overlapping(self):
+        """Return the numbers of the robots that overlap another one."""
+        return {row + 1 for row in self._model.overlapping}
+
+    def set_team(self, poses, kinds):
+        """Show ``poses`` (n, 3) [m, m, rad] and ``kinds``; no signal."""
+        poses, kinds = np.array(poses, dtype=float).reshape(-1, 3), tuple(kinds)
+        if len(poses) != len(kinds):
+            raise ValueError("{} poses and {} kinds, wanted as many".format(len(poses), len(kinds)))
+        self._bodies = Bodies(kinds) if kinds else None
+        pairs = self._overlapping_pairs(poses)
+        self._model.set_team(poses, kinds, pairs)
+        self._tell_overlaps(pairs)
+        self._message.say("")
+        blocked = self._number.blockSignals(True)
+        self._number.setRange(min(1, len(kinds)), max(MOST_ROBOTS, len(kinds)))
+        self._number.setValue(len(kinds))
+        self._number.blockSignals(blocked)
+
+    def set_pose(self, number, x, y, theta):
+        """Put robot ``number`` elsewhere [m, m, rad], as when it is dragged; no signal."""
+        if not 1 <= number <= len(self._model.poses):
+            raise ValueError("robot{}: wanted 1 to {}".format(number, len(self._model.poses)))
+        poses = self._model.poses
+        poses[number - 1] = x, y, theta
+        pairs = self._overlapping_pairs(poses)
+        self._model.set_team(poses, self._model.kinds, pairs)
+        self._tell_overlaps(pairs)
+
+    def set_editable(self, editable, why="", may_open=False):
+        """Allow changes of the team or not; saving stays possible.
+
+        ``why`` not, in the tooltips; ``may_open``: another scenario may be opened all the same.
+        """
+        self._table.set_editable(editable)
+        self._open.setEnabled(editable or may_open)
+        for widget in (self._number, self._group):
+            widget.setEnabled(editable)
+        remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
+        self._number.setToolTip(NUMBER_TIP + remark)
+        self._group.setToolTip(remark)
+        self._table.setToolTip(remark)
+
+    def set_real(self, numbers):
+        """Mark the robots ``numbers`` as real ones."""
+        self._model.set_real(numbers)
+
+    def _overlapping_pairs(self, poses):
+        if self._bodies is None:
+            return NO_PAIRS
+        return self._bodies.overlaps(poses)[:2]
+
+    def _tell_overlaps(self, pairs):
+        order = np.lexsort(pairs[::-1])[:MOST_PAIRS]
+        text = ", ".join(
+            "robot{} and robot{}".format(first + 1, second + 1)
+            for first, second in zip(pairs[0][order].tolist(), pairs[1][order].tolist())
+        )
+        more = len(pairs[0]) - MOST_PAIRS
+        text += " overlap" if text else ""
+        self._overlaps.say(text + (", and {} more pairs".format(more) if more > 0 else ""))
+
+    # What the user does --------------------------------------------------------------------------
+
+    def _change(self, poses, kinds):
+        """Show a new team and tell of it, if it is new."""
+        same = tuple(kinds) == self.kinds() and np.array_equal(poses, self._model.poses)
+        self.set_team(poses, kinds)
+        if not same:
+            self.team_changed.emit()
+
+    def _resized(self, n):
+        """Return poses and kinds of the team with ``n`` robots; ``ValueError`` without room."""
+        poses, kinds = self.poses(), self.kinds()
+        if n > len(poses):
+            size = max(ROOM[0], ROOM[1] * math.sqrt(n))
+            poses = extend_poses(poses, n, size=size)
+            kinds += (kinds[-1] if kinds else vehicles.KINDS[0],) * (n - len(kinds))
+        return poses[:n], kinds[:n]
+
+    @guarded
+    def _on_number(self, n):
+        try:
+            self._change(*self._resized(n))
+        except ValueError as error:
+            self.set_team(self.poses(), self.kinds())
+            self._message.say(str(error))
+
+    @guarded
+    def _on_edited(self):
+        self.set_team(self.poses(), self.kinds())
+        self.team_changed.emit()
+
+    @guarded
+    def _on_pasted(self, text):
+        row = max(0, self._table.currentIndex().row())
+        try:
+            self._change(*self._with_pasted(row, read_rows(text)))
+        except ValueError as error:
+            self._message.say(str(error))
+
+    def _with_pasted(self, row, pasted):
+        n = len(self.poses())
+        end = row + len(pasted)
+        if not pasted:
+            raise ValueError("the clipboard is empty, wanted rows of x [m], y [m], heading [deg]")
+        if end > max(n, MOST_ROBOTS):
+            raise ValueError(
+                "{} rows pasted, wanted at most {}".format(len(pasted), max(n, MOST_ROBOTS) - row)
+            )
+        if end > n and row:
+            raise ValueError(
+                "{} rows pasted at robot{} of {}; to get more robots paste at robot1".format(
+                    len(pasted), row + 1, n
+                )
+            )
+        poses = np.vstack([self.poses(), np.zeros((max(0, end - n), 3))])
+        for place, values in enumerate(pasted, row):
+            poses[place, : len(values)] = values[:2] + [math.radians(v) for v in values[2:]]
+        kinds = self.kinds()
+        return poses, kinds + (kinds[-1] if kinds else vehicles.KINDS[0],) * (len(poses) - n)
+
+    @guarded
+    def _on_layout(self, *_):
+        name = self._layout.currentText()
+        self._layout_values.update(self._form.values())
+        parameters = LAYOUTS[name] + ((SEED,) if name == "random" else ())
+        self._form.set_parameters(parameters, self._layout_values)
+
+    @guarded
+    def _on_apply(self, *_):
+        if not self._form.finish():
+            return
+        try:
+            poses = make_layout(
+                self._layout.currentText(), len(self.kinds()), **self._form.values()
+            )
+        except ValueError as error:
+            self._message.say(str(error))
+            return
+        self._change(poses, self.kinds())
+
+    @guarded
+    def _on_open(self, *_):
+        self.open_requested.emit()
+
+    @guarded
+    def _on_save(self, *_):
+        self.save_requested.emit()

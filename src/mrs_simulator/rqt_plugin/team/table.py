@@ -1,0 +1,292 @@
+"""The table of initial poses: edited by hand, copied to and pasted from a spreadsheet."""
+
+import math
+
+import numpy as np
+from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
+from python_qt_binding.QtGui import QBrush, QColor, QKeySequence
+from python_qt_binding.QtWidgets import (
+    QAbstractItemView,
+    QAction,
+    QApplication,
+    QComboBox,
+    QHeaderView,
+    QStyledItemDelegate,
+    QTableView,
+)
+
+from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.rqt_plugin.widgets.colours import colour
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+HEADERS = ("robot", "x [m]", "y [m]", "heading [deg]", "kind")
+TIPS = (
+    "Robot's number, 1 for the first",
+    "Initial position along x, wheel-axle centre [m]",
+    "Initial position along y, wheel-axle centre [m]",
+    "Initial heading [deg], counter-clockwise from the x axis",
+    "Kind of robot",
+)
+KIND = 4  # column
+OVERLAP = QColor(220, 40, 40, 90)
+NO_PAIRS = (np.empty(0, dtype=int), np.empty(0, dtype=int))
+MOST_NAMED = 6  # robots in one tooltip
+ROWS_SHOWN = 4  # at least
+LONGEST_QUOTE = 30  # [characters] of what was typed
+DECIMALS = (4, 4, 2)  # most that are shown of x, y and heading
+DIGITS = 6  # most that are shown, unless all of them stand before the point
+
+
+class TeamModel(QAbstractTableModel):
+    """Poses and kinds of a team, one robot per row; ``accepted`` and ``refused`` tell of edits."""
+
+    accepted = Signal()
+    refused = Signal(str)
+
+    def __init__(self, kind_choices, parent=None):
+        """``kind_choices``: the kinds that a robot may be of."""
+        super().__init__(parent)
+        self.kind_choices = tuple(kind_choices)
+        self.poses, self.kinds = np.zeros((0, 3)), ()
+        self._pairs, self.overlapping = NO_PAIRS, frozenset()
+        self.editable, self.real = True, frozenset()
+
+    def set_real(self, numbers):
+        """Mark the robots ``numbers``, a set, as real ones."""
+        if numbers != self.real and len(self.poses):
+            self.real = frozenset(numbers)
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.poses) - 1, 0))
+
+    def set_team(self, poses, kinds, pairs):
+        """Show ``poses`` (n, 3) [m, m, rad]; ``pairs``: rows (m,), (m,) of robots that overlap."""
+        before = len(self.poses)
+        if len(poses) > before:
+            self.beginInsertRows(QModelIndex(), before, len(poses) - 1)
+        elif len(poses) < before:
+            self.beginRemoveRows(QModelIndex(), len(poses), before - 1)
+        self.poses, self.kinds = poses, tuple(kinds)
+        self._pairs, self.overlapping = pairs, frozenset(np.unique(np.concatenate(pairs)).tolist())
+        if len(poses) > before:
+            self.endInsertRows()
+        elif len(poses) < before:
+            self.endRemoveRows()
+        if len(poses):
+            last = self.index(len(poses) - 1, self.columnCount() - 1)
+            self.dataChanged.emit(self.index(0, 0), last)
+
+    def rowCount(self, parent=None):
+        """Return the number of robots."""
+        return 0 if parent is not None and parent.isValid() else len(self.poses)
+
+    def columnCount(self, parent=None):
+        """Return 4, or 5 where there are several kinds of robots."""
+        if parent is not None and parent.isValid():
+            return 0
+        return KIND + (len(self.kind_choices) > 1)
+
+    @guarded
+    def headerData(self, section, orientation, role=Qt.DisplayRole):
+        """Return a column's name."""
+        if orientation == Qt.Horizontal and role in (Qt.DisplayRole, Qt.ToolTipRole):
+            # The unit on a line of its own leaves room for all columns.
+            return HEADERS[section].replace(" ", "\n") if role == Qt.DisplayRole else TIPS[section]
+        return None
+
+    def flags(self, index):
+        """Return what may be done with a cell."""
+        flags = Qt.ItemIsSelectable | Qt.ItemIsEnabled
+        return flags | Qt.ItemIsEditable if self.editable and index.column() else flags
+
+    @guarded
+    def data(self, index, role=Qt.DisplayRole):
+        """Return a cell's text or look."""
+        row, column = index.row(), index.column()
+        if role in (Qt.DisplayRole, Qt.EditRole):
+            return self._text(row, column, exact=role == Qt.EditRole)
+        if role == Qt.DecorationRole and column == 0:
+            return colour(row + 1)
+        if role == Qt.TextAlignmentRole and column < KIND:
+            return int(Qt.AlignVCenter | Qt.AlignRight)
+        if role == Qt.BackgroundRole and row in self.overlapping:
+            return QBrush(OVERLAP)
+        return self._tooltip(row) if role == Qt.ToolTipRole else None
+
+    def _text(self, row, column, exact):
+        if column == 0:
+            return str(row + 1) + (" real" if row + 1 in self.real and not exact else "")
+        if column == KIND:
+            return self.kinds[row]
+        value = float(self.poses[row, column - 1])
+        value = math.degrees(value) if column == 3 else value
+        if exact:
+            return "{:.12g}".format(value)
+        return short_number(value, DECIMALS[column - 1])
+
+    def _tooltip(self, row):
+        """Return what is to be said of a robot, None if nothing."""
+        told = ["robot{} is a real one".format(row + 1)] if row + 1 in self.real else []
+        told += [self._overlap(row)] if row in self.overlapping else []
+        return "\n".join(told) or None
+
+    def _overlap(self, row):
+        first, second = self._pairs
+        rows = sorted(first[second == row].tolist() + second[first == row].tolist())
+        others = ["robot{}".format(other + 1) for other in rows]
+        more = len(others) - MOST_NAMED
+        others = others[:MOST_NAMED] + (["{} more".format(more)] if more > 0 else [])
+        return "robot{} overlaps {}".format(row + 1, " and ".join(others))
+
+    @guarded
+    def setData(self, index, value, role=Qt.EditRole):
+        """Take what was typed or chosen, if it can be; the old value stays otherwise."""
+        row, column = index.row(), index.column()
+        if role != Qt.EditRole or str(value) == self._text(row, column, exact=True):
+            return False
+        if column == KIND:
+            self.kinds = self.kinds[:row] + (str(value),) + self.kinds[row + 1 :]
+        else:
+            try:
+                number = read_number(value, "robot{}, {}".format(row + 1, HEADERS[column]))
+            except ValueError as error:
+                self.refused.emit(str(error))
+                return False
+            self.poses[row, column - 1] = math.radians(number) if column == 3 else number
+        self.dataChanged.emit(index, index)
+        self.accepted.emit()
+        return True
+
+    def copied(self, rows):
+        """Return the robots of ``rows`` as a spreadsheet takes them."""
+        return "\n".join(
+            "\t".join(self._text(row, column, exact=True) for column in (1, 2, 3)) for row in rows
+        )
+
+
+class KindDelegate(QStyledItemDelegate):
+    """Chooses a robot's kind from a list."""
+
+    @guarded
+    def createEditor(self, parent, option, index):
+        """Return a list of the kinds."""
+        editor = QComboBox(parent)
+        editor.addItems(list(index.model().kind_choices))
+        return editor
+
+    @guarded
+    def setEditorData(self, editor, index):
+        """Show the robot's kind."""
+        editor.setCurrentText(index.data(Qt.EditRole))
+
+    @guarded
+    def setModelData(self, editor, model, index):
+        """Take the chosen kind."""
+        model.setData(index, editor.currentText())
+
+
+class TeamTable(QTableView):
+    """The table, with copying and pasting of robots."""
+
+    pasted = Signal(str)
+
+    def __init__(self, model, parent=None):
+        super().__init__(parent)
+        self.setModel(model)
+        self.setItemDelegateForColumn(KIND, KindDelegate(self))
+        self.setSelectionBehavior(QAbstractItemView.SelectRows)
+        self.verticalHeader().hide()
+        self.setTabKeyNavigation(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.Stretch)
+        header.setSectionResizeMode(0, QHeaderView.ResizeToContents)
+        header.setResizeContentsPrecision(0)
+        header.setSectionsClickable(False)
+        header.setHighlightSections(False)
+        height = int(1.5 * self.fontMetrics().height())
+        self.verticalHeader().setDefaultSectionSize(height)
+        self.setMinimumHeight(int((ROWS_SHOWN + 1) * height))
+        self._add_action("Copy", QKeySequence.Copy, self.copy)
+        self._paste = self._add_action("Paste", QKeySequence.Paste, self.paste)
+        self.setContextMenuPolicy(Qt.ActionsContextMenu)
+
+    def _add_action(self, text, keys, function):
+        # The keys are shown here and handled below: as a shortcut they might clash with rqt's.
+        text = "{}\t{}".format(text, QKeySequence(keys).toString(QKeySequence.NativeText))
+        action = QAction(text, self)
+        action.triggered.connect(function)
+        self.addAction(action)
+        return action
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Copy and paste."""
+        if event.matches(QKeySequence.Copy):
+            self.copy()
+        elif event.matches(QKeySequence.Paste):
+            self.paste()
+        else:
+            super().keyPressEvent(event)
+
+    @guarded
+    def copy(self, *_):
+        """Put the selected robots into the clipboard."""
+        rows = sorted(index.row() for index in self.selectionModel().selectedRows())
+        if rows:
+            QApplication.clipboard().setText(self.model().copied(rows))
+
+    @guarded
+    def paste(self, *_):
+        """Hand on what the clipboard holds."""
+        if self.model().editable:
+            self.pasted.emit(QApplication.clipboard().text())
+
+    def set_editable(self, editable):
+        """Allow changes or not."""
+        self.model().editable = editable
+        self._paste.setEnabled(editable)
+        self.setEditTriggers(
+            QAbstractItemView.DoubleClicked
+            | QAbstractItemView.EditKeyPressed
+            | QAbstractItemView.AnyKeyPressed
+            if editable
+            else QAbstractItemView.NoEditTriggers
+        )
+
+
+def short_number(value, decimals):
+    """Return ``value`` with at most that many decimals, fewer where it is large."""
+    if not math.isfinite(value):
+        return str(value)
+    before = len(str(int(abs(value))))
+    text = "{:.{}f}".format(value, max(0, min(decimals, DIGITS - before)))
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text == "-0" else text
+
+
+def read_number(text, where):
+    """Return ``text`` as a finite float within ``FARTHEST``; else ``ValueError``."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not abs(value) <= FARTHEST:
+        text = str(text)
+        quote = text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 3] + "..."
+        raise ValueError("{}: {!r}, wanted a number within {:g}".format(where, quote, FARTHEST))
+    return value
+
+
+def read_rows(text):
+    """Return lists [x, y] or [x, y, heading] of pasted ``text``; ``ValueError`` says what is bad."""
+    rows = []
+    for number, line in enumerate(text.rstrip().splitlines(), 1):
+        where = "pasted row {}".format(number)
+        cells = [cell.strip() for cell in line.rstrip().split("\t" if "\t" in line else ",")]
+        if len(cells) not in (2, 3):
+            raise ValueError(
+                "{}: {} values, wanted x [m], y [m] and, if any, heading [deg], "
+                "separated by tabs or commas".format(where, len(cells) if line.strip() else 0)
+            )
+        names = ("{}, {}".format(where, name) for name in HEADERS[1:])
+        rows.append([read_number(cell, name) for cell, name in zip(cells, names)])
+    return rows

@@ -1,0 +1,253 @@
+"""The topology editor's table and figures: who hears whom, and what that means for convergence."""
+
+from python_qt_binding.QtCore import Qt, Signal
+from python_qt_binding.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QPushButton,
+    QSpinBox,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.spectra import algebraic_connectivity
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+MOST_ANALYSED = 200  # robots up to which eigenvalues are worked out while one edits
+MADE = PRESETS + ("random", "proximity")
+COLUMNS = ("hears", "heard", "weight")
+
+
+class TopologyPanel(QWidget):
+    """Edges in a table, presets, and lambda_2 with what follows from it, as one edits."""
+
+    topology_changed = Signal(object, bool)  # edges (i, j, weight), directed
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._n, self._points, self._edges, self._directed = 1, None, [], True
+        self._filling = False
+        self._build()
+        self._show()
+
+    def _build(self):
+        layout = QVBoxLayout(self)
+        layout.addLayout(self._build_presets())
+        self._as_directed = QCheckBox("directed: an edge counts one way, i hears j")
+        self._as_directed.setChecked(True)
+        self._as_directed.toggled.connect(self._on_directed)
+        layout.addWidget(self._as_directed)
+        self._table = QTableWidget(0, len(COLUMNS))
+        self._table.setHorizontalHeaderLabels(COLUMNS)
+        self._table.horizontalHeader().setSectionResizeMode(QHeaderView.Stretch)
+        self._table.verticalHeader().hide()
+        self._table.setSelectionBehavior(QAbstractItemView.SelectRows)
+        self._table.cellChanged.connect(self._on_cell)
+        layout.addWidget(self._table, 1)
+        layout.addLayout(self._build_buttons())
+        layout.addLayout(self._build_figures())
+
+    def _build_presets(self):
+        row = QHBoxLayout()
+        self._preset = QComboBox()
+        self._preset.addItems(MADE)
+        self._preset.currentTextChanged.connect(self._on_preset)
+        self._amount = QDoubleSpinBox()
+        self._amount.setRange(0.0, 1000.0)
+        self._seed = QSpinBox()
+        self._seed.setRange(0, 10**6)
+        self._seed.setToolTip("seed of the random graph")
+        make = QPushButton("Make")
+        make.setToolTip("Replace all edges by this preset")
+        make.clicked.connect(self._on_make)
+        for widget in (self._preset, self._amount, self._seed, make):
+            row.addWidget(widget)
+        self._on_preset(self._preset.currentText())
+        return row
+
+    def _build_buttons(self):
+        row = QHBoxLayout()
+        remove = QPushButton("Remove selected")
+        remove.clicked.connect(self._on_remove)
+        clear = QPushButton("Remove all")
+        clear.clicked.connect(self._on_clear)
+        row.addWidget(remove)
+        row.addWidget(clear)
+        return row
+
+    def _build_figures(self):
+        form = QFormLayout()
+        self._figures = {}
+        for key, title, tip in (
+            ("edges", "edges", "number of edges"),
+            ("tree", "spanning tree", "whether some robot is heard, over others, by all"),
+            ("lambda", "\u03bb\u2082", "algebraic connectivity: second smallest real part of L"),
+            (
+                "time",
+                "converges in",
+                "what theory says of this protocol over these edges from these poses; \u2013 where it "
+                "says nothing",
+            ),
+        ):
+            label = QLabel("\u2013")
+            label.setToolTip(tip)
+            self._figures[key] = label
+            form.addRow(title, label)
+        self._message = QLabel()
+        self._message.setWordWrap(True)
+        form.addRow(self._message)
+        return form
+
+    # What others say -----------------------------------------------------------------------------
+
+    def set_topology(self, edges, directed):
+        """Show ``edges``, ``(i, j, weight)``; no signal."""
+        edges = [tuple(edge) for edge in edges]
+        if edges != self._edges or directed != self._directed:
+            self._edges, self._directed = edges, bool(directed)
+            self._show()
+
+    def set_team(self, points):
+        """Take in the robots' positions (n, 2) [m]; edges of robots that are gone go with them."""
+        self._points = points
+        if len(points) != self._n:
+            self._n = len(points)
+            self._edges = [edge for edge in self._edges if max(edge[:2]) <= self._n]
+            self._show()
+
+    def set_settling(self, text):
+        """Show how long theory says that the team takes, in words, "" where it says nothing."""
+        self._figures["time"].setText(text or "\u2013")
+
+    def edges(self):
+        """Return the edges ``(i, j, weight)``."""
+        return list(self._edges)
+
+    def directed(self):
+        """Return whether edges count one way."""
+        return self._directed
+
+    def figure(self, key):
+        """Return the text shown for ``key``: edges, tree, lambda or time."""
+        return self._figures[key].text()
+
+    def add_edge(self, i, j):
+        """Add the edge over which robot i hears robot j."""
+        self._change(self._edges + [(i, j, 1.0)])
+
+    def remove_edge(self, i, j):
+        """Remove the edge between i and j, either way round if undirected."""
+        gone = {(i, j)} if self._directed else {(i, j), (j, i)}
+        self._change([edge for edge in self._edges if edge[:2] not in gone])
+
+    # What a person does --------------------------------------------------------------------------
+
+    @guarded
+    def _on_preset(self, name):
+        random = name == "random"
+        self._seed.setVisible(random)
+        self._amount.setVisible(random or name == "proximity")
+        self._amount.setSuffix("" if random else " m")
+        self._amount.setValue(0.3 if random else 5.0)
+        self._amount.setToolTip(
+            "probability of an edge" if random else "radius of the proximity graph"
+        )
+
+    @guarded
+    def _on_make(self, *_):
+        name = self._preset.currentText()
+        if name == "random":
+            made = Topology.random(self._n, min(1.0, self._amount.value()), self._seed.value())
+        elif name == "proximity":
+            made = Topology.proximity(self._points, self._amount.value())
+        else:
+            made = Topology.preset(name, self._n)
+        self._change(made.edges, made.directed)
+
+    @guarded
+    def _on_directed(self, directed):
+        if not self._filling:
+            edges = self._edges
+            if not directed:  # one of two opposite edges says it all
+                edges = [e for e in edges if e[0] < e[1] or (e[1], e[0]) not in _pairs(edges)]
+            self._change(edges, directed)
+
+    @guarded
+    def _on_remove(self, *_):
+        rows = {index.row() for index in self._table.selectedIndexes()}
+        self._change([edge for row, edge in enumerate(self._edges) if row not in rows])
+
+    @guarded
+    def _on_clear(self, *_):
+        self._change([])
+
+    @guarded
+    def _on_cell(self, row, column):
+        if self._filling:
+            return
+        edge = list(self._edges[row])
+        text = self._table.item(row, column).text()
+        try:
+            edge[column] = float(text) if column == 2 else int(text)
+            edges = list(self._edges)
+            edges[row] = tuple(edge)
+        except ValueError:
+            self._message.setText("{!r}: wanted a number".format(text))
+            self._show_table()
+            return
+        self._change(edges)
+
+    def _change(self, edges, directed=None):
+        directed = self._directed if directed is None else directed
+        try:
+            Topology(self._n, edges, directed)
+        except ValueError as error:
+            self._message.setText(str(error))
+            self._show_table()
+            return
+        self._message.clear()
+        self._edges, self._directed = [tuple(edge) for edge in edges], directed
+        self._show()
+        self.topology_changed.emit(self.edges(), self._directed)
+
+    # Showing -------------------------------------------------------------------------------------
+
+    def _show(self):
+        self._filling = True
+        self._as_directed.setChecked(self._directed)
+        self._filling = False
+        self._show_table()
+        self._show_figures()
+
+    def _show_table(self):
+        self._filling = True
+        self._table.setRowCount(len(self._edges))
+        for row, edge in enumerate(self._edges):
+            for column, value in enumerate(edge):
+                item = QTableWidgetItem("{:g}".format(value))
+                item.setTextAlignment(Qt.AlignCenter)
+                self._table.setItem(row, column, item)
+        self._filling = False
+
+    def _show_figures(self):
+        topology = Topology(self._n, self._edges, self._directed)
+        self._figures["edges"].setText(str(len(self._edges)))
+        self._figures["tree"].setText("yes" if topology.has_spanning_tree() else "no")
+        if self._n > MOST_ANALYSED:
+            self._figures["lambda"].setText("not worked out above {} robots".format(MOST_ANALYSED))
+            return
+        slowest = algebraic_connectivity(topology)
+        self._figures["lambda"].setText("{:.4g}".format(slowest if abs(slowest) > 1e-9 else 0.0))
+
+
+def _pairs(edges):
+    return {edge[:2] for edge in edges}

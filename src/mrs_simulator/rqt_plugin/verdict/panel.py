@@ -1,0 +1,111 @@
+"""The verdict on a run as a table: what theory predicts, what was measured, whether they agree."""
+
+from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+
+from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+
+HEADERS = (
+    ("claim", "What theory, or good order, says of the run"),
+    ("predicted", "The value that theory gives"),
+    ("measured", "The value in this run"),
+    ("difference", "Measured minus predicted"),
+    ("tolerance", "The difference that passes"),
+    ("result", "Whether prediction and measurement agree"),
+    ("remark", "How they are compared, or why the claim does not apply"),
+)
+RESULT = 5  # column
+WORDS = {True: "passed", False: "FAILED", None: "does not apply"}
+TINTS = {True: "good", False: "error", None: "aside"}
+BEFORE = "No verdict yet. Save results of a run: it is judged against its protocol's theory."
+MOST_GAPS = 12
+
+
+class VerdictPanel(QWidget):
+    """Shows what ``verdict.json`` holds."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.verdict = None  # as in verdict.json, None before the first
+        self._title, self._more = MessageLabel("aside"), MessageLabel("aside")
+        self._table = ResultsTable(HEADERS, widest=len(HEADERS) - 1)
+        self._copy = QPushButton("Copy")
+        self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
+        self._copy.clicked.connect(self._table.copy)
+        layout, line = QVBoxLayout(self), QHBoxLayout()
+        layout.setContentsMargins(4, 4, 4, 4)
+        line.addWidget(self._title, 1)
+        line.addWidget(self._copy)
+        layout.addLayout(line)
+        layout.addWidget(self._table, 1)
+        layout.addWidget(self._more)
+        self._copy.setEnabled(False)
+        self._title.say(BEFORE)
+
+    def set_verdict(self, verdict):
+        """Show ``verdict``, a mapping as in ``verdict.json``."""
+        self.verdict, checks = verdict, verdict["checks"]
+        counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
+        told = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
+        title = "{}: {}".format(verdict["title"] or "run", WORDS[verdict["passed"]])
+        self._title.say("{} ({})".format(title, ", ".join(told)), TINTS[verdict["passed"]])
+        self._table.set_rows(
+            [_cells(check) for check in checks],
+            [_tip(check) for check in checks],
+            [(row, RESULT, TINTS[check["passed"]]) for row, check in enumerate(checks)],
+        )
+        self._more.say(_more(verdict))
+        self._copy.setEnabled(True)
+
+    def title(self):
+        """Return the line above the table."""
+        return self._title.message
+
+    def row(self, claim):
+        """Return the texts of the row of ``claim``, by column."""
+        names = [name for name, _ in HEADERS]
+        for row in range(self._table.rowCount()):
+            if self._table.text(row, 0) == claim:
+                return {name: self._table.text(row, c) for c, name in enumerate(names)}
+        raise KeyError(claim)
+
+
+def _cells(check):
+    numbers = [shown(check[key]) for key in ("predicted", "measured", "difference", "tolerance")]
+    return [check["name"], *numbers, WORDS[check["passed"]], check["note"]]
+
+
+def _tip(check):
+    """Return the conditions under which the claim was judged, in words."""
+    lines = [check["name"]]
+    if check["passed"] is None:
+        return "\n".join(lines + [check["note"]])
+    if check["tolerance"] is not None:
+        bound = check["note"] if check["note"] in ("at most", "at least") else "equal to"
+        text = "wanted: {} {}, within {}"
+        lines.append(text.format(bound, shown(check["predicted"]), shown(check["tolerance"])))
+        lines.append("measured: {}".format(shown(check["measured"])))
+    if check["note"] not in ("", "at most", "at least"):
+        lines.append(check["note"])
+    return "\n".join(lines)
+
+
+def _more(verdict):
+    """Return what else the verdict tells, a line each."""
+    lines = []
+    if verdict["final_gaps"]:
+        gaps = ", ".join("{:.4f}".format(gap) for gap in verdict["final_gaps"][:MOST_GAPS])
+        more = ", ..." if len(verdict["final_gaps"]) > MOST_GAPS else ""
+        lines.append("final gaps [m]: {}{}".format(gaps, more))
+    if verdict["min_distance"] is not None:
+        lines.append("closest approach of two centres: {:.3f} m".format(verdict["min_distance"]))
+    return "\n".join(lines + ["warning: " + warning for warning in verdict["warnings"]])
+
+
+def shown(value):
+    """Return a value of the verdict as a person reads it."""
+    if value is None:
+        return "\u2013"
+    if not isinstance(value, float):
+        return str(value)
+    return "{:.4g}".format(value)

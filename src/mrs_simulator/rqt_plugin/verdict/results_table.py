@@ -1,0 +1,106 @@
+"""A table to read, and to copy to a spreadsheet."""
+
+from python_qt_binding.QtCore import QEvent, Qt
+from python_qt_binding.QtGui import QColor, QKeySequence
+from python_qt_binding.QtWidgets import (
+    QAbstractItemView,
+    QApplication,
+    QHeaderView,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import tint
+
+WIDEST = 0.4  # [-] of the table's width that a column takes at most by itself
+
+
+class ResultsTable(QTableWidget):
+    """Rows of texts; a cell may be tinted, and a row has a tooltip."""
+
+    def __init__(self, headers, widest, parent=None):
+        """``headers``: ``(name, tooltip)`` of each column; the column ``widest`` takes the room left."""
+        super().__init__(0, len(headers), parent)
+        self._headers, self._widest = tuple(name for name, _ in headers), widest
+        self._tints = []
+        self.setHorizontalHeaderLabels(self._headers)
+        for column, (_, tip) in enumerate(headers):
+            self.horizontalHeaderItem(column).setToolTip(tip)
+        header = self.horizontalHeader()
+        header.setDefaultAlignment(Qt.AlignLeft | Qt.AlignVCenter)
+        header.setSectionResizeMode(QHeaderView.Interactive)
+        header.setSectionResizeMode(widest, QHeaderView.Stretch)
+        header.setHighlightSections(False)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(int(1.5 * self.fontMetrics().height()))
+        self.setEditTriggers(QAbstractItemView.NoEditTriggers)
+        self.setSelectionBehavior(QAbstractItemView.SelectRows)
+        self.setTabKeyNavigation(False)
+        self.setAlternatingRowColors(True)
+        self.setWordWrap(False)
+
+    def set_rows(self, rows, tips=(), tints=()):
+        """Show ``rows`` of texts; ``tips`` of the rows; ``tints``: ``(row, column, kind of note)``."""
+        self.setRowCount(len(rows))
+        tips = list(tips) or ["\n".join(filter(None, cells)) for cells in rows]
+        for row, (cells, tip) in enumerate(zip(rows, tips)):
+            for column, text in enumerate(cells):
+                item = QTableWidgetItem(text)
+                item.setToolTip(tip)
+                self.setItem(row, column, item)
+        self._tints = list(tints)
+        self._paint_tints()
+        self._fit_columns()
+
+    def _paint_tints(self):
+        for row, column, kind in self._tints:
+            item, font = self.item(row, column), self.font()
+            font.setBold(True)
+            item.setFont(font)
+            item.setForeground(QColor(tint(kind, self.palette())))
+
+    def _fit_columns(self):
+        most = max(100, int(WIDEST * self.viewport().width()))
+        for column in range(self.columnCount()):
+            if column != self._widest:
+                self.resizeColumnToContents(column)
+                self.setColumnWidth(column, min(most, self.columnWidth(column)))
+
+    def text(self, row, column):
+        """Return a cell's text."""
+        return self.item(row, column).text()
+
+    def as_tsv(self, rows=None):
+        """Return the header and ``rows``, all by default, as lines of cells with tabs between them."""
+        rows = range(self.rowCount()) if rows is None else rows
+        lines = [self._headers]
+        lines += [[self.text(row, c) for c in range(self.columnCount())] for row in rows]
+        return "\n".join("\t".join(line) for line in lines)
+
+    @guarded
+    def copy(self, *_):
+        """Put the rows that are selected, or all of them, into the clipboard."""
+        chosen = sorted({index.row() for index in self.selectedIndexes()})
+        QApplication.clipboard().setText(self.as_tsv(chosen or None))
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Copy."""
+        if event.matches(QKeySequence.Copy):
+            self.copy()
+        else:
+            super().keyPressEvent(event)
+
+    @guarded
+    def changeEvent(self, event):
+        """Take the colours that suit the new theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.PaletteChange:
+            self._paint_tints()
+
+    @guarded
+    def resizeEvent(self, event):
+        """Let the columns share the new width."""
+        super().resizeEvent(event)
+        self._fit_columns()

@@ -1,0 +1,283 @@
+"""Fields for one value each: a number, a text, a choice, a switch.
+
+A field sends ``finished`` when a new value stands in it, and ``given_up`` when the old one is
+wanted back.  ``read`` returns what stands in it, ``show_value`` shows a value, ``settle`` marks the
+text as taken over, ``busy`` tells whether somebody is editing.
+"""
+
+import math
+
+from python_qt_binding.QtCore import QEvent, QSize, Qt, Signal
+from python_qt_binding.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QLineEdit,
+    QSizePolicy,
+    QSpinBox,
+    QStyle,
+    QStyleOptionComboBox,
+    QStylePainter,
+)
+
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+LARGEST_WHOLE = 2.0**53  # up to here a double holds every whole number
+LONGEST_NUMBER, LONGEST_TEXT = 60, 1000  # [characters]
+WIDTH = 9  # [average characters], least of a field
+
+
+def field(parameter):
+    """Return the field that suits ``parameter``."""
+    if parameter.choices:
+        return ChoiceField(parameter.choices)
+    if isinstance(parameter.default, bool):
+        return SwitchField()
+    if isinstance(parameter.default, int):
+        return WholeField(parameter)
+    return TextField(isinstance(parameter.default, float))
+
+
+def number_text(value):
+    """Return ``value`` in the fewest digits that give it back."""
+    text = repr(float(value))
+    return text[:-2] if text.endswith(".0") else text
+
+
+class _Patient:
+    """Leaves the wheel to the scroll area around, unless the field has the focus."""
+
+    @guarded
+    def wheelEvent(self, event):
+        """Turn the field's value, or the page."""
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+
+class _Escapable:
+    """Escape gives a text that is being typed up; with none, the key is left to others."""
+
+    def event(self, event):
+        """Keep Escape from being a shortcut while somebody is typing; all else as usual."""
+        if event.type() == QEvent.ShortcutOverride and self._escapes(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    @guarded
+    def keyPressEvent(self, event):
+        """Give the text up, or take the key as usual."""
+        if self._escapes(event):
+            self.give_up()
+        else:
+            super().keyPressEvent(event)
+
+    def _escapes(self, event):
+        return event.key() == Qt.Key_Escape and self.busy()
+
+    def give_up(self):
+        """Ask the owner for the value in force."""
+        self.given_up.emit()
+
+
+class PatientSpinBox(_Escapable, _Patient, QSpinBox):
+    """A spin box that speaks when its value is finished."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.setKeyboardTracking(False)
+        self.setFocusPolicy(Qt.StrongFocus)
+
+    def busy(self):
+        """Return whether a text stands in it that is not the value in force."""
+        return self.text() != self.textFromValue(self.value())
+
+    def give_up(self):
+        """Show the value in force."""
+        self.setValue(self.value())
+
+
+class PatientComboBox(QComboBox):
+    """A combo box that the wheel does not change, and that may be narrower than its texts."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Fixed)
+        self.setMinimumWidth(int(self.fontMetrics().averageCharWidth() * (WIDTH + 1)))
+
+    def sizeHint(self):
+        """Return the least width, however long the texts are."""
+        return QSize(self.minimumWidth(), super().sizeHint().height())
+
+    @guarded
+    def wheelEvent(self, event):
+        """Leave the wheel to the scroll area around."""
+        event.ignore()
+
+    @guarded
+    def paintEvent(self, _):
+        """Draw a long text with dots in its middle; Qt would cut it off."""
+        painter, option = QStylePainter(self), QStyleOptionComboBox()
+        self.initStyleOption(option)
+        room = self.style().subControlRect(
+            QStyle.CC_ComboBox, option, QStyle.SC_ComboBoxEditField, self
+        )
+        option.currentText = option.fontMetrics.elidedText(
+            option.currentText, Qt.ElideMiddle, room.width()
+        )
+        painter.drawComplexControl(QStyle.CC_ComboBox, option)
+        painter.drawControl(QStyle.CE_ComboBoxLabel, option)
+
+
+class TextField(_Escapable, QLineEdit):
+    """A number in any notation, or a text."""
+
+    finished = Signal()
+    given_up = Signal()
+
+    def __init__(self, is_number):
+        super().__init__()
+        self._is_number = is_number
+        self.setMaxLength(LONGEST_NUMBER if is_number else LONGEST_TEXT)
+        self.setMinimumWidth(int(self.fontMetrics().averageCharWidth() * WIDTH))
+        self.editingFinished.connect(self.finished)
+
+    def read(self):
+        """Return a float, or the text where it is none."""
+        try:
+            return float(self.text()) if self._is_number else self.text()
+        except ValueError:
+            return self.text()
+
+    def show_value(self, value):
+        """Show ``value``."""
+        text = number_text(value) if self._is_number else str(value)
+        if text != self.text():
+            self.setText(text)
+            self.setCursorPosition(0)
+        self.settle()
+
+    def settle(self):
+        """Take the text as the value in force."""
+        self.setModified(False)
+
+    def busy(self):
+        """Return whether somebody is typing."""
+        return self.hasFocus() and self.isModified()
+
+
+class WholeField(_Escapable, _Patient, QDoubleSpinBox):
+    """A whole number; a double's spin box, since ``QSpinBox`` ends at 32 bits."""
+
+    finished = Signal()
+    given_up = Signal()
+
+    def __init__(self, parameter):
+        super().__init__()
+        low, high = parameter.low, parameter.high
+        if low is not None:
+            low = math.floor(low) + 1 if parameter.open_low else math.ceil(low)
+        if high is not None:
+            high = math.ceil(high) - 1 if parameter.open_high else math.floor(high)
+        self.setDecimals(0)
+        self.setRange(
+            -LARGEST_WHOLE if low is None else float(low),
+            LARGEST_WHOLE if high is None else float(high),
+        )
+        self.setKeyboardTracking(False)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Fixed)
+        self.setMinimumWidth(int(self.fontMetrics().averageCharWidth() * WIDTH))
+        self.valueChanged.connect(self._on_changed)
+
+    def sizeHint(self):
+        """Return the least width; Qt's would hold the largest number."""
+        return QSize(self.minimumWidth(), super().sizeHint().height())
+
+    @guarded
+    def _on_changed(self, *_):
+        self.finished.emit()
+
+    def read(self):
+        """Return the number."""
+        self.interpretText()
+        return int(self.value())
+
+    def show_value(self, value):
+        """Show ``value``."""
+        blocked = self.blockSignals(True)
+        self.setValue(float(value))
+        self.blockSignals(blocked)
+        self.settle()
+
+    def settle(self):
+        """Take the text as the value in force."""
+        self.lineEdit().setModified(False)
+
+    def busy(self):
+        """Return whether somebody is typing."""
+        return self.hasFocus() and self.lineEdit().isModified()
+
+
+class ChoiceField(PatientComboBox):
+    """One of several texts."""
+
+    finished = Signal()
+    given_up = Signal()
+
+    def __init__(self, choices):
+        super().__init__()
+        self.addItems([str(choice) for choice in choices])
+        self.activated.connect(self._on_activated)
+
+    @guarded
+    def _on_activated(self, *_):
+        self.finished.emit()
+
+    def read(self):
+        """Return the chosen text."""
+        return self.currentText()
+
+    def show_value(self, value):
+        """Show ``value``."""
+        self.setCurrentIndex(self.findText(str(value)))
+
+    def settle(self):
+        """Do nothing: what is chosen is chosen."""
+
+    def busy(self):
+        """Return whether the list is open."""
+        return self.view().isVisible()
+
+
+class SwitchField(QCheckBox):
+    """True or false."""
+
+    finished = Signal()
+    given_up = Signal()
+
+    def __init__(self):
+        super().__init__()
+        self.clicked.connect(self._on_clicked)
+
+    @guarded
+    def _on_clicked(self, *_):
+        self.finished.emit()
+
+    def read(self):
+        """Return whether it is on."""
+        return self.isChecked()
+
+    def show_value(self, value):
+        """Show ``value``."""
+        self.setChecked(bool(value))
+
+    def settle(self):
+        """Do nothing: what is set is set."""
+
+    def busy(self):
+        """Return whether it is being pressed."""
+        return self.isDown()

@@ -1,0 +1,44 @@
+"""The file dialog, beside which everything else goes on: the emergency stop above all."""
+
+import os
+
+from python_qt_binding.QtWidgets import QFileDialog, QLineEdit
+
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+
+class FileDialog(QFileDialog):
+    """Asks for a file to open, or to save to, and leaves the other windows their mouse and keys.
+
+    Qt's own dialog, as native ones keep the keys.  Where Qt would ask or warn in a window that holds
+    up all others, this one does without: it deletes and renames nothing, takes names of files that
+    do not exist, and asks by its button whether one that exists is to be replaced.
+    """
+
+    def __init__(self, parent, title, start, kinds, chosen, saves=False):
+        """``start``: directory or file to begin with; ``chosen``: is called with the path."""
+        super().__init__(parent, title, os.path.dirname(start), kinds)
+        for option in (self.DontUseNativeDialog, self.ReadOnly, self.DontConfirmOverwrite):
+            self.setOption(option)
+        self._saves, self._title = saves, title
+        self.setAcceptMode(self.AcceptSave if saves else self.AcceptOpen)
+        self.setFileMode(self.AnyFile)
+        self.selectFile(os.path.basename(start))
+        self.findChild(QLineEdit).textChanged.connect(guarded(lambda *_: self._ask_to_replace("")))
+        self.fileSelected.connect(guarded(chosen))
+        self.finished.connect(self.deleteLater)
+        self.show()
+
+    @guarded
+    def accept(self):
+        """Give the file; one that would be replaced, once its button is pressed again."""
+        existing = [path for path in self.selectedFiles() if self._saves and os.path.isfile(path)]
+        if existing and self.labelText(self.Accept) != "Replace":
+            self._ask_to_replace(existing[0])
+        else:
+            super().accept()
+
+    def _ask_to_replace(self, path):
+        if self._saves:
+            self.setLabelText(self.Accept, "Replace" if path else "Save")
+            self.setWindowTitle("{} exists: replace it?".format(path) if path else self._title)

@@ -1,0 +1,110 @@
+"""The command ``experiment``: one headless run, or a sweep of them."""
+
+import argparse
+import os
+import signal
+import sys
+
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.study import sweep
+from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.shipped import scenario_path
+
+
+def main(argv=None):
+    """Run the command ``experiment``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    arguments = _arguments(argv)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    try:
+        with refusing_bad_input("experiment"):
+            if arguments.sweep:
+                sys.exit(_sweep(arguments))
+            scenario = _scenario(arguments)
+            verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
+    except KeyboardInterrupt:
+        sys.exit(130)
+    print(verdict_text(verdict))
+    print("  figures and data: {}".format(os.path.abspath(arguments.out)))
+    sys.exit(
+        {"complete": 0 if verdict["passed"] else 1, "interrupted": 130}.get(verdict["ended"], 1)
+    )
+
+
+def _sweep(arguments):
+    """Run the sweep and say how many passed, and why not the others; return the exit code."""
+    given = _given(arguments, ("robots", "duration", "fidelity", "seed"))
+    if arguments.protocol:
+        given[sweep.PROTOCOL] = arguments.protocol
+    axes = map(sweep.read_axis, arguments.sweep)
+    runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given)
+    table = os.path.join(os.path.abspath(arguments.out), sweep.TABLE)
+    options = (arguments.out, arguments.jobs, arguments.scheduler)
+    try:
+        verdicts = sweep.run_sweep(runs, *options, progress=sys.stderr.isatty())
+    except KeyboardInterrupt:
+        text = "experiment: interrupted; what has ended is in {}, the same command does the rest"
+        print(text.format(table), file=sys.stderr)
+        raise
+    print("\n".join(sweep.summary(verdicts)))
+    print("  table: {}".format(table))
+    figure = os.path.join(os.path.dirname(table), sweep.FIGURE + ".png")
+    if os.path.exists(figure):
+        print("  figure: {}".format(figure))
+    return 0 if all(verdict["passed"] for verdict in verdicts) else 1
+
+
+def _scenario(arguments):
+    scenario = load_scenario(scenario_path(arguments.scenario))
+    if arguments.robots is not None:
+        _tell_added(scenario, arguments.robots)
+        scenario = scenario.with_robots(arguments.robots)
+    if arguments.protocol:
+        scenario = scenario.with_protocol(arguments.protocol)
+    given = _given(arguments, ("duration", "fidelity", "seed"))
+    return scenario.changed(**given) if given else scenario
+
+
+def _tell_added(scenario, robots):
+    """Say on stderr what robots that the scenario does not have begin with, and that they lack edges."""
+    if robots > scenario.n:
+        lonely = ", without edges of the topology" if scenario.topology else ""
+        text = "experiment: robots {} to {} are not in the scenario: put where there is room{}"
+        print(text.format(scenario.n + 1, robots, lonely), file=sys.stderr)
+
+
+def _given(arguments, names):
+    """Return the ``arguments`` called ``names`` that are given, by name."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _arguments(argv):
+    parser = argparse.ArgumentParser(
+        prog="experiment",
+        description="Run a scenario headless, as fast as possible, and write run.csv, "
+        "figures and verdict.json. Needs no ROS master.",
+    )
+    parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    parser.add_argument("--robots", type=int, metavar="N", help="number of robots")
+    parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
+    parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
+    parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
+    parser.add_argument("--seed", type=int)
+    parser.add_argument(
+        "--sweep",
+        action="append",
+        metavar="KEY=VALUES",
+        help="run under all values of a scenario's key: control.parameters.k=0.01,0.02 or "
+        "seed=0..9; may be given several times for all combinations",
+    )
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
+    parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")
+    return parser.parse_args(argv)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""Headless experiments: the world and the control in lockstep in one process, without a master."""
+
+import time
+import traceback
+
+import numpy as np
+
+from mrs_simulator.control.loading import choose_protocol
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.controller_log import failure
+from mrs_simulator.core.recording import read_run_csv, write_facts
+from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.study.report import begin_run, write_report
+from mrs_simulator.world.world import EVERY, World
+
+PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
+
+
+class LawFailed(RuntimeError):
+    """The protocol raised, or returned no usable commands; the run ends there."""
+
+
+class Experiment:
+    """A world and a control; ``run`` closes the loop between them."""
+
+    def __init__(self, scenario, protocol=None):
+        """``protocol``: a ``PioneerControl`` subclass, by default the one the scenario names."""
+        scenario, protocol = choose_protocol(scenario, protocol)
+        self.scenario = scenario
+        self.world = World.from_scenario(scenario)
+        self.control = make_control(scenario, protocol)
+        self.collisions = []
+        self.warnings = self.control.warnings(scenario.poses)
+
+    def samples(self):
+        """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
+
+        ``time`` [s], ``pose`` (n, 3) in the common frame, ``command`` (n, 2) held from then on.
+        Raises ``LawFailed`` after all robots were told to stop.
+        """
+        scenario, world = self.scenario, self.world
+        self.control.start()
+        steps = int(round(scenario.duration / scenario.step))
+        for step in range(steps + 1):
+            if step % scenario.steps_per_command == 0:
+                world.set_commands(EVERY, self._command(world.estimate()))
+            if step % scenario.steps_per_record == 0:
+                self._check_near(world)
+                yield world.time, world.pose, world.command
+            if step < steps:
+                world.step()
+                self.collisions.extend(world.take_collisions())
+
+    def _check_near(self, world):
+        far = np.flatnonzero(~(np.abs(world.pose[:, :2]) <= FARTHEST).all(axis=1))
+        if len(far):
+            world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
+            text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
+            raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
+
+    def _command(self, pose):
+        try:
+            return self.control.commands(pose, self.world.time)
+        except (Exception, SystemExit) as error:
+            self.world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
+            text = "at {:.3f} s {}".format(self.world.time, failure(error))
+            raise LawFailed(text) from error
+
+
+def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf")):
+    """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
+
+    Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures and
+    ``verdict.json``.  A run that is interrupted or whose law fails is reported as far as it
+    went; ``verdict["ended"]`` says which.
+    """
+    experiment = Experiment(scenario, protocol)
+    scenario = experiment.scenario
+    started, ended = time.monotonic(), "complete"
+    with begin_run(scenario, out) as recorder:
+        try:
+            for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
+                recorder.sample(stamp, pose, command)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+        except LawFailed as error:
+            ended = str(error)
+            world = experiment.world
+            if world.time == 0.0:  # where the robots stand is known all the same
+                recorder.sample(world.time, world.pose, world.command)
+            if error.__cause__:
+                cause = error.__cause__
+                traceback.print_exception(type(cause), cause, cause.__traceback__)
+    wall = time.monotonic() - started
+    meta = {
+        "real_time_factor": experiment.world.time / wall,
+        "closest_approach": experiment.world.closest_approach,
+        "warnings": experiment.warnings,
+        "ended": ended,
+    }
+    experiment.world.close()
+    write_facts(recorder.path, experiment.collisions, meta)
+    run = read_run_csv(recorder.path, scenario)
+    return write_report(run, out, formats, experiment.control)
+
+
+def _with_progress(samples, scenario, wanted):
+    if not wanted:
+        return samples
+    from tqdm import tqdm  # only a terminal needs it
+
+    total = int(scenario.duration / scenario.step) // scenario.steps_per_record + 1
+    return tqdm(samples, total=total, unit="sample", delay=PROGRESS_AFTER, leave=False)

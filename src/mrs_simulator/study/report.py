@@ -1,0 +1,214 @@
+"""From a run to its figures and its verdict against the protocol's own claims."""
+
+import argparse
+import contextlib
+import math
+import os
+import sys
+import traceback
+
+import numpy as np
+
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.control.loading import (
+    ProtocolError,
+    load_protocol,
+    located_protocol,
+)
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.claims import Condition, stays_above
+from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.recording import Recorder, read_run_csv
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
+from mrs_simulator.study.programs import refusing_bad_input
+
+RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
+FIGURES = ("trajectories", "x_states", "y_states", "inputs")
+SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
+SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
+# [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
+SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
+
+
+def _safety_claims(control, start):
+    """Return what the safety filter claims of a run from hand points ``start`` (n, 2)."""
+    if control.safety == 0.0 or len(start) < 2:
+        return []
+    least = control.safe_distance
+    begun = least_distance(start)
+    why = "two hand points start {:.2f} m apart, wanted {:.2f} m".format(begun, least)
+
+    def closest(hand):
+        return np.array([least_distance(points) for points in hand])
+
+    name = "least distance of two hand points [m]"
+    return [
+        Condition("robots start apart", begun >= least, why),
+        stays_above(closest, least, name, SAFETY_TOLERANCE[control.fidelity]),
+    ]
+
+
+def begin_run(scenario, out, robots=None):
+    """Return the ``Recorder`` of a new run in the directory ``out``, beside its ``scenario.yaml``.
+
+    ``robots``: their numbers, by default those of the scenario.  The report on an earlier run there
+    goes: it is not one on this.
+    """
+    robots = range(1, scenario.n + 1) if robots is None else robots
+    recorder = Recorder(os.path.join(out, RUN_FILE), robots, scenario.hand_length)
+    for name in os.listdir(out):
+        stem, _, kind = name.partition(".")
+        if name == VERDICT_FILE or (stem in FIGURES and kind in ("png", "pdf", "svg")):
+            os.remove(os.path.join(out, name))
+    write_scenario(scenario, out)
+    return recorder
+
+
+def write_scenario(scenario, out):
+    """Write ``scenario.yaml`` to ``out``, so that it can be run, or reported on, again; return its path."""
+    path = os.path.join(out, SCENARIO_FILE)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(from_anywhere(scenario).to_yaml())
+    return path
+
+
+def from_anywhere(scenario):
+    """Return ``scenario`` with a protocol's file beside it named so that it is found from anywhere."""
+    control = scenario.control
+    with contextlib.suppress(ProtocolError):  # a class given by the program, not by its name
+        control = control._replace(protocol=located_protocol(control.protocol, scenario.path))
+    return scenario._replace(control=control)
+
+
+def write_report(run, out, formats=("png", "pdf"), control=None):
+    """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
+
+    ``control`` makes the claims; without one the run is judged by what needs no theory.
+    """
+    from mrs_simulator.study.figures import figures  # matplotlib is slow to import
+
+    verdict, prediction = judged(run, control)
+    os.makedirs(out, exist_ok=True)
+    write_verdict(verdict, os.path.join(out, VERDICT_FILE))
+    figures(run, out, formats, prediction)
+    return verdict
+
+
+def judged(run, control=None):
+    """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
+
+    These are (m, n, 2), or where only the end is known a mapping of ``time`` and ``hand``, or None.
+    """
+    if control is None:
+        return judge(run), None
+    start = run.hand[0]
+    # A common factor for the whole team only re-times the motion: theory still speaks of it.
+    limits = None if control.saturation == "team" else control.limits
+    faults, claims, measures, track = [], [], {}, None
+    with _keeping(faults, "claims"):
+        claims = list(control.all_claims(start))
+    with _keeping(faults, "measures"):
+        measures = control.measures(run)
+    with _keeping(faults, "prediction"):
+        track = control.predicted_track(start, run.time - run.time[0])
+    claims += _safety_claims(control, start)
+    verdict = judge(run, claims + faults, measures, limits)
+    return verdict, _end_of(run, claims) if track is None else track
+
+
+def predicted_settling(control, start):
+    """Return in words how long theory says that the team takes from hand points ``start`` (n, 2).
+
+    A claimed settling time, or the time for which ``SETTLED`` is left at a claimed decay rate; "" where
+    the protocol claims neither, or its conditions do not hold.
+    """
+    proved = _proved(control.all_claims(start))
+    for claim in proved:
+        if claim.name.startswith("settling time"):
+            return "{:.3g} s, its settling time".format(claim.predicted)
+    for claim in proved:
+        if "decay rate" in claim.name and "[1/s]" in claim.name and claim.predicted > 0.0:
+            seconds = -math.log(SETTLED) / claim.predicted
+            return "{:.3g} s to {:g} %, at {:.3g} /s".format(
+                seconds, 100 * SETTLED, claim.predicted
+            )
+    return ""
+
+
+def _proved(claims):
+    """Return those of ``claims`` that theory stands for; none where a condition does not hold."""
+    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
+        return []
+    return [claim for claim in claims if not isinstance(claim, Condition) and not claim.unproved]
+
+
+@contextlib.contextmanager
+def _keeping(faults, method):
+    """Add to ``faults`` that the protocol's ``method`` raised: the run is not lost for it."""
+    try:
+        yield
+    except Exception as error:
+        traceback.print_exc()
+        text = "{}: {}".format(type(error).__name__, error)
+        faults.append(Condition("{}() returns".format(method), False, text))
+
+
+def _end_of(run, claims):
+    """Return the place where ``claims`` say that the run ends, over its last samples, or None."""
+    for claim in _proved(claims):
+        if claim.place is not None:
+            begin = len(run.time) - 1 - len(run.time) // SHOWN
+            hand = np.broadcast_to(claim.place, (2,) + run.hand.shape[1:])
+            return {"time": run.time[[begin, -1]], "hand": hand}
+    return None
+
+
+def read_run(path, scenario_path=None):
+    """Return the ``Run`` in ``path``: a run.csv, or a rosbag (``.bag``) of a ROS run.
+
+    The scenario is ``scenario_path``, or ``scenario.yaml`` beside the file; a bag brings its own.
+    """
+    beside = os.path.join(os.path.dirname(os.path.abspath(path)), SCENARIO_FILE)
+    if scenario_path is None and os.path.exists(beside):
+        scenario_path = beside
+    scenario = load_scenario(scenario_path) if scenario_path else None
+    if path.endswith(".bag"):
+        from mrs_simulator.study.bag import read_bag  # needs ROS
+
+        return read_bag(path, scenario)
+    return read_run_csv(path, scenario)
+
+
+def control_of(run):
+    """Return the control whose claims judge ``run``, None where the scenario names none.
+
+    A scenario that came in a bag may have come from anybody: it names shipped protocols only.
+    """
+    scenario = run.scenario
+    if scenario is None or (not scenario.path and scenario.control.protocol not in HOMES):
+        return None
+    return make_control(scenario, load_protocol(scenario.control.protocol, beside=scenario.path))
+
+
+def main(argv=None):
+    """Run the command ``report``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    parser = argparse.ArgumentParser(
+        prog="report", description="Make the figures and the verdict of a recorded run."
+    )
+    parser.add_argument("run", help="run.csv, or a rosbag of a ROS run")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    parser.add_argument("--scenario", help="YAML file; default: scenario.yaml beside the run")
+    parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
+    arguments = parser.parse_args(argv)
+    with refusing_bad_input("report"):
+        run = read_run(arguments.run, arguments.scenario)
+        formats = [kind for kind in arguments.formats.split(",") if kind]
+        verdict = write_report(run, arguments.out, formats, control_of(run))
+    print(verdict_text(verdict))
+    print("  figures: {}".format(os.path.abspath(arguments.out)))
+    sys.exit(0 if verdict["passed"] else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,246 @@
+"""Sweeps: one scenario under many values of its keys, in parallel, as one table and one figure."""
+
+import copy
+import csv
+import hashlib
+import itertools
+import json
+import os
+import re
+from collections import Counter
+
+from mrs_simulator.control.loading import located_protocol, protocol_file
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
+from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
+
+TABLE = "sweep.csv"
+FIGURE = "sweep"  # with the formats' suffixes
+FORMATS = ("png", "pdf")
+RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
+MOST_RUNS = 100000
+SHOWN = 10  # reasons why runs did not pass
+PROTOCOL = "control.protocol"
+MEASURES = ("passed", "settle_time", "y_spread", "min_distance", "real_time_factor", "ended")
+
+
+def read_axis(text):
+    """Return ``(key, values)`` of ``key=v1,v2,...``, or ``key=first..last`` for whole numbers.
+
+    ``key`` is the path of a scenario's key, ``control.parameters.k``; values are YAML, so that
+    ``poses={layout: random, min_distance: 2.0},{layout: circle}`` is two values.
+    """
+    key, equals, values = text.partition("=")
+    if not equals or not key.strip() or not values.strip():
+        raise SweepError("--sweep {!r}: wanted key=value,value,... or key=first..last".format(text))
+    span = RANGE.match(values.strip())
+    if span:
+        first, last = map(int, span.groups())
+        if last < first or last - first >= MOST_RUNS:
+            raise SweepError("--sweep {!r}: wanted an ascending range".format(text))
+        return key.strip(), list(range(first, last + 1))
+    try:
+        return key.strip(), parse_yaml("[{}]".format(values), "--sweep {!r}".format(text))
+    except ScenarioError as error:
+        raise SweepError(str(error)) from None
+
+
+def make_runs(path, axes, given=None):
+    """Return the runs of the scenario file ``path`` under all combinations of ``axes``.
+
+    Each is ``(name, values by key, scenario)``; ``given``: values by key that all runs share.  A
+    combination that is no scenario is refused before anything runs.  Raises ``ScenarioError``,
+    ``ProtocolError`` and ``SweepError``.
+    """
+    given, axes = given or {}, list(axes)
+    content = _shared(path, given)
+    keys = [key for key, _ in axes]
+    if len(set(keys)) != len(keys):
+        raise SweepError("a key is swept twice: {}".format(", ".join(keys)))
+    for key in given:
+        if key in keys:
+            raise SweepError("{} = {} is given and swept, wanted one".format(key, given[key]))
+    total = 1
+    for _, values in axes:
+        total *= len(values)
+    if not 0 < total <= MOST_RUNS:
+        raise SweepError("{} runs: wanted from 1 to {}".format(total, MOST_RUNS))
+    runs = []
+    for combination in itertools.product(*(values for _, values in axes)):
+        values = dict(zip(keys, combination))
+        changed = copy.deepcopy(content)
+        for key, value in values.items():
+            _put(changed, key, value)
+        where = "{} with {}".format(
+            path, ", ".join("{}={}".format(*pair) for pair in {**given, **values}.items())
+        )
+        scenario = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+        runs.append((_name(values, scenario), values, scenario))
+    _refuse_shared_mistake(runs)
+    return runs
+
+
+def _refuse_shared_mistake(runs):
+    """Raise why no run can begin, if it is so: what the protocol refuses in one, others may do."""
+    refused = None
+    for _, _, scenario in runs:
+        try:
+            make_control(scenario)
+            return
+        except (ValueError, OSError) as error:
+            refused = refused or error
+    raise SweepError("no run can begin: {}".format(refused))
+
+
+def summary(verdicts):
+    """Return in lines how many runs passed, and what kept the others from it, each with a count."""
+    passed = sum(bool(verdict["passed"]) for verdict in verdicts)
+    reasons = Counter()
+    for verdict in verdicts:
+        wrong = [check["name"] for check in verdict["checks"] if not check["passed"]]
+        complete = verdict["ended"] == "complete"
+        reasons.update(wrong if complete else [verdict["ended"]])
+    lines = ["{} of {} runs passed".format(passed, len(verdicts))]
+    return lines + ["  {} x {}".format(count, why) for why, count in reasons.most_common(SHOWN)]
+
+
+def _shared(path, given):
+    """Return the content of the scenario file ``path`` with the values ``given``.
+
+    Under another protocol only l is left of the control's parameters, as in a single run.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict):
+        raise ScenarioError("{}: wanted a mapping of keys".format(path))
+    if PROTOCOL in given:
+        other = load_scenario(path).with_protocol(located_protocol(given[PROTOCOL])).to_dict()
+        content.update(title=other["title"], control=other["control"])
+    for key in set(given) - {PROTOCOL}:
+        _put(content, key, given[key])
+    return content
+
+
+def _put(content, key, value):
+    parts = key.split(".")
+    for part in parts[:-1]:
+        content = content.setdefault(part, {})
+        if not isinstance(content, dict):
+            raise SweepError("--sweep {}: {} holds no keys".format(key, part))
+    content[parts[-1]] = value
+
+
+def _name(values, scenario):
+    """Return a directory name: readable, and other whenever anything of scenario or law is."""
+    shown = "_".join("{}={}".format(k.rpartition(".")[2], v) for k, v in values.items())
+    readable = re.sub(r"[^A-Za-z0-9=.+-]+", "-", shown)[:60]
+    content = scenario.to_yaml().encode()
+    law = protocol_file(scenario.control.protocol, scenario.path)
+    if law:
+        with open(law, "rb") as file:
+            content += file.read()
+    key = hashlib.sha256(content).hexdigest()[:10]
+    return "{}_{}".format(readable, key)
+
+
+def run_one(scenario, out):
+    """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back."""
+    done = os.path.join(out, "verdict.json")
+    if os.path.exists(done):
+        with open(done, encoding="utf-8") as file:
+            verdict = json.load(file)
+        if verdict.get("ended") == "complete":
+            return verdict
+
+    return run_experiment(scenario, out, formats=())
+
+
+def run_sweep(runs, out, jobs=None, scheduler="", progress=False):
+    """Run ``runs`` in parallel, write ``sweep.csv`` and ``sweep.png``/``.pdf``; return the verdicts.
+
+    ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``,
+    whose workers see the directory ``out`` under the same name.  Runs that an interrupted sweep has
+    finished are not run again.  A run that ends its process fails, and the others go on.
+    """
+    out = os.path.abspath(out)
+    os.makedirs(out, exist_ok=True)
+    for path in filter(os.path.exists, _figure_files(out)):
+        os.remove(path)  # of an earlier sweep; this one may have nothing to draw
+    tasks = [(scenario, os.path.join(out, name)) for name, _, scenario in runs]
+    verdicts = [None] * len(runs)
+    run = _guarded_run
+    done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
+    for row, verdict in _with_progress(done, len(tasks), progress):
+        verdicts[row] = verdict
+        # The table grows as runs end, so that an interruption loses nothing.
+        _write_table(runs, verdicts, out)
+    _write_figure(runs, verdicts, out)
+    return verdicts
+
+
+def _guarded_run(scenario, out):
+    try:
+        return run_one(scenario, out)
+    except Exception as error:  # a law of one's own may raise anything; the other runs go on
+        return failed("{}: {}".format(type(error).__name__, error))
+
+
+def _with_progress(done, total, wanted):
+    if not wanted:
+        return done
+    from tqdm import tqdm
+
+    return tqdm(done, total=total, unit="run")
+
+
+def _write_table(runs, verdicts, out):
+    keys = list(runs[0][1])
+    checks = []
+    for verdict in filter(None, verdicts):
+        checks += [c["name"] for c in verdict["checks"] if c["name"] not in checks]
+    checks = [name for name in checks if name != "ended"]
+    partial = os.path.join(out, TABLE + ".part")
+    with open(partial, "w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["run"] + keys + list(MEASURES) + checks)
+        for (name, values, _), verdict in zip(runs, verdicts):
+            if verdict is None:
+                continue
+            measured = {check["name"]: check["measured"] for check in verdict["checks"]}
+            table.writerow(
+                [name]
+                + [values[key] for key in keys]
+                + [verdict.get(key) for key in MEASURES]
+                + [measured.get(check) for check in checks]
+            )
+    os.replace(partial, os.path.join(out, TABLE))
+
+
+def _write_figure(runs, verdicts, out):
+    """Draw each measured check against the first swept key that has numbers, if there are such."""
+    from mrs_simulator.study.figures import draw_sweep, new_figure, save, settle
+
+    keys = list(runs[0][1])
+    numeric = [k for k in keys if all(isinstance(values[k], (int, float)) for _, values, _ in runs)]
+    if not numeric:
+        return
+    key = numeric[0]
+    series = {}
+    for (_, values, _), verdict in zip(runs, verdicts):
+        for check in verdict["checks"]:
+            measured, predicted = check["measured"], check["predicted"]
+            if check["name"] != "collisions" and isinstance(measured, (int, float)):
+                row = (values[key], measured, predicted, bool(check["passed"]))
+                series.setdefault(check["name"], []).append(row)
+    if not series:
+        return
+    figure = new_figure(6.5, 1.2 + 1.6 * len(series))
+    draw_sweep(figure, key, series)
+    settle(figure)
+    for path in _figure_files(out):
+        save(figure, path)
+
+
+def _figure_files(out):
+    return [os.path.join(out, "{}.{}".format(FIGURE, kind)) for kind in FORMATS]

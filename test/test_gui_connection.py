@@ -1,0 +1,149 @@
+"""The GUI's link with servers that hang, masters that go, and others who press the emergency stop."""
+
+import sys
+
+import pytest
+import rospy
+from geometry_msgs.msg import Point, Pose, Quaternion
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
+
+from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
+from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
+
+HUNG = """
+import rospy, threading
+from std_srvs.srv import Trigger
+rospy.init_node("pioneer_control")
+rospy.Service("pioneer_control/start", Trigger, lambda _: threading.Event().wait())
+rospy.spin()
+"""
+
+
+class Publisher:
+    """Takes what is published."""
+
+    def __init__(self):
+        self.sent = []
+
+    def publish(self, message):
+        self.sent.append(message.data)
+
+
+def told(stop):
+    """Return what one who begins to listen hears."""
+    heard = []
+    stop.peer_subscribe("emergency_stop", None, heard.append)
+    return heard
+
+
+def test_a_press_is_told_to_who_comes_later_and_a_release_is_not():
+    stop, stop_publisher = StopTopic(), Publisher()
+    stop.set(True)  # there is no master yet
+    stop.publisher = stop_publisher
+    assert told(stop) == [Bool(data=True)]
+    stop.set(False)
+    assert stop_publisher.sent == [False] and told(stop) == []
+    stop.set(True)
+    assert stop_publisher.sent == [False, True] and told(stop) == [Bool(data=True)]
+
+
+def odometry(stamp, x, turn):
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.pose.pose = Pose(Point(x, 0.0, 0.0), Quaternion(*turn))
+    return message
+
+
+def test_the_time_of_real_robots_counts_from_the_first_heard():
+    robots = RobotsConnection()
+    robots._on_odometry(odometry(1.7e9, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
+    # 3 rad, of a robot that rolls, as the quaternion of the other sign
+    turn = -0.0140533125, -0.1981716615, -0.9776114979, -0.0693271672
+    robots._on_odometry(odometry(1.7e9 + 2.5, 4.0, turn), 2)
+    heard = robots.snapshot(60.0)
+    assert heard.time == 2.5 and heard.numbers == (1, 2)
+    assert heard.pose[1].tolist() == pytest.approx([4.0, 0.0, 3.0], abs=1e-6)
+    robots.forget()
+    robots._on_odometry(odometry(1.7e9 + 100.0, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
+    assert robots.snapshot(60.0).time == 0.0
+
+
+def test_a_release_does_not_let_go_what_another_has_stopped_since(gui, ros):
+    ros.node("stage", "--robots", 4)
+    gui(
+        """
+import subprocess
+def controller():
+    return subprocess.Popen(["rosrun", "mrs_simulator", "pioneer_control", "--robots", "4"])
+def stopped():
+    control = gui.link.newest("control")
+    return gui.link.is_fresh("control") and control.trouble == "emergency stop"
+first = controller()
+until(lambda: gui.study.is_controlled())
+click("emergency")
+until(stopped)
+click("emergency")
+until(lambda: not gui.study.state.is_emergency())
+other = subprocess.Popen(["rostopic", "pub", "/emergency_stop", "std_msgs/Bool", "true"])
+until(lambda: gui.study.state.is_emergency())
+first.terminate()
+first.wait()
+until(lambda: not gui.link.is_fresh("control"))
+listening = gui.link._emergency.publisher.get_num_connections()
+second = controller()
+until(lambda: gui.link._emergency.publisher.get_num_connections() > listening)
+until(stopped)
+gui.link.ask("start")
+until(lambda: "start failed: emergency stop: release it first" in gui.messages.toPlainText())
+for process in (second, other):
+    process.terminate()
+    process.wait()
+"""
+    )
+
+
+def test_a_hung_controller_keeps_no_stage_waiting_nor_the_close(gui, ros):
+    ros.node("stage", "--robots", 4)
+    ros.start("hung", [sys.executable, "-c", HUNG])
+    gui(
+        """
+until(lambda: gui.link.is_fresh("stage"))
+gui.link.ask("start")
+click("pause")
+until(lambda: gui.link.newest("stage").paused)
+until(lambda: "start: no answer yet from pioneer_control" in gui.messages.toPlainText())
+gui.link.restore_simulated_time(False)
+gui.close_study()
+assert rospy.get_param("/use_sim_time") is False
+import rosgraph
+master = rosgraph.Master("/gui")
+until(lambda: [t for t, nodes in master.getSystemState()[1] if "/gui" in nodes] == ["/clock"])
+"""
+    )
+
+
+def test_without_a_master_the_gui_opens_and_joins_one_that_comes(gui, ros):
+    gui(
+        """
+until(lambda: gui.link.newest("emergency") is None and gui.link.master_online)
+gui.close_study()
+os.kill(int(sys.argv[2]), 9)
+import rosgraph
+until(lambda: not rosgraph.is_master_online())
+gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
+gui.link.set_emergency(True)
+gui.link.look(x=1.0)
+until(lambda: "no master" in gui.status["master"].text())
+start = gui.bar.button("control")
+assert not start.isEnabled() and "no ROS master" in start.toolTip()
+import subprocess
+port = os.environ["ROS_MASTER_URI"].rpartition(":")[2]
+master = subprocess.Popen(["rosmaster", "--core", "-p", port])
+until(lambda: gui.study.state.is_emergency())
+gui.close_study()
+master.terminate()
+master.wait()
+""",
+        ros.master.pid,
+    )

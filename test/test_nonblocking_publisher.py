@@ -1,0 +1,124 @@
+"""Publishing at once: in order, to the last message, and never waiting for who does not read."""
+
+import socket
+import threading
+import time
+
+import pytest
+from ros_fixtures import wait_until
+
+from mrs_simulator.ros.nonblocking_publisher import NonblockingConnection
+
+
+class Wire:
+    """What NonblockingConnection needs of a rospy connection, over a pair of sockets."""
+
+    name = "wire"
+
+    def __init__(self):
+        self.socket, self.far = socket.socketpair()
+        self.done = False
+
+    def fileno(self):
+        return self.socket.fileno()
+
+    def write_data(self, data):
+        self.socket.sendall(data)
+
+    def close(self):
+        self.done = True
+        self.socket.close()
+        self.far.close()
+
+
+@pytest.fixture
+def wire():
+    made = Wire()
+    yield made
+    made.close()
+
+
+def read_all(wire):
+    """Return the 100-byte messages that are there to be read, as numbers."""
+    wire.far.settimeout(0.5)
+    data = b""
+    try:
+        while True:
+            data += wire.far.recv(65536)
+    except socket.timeout:
+        return [int(data[i : i + 100]) for i in range(0, len(data), 100)]
+
+
+def message(number):
+    return b"%100d" % number
+
+
+def test_a_reader_gets_every_message_and_no_thread_is_made(wire):
+    before = threading.active_count()
+    connection = NonblockingConnection(wire)
+    for number in range(10):
+        assert connection.write_data(message(number)) is not False
+    assert read_all(wire) == list(range(10)) and threading.active_count() == before
+
+
+def test_who_does_not_read_is_not_waited_for_and_gets_the_newest_last(wire):
+    wire.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    connection = NonblockingConnection(wire)
+    writer = threading.Thread(
+        target=lambda: [connection.write_data(message(number)) for number in range(2000)],
+        daemon=True,
+    )
+    writer.start()
+    wait_until(lambda: not writer.is_alive())
+    got = read_all(wire)
+    assert got == sorted(got) and got[-1] == 1999 and len(got) < 2000
+    wait_until(lambda: not connection._late)
+    connection.write_data(message(2000))
+    assert read_all(wire) == [2000]
+
+
+def test_a_robot_that_stops_reading_holds_up_no_other(ros):
+    """A subscriber that is stopped, as a driver that hangs: the stage goes on at its pace."""
+    stage = ros.node("stage", "--robots", 2)
+    ros.node("pioneer_control", "--robots", 2)
+    hung = ros.start("hung", ["rostopic", "echo", "/robot1/odom"])
+    probe = ros.probe()
+    probe.ask("listen('/robot2/odom', Odometry)")
+    probe.wait("odom(2)")
+    ros.python(
+        "import rosgraph, time\n"
+        "end = time.time() + 20\n"
+        "def listeners():\n"
+        "    return dict(rosgraph.Master('/t').getSystemState()[1]).get('/robot1/odom', ())\n"
+        "while time.time() < end and len(listeners()) < 2: time.sleep(0.1)\n"
+    )
+    hung.send_signal(19)  # SIGSTOP
+    try:
+        before = probe.ask("now()")
+        time.sleep(0.5)
+        probe.wait("now() > {} + 8.0".format(before), 60.0)
+        assert stage.poll() is None
+    finally:
+        hung.send_signal(18)  # SIGCONT
+
+
+def test_a_new_connection_begins_with_what_it_is_told_first(ros):
+    said = ros.python(
+        "import rospy\n"
+        "from geometry_msgs.msg import Twist\n"
+        "from mrs_simulator.ros.nonblocking_publisher import prompt_publisher\n"
+        "rospy.init_node('first', disable_rostime=True)\n"
+        "word = Twist()\n"
+        "word.linear.x = 0.25\n"
+        "publisher = prompt_publisher('/first', Twist, lambda: word)\n"
+        "print(rospy.wait_for_message('/first', Twist, 20.0).linear.x)\n"
+        "word = None\n"
+        "heard = []\n"
+        "kept = rospy.Subscriber('/first', Twist, heard.append)\n"
+        "while not publisher.get_num_connections(): rospy.rostime.wallsleep(0.01)\n"
+        "last = Twist()\n"
+        "last.linear.x = 0.5\n"
+        "while not heard: publisher.publish(last); rospy.rostime.wallsleep(0.01)\n"
+        "print(heard[0].linear.x)\n"
+    )
+    assert said.split() == ["0.25", "0.5"]

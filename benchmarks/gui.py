@@ -129,7 +129,7 @@ def show(n, seconds, curves):
     begin = {}
 
     def start():
-        if not gui.link.is_fresh("state"):
+        if not gui.connection.is_fresh("state"):
             raise SystemExit("no states were heard")
         begin.update(time=time.monotonic(), cpu=cpu_time("self"), paints=paints.count, mb=memory())
         beats.clear()

@@ -151,7 +151,7 @@ def take(options):
         picture("gui_team")
         gui.bar.set_speed(5 if options.robots == 7 else 1)
         press("simulate")
-        until(lambda: gui.link.is_fresh("stage"))
+        until(lambda: gui.connection.is_fresh("stage"))
         press("control")
         gui.settings_tabs.setCurrentIndex(1)
         until(lambda: len(gui.history.time) and gui.history.command[-1].any())

@@ -17,11 +17,11 @@ def test_a_study_from_click_to_saved_figures(gui, tmp_path):
         """
 gui.bar.set_speed(20)
 click("simulate")
-until(lambda: gui.link.is_fresh("stage"))
+until(lambda: gui.connection.is_fresh("stage"))
 click("control")
 until(lambda: gui.study.is_controlled())
 def formed():
-    pose = gui.link.snapshot().pose
+    pose = gui.connection.snapshot().pose
     return abs(pose[:-1, 0] - pose[1:, 0] - 2.0).max() < 0.2 and pose[:, 1].ptp() < 0.05
 until(formed, 80.0)
 assert gui.map.grab().width() > 300
@@ -32,7 +32,7 @@ until(lambda: gui.verdict.verdict)
 assert gui.results_tabs.currentWidget() is gui.verdict
 assert gui.verdict.row("ended")["result"] == "passed"
 click("end")
-until(lambda: not gui.link.is_fresh("stage"))
+until(lambda: not gui.connection.is_fresh("stage"))
 """,
         tmp_path / "run",
     )
@@ -52,9 +52,9 @@ def test_an_edge_drawn_reaches_the_laplacian_of_the_running_controller(gui, ros)
 until(lambda: gui.study.is_controlled())
 until(lambda: "elsewhere" in gui.status["stage"].text())
 gui.map.edge_added.emit(1, 3)
-until(lambda: gui.link.newest("control").heard == (2, 3, 4, 3))
+until(lambda: gui.connection.newest("control").heard == (2, 3, 4, 3))
 gui.map.edge_removed.emit(1, 2)
-until(lambda: sorted(zip(gui.link.newest("control").hears, gui.link.newest("control").heard))
+until(lambda: sorted(zip(gui.connection.newest("control").hears, gui.connection.newest("control").heard))
       == [(1, 3), (2, 3), (3, 4)])
 """
     )
@@ -68,7 +68,7 @@ def test_the_emergency_stop_and_the_keys(gui, ros):
 until(lambda: gui.study.is_controlled())
 gui.setFocus()
 QTest.keyClick(gui, Qt.Key_Escape)
-until(lambda: gui.link.newest("control").trouble == "emergency stop")
+until(lambda: gui.connection.newest("control").trouble == "emergency stop")
 assert gui.bar.button("emergency").text() == "RELEASE STOP"
 QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
 until(lambda: "emergency stop released: press Start" in gui.status["controller"].text())
@@ -76,7 +76,7 @@ until(lambda: gui.bar.button("control").isEnabled())
 key("g")
 until(lambda: gui.study.is_controlled() and gui.bar.button("pause").isEnabled())
 key("p")
-until(lambda: gui.link.newest("stage").paused)
+until(lambda: gui.connection.newest("stage").paused)
 """
     )
 
@@ -97,8 +97,8 @@ def said(text):
     return gui.messages.toPlainText().count(text)
 click("simulate")
 until(lambda: said("controller: the law failed: ZeroDivisionError"))
-heard = gui.link.newest("control")
-until(lambda: gui.link.newest("control") is not heard)
+heard = gui.connection.newest("control")
+until(lambda: gui.connection.newest("control") is not heard)
 gui._on_tick()
 assert said("the law failed") == 1
 os.kill(gui.study.processes._running["stage"].pid, 9)
@@ -112,7 +112,7 @@ def test_a_bag_is_recorded_and_can_be_reported(gui, ros, tmp_path):
     gui(
         """
 click("simulate")
-until(lambda: gui.link.is_fresh("stage"))
+until(lambda: gui.connection.is_fresh("stage"))
 click("bag")
 until(lambda: gui.bar.button("bag").text() == "End bag")
 click("control")
@@ -135,13 +135,13 @@ def test_the_team_is_sent_to_the_stage(gui, ros):
     ros.node("stage", "--robots", 4)
     gui(
         """
-until(lambda: gui.link.is_fresh("stage"))
+until(lambda: gui.connection.is_fresh("stage"))
 poses = gui.scenario.poses[:3].copy()
 poses[0] = [1.0, 1.0, 0.5]
 gui.team.set_team(poses, gui.scenario.kinds[:3])
 gui.team.team_changed.emit()
-until(lambda: gui.link.newest("stage").robots == 3)
-until(lambda: abs(gui.link.snapshot().pose[0, 2] - 0.5) < 1e-9)
+until(lambda: gui.connection.newest("stage").robots == 3)
+until(lambda: abs(gui.connection.snapshot().pose[0, 2] - 0.5) < 1e-9)
 """
     )
 
@@ -160,12 +160,12 @@ def spied(function):
     return lambda *a: askers.append(threading.current_thread()) or function(*a)
 rospy.set_param, rospy.delete_param = spied(rospy.set_param), spied(rospy.delete_param)
 click("simulate")
-until(lambda: gui.link.is_fresh("stage"))
+until(lambda: gui.connection.is_fresh("stage"))
 assert rospy.get_param("/use_sim_time") is True
 click("end")
 until(lambda: rospy.get_param("/use_sim_time", None) is {0})
 click("simulate")  # as soon as it may be
-until(lambda: gui.link.is_fresh("stage"))
+until(lambda: gui.connection.is_fresh("stage"))
 assert rospy.get_param("/use_sim_time") is True
 assert "attached" not in gui.messages.toPlainText()
 gui.close_study()
@@ -274,13 +274,13 @@ click("simulate")
 click("control")
 until(lambda: gui.study.is_controlled())
 gui.protocol.protocol_chosen.emit("consensus")
-until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Consensus")
+until(lambda: gui.study.is_controlled() and gui.connection.newest("control").protocol == "Consensus")
 click("stop")
 until(lambda: not gui.study.is_controlled())
 gui.protocol.protocol_chosen.emit("formation")
 assert not gui.study.processes.is_running("control")
 click("control")
-until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Formation")
+until(lambda: gui.study.is_controlled() and gui.connection.newest("control").protocol == "Formation")
 """
     )
 
@@ -303,7 +303,7 @@ edges = list(gui.scenario.topology.edges)
 click("control")
 until(lambda: gui.study.is_controlled())
 assert rospy.get_param("/pioneer_control/k") == 0.5
-control = gui.link.newest("control")
+control = gui.connection.newest("control")
 assert list(zip(control.hears, control.heard, control.weight)) == edges
 assert gui.topology.edges() == edges and (1, 3, 1.0) in edges
 # Another scenario: its team on the stage that runs, its law at the next start.
@@ -312,9 +312,9 @@ until(lambda: not gui.study.is_controlled())
 gui.load(sys.argv[2])
 assert not gui.study.processes.is_running("control")
 assert "its own fidelity, " in gui.messages.toPlainText()
-until(lambda: gui.link.newest("stage").robots == 3)
+until(lambda: gui.connection.newest("stage").robots == 3)
 click("control")
-until(lambda: gui.study.is_controlled() and gui.link.newest("control").protocol == "Consensus")
+until(lambda: gui.study.is_controlled() and gui.connection.newest("control").protocol == "Consensus")
 """,
         tmp_path / "three.yaml",
     )
@@ -325,15 +325,15 @@ def test_the_gui_attaches_to_another_team_than_its_own(gui, ros):
     ros.node("pioneer_control", "--robots", 6)
     gui(
         """
-until(lambda: gui.study.is_controlled() and gui.link.is_fresh("stage"))
-until(lambda: gui.link.newest("scenario") is not None)
+until(lambda: gui.study.is_controlled() and gui.connection.is_fresh("stage"))
+until(lambda: gui.connection.newest("scenario") is not None)
 assert gui.scenario.n == 4
 until(lambda: not gui.modes["poses"].isEnabled())
 click("simulate")
 assert gui.scenario.n == 6 == len(gui.team.poses())
-until(lambda: len(gui.topology.edges()) == 5 == len(gui.link.newest("control").hears))
+until(lambda: len(gui.topology.edges()) == 5 == len(gui.connection.newest("control").hears))
 assert gui._team_changed_at is None and gui.study.is_controlled()  # nothing is sent
-assert len(gui.link.snapshot().numbers) == 6
+assert len(gui.connection.snapshot().numbers) == 6
 click("stop")
 until(lambda: gui.modes["poses"].isEnabled())
 """
@@ -383,7 +383,7 @@ def test_what_a_killed_gui_had_started_ends(gui, ros):
     ros.environment["PATH"] = os.environ["PATH"]
     code = """
 click("simulate")
-until(lambda: gui.link.is_fresh("stage"))
+until(lambda: gui.connection.is_fresh("stage"))
 print(gui.study.processes._running["stage"].pid, flush=True)
 os.kill(os.getpid(), 9)
 """

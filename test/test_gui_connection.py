@@ -1,4 +1,4 @@
-"""The GUI's link with servers that hang, masters that go, and others who press the emergency stop."""
+"""The GUI's connection with servers that hang, masters that go, and others who press the emergency stop."""
 
 import sys
 
@@ -77,8 +77,8 @@ import subprocess
 def controller():
     return subprocess.Popen(["rosrun", "mrs_simulator", "pioneer_control", "--robots", "4"])
 def stopped():
-    control = gui.link.newest("control")
-    return gui.link.is_fresh("control") and control.trouble == "emergency stop"
+    control = gui.connection.newest("control")
+    return gui.connection.is_fresh("control") and control.trouble == "emergency stop"
 first = controller()
 until(lambda: gui.study.is_controlled())
 click("emergency")
@@ -89,12 +89,12 @@ other = subprocess.Popen(["rostopic", "pub", "/emergency_stop", "std_msgs/Bool",
 until(lambda: gui.study.state.is_emergency())
 first.terminate()
 first.wait()
-until(lambda: not gui.link.is_fresh("control"))
-listening = gui.link._emergency.publisher.get_num_connections()
+until(lambda: not gui.connection.is_fresh("control"))
+listening = gui.connection._emergency.publisher.get_num_connections()
 second = controller()
-until(lambda: gui.link._emergency.publisher.get_num_connections() > listening)
+until(lambda: gui.connection._emergency.publisher.get_num_connections() > listening)
 until(stopped)
-gui.link.ask("start")
+gui.connection.ask("start")
 until(lambda: "start failed: emergency stop: release it first" in gui.messages.toPlainText())
 for process in (second, other):
     process.terminate()
@@ -108,12 +108,12 @@ def test_a_hung_controller_keeps_no_stage_waiting_nor_the_close(gui, ros):
     ros.start("hung", [sys.executable, "-c", HUNG])
     gui(
         """
-until(lambda: gui.link.is_fresh("stage"))
-gui.link.ask("start")
+until(lambda: gui.connection.is_fresh("stage"))
+gui.connection.ask("start")
 click("pause")
-until(lambda: gui.link.newest("stage").paused)
+until(lambda: gui.connection.newest("stage").paused)
 until(lambda: "start: no answer yet from pioneer_control" in gui.messages.toPlainText())
-gui.link.restore_simulated_time(False)
+gui.connection.restore_simulated_time(False)
 gui.close_study()
 assert rospy.get_param("/use_sim_time") is False
 import rosgraph
@@ -126,14 +126,14 @@ until(lambda: [t for t, nodes in master.getSystemState()[1] if "/gui" in nodes] 
 def test_without_a_master_the_gui_opens_and_joins_one_that_comes(gui, ros):
     gui(
         """
-until(lambda: gui.link.newest("emergency") is None and gui.link.master_online)
+until(lambda: gui.connection.newest("emergency") is None and gui.connection.master_online)
 gui.close_study()
 os.kill(int(sys.argv[2]), 9)
 import rosgraph
 until(lambda: not rosgraph.is_master_online())
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
-gui.link.set_emergency(True)
-gui.link.look(x=1.0)
+gui.connection.set_emergency(True)
+gui.connection.look(x=1.0)
 until(lambda: "no master" in gui.status["master"].text())
 start = gui.bar.button("control")
 assert not start.isEnabled() and "no ROS master" in start.toolTip()

@@ -87,7 +87,7 @@ def test_what_is_no_matter_of_judgement_keeps_the_robots_standing(gui, robots):
     robots.ask("fall_silent(2)")
     gui(
         """
-until(lambda: len(gui.link.snapshot().numbers if gui.link.snapshot() else ()) == 3)
+until(lambda: len(gui.connection.snapshot().numbers if gui.connection.snapshot() else ()) == 3)
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
 found = {(row[0], row[1]) for row in gui.preflight.rows()}
@@ -105,7 +105,7 @@ def test_the_emergency_stop_calls_off_a_start(gui, robots):
 click("control")
 until(lambda: "checked before" in gui.status["controller"].text())
 QTest.keyClick(gui, Qt.Key_Escape)
-until(lambda: gui.link.newest("emergency") is not None)
+until(lambda: gui.connection.newest("emergency") is not None)
 QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
 until(lambda: not gui.study.preflight.running)
 assert gui.preflight.title().startswith("All robots ready")
@@ -131,7 +131,7 @@ assert not start.isEnabled() and "/robot5/RosAria/pose" in start.toolTip()
     gui(
         """
 until(lambda: "4 real, fresh" in gui.status["robots"].text())
-poses = gui.link.snapshot().pose
+poses = gui.connection.snapshot().pose
 assert poses[-1].tolist() == [3.0, 0.0, 0.0]
 """
     )
@@ -154,7 +154,7 @@ assert not gui.preflight._start.isVisible()
 gui.bar.speed_chosen.emit(5.0)
 assert "robot2: real" in gui.messages.toPlainText()
 gui.bar.speed_chosen.emit(1.0)
-until(lambda: gui.link.newest("stage").speed == 1.0)
+until(lambda: gui.connection.newest("stage").speed == 1.0)
 click("control")
 until(lambda: gui.study.is_controlled())
 # The controller knows who is real: one that was carried away stops all.
@@ -163,7 +163,7 @@ carried, pose = rospy.Publisher("/robot2/odom", Odometry, queue_size=1), Odometr
 pose.pose.pose.position.x, pose.pose.pose.orientation.w = 40.0, 1.0
 until(
     lambda: carried.publish(pose)
-    or "robot2: the odometry jumped by" in gui.link.newest("control").trouble
+    or "robot2: the odometry jumped by" in gui.connection.newest("control").trouble
 )
 until(lambda: not gui.study.is_controlled())
 """
@@ -176,7 +176,7 @@ def test_a_controller_for_another_law_is_said(gui, robots, ros):
     gui(
         ALL_REAL
         + """
-until(lambda: gui.link.is_fresh("control"))
+until(lambda: gui.connection.is_fresh("control"))
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
 assert ["team", "controller", "runs Consensus", "Formation"] in gui.preflight.rows()
@@ -198,8 +198,8 @@ def test_robots_behind_other_names_with_odometry_from_zero(gui, ros):
     gui(
         """
 until(lambda: "4 real, fresh" in gui.status["robots"].text())
-until(lambda: gui.link.is_fresh("control"))
-assert abs(gui.link.snapshot().pose - gui.scenario.poses).max() < 1e-6
+until(lambda: gui.connection.is_fresh("control"))
+assert abs(gui.connection.snapshot().pose - gui.scenario.poses).max() < 1e-6
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
 # As the controller, the check heard all robots on their own topics and knew the fence.

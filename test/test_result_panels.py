@@ -133,8 +133,8 @@ def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
     assert QApplication.clipboard().text().count("\n") == 2
 
 
-class Link:
-    """What a check needs of the link; the work is done at once, and never."""
+class Connection:
+    """What a check needs of the connection; the work is done at once, and never."""
 
     do = staticmethod(lambda name, work: None)
     odometry_topics = staticmethod(dict)
@@ -154,7 +154,7 @@ class Link:
     ],
 )
 def test_only_what_was_found_before_and_can_be_judged_is_started_with(accepted, findings, outcome):
-    run = PreflightRun(Link(), None)
+    run = PreflightRun(Connection(), None)
     keys = None if accepted is None else frozenset(finding.key for finding in accepted)
     run.begin("scenario.yaml", accepted=keys)
     assert run.running and run.starting == (accepted is not None)
@@ -163,7 +163,7 @@ def test_only_what_was_found_before_and_can_be_judged_is_started_with(accepted, 
 
 
 def test_a_check_that_fails_or_is_called_off_starts_nothing():
-    run = PreflightRun(Link(), None)
+    run = PreflightRun(Connection(), None)
     run.begin("scenario.yaml", accepted=frozenset())
     assert not run.ended(False, "Traceback: no such file")
     assert run.outcome == "refused" and not run.may_judge()

@@ -41,16 +41,16 @@ def app():
 @pytest.fixture
 def study(app):
     """The whole GUI with nothing behind it."""
-    link = MagicMock(master_online=False)
-    link.snapshot.return_value = None
-    link.newest.return_value = None
-    link.is_fresh.return_value = False
-    for take in (link.take_samples, link.take_results, link.take_collisions):
+    connection = MagicMock(master_online=False)
+    connection.snapshot.return_value = None
+    connection.newest.return_value = None
+    connection.is_fresh.return_value = False
+    for take in (connection.take_samples, connection.take_results, connection.take_collisions):
         take.return_value = []
     processes = MagicMock()
     processes.is_running.return_value = False
     processes.take_ended.return_value = []
-    widget = StudyWidget(link, processes, scenario_from_dict({"poses": POSES}))
+    widget = StudyWidget(connection, processes, scenario_from_dict({"poses": POSES}))
     for timer in widget.findChildren(QTimer):
         timer.stop()
     yield widget
@@ -123,13 +123,13 @@ def window_click(widget):
 def test_the_emergency_stop_works_while_a_file_dialog_is_open(saving):
     study, dialog = saving
     window_click(study.bar.button("emergency"))
-    study.link.set_emergency.assert_called_once_with(True)
+    study.connection.set_emergency.assert_called_once_with(True)
     window_click(study.bar.button("emergency"))
-    study.link.set_emergency.reset_mock()
+    study.connection.set_emergency.reset_mock()
     dialog.activateWindow()
     assert QTest.qWaitForWindowActive(dialog)
     QTest.keyClick(dialog.windowHandle(), Qt.Key_Escape)
-    study.link.set_emergency.assert_called_once_with(True)
+    study.connection.set_emergency.assert_called_once_with(True)
     assert study.saved == []
 
 
@@ -160,8 +160,8 @@ def test_a_scenario_chosen_while_a_controller_runs_is_not_opened(app, study, tmp
 
 def stops(study):
     """Return how often the emergency stop was pressed; it is then released."""
-    pressed = study.link.set_emergency.call_args_list.count(call(True))
-    study.link.set_emergency.reset_mock()
+    pressed = study.connection.set_emergency.call_args_list.count(call(True))
+    study.connection.set_emergency.reset_mock()
     study.bar.set_emergency(False)
     return pressed
 
@@ -254,7 +254,7 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
 
     def heard(time):
         flags = np.ones(2, dtype=bool)
-        study.link.snapshot.return_value = Snapshot(
+        study.connection.snapshot.return_value = Snapshot(
             time, (1, 2), poses, np.zeros((2, 3)), np.zeros((2, 2)), flags
         )
         study._on_frame()
@@ -271,13 +271,13 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     def told(time, x):
         pose = np.array([[x, 0.0, 0.0], [3.0, 0.0, 0.0]])
         zeros = np.zeros((2, 3)), np.zeros((2, 2)), np.ones(2, dtype=bool)
-        study.link.snapshot.return_value = Snapshot(time, (1, 2), pose, *zeros)
+        study.connection.snapshot.return_value = Snapshot(time, (1, 2), pose, *zeros)
         study.map.cost = 0.0
         study._on_frame()
         return study.map._pose[0, 0]
 
     monkeypatch.setattr("mrs_simulator.rqt_plugin.study_widget.TEAM_REST", 0.0)
-    study.link.is_fresh.side_effect = lambda name: name == "state"
+    study.connection.is_fresh.side_effect = lambda name: name == "state"
     view = active(study, 1366, 768).map
     assert told(1.0, 0.1) == 0.1
     view.set_mode("poses")
@@ -290,9 +290,9 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     assert moved > 0.9 and told(1.1, 0.1) == moved
     QTest.mouseRelease(view, Qt.LeftButton, Qt.NoModifier, places[-1])
     study._on_tick()
-    assert study.link.set_team.call_args[0][0][0, 0] == moved
+    assert study.connection.set_team.call_args[0][0][0, 0] == moved
     assert told(1.2, 0.1) == moved
-    study.link.take_results.return_value = [("set_team", False, "no room")]
+    study.connection.take_results.return_value = [("set_team", False, "no room")]
     study._on_tick()
     assert told(1.3, 0.1) == 0.1  # where it is, whatever was wanted
 
@@ -324,11 +324,11 @@ def test_a_picture_that_comes_late_is_not_shown(study):
     active(study, 1366, 768)
     black = MagicMock(width=2, height=1, data=bytes(6))
     view._on.setChecked(True)
-    study.link.newest.side_effect = lambda name: black if name == "image" else None
+    study.connection.newest.side_effect = lambda name: black if name == "image" else None
     study._on_frame()
     assert view.picture.image is not None
     view._on.setChecked(False)
-    study.link.newest.side_effect = lambda name: MagicMock(width=2, height=1, data=bytes(6))
+    study.connection.newest.side_effect = lambda name: MagicMock(width=2, height=1, data=bytes(6))
     study._on_frame()
     assert view.picture.image is None
 

@@ -18,7 +18,7 @@ from mrs_simulator.study.report import predicted_settling
 FAILED = failure(ValueError("no"))
 
 
-class Link:
+class Connection:
     """What was heard, all of it fresh, and ``asked``: what was asked for."""
 
     def __init__(self, snapshot=None, **heard):
@@ -68,8 +68,8 @@ class Processes:
         return 0, ""
 
 
-def study(scenario="consensus", link=None, processes=None, **parameters):
-    run = StudyRun(link or Link(), processes or Processes(), shipped("paper_four"))
+def study(scenario="consensus", connection=None, processes=None, **parameters):
+    run = StudyRun(connection or Connection(), processes or Processes(), shipped("paper_four"))
     run.take(shipped(scenario, parameters))
     return run
 
@@ -136,26 +136,26 @@ STANDS = SimpleNamespace(running=False, trouble="stopped", stale=[], command_v=[
 
 
 @pytest.mark.parametrize(
-    "link, processes, sent",
+    "connection, processes, sent",
     [
-        (Link(control=STANDS), Processes(["control"]), True),
-        (Link(control=STANDS), Processes(), True),  # started elsewhere
-        (Link(), Processes(["control"]), True),  # about to start
-        (Link(control=STANDS), Processes(ending=["control"]), False),
-        (Link(), Processes(), False),
+        (Connection(control=STANDS), Processes(["control"]), True),
+        (Connection(control=STANDS), Processes(), True),  # started elsewhere
+        (Connection(), Processes(["control"]), True),  # about to start
+        (Connection(control=STANDS), Processes(ending=["control"]), False),
+        (Connection(), Processes(), False),
     ],
 )
-def test_an_edit_reaches_a_controller_that_stands(link, processes, sent):
-    run = study(link=link, processes=processes)
+def test_an_edit_reaches_a_controller_that_stands(connection, processes, sent):
+    run = study(connection=connection, processes=processes)
     assert run.set_parameters({"gain": 0.25}) == run.set_topology([(1, 2, 1.0)], True) == ""
     wanted = [("set_parameters", {"gain": 0.25, "l": 0.05}), ("set_topology", [(1, 2, 1.0)], True)]
-    assert link.asked == (wanted if sent else [])
+    assert connection.asked == (wanted if sent else [])
 
 
 def test_a_controller_of_another_team_is_not_asked_to_start(tmp_path):
-    run = study(link=Link(control=STANDS), processes=Processes(directory=tmp_path))
+    run = study(connection=Connection(control=STANDS), processes=Processes(directory=tmp_path))
     run.do("control")
-    assert run.link.asked == [("ask", "start")] and not run.processes.running
+    assert run.connection.asked == [("ask", "start")] and not run.processes.running
     run.set_team(run.scenario.poses[:5], run.scenario.kinds[:5])
     assert "controller started" in run.do("control") and run.processes.running == {"control"}
 
@@ -163,17 +163,17 @@ def test_a_controller_of_another_team_is_not_asked_to_start(tmp_path):
 def test_what_a_running_stage_does_not_take_over_is_said():
     text = shipped("consensus", fidelity="dynamic", limits="top").to_yaml()
     heard = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
-    run = study(link=Link(**heard))
+    run = study(connection=Connection(**heard))
     assert "its own fidelity, limits: end it first" in run.what_the_stage_keeps()
     run.take(shipped("consensus", fidelity="dynamic", limits="top"))
     assert run.what_the_stage_keeps() == ""
 
 
 def test_a_simulation_that_has_ended_is_none_to_attach_to():
-    run = study(link=Link(stage=SimpleNamespace(), state=SimpleNamespace()))
+    run = study(connection=Connection(stage=SimpleNamespace(), state=SimpleNamespace()))
     run.processes.ended = [("stage 123", 0, "")]
-    assert run.ended_processes() == [] and run.link.heard == {}
-    assert run.do("simulate") == "" and run.link.asked == [("begin_simulated_time",)]
+    assert run.ended_processes() == [] and run.connection.heard == {}
+    assert run.do("simulate") == "" and run.connection.asked == [("begin_simulated_time",)]
 
 
 @pytest.mark.parametrize("protocol, law", [("marching", "Marching"), ("evil:Law", "Consensus")])
@@ -181,36 +181,36 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
     told = shipped("marching", speed=1.0)
     told = told._replace(control=told.control._replace(protocol=protocol))
     heard = {"stage": SimpleNamespace(speed=5.0), "scenario": SimpleNamespace(data=told.to_yaml())}
-    run = study(link=Link(**heard))
-    assert run.do("simulate") == "attached to the stage that runs" and run.link.asked == []
+    run = study(connection=Connection(**heard))
+    assert run.do("simulate") == "attached to the stage that runs" and run.connection.asked == []
     assert run.scenario.poses.tolist() == told.poses.tolist() and run.scenario.speed == 5.0
     assert type(run.derived.control).__name__ == law
 
 
 def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
-    run = study(link=Link(stage=SimpleNamespace(speed=1.0)))
+    run = study(connection=Connection(stage=SimpleNamespace(speed=1.0)))
     before = run.scenario
     assert "not attached" in run.do("simulate")
-    run.link.heard["scenario"] = SimpleNamespace(data="poses: 3")
+    run.connection.heard["scenario"] = SimpleNamespace(data="poses: 3")
     assert "not attached: stage/scenario" in run.do("simulate") and run.scenario is before
 
 
 def test_no_team_is_sent_to_robots_under_way():
-    run = study(link=Link(control=SimpleNamespace(**dict(vars(STANDS), running=True))))
-    assert "stop the controller" in run.send_team() and run.link.asked == []
+    run = study(connection=Connection(control=SimpleNamespace(**dict(vars(STANDS), running=True))))
+    assert "stop the controller" in run.send_team() and run.connection.asked == []
 
 
 @pytest.mark.parametrize("real", [(), (1, 2)])
 def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
-    history, link = History(), Link()
+    history, connection = History(), Connection()
     for second in range(4):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (second > 0))
         pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
         history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset(real)))
     early, late = (Collision(time, "robot1", "robot2", 0.0, 0.0) for time in (0.5, 2.5))
     history.collisions.extend([] if real else [early, late])
-    study("paper_four", link).save(history, str(tmp_path))
-    ((_, _, work),) = [asked for asked in link.asked if asked[:2] == ("do", "save")]
+    study("paper_four", connection).save(history, str(tmp_path))
+    ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
     run = read_run_csv(str(tmp_path / "run.csv"))
     assert run.collisions == ([] if real else [late._replace(time=1.5)])
@@ -218,15 +218,15 @@ def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
 
 
 def test_a_saved_run_tells_what_its_controller_said(tmp_path):
-    history, link = History(), Link()
+    history, connection = History(), Connection()
     pose, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
     for second in range(9):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (second > 0))
         history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset()))
     for stamp, text in ((0.0, "not started"), (1.0, ""), (3.0, "late"), (4.5, ""), (7.5, FAILED)):
-        link.controller.note(stamp, not text, text)
-    study("paper_four", link).save(history, str(tmp_path))
-    ((_, _, work),) = [asked for asked in link.asked if asked[:2] == ("do", "save")]
+        connection.controller.note(stamp, not text, text)
+    study("paper_four", connection).save(history, str(tmp_path))
+    ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
     meta = read_run_csv(str(tmp_path / "run.csv")).meta
     assert meta["ended"] == "at 6.500 s " + FAILED

@@ -49,13 +49,13 @@ TEAM_REST = 0.4  # [s] after the last change of the team until the stage is aske
 class StudyWidget(QWidget):
     """Everything a coordination study needs; ``close_study`` ends what was started here."""
 
-    def __init__(self, link, processes, scenario, parent=None):
-        """``link``: ``RosConnection``; ``processes``: ``Processes``; ``scenario``: what to begin with."""
+    def __init__(self, connection, processes, scenario, parent=None):
+        """``connection``: ``RosConnection``; ``scenario``: what to begin with."""
         super().__init__(parent)
         self.setObjectName("MrsSimulator")
         self.setWindowTitle("Multi-robot simulator")
-        self.link = link
-        self.study = StudyRun(link, processes, scenario)
+        self.connection = connection
+        self.study = StudyRun(connection, processes, scenario)
         self.history = History()
         self._graph_changed_at = 0.0
         self._team_changed_at, self._last_control, self._last_image = None, None, None
@@ -204,15 +204,15 @@ class StudyWidget(QWidget):
 
     def _show_derived(self):
         control, warnings, targets = self.study.derived
-        self.link.set_starts(self.study.starts())
+        self.connection.set_starts(self.study.starts())
         self.protocol.set_warnings(warnings)
         topology = control.topology
         self.topology.set_team(self.scenario.poses[:, :2])
         self.topology.set_settling("...")
         self.topology.set_topology(topology.edges, topology.directed)
         self.map.show_topology(topology.edges, topology.directed)
-        if not self.link.is_fresh("control"):  # which says where it wants them
-            self.map.show_targets(None if self.link.is_fresh("state") else targets)
+        if not self.connection.is_fresh("control"):  # which says where it wants them
+            self.map.show_targets(None if self.connection.is_fresh("state") else targets)
         self.curves.set_error(self.study.error_function(control))
         self.curves.set_prediction(None, None)  # that of what was
 
@@ -335,7 +335,7 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_emergency(self, on):
-        self.link.set_emergency(on)
+        self.connection.set_emergency(on)
         self.study.preflight.cancel()
 
     @guarded
@@ -365,7 +365,7 @@ class StudyWidget(QWidget):
     @guarded
     def _on_look(self):
         view, picture = self.view, self.view.picture
-        self.link.look(
+        self.connection.look(
             x=view.x,
             y=view.y,
             distance=view.distance,
@@ -386,37 +386,37 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_frame(self):
-        snapshot, now = self.link.snapshot(), time.monotonic()
+        snapshot, now = self.connection.snapshot(), time.monotonic()
         rested = now - self._last_frame[0] >= self.map.cost / MOST_PAINTING
         # Robots placed by hand are not where the stage has them until it has taken them over.
         settled = not self._team_changed_at and not self._awaits_team
         if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
             self._last_frame = now, snapshot
             self.map.show_snapshot(snapshot)
-        for collision in self.link.take_collisions():
+        for collision in self.connection.take_collisions():
             self.history.collisions.append(collision)
             self.map.flash_collision(collision.x, collision.y)
-        image = self.link.newest("image")
+        image = self.connection.newest("image")
         if image is not self._last_image and self.view.isVisible():
             self._last_image = image
             self.view.show_image(image.width, image.height, image.data)
 
     @guarded
     def _on_tick(self):
-        for snapshot in self.link.take_samples():
+        for snapshot in self.connection.take_samples():
             if snapshot is None:  # a run begins
                 self.history.clear()
                 self.map.clear_trails()
             else:
                 self.history.append(snapshot)
-        for name, success, message in self.link.take_results():
+        for name, success, message in self.connection.take_results():
             self._on_result(name, success, message)
         for text in self.study.ended_processes():
             self.say(text)
         self._follow_prediction()
         if self._team_changed_at and time.monotonic() - self._team_changed_at > TEAM_REST:
             self._team_changed_at = None
-            if self.link.is_fresh("state"):
+            if self.connection.is_fresh("state"):
                 self._awaits_team = not self.study.is_controlled()
                 self.say(self.study.send_team())
         if self.study.state.is_emergency():
@@ -459,9 +459,9 @@ class StudyWidget(QWidget):
 
     def _follow_control(self):
         """Show what the running controller says of its places and its graph."""
-        control = self.link.newest("control")
-        if not self.link.is_fresh("control"):
-            if self._last_control is not None and self.link.is_fresh("state"):
+        control = self.connection.newest("control")
+        if not self.connection.is_fresh("control"):
+            if self._last_control is not None and self.connection.is_fresh("state"):
                 self.map.show_targets(None)  # nobody wants them there any more
                 self._last_control = None
             return
@@ -492,10 +492,10 @@ class StudyWidget(QWidget):
             )
             self.status[name].setToolTip(text)
             self.status[name].setVisible(bool(text))
-        stage = self.link.newest("stage")
+        stage = self.connection.newest("stage")
         self.bar.set_paused(stage is not None and stage.paused)
         self.bar.set_recording(self.study.processes.is_running("rosbag"))
-        if self.link.newest("emergency") is not None:
+        if self.connection.newest("emergency") is not None:
             self.bar.set_emergency(self.study.state.is_emergency())
         self._show_possible()
 
@@ -518,7 +518,7 @@ class StudyWidget(QWidget):
         for timer in self.findChildren(QTimer):
             timer.stop()
         self.study.close()
-        self.link.close()
+        self.connection.close()
 
     def save_settings(self):
         """Return what is to survive a restart, as texts by name."""

@@ -88,11 +88,11 @@ class Stage:
             text_parameter("~base_frame", "robot{}/base_link"),
         )
         self.topics = WorldTopics(
-            self.world, self.frames, self.inbox, self.mirror.rows, self._new_link
+            self.world, self.frames, self.inbox, self.mirror.rows, self._topics_of
         )
         self._status = publisher("~status", StageStatus, queue_size=1)
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
-        self._link_robots()
+        self._follow_team()
         self._open_services()
         self.view = None
         if flag_parameter("~view", False):
@@ -120,7 +120,7 @@ class Stage:
             service("~set_team", SetTeam, self._on_set_team),
         ]
 
-    def _link_robots(self):
+    def _follow_team(self):
         self.topics.follow_team()
         if self.drivers:
             self.drivers.follow_team()
@@ -129,7 +129,7 @@ class Stage:
         gc.collect()
         gc.freeze()
 
-    def _new_link(self, row):
+    def _topics_of(self, row):
         if row in self.mirror.rows:
             return RealTopics(row, self.inbox, self.mirror)
         odometry = "rosaria" if self.drivers else self.scenario.odometry
@@ -296,7 +296,7 @@ class Stage:
 
     def _after_change(self):
         self.mirror.begin_at(self.scenario.poses)
-        self._link_robots()
+        self._follow_team()
         # What was said to the robots before is not meant for these.
         self.inbox.take(self.world.n)
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)

@@ -18,15 +18,15 @@ CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time 
 class WorldTopics:
     """Publishes what it sees of a world; it changes nothing there."""
 
-    def __init__(self, world, frames, inbox, real, new_link):
-        """``world`` is looked at whenever something is published; ``frames``: ``links.Frames``.
+    def __init__(self, world, frames, inbox, real, topics_of):
+        """``world`` is looked at whenever something is published; ``frames``: ``robot_topics.Frames``.
 
         ``real``: rows of the robots that are real, whose odometry and transforms are not published
-        here; ``new_link(row)`` makes a robot's own topics; commands for all robots go to ``inbox``.
+        here; ``topics_of(row)`` makes a robot's own topics; commands for all robots go to ``inbox``.
         """
         self._world, self._frames = world, frames
-        self._real, self._new_link = real, new_link
-        self.links = []
+        self._real, self._topics_of = real, topics_of
+        self.robots = []
         self._pose_topic = pattern_parameter("~pose_topic", "")
         self._true_poses = {}  # TruePose by row
         self.collisions = 0
@@ -39,14 +39,14 @@ class WorldTopics:
         self._state = publisher("~state", TeamState, queue_size=1000)
         self._collision = publisher("~collisions", Collision, queue_size=1000)
         # Real robots have topics of their own only.
-        self.team_link = None if real else TeamTopics(inbox)
+        self.team_topics = None if real else TeamTopics(inbox)
 
     def follow_team(self):
         """Open or withdraw robots' own topics, so that every robot of the world has its own."""
-        while len(self.links) > self._world.n:
-            self.links.pop().close()
-        for row in range(len(self.links), self._world.n):
-            self.links.append(self._new_link(row))
+        while len(self.robots) > self._world.n:
+            self.robots.pop().close()
+        for row in range(len(self.robots), self._world.n):
+            self.robots.append(self._topics_of(row))
         self._follow_true_poses()
         self._publish_static_transforms()
 
@@ -60,15 +60,15 @@ class WorldTopics:
 
     def unlistened(self):
         """Return the rows of the robots whose odometry nobody hears."""
-        if self.team_link and self.team_link.listened_to:
+        if self.team_topics and self.team_topics.listened_to:
             return []
-        return [row for row, link in enumerate(self.links) if not link.listened_to]
+        return [row for row, robot in enumerate(self.robots) if not robot.listened_to]
 
     def uncommanded(self):
         """Return the rows of the robots that nobody publishes commands for."""
-        if self.team_link and self.team_link.commanded:
+        if self.team_topics and self.team_topics.commanded:
             return []
-        return [row for row, link in enumerate(self.links) if not link.commanded]
+        return [row for row, robot in enumerate(self.robots) if not robot.commanded]
 
     def recorders(self):
         """Return how many listen to the state, and its name."""
@@ -87,11 +87,11 @@ class WorldTopics:
         """Publish the odometry of all robots, and the transforms that go with it."""
         stamp = self.stamp()
         poses, twists = self._world.odometry(), self._world.twist
-        if self.team_link:
-            self.team_link.publish(stamp, poses, twists)
+        if self.team_topics:
+            self.team_topics.publish(stamp, poses, twists)
         poses = poses.tolist()
-        for link, pose, twist in zip(self.links, poses, twists.tolist()):
-            link.publish(stamp, pose, twist)
+        for robot, pose, twist in zip(self.robots, poses, twists.tolist()):
+            robot.publish(stamp, pose, twist)
         for row, true_pose in self._true_poses.items():
             true_pose.publish(stamp, self._world.pose[row].tolist())
         listeners = self._tf.get_num_connections()

@@ -43,7 +43,7 @@ class RosConnection:
         self._lock = threading.Lock()
         self._newest, self._heard = {}, {}
         self._samples, self._collisions = deque(maxlen=MOST_WAITING), deque(maxlen=1000)
-        self._errands, self._robots, self._emergency = (
+        self._calls, self._robots, self._emergency = (
             ServiceCalls(),
             RobotsConnection(),
             StopTopic(),
@@ -52,7 +52,7 @@ class RosConnection:
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.first_stamp = self._robots.first_stamp
         self.set_starts, self.odometry_topics = self._robots.set_starts, self._robots.topics
-        self.do, self.take_results = self._errands.do, self._errands.take_results
+        self.do, self.take_results = self._calls.do, self._calls.take_results
         self.set_emergency = self._emergency.set
         self._ended, self.master_online = threading.Event(), False
         self._subscribers, self._camera = {}, None  # made once there is a master
@@ -142,7 +142,7 @@ class RosConnection:
 
     def ask(self, name, *arguments):
         """Call service ``name`` in the background; ``take_results`` has the answer."""
-        self._errands.ask(name, arguments, self.begin_run if name in BEGINNINGS else None)
+        self._calls.ask(name, arguments, self.begin_run if name in BEGINNINGS else None)
 
     def set_team(self, poses, kinds):
         """Ask the stage for a new team; ``poses`` (n, 3)."""
@@ -158,15 +158,15 @@ class RosConnection:
 
     def set_parameters(self, values):
         """Set the protocol's parameters through dynamic_reconfigure in the background."""
-        self._errands.put(CONTROLLER, "parameters", lambda: service_calls.reconfigure(values))
+        self._calls.put(CONTROLLER, "parameters", lambda: service_calls.reconfigure(values))
 
     def begin_simulated_time(self):
         """Set ``/use_sim_time``; the result ``simulated_time`` has what it was, None if not set."""
-        self._errands.put(MASTER, "simulated_time", service_calls.begin_simulated_time)
+        self._calls.put(MASTER, "simulated_time", service_calls.begin_simulated_time)
 
     def restore_simulated_time(self, before):
         """Set ``/use_sim_time`` to what it was ``before``."""
-        self._errands.put(
+        self._calls.put(
             MASTER, "restored_time", lambda: service_calls.restore_simulated_time(before)
         )
 
@@ -252,7 +252,7 @@ class RosConnection:
         """
         end = time.monotonic() + END_LIMIT
         self._ended.set()
-        self._errands.close(end)
+        self._calls.close(end)
         self._looking.join(max(0.0, end - time.monotonic()))
 
     def _withdraw(self):

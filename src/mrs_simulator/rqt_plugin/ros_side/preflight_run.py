@@ -44,8 +44,8 @@ class Finding(NamedTuple):
 class PreflightRun:
     """One check at a time, in the background, alone or before a start."""
 
-    def __init__(self, link, processes):
-        self._link, self._processes = link, processes
+    def __init__(self, connection, processes):
+        self._connection, self._processes = connection, processes
         self.running = False
         self.findings, self.passed = None, 0  # of the last check; None before the first
         self.outcome = ""  # of the last check for the controller: started or refused
@@ -63,9 +63,11 @@ class PreflightRun:
         has judged.
         """
         self.running, self._accepted, self.outcome = True, accepted, ""
-        topics, real = self._link.odometry_topics(), who_is_real(self._link)
+        topics, real = self._connection.odometry_topics(), who_is_real(self._connection)
         run = ["--scenario", scenario_path] + real
-        self._link.do("preflight", lambda: self._check(run, list(own), topics, alone=not real))
+        self._connection.do(
+            "preflight", lambda: self._check(run, list(own), topics, alone=not real)
+        )
 
     def cancel(self):
         """Start nothing when the check ends; return whether something was to be started."""
@@ -112,11 +114,11 @@ class PreflightRun:
         return True, (len(rows) - len(failed), findings + [Finding(**row) for row in failed])
 
 
-def who_is_real(link):
+def who_is_real(connection):
     """Return the argument that tells which of a stage's robots are real; without a stage all are."""
-    if not link.is_fresh("stage"):
+    if not connection.is_fresh("stage"):
         return []
-    snapshot = link.snapshot()
+    snapshot = connection.snapshot()
     # Nobody has to be said as well: the parameter outlives the controller before.
     return ["_real:={}".format(sorted(snapshot.real) if snapshot else [])]
 

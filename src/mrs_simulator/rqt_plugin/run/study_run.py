@@ -44,13 +44,13 @@ class Derived(NamedTuple):
 class StudyRun:
     """The scenario under the user's hands, and the programs that run it."""
 
-    def __init__(self, link, processes, scenario):
-        self.link, self.processes, self.scenario = link, processes, scenario
+    def __init__(self, connection, processes, scenario):
+        self.connection, self.processes, self.scenario = connection, processes, scenario
         self.derived = None  # from the scenario, since it was taken up
         self._prediction = DebouncedWorker(PREDICTION_REST)
         self.take_prediction = self._prediction.take
-        self.preflight = PreflightRun(link, processes)
-        self.state = StudyState(link, processes, self.preflight)
+        self.preflight = PreflightRun(connection, processes)
+        self.state = StudyState(connection, processes, self.preflight)
         self.is_controlled = self.state.is_controlled
         self._speed = None  # at which a stage is about to start
         self._swapped = None  # [what /use_sim_time was before a stage was started here]
@@ -121,7 +121,7 @@ class StudyRun:
         control = self.scenario.control._replace(parameters=checked)
         wrong = self._try(self.scenario._replace(control=control))
         if not wrong and self.state.has_control():
-            self.link.set_parameters(checked)
+            self.connection.set_parameters(checked)
         return wrong
 
     def set_topology(self, edges, directed):
@@ -132,7 +132,7 @@ class StudyRun:
         changed = self.scenario.control._replace(parameters=dict(control.parameters))
         wrong = self._try(self.scenario._replace(topology=topology, control=changed))
         if not wrong and self.state.has_control():
-            self.link.set_topology(edges, directed)
+            self.connection.set_topology(edges, directed)
         return wrong
 
     def starts(self):
@@ -176,14 +176,14 @@ class StudyRun:
             return "{}: {}".format(name, error)
 
     def _do_simulate(self, speed):
-        if self.link.is_fresh("stage"):
+        if self.connection.is_fresh("stage"):
             return self._attach()
         try:
             scenario_from_dict(self.scenario.to_dict(), "scenario")
         except ValueError as error:
             return str(error)
         if self._speed is None:
-            self.link.begin_simulated_time()  # then take_result starts the stage
+            self.connection.begin_simulated_time()  # then take_result starts the stage
         self._speed = speed
         return ""
 
@@ -200,12 +200,12 @@ class StudyRun:
             return "not attached: the stage has not told its scenario yet"
         if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
             runs = runs._replace(control=self.scenario.control, path=self.scenario.path)
-        return self._try(runs._replace(speed=self.link.newest("stage").speed)) or attached
+        return self._try(runs._replace(speed=self.connection.newest("stage").speed)) or attached
 
     def _stage_scenario(self):
         """Return the scenario of the stage that runs, None before it is known."""
-        told = self.link.newest("scenario")
-        if told is None or not self.link.is_fresh("stage"):
+        told = self.connection.newest("scenario")
+        if told is None or not self.connection.is_fresh("stage"):
             return None
         return scenario_from_yaml(told.data, "stage/scenario")
 
@@ -214,27 +214,27 @@ class StudyRun:
         if not success:
             return "simulation not started: {}".format(before)
         self._swapped = [before]
-        self.link.begin_run()
+        self.connection.begin_run()
         self.processes.start("stage", "stage", "--scenario", self._written(), speed)
         return "simulation started"
 
     def _restore_time(self):
         """Leave ``/use_sim_time`` as it was before a stage was started here."""
         if self._swapped is not None:
-            self.link.restore_simulated_time(*self._swapped)
+            self.connection.restore_simulated_time(*self._swapped)
             self._swapped = None
 
     def _do_pause(self, _):
-        stage = self.link.newest("stage")
-        self.link.ask("pause", not (stage is not None and stage.paused))
+        stage = self.connection.newest("stage")
+        self.connection.ask("pause", not (stage is not None and stage.paused))
         return ""
 
     def _do_step(self, _):
-        self.link.ask("step", 1)
+        self.connection.ask("step", 1)
         return ""
 
     def _do_reset(self, _):
-        self.link.ask("reset")
+        self.connection.ask("reset")
         return ""
 
     def _do_end(self, _):
@@ -258,8 +258,8 @@ class StudyRun:
 
     def _start_control(self):
         ending = self.processes.is_ending("control")  # it would answer, and go
-        if self.link.is_fresh("control") and self._control_fits() and not ending:
-            self.link.ask("start")
+        if self.connection.is_fresh("control") and self._control_fits() and not ending:
+            self.connection.ask("start")
             return ""
         if self.state.real() and self.state.started_elsewhere():
             # Its remappings and limits are not known here: it is not to be replaced.
@@ -268,14 +268,14 @@ class StudyRun:
         return "controller started: {}".format(self.scenario.control.protocol)
 
     def _launch_control(self):
-        self.link.begin_run()
-        arguments = ["--scenario", self._written()] + who_is_real(self.link)
+        self.connection.begin_run()
+        arguments = ["--scenario", self._written()] + who_is_real(self.connection)
         self.processes.start("control", "pioneer_control", *arguments)
 
     def _do_stop(self, _):
         if self.preflight.cancel():
             return "the controller does not start"
-        self.link.ask("stop")
+        self.connection.ask("stop")
         return ""
 
     def _do_preflight(self, _):
@@ -284,11 +284,15 @@ class StudyRun:
 
     def _own_findings(self):
         """Return what the GUI knows and the command ``preflight`` does not."""
-        found, control, stage = [], self.link.newest("control"), self.link.newest("stage")
+        found, control, stage = (
+            [],
+            self.connection.newest("control"),
+            self.connection.newest("stage"),
+        )
         wanted = type(self.control()).__name__
         if self.state.started_elsewhere() and control.protocol != wanted:
             found.append(Finding("", "controller", "runs " + control.protocol, wanted))
-        if self.state.real() and self.link.is_fresh("stage") and stage.speed != 1.0:
+        if self.state.real() and self.connection.is_fresh("stage") and stage.speed != 1.0:
             found.append(Finding("", "speed", "{:g}".format(stage.speed), "1, as real robots go"))
         return found
 
@@ -323,9 +327,9 @@ class StudyRun:
     def set_speed(self, speed):
         """Ask a running stage for ``speed``."""
         self.scenario = self.scenario._replace(speed=speed)
-        if not self.link.is_fresh("stage"):
+        if not self.connection.is_fresh("stage"):
             return ""
-        self.link.ask("set_speed", speed)
+        self.connection.ask("set_speed", speed)
         real = self.state.real() if speed != 1.0 else ()
         return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
 
@@ -338,12 +342,12 @@ class StudyRun:
             return "the team is not sent: stop the controller to change it"
         if self.processes.is_running("control") and not self._control_fits():
             self.processes.stop("control")
-        self.link.set_team(self.scenario.poses, self.scenario.kinds)
+        self.connection.set_team(self.scenario.poses, self.scenario.kinds)
         real = self.state.real()
         return "{}: real, not moved".format(named(real)) if real else ""
 
     def _control_fits(self):
-        control = self.link.newest("control")
+        control = self.connection.newest("control")
         size = 0 if control is None else len(control.command_v)
         return size == self.scenario.n and not control.stale
 
@@ -375,7 +379,7 @@ class StudyRun:
 
     def show_camera(self, on):
         """Start or end the camera's pictures."""
-        self.link.watch(on)
+        self.connection.watch(on)
         if on:
             self.processes.start("camera", "camera")
         else:
@@ -386,12 +390,12 @@ class StudyRun:
         ended = self.processes.take_ended()
         names = {name.partition(" ")[0] for name, _, _ in ended}
         if "control" in names:  # its last status is not that of a controller that could be started
-            self.link.forget("control")
+            self.connection.forget("control")
             if self.processes.is_running("control"):  # one has taken over, and gives commands alone
-                self.link.begin_run()
+                self.connection.begin_run()
         if "stage" in names:  # nor is its last state that of a simulation to attach to
-            self.link.forget("stage")
-            self.link.forget("state")
+            self.connection.forget("stage")
+            self.connection.forget("state")
         if any(name == "stage" for name, _, _ in ended):
             self._restore_time()
         return [
@@ -435,11 +439,14 @@ class StudyRun:
             verdict = os.path.join(directory, VERDICT_FILE)
             return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
 
-        self.link.do("save", work)
+        self.connection.do("save", work)
 
     def _told(self, begin, end, real):
         """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
-        controller, origin = self.link.controller, self.link.first_stamp() if real else 0.0
+        controller, origin = (
+            self.connection.controller,
+            self.connection.first_stamp() if real else 0.0,
+        )
         meta = {"warnings": controller.warnings(origin + begin, origin + end)}
         ended = controller.ended(origin + begin)
         meta.update({"ended": ended} if ended else {})

@@ -8,50 +8,53 @@ USUAL_TOPIC = "/robot{}/odom"
 
 
 class StudyState:
-    """Reads the state of master, stage, controller and robots off the link."""
+    """Reads the state of master, stage, controller and robots from the connection."""
 
-    def __init__(self, link, processes, preflight):
+    def __init__(self, connection, processes, preflight):
         """``preflight``: the ``PreflightRun``."""
-        self.link, self.processes, self.preflight = link, processes, preflight
+        self.connection, self.processes, self.preflight = connection, processes, preflight
 
     # What is so ----------------------------------------------------------------------------------
 
     def is_controlled(self):
         """Return whether a controller runs and gives commands."""
-        control = self.link.newest("control")
-        return self.link.is_fresh("control") and control is not None and control.running
+        control = self.connection.newest("control")
+        return self.connection.is_fresh("control") and control is not None and control.running
 
     def has_control(self):
         """Return whether a controller takes edits: one that runs, stands or is about to start."""
-        heard = self.link.is_fresh("control") and not self.processes.is_ending("control")
+        heard = self.connection.is_fresh("control") and not self.processes.is_ending("control")
         return heard or self.processes.is_running("control")
 
     def is_emergency(self):
         """Return whether the emergency stop is latched."""
-        emergency = self.link.newest("emergency")
+        emergency = self.connection.newest("emergency")
         return emergency is not None and emergency.data
 
     def real(self):
         """Return the numbers of the real robots."""
-        snapshot = self.link.snapshot()
+        snapshot = self.connection.snapshot()
         return frozenset() if snapshot is None else snapshot.real
 
     def real_alone(self):
         """Return whether there are real robots, and no simulation about them."""
-        return bool(self.real()) and not self.link.is_fresh("stage")
+        return bool(self.real()) and not self.connection.is_fresh("stage")
 
     def started_elsewhere(self):
         """Return whether a controller runs that was not started here."""
-        return self.link.is_fresh("control") and not self.processes.is_running("control")
+        return self.connection.is_fresh("control") and not self.processes.is_running("control")
 
     def lines(self):
         """Return ``name: (good, text)`` of master, stage, controller, robots and time."""
-        link = self.link
-        stage, alive = link.newest("stage"), link.is_fresh("stage")
+        connection = self.connection
+        stage, alive = connection.newest("stage"), connection.is_fresh("stage")
         return {
-            "master": (link.master_online, "master" if link.master_online else "no master"),
+            "master": (
+                connection.master_online,
+                "master" if connection.master_online else "no master",
+            ),
             "stage": self._stage(stage, alive),
-            "controller": self._controller(link.newest("control")),
+            "controller": self._controller(connection.newest("control")),
             "robots": self._robots(),
             "time": self._time(stage, alive),
         }
@@ -68,7 +71,7 @@ class StudyState:
     def _controller(self, control):
         if self.preflight.starting:
             return None, "controller: the robots are checked before it starts"
-        if control is None or not self.link.is_fresh("control"):
+        if control is None or not self.connection.is_fresh("control"):
             return None, "no controller"
         if control.running and not control.trouble:
             return True, "controller: {}".format(control.protocol)
@@ -77,7 +80,7 @@ class StudyState:
         return False, "controller: {}".format(control.trouble or "stopped")
 
     def _robots(self):
-        snapshot = self.link.snapshot()
+        snapshot = self.connection.snapshot()
         if snapshot is None:
             return None, "no robots"
         n, real, stale = len(snapshot.numbers), len(snapshot.real), len(self._stale(snapshot))
@@ -92,7 +95,7 @@ class StudyState:
         return [n for n, fresh in zip(snapshot.numbers, snapshot.fresh) if not fresh]
 
     def _time(self, stage, alive):
-        snapshot = self.link.snapshot()
+        snapshot = self.connection.snapshot()
         if snapshot is None:
             return None, ""
         text = "t = {:.1f} s".format(snapshot.time)
@@ -107,7 +110,7 @@ class StudyState:
 
     def actions(self):
         """Return ``name: (possible, remark)`` of the run's actions; the remark says why, or what of it."""
-        stage, alive = self.link.newest("stage"), self.link.is_fresh("stage")
+        stage, alive = self.connection.newest("stage"), self.connection.is_fresh("stage")
         paused = alive and stage is not None and stage.paused
         reasons = {
             "simulate": self._no_simulation(),
@@ -122,8 +125,8 @@ class StudyState:
             "stop": ""
             if self.is_controlled() or self.preflight.starting
             else "none gives commands",
-            "bag": "" if self.link.master_online else NO_MASTER,
-            "save": "" if self.link.snapshot() is not None else "no robot has been heard",
+            "bag": "" if self.connection.master_online else NO_MASTER,
+            "save": "" if self.connection.snapshot() is not None else "no robot has been heard",
         }
         remarks = dict.fromkeys(reasons, "")
         if self.real() and alive:
@@ -134,12 +137,12 @@ class StudyState:
         return {name: (not why, why or remarks[name]) for name, why in reasons.items()}
 
     def _no_stage(self, what):
-        if self.link.is_fresh("stage"):
+        if self.connection.is_fresh("stage"):
             return ""
         return REAL_ALONE.format(what) if self.real() else NO_STAGE
 
     def _no_simulation(self):
-        if not self.link.master_online:
+        if not self.connection.master_online:
             return NO_MASTER
         if self.processes.is_running("stage"):
             return "it runs"
@@ -150,14 +153,14 @@ class StudyState:
         return ""
 
     def _no_check(self):
-        if not self.link.master_online:
+        if not self.connection.master_online:
             return NO_MASTER
         return "a check is under way" if self.preflight.running else ""
 
     def no_start(self):
         """Return why the controller cannot be started now, or ""."""
-        snapshot = self.link.snapshot()
-        if not self.link.master_online:
+        snapshot = self.connection.snapshot()
+        if not self.connection.master_online:
             return NO_MASTER
         if snapshot is None:
             return "no robots: start the simulation, or the robots' drivers"
@@ -176,9 +179,9 @@ class StudyState:
 
     def _no_topics(self, snapshot):
         """Return why no controller of the GUI's own can reach the real robots, or ""."""
-        if self.link.is_fresh("control") or self.link.is_fresh("stage"):
+        if self.connection.is_fresh("control") or self.connection.is_fresh("stage"):
             return ""
-        topics = self.link.odometry_topics()
+        topics = self.connection.odometry_topics()
         other = [t for n, t in sorted(topics.items()) if t != USUAL_TOPIC.format(n)]
         if not snapshot.real or not other:
             return ""
@@ -196,7 +199,7 @@ class StudyState:
 
     def poses_locked(self, n):
         """Return why the robots of a scenario of ``n`` cannot be dragged now, or ""."""
-        heard = len(self.link.snapshot().numbers) if self.link.is_fresh("state") else n
+        heard = len(self.connection.snapshot().numbers) if self.connection.is_fresh("state") else n
         if heard != n and not self.processes.is_running("stage"):
             return "{} robots run, the scenario has {}: attach to the simulation first".format(
                 heard, n

@@ -6,7 +6,11 @@
 
 import numpy as np
 
+from mrs_simulator.core.neighbours import close_pairs, squared
+from mrs_simulator.core.parameters import shown
+
 PRESETS = ("chain", "cycle", "path", "star", "complete")
+MOST_PAIRS = 5000000  # [-] pairs of robots that a graph is made from
 
 
 class Topology:
@@ -58,6 +62,7 @@ class Topology:
         if name == "star":
             return cls(n, [(1, j) for j in range(2, n + 1)], directed=False)
         if name == "complete":
+            _refuse_many(n * (n - 1) // 2)
             pairs = [(i, j) for i in range(1, n + 1) for j in range(i + 1, n + 1)]
             return cls(n, pairs, directed=False)
         raise ValueError("topology preset {!r}: wanted one of {}".format(name, ", ".join(PRESETS)))
@@ -65,6 +70,7 @@ class Topology:
     @classmethod
     def random(cls, n, probability=0.3, seed=0):
         """Return a connected undirected graph: a random tree, and each other pair with ``probability``."""
+        _refuse_many(n * (n - 1) // 2)
         draw = np.random.default_rng(seed)
         order = draw.permutation(n) + 1
         pairs = {tuple(sorted((int(order[k]), int(order[draw.integers(k)])))) for k in range(1, n)}
@@ -76,9 +82,13 @@ class Topology:
     def proximity(cls, points, radius):
         """Return the undirected graph of all pairs of ``points`` (n, 2) [m] within ``radius`` [m]."""
         points = np.asarray(points, dtype=float)
-        apart = np.linalg.norm(points[:, np.newaxis] - points[np.newaxis], axis=2)
-        near = np.triu(apart <= radius, 1)
-        pairs = [(int(i) + 1, int(j) + 1) for i, j in zip(*np.nonzero(near))]
+        # Cells as small as that radius could not be numbered where points lie far apart.
+        reach = max(radius * (1.0 + 1e-9), 1e-6 * np.ptp(points, axis=0).max(), 1e-9)
+        first, second = close_pairs(points, reach)
+        near = np.sqrt(squared(points[first] - points[second])) <= radius
+        _refuse_many(np.count_nonzero(near))
+        pairs = np.column_stack([first[near], second[near]]) + 1
+        pairs = [tuple(pair) for pair in pairs.tolist()]
         return cls(len(points), pairs, directed=False)
 
     @property
@@ -150,6 +160,13 @@ class Topology:
         return np.bincount(self._heard, self._weight, self.n)
 
 
+def _refuse_many(pairs):
+    if pairs > MOST_PAIRS:
+        raise ValueError(
+            "{} pairs of robots: wanted at most {}; fewer robots or edges".format(pairs, MOST_PAIRS)
+        )
+
+
 def _reach(following, start, seen):
     """Add to ``seen`` all that can be reached from ``start``; return it."""
     seen.add(start)
@@ -164,20 +181,22 @@ def _reach(following, start, seen):
 def _checked_edge(edge, n):
     edge = tuple(edge) if isinstance(edge, (list, tuple)) else (edge,)
     if len(edge) not in (2, 3):
-        raise ValueError("edge {}: wanted [i, j] or [i, j, weight]".format(list(edge)))
+        raise ValueError("edge {}: wanted [i, j] or [i, j, weight]".format(shown(list(edge))))
     for robot in edge[:2]:
         if isinstance(robot, bool) or not isinstance(robot, int) or not 1 <= robot <= n:
             raise ValueError(
-                "edge {}: robot {!r}, wanted a whole number from 1 to {}".format(
-                    list(edge), robot, n
+                "edge {}: robot {}, wanted a whole number from 1 to {}".format(
+                    shown(list(edge)), shown(robot), n
                 )
             )
     weight = edge[2] if len(edge) == 3 else 1.0
     number = isinstance(weight, (int, float)) and not isinstance(weight, bool)
     if not number or not 0.0 < weight < np.inf:
-        raise ValueError("edge {}: weight {!r}, wanted above 0".format(list(edge), weight))
+        raise ValueError(
+            "edge {}: weight {}, wanted above 0".format(shown(list(edge)), shown(weight))
+        )
     if edge[0] == edge[1]:
-        raise ValueError("edge {}: a robot does not hear itself".format(list(edge)))
+        raise ValueError("edge {}: a robot does not hear itself".format(shown(list(edge))))
     return edge[0], edge[1], float(weight)
 
 

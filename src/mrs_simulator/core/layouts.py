@@ -7,15 +7,25 @@ from mrs_simulator.core.parameters import Parameter, checked_values, unknown_nam
 
 TRIES_PER_ROBOT = 2000  # [-] draws of a random position before it is said that none is free
 
-_SPACING = Parameter("spacing", 2.0, "m", low=0.0, open_low=True, meaning="between neighbours")
+LARGEST = 1e6  # [m] of any length of a layout
+
+_SPACING = Parameter(
+    "spacing", 2.0, "m", low=0.0, high=LARGEST, open_low=True, meaning="between neighbours"
+)
+_RADIUS = Parameter(
+    "radius", 5.0, "m", low=0.0, high=LARGEST, open_low=True, meaning="of the circle"
+)
+_APART = Parameter(
+    "min_distance", 1.5, "m", low=0.0, high=LARGEST, meaning="between any two centres"
+)
+_SIZE = Parameter(
+    "size", 20.0, "m", low=0.0, high=LARGEST, open_low=True, meaning="side of the square"
+)
 LAYOUTS = {
     "line": (_SPACING,),
     "grid": (_SPACING,),
-    "circle": (Parameter("radius", 5.0, "m", low=0.0, open_low=True, meaning="of the circle"),),
-    "random": (
-        Parameter("min_distance", 1.5, "m", low=0.0, meaning="between any two centres"),
-        Parameter("size", 20.0, "m", low=0.0, open_low=True, meaning="side of the square"),
-    ),
+    "circle": (_RADIUS,),
+    "random": (_APART, _SIZE),
 }
 
 

@@ -1,8 +1,12 @@
 """Parameters of a protocol, described once: for scenarios, launch files, ROS and forms."""
 
 import difflib
+import itertools
 import math
 from typing import Any, NamedTuple, Optional, Tuple
+
+LONGEST_SHOWN = 60  # [characters] of a value in an error message
+MOST_BITS = 10000  # [-] of a whole number that is written out; Python refuses far longer ones
 
 
 class Parameter(NamedTuple):
@@ -41,7 +45,7 @@ class Parameter(NamedTuple):
         """Return ``value`` as the parameter's type; ``ValueError`` if it is not allowed."""
         result = self._typed(value)
         if result is None or not self._in_range(result):
-            raise ValueError("{} = {!r}: wanted {}".format(self.name, value, self.wanted()))
+            raise ValueError("{} = {}: wanted {}".format(self.name, shown(value), self.wanted()))
         return result
 
     def _typed(self, value):
@@ -80,7 +84,48 @@ def checked_values(parameters, given, owner="parameters"):
 
 def unknown_name(owner, name, known):
     """Return the message for a name that is not ``known``, with the nearest one that is."""
-    near = difflib.get_close_matches(str(name), [str(k) for k in known], n=1)
+    text = str(name) if isinstance(name, (str, bool, float)) else shown(name)
+    near = difflib.get_close_matches(text[:LONGEST_SHOWN], [str(k) for k in known], n=1)
     hint = "; did you mean {!r}?".format(near[0]) if near else ""
     listing = ", ".join(sorted({str(k) for k in known})) or "none"
-    return "{}: unknown {!r}{} (known: {})".format(owner, name, hint, listing)
+    return "{}: unknown {}{} (known: {})".format(owner, shown(name), hint, listing)
+
+
+def shown(value):
+    """Return ``value`` as it should appear in an error message, never longer than a line.
+
+    No more of its representation is made than is shown, whatever ``value`` holds.
+    """
+    if value is None:
+        return "nothing given"
+    text, pieces = "", _pieces(value)
+    while len(text) <= LONGEST_SHOWN:
+        more = "".join(itertools.islice(pieces, LONGEST_SHOWN))
+        if not more:
+            return text
+        text += more
+    return text[: LONGEST_SHOWN - 3] + "..."
+
+
+def _pieces(value):
+    """Yield the representation of ``value`` piece by piece, as ``repr`` has it."""
+    if type(value) in (list, tuple):
+        yield "[" if type(value) is list else "("
+        for index, item in enumerate(value):
+            yield ", " if index else ""
+            yield from _pieces(item)
+        yield "]" if type(value) is list else ",)" if len(value) == 1 else ")"
+    elif type(value) is dict:
+        yield "{"
+        for index, (key, item) in enumerate(value.items()):
+            yield ", " if index else ""
+            yield from _pieces(key)
+            yield ": "
+            yield from _pieces(item)
+        yield "}"
+    elif isinstance(value, (str, bytes)):
+        yield repr(value[: LONGEST_SHOWN + 1])
+    elif isinstance(value, int) and value.bit_length() > MOST_BITS:
+        yield "a whole number of {} bits".format(value.bit_length())
+    else:
+        yield repr(value)

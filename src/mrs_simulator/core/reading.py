@@ -3,12 +3,14 @@
 import math
 import os
 import re
+import stat
 
 import yaml
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.parameters import shown, unknown_name
 
 LARGEST_FILE = 4 * 1024 * 1024  # [bytes], far above any scenario; guards against a wrong file
+MOST_ALIASED = 100000  # [-] values that all aliases of a text may stand for
 
 
 class ScenarioError(ValueError):
@@ -16,7 +18,30 @@ class ScenarioError(ValueError):
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe loader that refuses a key given twice and reads 1e-3 as a number."""
+    """Safe loader that refuses repeated keys, bounds aliases, and reads 1e-3 as a number."""
+
+    def __init__(self, stream):
+        super().__init__(stream)
+        self._composed, self._sizes = 0, {}
+
+    def compose_node(self, parent, index):
+        """Return the next node; aliases that stand for too much, or for themselves, are refused.
+
+        A few nested aliases can stand for billions of values, which whoever walks over the
+        content would visit one by one.
+        """
+        alias = self.check_event(yaml.events.AliasEvent)
+        mark = self.peek_event().start_mark
+        node = super().compose_node(parent, index)
+        if not alias:
+            self._composed += 1
+            self._sizes[id(node)] = 1 + sum(self._sizes[id(child)] for child in _children(node))
+        if id(node) not in self._sizes:
+            raise yaml.composer.ComposerError(None, None, "an alias stands for itself", mark)
+        if self._sizes[id(node)] - self._composed > MOST_ALIASED:
+            text = "the aliases stand for more than {} values".format(MOST_ALIASED)
+            raise yaml.composer.ComposerError(None, None, text, mark)
+        return node
 
     def construct_mapping(self, node, deep=False):
         seen = set()
@@ -31,9 +56,16 @@ class _Loader(yaml.SafeLoader):
                 ) from None
             if again:
                 raise yaml.constructor.ConstructorError(
-                    None, None, "key {!r} is given twice".format(key), key_node.start_mark
+                    None, None, "key {} is given twice".format(shown(key)), key_node.start_mark
                 )
         return super().construct_mapping(node, deep=deep)
+
+
+def _children(node):
+    """Return the nodes that ``node`` holds directly."""
+    if isinstance(node, yaml.MappingNode):
+        return [child for pair in node.value for child in pair]
+    return node.value if isinstance(node, yaml.SequenceNode) else []
 
 
 _Loader.add_implicit_resolver(
@@ -46,19 +78,27 @@ _Loader.add_implicit_resolver(
 def load_yaml(path):
     """Return the content of the YAML file at ``path``; ``ScenarioError`` says what is wrong."""
     try:
-        if os.path.getsize(path) > LARGEST_FILE:
-            raise ScenarioError("{}: larger than {} bytes".format(path, LARGEST_FILE))
+        refuse_special(path)
         with open(path, encoding="utf-8") as file:
-            text = file.read()
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        if isinstance(error, ScenarioError):
-            raise
+            text = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
         raise ScenarioError("{}: cannot be read: {}".format(path, reason(error))) from None
     return parse_yaml(text, path)
 
 
+def refuse_special(path):
+    """Raise ``OSError`` where ``path`` is no regular file: a pipe or a device may never end."""
+    kind = os.stat(path).st_mode
+    if stat.S_ISDIR(kind):
+        raise IsADirectoryError("is a directory, wanted a file")
+    if not stat.S_ISREG(kind):
+        raise OSError("is a pipe or a device, wanted a regular file")
+
+
 def parse_yaml(text, where):
     """Return the content of YAML ``text``; ``where`` names it in errors."""
+    if len(text) > LARGEST_FILE:
+        raise ScenarioError("{}: larger than {} bytes".format(where, LARGEST_FILE))
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:
@@ -166,14 +206,6 @@ def number_list(value, count, where):
             "{}: {}, wanted a list of {} numbers".format(where, shown(value), count)
         )
     return [number(item, "{}[{}]".format(where, index)) for index, item in enumerate(value)]
-
-
-def shown(value):
-    """Return ``value`` as it should appear in an error message, never longer than a line."""
-    if value is None:
-        return "nothing given"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _range(low, high):

@@ -216,9 +216,10 @@ def _read_poses(top, seed):
         name = layout.text("layout", choices=sorted(LAYOUTS))
         values = {key: given[key] for key in given if key != "layout"}
         try:
-            return make_layout(name, count, seed=seed, **values)
+            poses = make_layout(name, count, seed=seed, **values)
         except (ValueError, TypeError) as error:
             raise ScenarioError("{}: {}".format(top.at("poses"), error)) from None
+        return _near(poses, top.at("poses"))
     if not isinstance(given, list) or not given or len(given) > MOST_ROBOTS:
         raise ScenarioError(
             "{}: {}, wanted a list of [x, y, theta] or a layout".format(
@@ -226,17 +227,18 @@ def _read_poses(top, seed):
             )
         )
     rows = [number_list(row, 3, "{}[{}]".format(top.at("poses"), i)) for i, row in enumerate(given)]
-    poses = np.array(rows)
-    far = np.flatnonzero(np.abs(poses).max(axis=1) > FARTHEST)
-    if len(far):
-        raise ScenarioError(
-            "{}[{}]: {}, wanted within {:g} m".format(
-                top.at("poses"), far[0], given[far[0]], FARTHEST
-            )
-        )
+    poses = _near(np.array(rows), top.at("poses"))
     count = top.whole("robots", len(rows), low=1, high=MOST_ROBOTS)
     if count != len(rows):
         raise ScenarioError("{}: {}, but poses has {}".format(top.at("robots"), count, len(rows)))
+    return poses
+
+
+def _near(poses, where):
+    far = np.flatnonzero(np.abs(poses).max(axis=1) > FARTHEST)
+    if len(far):
+        text = "{}[{}]: {}, wanted within {:g} m"
+        raise ScenarioError(text.format(where, far[0], poses[far[0]].tolist(), FARTHEST))
     return poses
 
 
@@ -275,10 +277,9 @@ def _read_control(top):
         )
     for name, value in parameters.items():
         if not isinstance(name, str) or not isinstance(value, (int, float, str, bool)):
+            place = section.at("parameters.{}".format(shown(name).strip("'")))
             raise ScenarioError(
-                "{}: {}, wanted a number, a text, true or false".format(
-                    section.at("parameters.{}".format(name)), shown(value)
-                )
+                "{}: {}, wanted a number, a text, true or false".format(place, shown(value))
             )
     if "l" in parameters:
         Section(parameters, section.at("parameters")).number("l", above=0.0)
@@ -311,23 +312,23 @@ def _read_topology(top, poses, seed):
         return None
     section = Section(top.take("topology"), top.at("topology"))
     try:
-        if section.has("preset"):
-            return _made_topology(section, poses, seed)
+        topology = _made_topology(section, poses, seed)
+    except ScenarioError:
+        raise
+    except ValueError as error:
+        raise ScenarioError("{}: {}".format(top.at("topology"), error)) from None
+    section.done()
+    return topology
+
+
+def _made_topology(section, poses, seed):
+    if not section.has("preset"):
         edges = section.take("edges", [])
         if not isinstance(edges, list):
             raise ValueError(
                 "edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges))
             )
         return Topology(len(poses), edges, section.flag("directed", True))
-    except ScenarioError:
-        raise
-    except ValueError as error:
-        raise ScenarioError("{}: {}".format(top.at("topology"), error)) from None
-    finally:
-        section.done()
-
-
-def _made_topology(section, poses, seed):
     name = section.text("preset", choices=PRESETS + ("random", "proximity"))
     if name == "random":
         return Topology.random(
@@ -347,7 +348,9 @@ def _read_obstacles(top):
         obstacle = _read_obstacle(item, "{}[{}]".format(top.at("obstacles"), index), index)
         if obstacle.name in names:
             raise ScenarioError(
-                "{}[{}]: the name {!r} is taken".format(top.at("obstacles"), index, obstacle.name)
+                "{}[{}]: the name {} is taken".format(
+                    top.at("obstacles"), index, shown(obstacle.name)
+                )
             )
         names.add(obstacle.name)
         obstacles.append(obstacle)

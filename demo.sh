@@ -6,7 +6,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 usage() {
   cat <<'TEXT'
-Usage: ./demo.sh [--headless] [--scenario FILE] [--out DIR] [--speed S]
+Usage: ./demo.sh [--headless] [--scenario FILE] [--out DIR] [--speed S] [--require-verdict]
 
 Runs the stage, the control node and the recorder under a ROS master of their own, on this host only:
 seven Pioneers form the paper's straight line. Ends with a verdict against theory, figures and data.
@@ -15,10 +15,11 @@ seven Pioneers form the paper's straight line. Ends with a verdict against theor
   --scenario FILE  the experiment (default: scenarios/paper_dynamic.yaml)
   --out DIR        where figures, run.csv and verdict.json go (default: runs/<scenario>)
   --speed S        simulated over wall time, 0: as fast as possible (default: 5)
+  --require-verdict  exit with 3 where theory says nothing of the run
   --help           this text
 
 With a display the GUI opens, attached to the run; the demo ends when its window is closed.
-Exits with 0 if the run agrees with theory, 1 if not, 2 if the run could not be made.
+Exits with 0 if the run agrees with theory or could not be judged, 1 if not, 2 if the run could not be made.
 TEXT
 }
 
@@ -28,10 +29,11 @@ wrong() {
   exit 2
 }
 
-headless=false scenario="$root/scenarios/paper_dynamic.yaml" out="" speed=5
+headless=false scenario="$root/scenarios/paper_dynamic.yaml" out="" speed=5 require=()
 while [ $# -gt 0 ]; do
   case "$1" in
     --headless) headless=true ;;
+    --require-verdict) require=(--require-verdict) ;;
     --help | -h) usage; exit 0 ;;
     --scenario | --out | --speed)
       [ $# -ge 2 ] && [ -n "$2" ] || wrong "$1: nothing given"
@@ -105,11 +107,11 @@ if [ ! -f "$out/verdict.json" ]; then
   exit 2
 fi
 echo
-python3 -m mrs_simulator.core.verdict "$out/verdict.json"
-passed=$?
+python3 -m mrs_simulator.core.verdict "$out/verdict.json" "${require[@]+"${require[@]}"}"
+code=$?
 echo "  figures and data: $out"
 if [ -n "$launch" ]; then
   echo "  the GUI is open; the demo ends with its window"
   while kill -0 "$launch" 2>/dev/null; do sleep 0.5; done
 fi
-exit $passed
+exit $code

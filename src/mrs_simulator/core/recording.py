@@ -23,6 +23,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "closest_approach": float,  # [m]
     "real_time_factor": float,
     "collisions_unknown": bool,
+    "uncommanded": bool,
 }
 FLUSH_PERIOD = 0.2  # [s] of wall time; a run that is killed loses no more than this
 

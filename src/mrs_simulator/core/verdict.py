@@ -1,5 +1,10 @@
-"""The verdict on a run: what theory predicts, what was measured, and whether they agree."""
+"""The verdict on a run: what theory predicts, what was measured, and whether they agree.
 
+A run *passed* where at least one claim of its protocol was judged and nothing judged failed, it
+*failed* where something did, and else it was *not judged*, for a stated reason.
+"""
+
+import argparse
 import json
 import math
 import os
@@ -16,6 +21,13 @@ from mrs_simulator.version import __version__
 
 HOLDS = "holds"  # what is predicted of a condition
 AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
+PASSED, FAILED, NOT_JUDGED = "passed", "failed", "not_judged"  # outcomes
+WORDS = {PASSED: "PASSED", FAILED: "FAILED", NOT_JUDGED: "NOT JUDGED"}
+UNJUDGED_CODE = 3  # of programs that were told to require a verdict
+NO_PROTOCOL = "no protocol is known whose claims could be judged"
+NO_CLAIMS = "the protocol states no claims"
+NO_COMMANDS = "no robot was told to move: the controller did not run"
+NONE_APPLY = "none of the protocol's claims applies to this run"
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
 
@@ -31,17 +43,19 @@ class Check(NamedTuple):
     note: str = ""
 
 
-def judge(run, claims=(), measures=None, limits=None):
+def judge(run, claims=None, measures=None, limits=None, guards=()):
     """Return the verdict on ``run`` as the plain mapping that ``verdict.json`` holds.
 
-    ``claims``: ``Claim``s and ``Condition``s of the protocol; ``measures``: further values for the
-    verdict; ``limits``: the robots' ``Limits`` if each robot is held to them for itself.
+    ``claims``: ``Claim``s and ``Condition``s of the protocol, None without a protocol; ``measures``:
+    further values for the verdict; ``limits``: the robots' ``Limits`` if each robot is held to them
+    for itself; ``guards``: claims of what watches over any protocol, which judge no theory of its.
     """
-    checks = _checks(run, claims, limits)
+    checks = _checks(run, claims or (), limits)
+    unjudged = _unjudged(run, claims, checks)
+    if unjudged == NO_COMMANDS:
+        checks = [check._replace(passed=None, note=NO_COMMANDS) for check in checks]
+    checks += _checks(run, guards, limits)
     warnings = list(run.meta.get("warnings", []))
-    told = [check.passed for check in checks if check.predicted != HOLDS]
-    if told and all(passed is None for passed in told):
-        warnings.append("theory was not tested: none of the protocol's claims applies to this run")
     checks.append(_collisions(run))
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
@@ -49,8 +63,12 @@ def judge(run, claims=(), measures=None, limits=None):
     closest = closest_approach(run.pose)
     if "closest_approach" in run.meta:
         closest = min(closest, run.meta["closest_approach"])
+    wrong = any(check.passed is False for check in checks)
+    outcome = FAILED if wrong else NOT_JUDGED if unjudged else PASSED
     return {
-        "passed": all(check.passed is not False for check in checks),
+        "outcome": outcome,
+        "passed": outcome == PASSED,
+        "reason": unjudged if outcome == NOT_JUDGED else "",
         "checks": [check._asdict() for check in checks],
         "settle_time": None,
         "final_gaps": None,
@@ -67,6 +85,32 @@ def judge(run, claims=(), measures=None, limits=None):
         "warnings": warnings,
         "versions": versions(),
     }
+
+
+def _unjudged(run, claims, checks):
+    """Return why nothing of the protocol's theory was tested, or ""."""
+    if claims is None:
+        return NO_PROTOCOL
+    if run.meta.get("uncommanded"):
+        return NO_COMMANDS
+    told = [check for check in checks if check.predicted != HOLDS]
+    if not told:
+        return NO_CLAIMS
+    return NONE_APPLY if all(check.passed is None for check in told) else ""
+
+
+def outcome_of(verdict):
+    """Return the outcome that ``verdict`` tells; files of earlier versions know passed and failed alone."""
+    return verdict.get("outcome") or (PASSED if verdict["passed"] else FAILED)
+
+
+def exit_code(verdict, required=False):
+    """Return the exit code of a program that ends with ``verdict``.
+
+    0 passed, 1 failed; not judged 0, or ``UNJUDGED_CODE`` where a verdict is ``required``.
+    """
+    unjudged = UNJUDGED_CODE if required else 0
+    return {PASSED: 0, FAILED: 1, NOT_JUDGED: unjudged}[outcome_of(verdict)]
 
 
 def _collisions(run):
@@ -168,7 +212,9 @@ def write_verdict(verdict, path):
 
 def verdict_text(verdict):
     """Return the verdict as a short table for a terminal."""
-    lines = ["{}: {}".format(verdict["title"] or "run", _word(verdict["passed"]))]
+    lines = ["{}: {}".format(verdict["title"] or "run", WORDS[outcome_of(verdict)])]
+    if verdict.get("reason"):
+        lines[0] += " ({})".format(verdict["reason"])
     width = max([32] + [len(check["name"]) for check in verdict["checks"]])
     row = "  {:" + str(width) + "} {:>13} {:>13} {:>10}  {}"
     lines.append(row.format("", "predicted", "measured", "tolerance", "").rstrip())
@@ -206,11 +252,21 @@ def _cell(value):
 
 
 def main():
-    """Print the verdict in the file that the command line names; exits with 0 passed, 1 failed."""
-    with open(sys.argv[1], encoding="utf-8") as file:
+    """Print the verdict in the file that the command line names; exit as :func:`exit_code` says."""
+    parser = argparse.ArgumentParser(description="Print a verdict.json as a table.")
+    parser.add_argument("file")
+    add_require_verdict(parser)
+    arguments = parser.parse_args()
+    with open(arguments.file, encoding="utf-8") as file:
         verdict = json.load(file)
     print(verdict_text(verdict))
-    sys.exit(0 if verdict["passed"] else 1)
+    sys.exit(exit_code(verdict, arguments.require_verdict))
+
+
+def add_require_verdict(parser):
+    """Give ``parser`` the option ``--require-verdict``, which :func:`exit_code` takes."""
+    text = "exit with {} where the run could not be judged".format(UNJUDGED_CODE)
+    parser.add_argument("--require-verdict", action="store_true", help=text)
 
 
 if __name__ == "__main__":

@@ -54,8 +54,14 @@ def read_bag(path, scenario=None):
         command=command[keep],
         collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
         scenario=scenario,
-        meta={"collisions_unknown": True} if unknown else {},
+        meta=_meta(command[keep], unknown),
     )
+
+
+def _meta(command, collisions_unknown):
+    """Return what else is known of the run; zeros are what a controller says that never began."""
+    facts = {"collisions_unknown": collisions_unknown, "uncommanded": not command.any()}
+    return {name: True for name, holds in facts.items() if holds}
 
 
 def _scenario_in(bag):

@@ -6,7 +6,7 @@ import signal
 import sys
 
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.core.verdict import add_require_verdict, exit_code, verdict_text
 from mrs_simulator.study import sweep
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.programs import refusing_bad_input
@@ -14,7 +14,7 @@ from mrs_simulator.study.shipped import scenario_path
 
 
 def main(argv=None):
-    """Run the command ``experiment``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    """Run the command ``experiment``; exits with 2 for bad input, else with the verdict's code."""
     arguments = _arguments(argv)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
@@ -28,9 +28,9 @@ def main(argv=None):
         sys.exit(130)
     print(verdict_text(verdict))
     print("  figures and data: {}".format(os.path.abspath(arguments.out)))
-    sys.exit(
-        {"complete": 0 if verdict["passed"] else 1, "interrupted": 130}.get(verdict["ended"], 1)
-    )
+    if verdict["ended"] == "interrupted":
+        sys.exit(130)
+    sys.exit(exit_code(verdict, arguments.require_verdict))
 
 
 def _sweep(arguments):
@@ -53,7 +53,8 @@ def _sweep(arguments):
     figure = os.path.join(os.path.dirname(table), sweep.FIGURE + ".png")
     if os.path.exists(figure):
         print("  figure: {}".format(figure))
-    return 0 if all(verdict["passed"] for verdict in verdicts) else 1
+    codes = [exit_code(verdict, arguments.require_verdict) for verdict in verdicts]
+    return 1 if 1 in codes else max(codes)
 
 
 def _scenario(arguments):
@@ -103,6 +104,7 @@ def _arguments(argv):
     )
     parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")
+    add_require_verdict(parser)
     return parser.parse_args(argv)
 
 

@@ -150,7 +150,8 @@ def draw_sweep(figure, key, series):
     """Draw measured values against the swept ``key``, a panel for each name in ``series``.
 
     ``series``: by name, rows ``(value of the key, measured, predicted, passed)``.  Passed runs are
-    filled green, failed ones open red; where theory predicts a number it is a dashed line.
+    filled green, failed ones open red, those not judged (``passed`` None) open grey; where theory
+    predicts a number it is a dashed line.
     """
     panels = figure.subplots(len(series), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (name, rows) in zip(panels, series.items()):
@@ -158,10 +159,11 @@ def draw_sweep(figure, key, series):
         for passed, style in (
             (True, {"color": "#2e8b57"}),
             (False, {"mec": "#c00000", "mfc": "none"}),
+            (None, {"mec": "#808080", "mfc": "none"}),
         ):
             chosen = [row[:2] for row in rows if row[3] is passed]
             if chosen:
-                label = "passed" if passed else "failed"
+                label = {True: "passed", False: "failed", None: "not judged"}[passed]
                 axes.plot(*zip(*chosen), "o", ms=4, label=label, **style)
         predicted = [(row[0], row[2]) for row in rows if isinstance(row[2], (int, float))]
         if predicted:

@@ -20,7 +20,13 @@ from mrs_simulator.core.claims import Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.recording import Recorder, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.core.verdict import judge, verdict_text, write_verdict
+from mrs_simulator.core.verdict import (
+    add_require_verdict,
+    exit_code,
+    judge,
+    verdict_text,
+    write_verdict,
+)
 from mrs_simulator.study.programs import refusing_bad_input
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
@@ -112,8 +118,7 @@ def judged(run, control=None):
         measures = control.measures(run)
     with _keeping(faults, "prediction"):
         track = control.predicted_track(start, run.time - run.time[0])
-    claims += _safety_claims(control, start)
-    verdict = judge(run, claims + faults, measures, limits)
+    verdict = judge(run, claims + faults, measures, limits, _safety_claims(control, start))
     return verdict, _end_of(run, claims) if track is None else track
 
 
@@ -192,7 +197,7 @@ def control_of(run):
 
 
 def main(argv=None):
-    """Run the command ``report``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    """Run the command ``report``; exits with 2 for bad input, else with the verdict's code."""
     parser = argparse.ArgumentParser(
         prog="report", description="Make the figures and the verdict of a recorded run."
     )
@@ -200,6 +205,7 @@ def main(argv=None):
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
     parser.add_argument("--scenario", help="YAML file; default: scenario.yaml beside the run")
     parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
+    add_require_verdict(parser)
     arguments = parser.parse_args(argv)
     with refusing_bad_input("report"):
         run = read_run(arguments.run, arguments.scenario)
@@ -207,7 +213,7 @@ def main(argv=None):
         verdict = write_report(run, arguments.out, formats, control_of(run))
     print(verdict_text(verdict))
     print("  figures: {}".format(os.path.abspath(arguments.out)))
-    sys.exit(0 if verdict["passed"] else 1)
+    sys.exit(exit_code(verdict, arguments.require_verdict))
 
 
 if __name__ == "__main__":

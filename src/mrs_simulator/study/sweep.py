@@ -13,6 +13,7 @@ from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
 
@@ -23,7 +24,15 @@ RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
 MOST_RUNS = 100000
 SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"
-MEASURES = ("passed", "settle_time", "y_spread", "min_distance", "real_time_factor", "ended")
+MEASURES = (
+    "outcome",
+    "passed",
+    "settle_time",
+    "y_spread",
+    "min_distance",
+    "real_time_factor",
+    "ended",
+)
 
 
 def read_axis(text):
@@ -96,13 +105,17 @@ def _refuse_shared_mistake(runs):
 
 def summary(verdicts):
     """Return in lines how many runs passed, and what kept the others from it, each with a count."""
-    passed = sum(bool(verdict["passed"]) for verdict in verdicts)
-    reasons = Counter()
+    outcomes, reasons = Counter(map(outcome_of, verdicts)), Counter()
     for verdict in verdicts:
-        wrong = [check["name"] for check in verdict["checks"] if not check["passed"]]
+        if outcome_of(verdict) == NOT_JUDGED:
+            reasons["not judged: " + verdict["reason"]] += 1
+            continue
+        wrong = [check["name"] for check in verdict["checks"] if check["passed"] is False]
         complete = verdict["ended"] == "complete"
         reasons.update(wrong if complete else [verdict["ended"]])
-    lines = ["{} of {} runs passed".format(passed, len(verdicts))]
+    lines = ["{} of {} runs passed".format(outcomes[PASSED], len(verdicts))]
+    if outcomes[NOT_JUDGED]:
+        lines[0] += ", {} not judged".format(outcomes[NOT_JUDGED])
     return lines + ["  {} x {}".format(count, why) for why, count in reasons.most_common(SHOWN)]
 
 
@@ -211,10 +224,14 @@ def _write_table(runs, verdicts, out):
             table.writerow(
                 [name]
                 + [values[key] for key in keys]
-                + [verdict.get(key) for key in MEASURES]
+                + [_measure(verdict, key) for key in MEASURES]
                 + [measured.get(check) for check in checks]
             )
     os.replace(partial, os.path.join(out, TABLE))
+
+
+def _measure(verdict, key):
+    return outcome_of(verdict) if key == "outcome" else verdict.get(key)
 
 
 def _write_figure(runs, verdicts, out):
@@ -231,7 +248,7 @@ def _write_figure(runs, verdicts, out):
         for check in verdict["checks"]:
             measured, predicted = check["measured"], check["predicted"]
             if check["name"] != "collisions" and isinstance(measured, (int, float)):
-                row = (values[key], measured, predicted, bool(check["passed"]))
+                row = (values[key], measured, predicted, check["passed"])
                 series.setdefault(check["name"], []).append(row)
     if not series:
         return

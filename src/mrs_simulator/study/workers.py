@@ -16,7 +16,7 @@ class SweepError(ValueError):
 
 def failed(reason):
     """Return the verdict on a run that did not come to an end."""
-    return {"passed": False, "ended": reason, "checks": []}
+    return {"outcome": "failed", "passed": False, "reason": "", "ended": reason, "checks": []}
 
 
 def on_cores(run, tasks, jobs):

@@ -13,7 +13,7 @@ import rospy
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core import recording
 from mrs_simulator.core.controller_log import Interruptions
-from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
@@ -27,7 +27,11 @@ SILENCE = 10.0  # [s] of wall time without a sample after which the run counts a
 NAP = 0.2  # [s] of wall time
 ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
 
-LOCAL = dict(RUN_ARGUMENTS, out="directory for run.csv, figures and verdict.json")
+LOCAL = dict(
+    RUN_ARGUMENTS,
+    out="directory for run.csv, figures and verdict.json",
+    require_verdict="true: exit with 3 where the run could not be judged",
+)
 
 
 class RunRecorder:
@@ -40,6 +44,7 @@ class RunRecorder:
         self.silence = number_parameter("~silence", SILENCE, above=0.0)
         self._file = begin_run(scenario, out)
         self._start, self._next = None, 0.0
+        self._moved = False  # whether any robot was told to
         self._wall_start = None
         self.ended = "interrupted"
         self.elapsed = 0.0
@@ -97,6 +102,7 @@ class RunRecorder:
             )
             return
         self._file.sample(self.elapsed, sample.pose, sample.command)
+        self._moved = self._moved or bool(np.any(sample.command))
 
     def _begin(self, sample):
         self._start, self._wall_start = sample.stamp, time.monotonic()
@@ -119,13 +125,15 @@ class RunRecorder:
         meta["warnings"] = self.control.warnings(self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta.update(self.source.meta())
+        if not self._moved:  # zeros are what a controller says that never began
+            meta["uncommanded"] = True
         recording.write_facts(self._file.path, collisions, meta)
         run = recording.read_run_csv(self._file.path, self.scenario)
         return write_report(run, self.out, control=self.control)
 
 
 def main():
-    """Run the node ``record``; exits with 0 passed, 1 failed verdict, 2 bad input."""
+    """Run the node ``record``; exits with 2 for bad input, else with the verdict's code."""
     with refusing_bad_input("record"):
         arguments = parse("Record a run; at its end write figures and verdict.", LOCAL)
         scenario = scenario_from(arguments)
@@ -142,7 +150,7 @@ def main():
     print(verdict_text(verdict))
     print("  figures and data: {}".format(recorder.out))
     sys.stdout.flush()
-    sys.exit(0 if verdict["passed"] else 1)
+    sys.exit(exit_code(verdict, arguments.require_verdict.lower() == "true"))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from mrs_simulator.core.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 
@@ -17,6 +18,8 @@ HEADERS = (
 RESULT = 5  # column
 WORDS = {True: "passed", False: "FAILED", None: "does not apply"}
 TINTS = {True: "good", False: "error", None: "aside"}
+OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results are
+TITLES = {PASSED: "passed", FAILED: "FAILED", NOT_JUDGED: "not judged"}
 BEFORE = "No verdict yet. Save results of a run: it is judged against its protocol's theory."
 MOST_GAPS = 12
 
@@ -47,8 +50,10 @@ class VerdictPanel(QWidget):
         self.verdict, checks = verdict, verdict["checks"]
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
         told = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
-        title = "{}: {}".format(verdict["title"] or "run", WORDS[verdict["passed"]])
-        self._title.say("{} ({})".format(title, ", ".join(told)), TINTS[verdict["passed"]])
+        outcome = outcome_of(verdict)
+        title = "{}: {}".format(verdict["title"] or "run", TITLES[outcome])
+        reason = [verdict["reason"]] if verdict.get("reason") else []
+        self._title.say("{} ({})".format(title, ", ".join(reason + told)), TINTS[OUTCOMES[outcome]])
         self._table.set_rows(
             [_cells(check) for check in checks],
             [_tip(check) for check in checks],

@@ -7,7 +7,7 @@ log="${root:?}/build/setup.log"
 # ROS 1 as Debian packages it; where a name is a command's, its package is.
 debian_packages=(
   python3 python3-venv python3-numpy python3-matplotlib python3-yaml python3-setuptools
-  catkin python3-catkin-pkg cmake make
+  catkin python3-catkin-pkg cmake make g++
   ros-message-generation ros-message-runtime ros-std-msgs ros-geometry-msgs ros-nav-msgs
   python3-rospy python3-roslaunch python3-rosmaster python3-rosbag rosbash rosout
   libstd-msgs-dev libgeometry-msgs-dev

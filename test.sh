@@ -1,11 +1,16 @@
 #!/usr/bin/env bash
 # Sets up what is missing, then checks the style and runs all tests; arguments go to pytest.
+# "./test.sh fast" leaves out what starts ROS, the GUI's process or a long run; "--room world" keeps one room's tests.
 set -u
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 . "$root/tools/prepare.sh"
 prepare dev
 cd "$root" || exit 1
+if [ "${1:-}" = fast ]; then
+  shift
+  set -- --fast "$@"
+fi
 
 failed=()
 check() { # name, command...

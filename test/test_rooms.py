@@ -1,9 +1,9 @@
 """Imports keep to the direction of the rooms."""
 
-import ast
 import os
 
 import pytest
+from rooms import ROOMS, imported
 
 import mrs_simulator.core
 
@@ -21,8 +21,7 @@ ROS = {
 }
 MESSAGES = {"geometry_msgs", "nav_msgs", "std_msgs", "std_srvs"}
 QT = {"python_qt_binding", "PyQt5"}
-# In which order rooms stand: each may import those before it, and no other.
-ROOMS = ("core", "vehicles", "world", "control", "study", "ros", "nodes", "rqt_plugin")
+# Neighbours in that order that know nothing of each other.
 APART = {
     ("world", "control"),
     ("control", "world"),
@@ -52,17 +51,6 @@ def modules(room):
         for name in files:
             if name.endswith(".py"):
                 yield os.path.join(directory, name)
-
-
-def imported(path):
-    with open(path, encoding="utf-8") as file:
-        tree = ast.parse(file.read())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield alias.name
-        elif isinstance(node, ast.ImportFrom):
-            yield node.module or ""
 
 
 def found_imports(room):

@@ -1,5 +1,6 @@
 """Programs that the GUI starts, and ends again: only what was started here."""
 
+import contextlib
 import os
 import shutil
 import signal
@@ -10,7 +11,8 @@ import time
 
 from mrs_simulator.ros.lifecycle import PARENT
 
-STOP_LIMIT = 8.0  # [s] until a program that does not end by itself is killed
+# How a program is ended: with each signal, the time [s] that it has until the next one.
+ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
 TAIL = 2000  # [-] characters of output shown of a program that failed
 
 
@@ -33,9 +35,15 @@ class Processes:
         try:
             code = process.wait(limit)
         except subprocess.TimeoutExpired:
-            process.kill()
+            _end_all([process])
             code = process.wait()
         return code, self.output(name)
+
+    def cancel(self, name):
+        """End the script that ``run`` has started as ``name``, if it still runs."""
+        process = self._jobs.get(name)
+        if process is not None:
+            threading.Thread(target=_end_all, args=([process],)).start()
 
     def _open(self, name, package, script, arguments):
         command = ["rosrun", package, script] + [str(argument) for argument in arguments]
@@ -76,21 +84,24 @@ class Processes:
             return file.read()[-TAIL:]
 
     def stop(self, name):
-        """Ask the program called ``name`` to end; :meth:`close` makes sure."""
+        """End the program called ``name`` by the signals of ``ENDINGS`` in turn; return at once."""
         process = self._running.pop(name, None)
         if process is not None and process.poll() is None:
-            process.send_signal(signal.SIGINT)
             self._running["{} {}".format(name, process.pid)] = process
+            threading.Thread(target=_end_all, args=([process],)).start()
+
+    def kill(self, name):
+        """Kill the program called ``name``, and whatever it has started, without asking."""
+        process = self._running.get(name)
+        if process is not None:
+            _signal(process, signal.SIGKILL)
 
     def close(self):
-        """Ask every program to end and return; :meth:`wait_closed` until they have.
+        """End every program as :meth:`stop` does and return; :meth:`wait_closed` until they have ended.
 
         The interpreter waits for them too: a host that lives on need not.
         """
         started = [*self._running.values(), *self._jobs.values()]
-        for process in started:
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
         self._running.clear()
         self._closing = threading.Thread(target=self._end, args=(started,))
         self._closing.start()
@@ -101,11 +112,26 @@ class Processes:
             self._closing.join()
 
     def _end(self, started):
-        end = time.monotonic() + STOP_LIMIT
-        for process in started:
-            try:
-                process.wait(max(0.0, end - time.monotonic()))
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        _end_all(started)
         shutil.rmtree(self.directory, ignore_errors=True)
+
+
+def _end_all(processes):
+    """Send the signals of ``ENDINGS`` to those ``processes`` that have not ended before."""
+    for number, limit in ENDINGS:
+        left = [process for process in processes if process.poll() is None]
+        for process in left:
+            _signal(process, number)
+        end = time.monotonic() + limit
+        for process in left:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(max(0.0, end - time.monotonic()))
+
+
+def _signal(process, number):
+    """Send a signal; a kill reaches the whole group, lest what the program has started lives on."""
+    with contextlib.suppress(ProcessLookupError):
+        if number == signal.SIGKILL:
+            os.killpg(process.pid, number)
+        elif process.poll() is None:
+            process.send_signal(number)

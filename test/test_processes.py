@@ -1,0 +1,66 @@
+"""Programs that the GUI starts are ended for certain: asked first, then told, then killed."""
+
+import os
+import stat
+
+import pytest
+from ros_fixtures import wait_until
+
+from mrs_simulator.rqt_plugin.run import processes as module
+
+DEAF = """#!/bin/sh
+trap '' INT TERM
+sleep 1000 &
+echo $! started
+wait
+while true; do sleep 0.1; done
+"""
+
+
+@pytest.fixture
+def deaf(tmp_path, monkeypatch):
+    """Return ``Processes`` whose programs heed neither INT nor TERM."""
+    rosrun = tmp_path / "rosrun"
+    rosrun.write_text(DEAF)
+    rosrun.chmod(rosrun.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", "{}:{}".format(tmp_path, os.environ["PATH"]))
+    short = [(number, 0.2) for number, _ in module.ENDINGS]
+    monkeypatch.setattr(module, "ENDINGS", short)
+    processes = module.Processes()
+    processes.start("control", "pioneer_control")
+    wait_until(lambda: "started" in processes.output("control"))
+    yield processes
+    processes.close()
+    processes.wait_closed()
+
+
+def exists(pid):
+    try:
+        with open("/proc/{}/stat".format(pid)) as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_program_that_heeds_no_signal_is_killed_with_all_it_has_started(deaf):
+    child = int(deaf.output("control").split()[0])
+    deaf.stop("control")
+    assert not deaf.is_running("control") and deaf.is_ending("control")
+    wait_until(lambda: not deaf.is_ending("control"))
+    ((name, code, _),) = deaf.take_ended()
+    assert name.startswith("control ") and code == -9
+    wait_until(lambda: not exists(child))
+
+
+def test_closing_ends_what_heeds_no_signal(deaf):
+    child = int(deaf.output("control").split()[0])
+    deaf.close()
+    deaf.wait_closed()
+    wait_until(lambda: not exists(child))
+    assert not os.path.exists(deaf.directory)
+
+
+def test_a_hanging_program_is_killed_at_once_when_that_is_asked_for(deaf):
+    deaf.kill("control")
+    wait_until(lambda: not deaf.is_running("control"))
+    assert deaf.take_ended()[0][:2] == ("control", -9)

@@ -1,6 +1,7 @@
 """The curves panel shows the run's own numbers, costs nothing while hidden, and answers the mouse."""
 
 import os
+import threading
 from time import monotonic, sleep
 from types import SimpleNamespace
 
@@ -308,6 +309,22 @@ def test_a_slow_error_is_computed_in_several_redraws():
     while not curve.update(history.numbers, history.time, history.pose):
         pass
     assert sum(calls) == len(curve.values) == 1200
+
+
+def test_a_users_error_is_computed_beside_the_redraws_however_long_it_takes():
+    history, go_on = make_history(700), threading.Event()
+
+    def hangs(pose):
+        go_on.wait()
+        return pose[:, 0, 0]
+
+    curve = ErrorCurve(hangs, background=True)
+    assert not curve.update(history.numbers, history.time, history.pose)
+    assert not len(curve.values)
+    go_on.set()
+    while not curve.update(history.numbers, history.time, history.pose):
+        pass
+    np.testing.assert_array_equal(curve.values, history.pose[:, 0, 0])
 
 
 def test_no_redraw_waits_long_for_an_error_whatever_a_sample_takes(monkeypatch):

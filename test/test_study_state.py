@@ -8,8 +8,8 @@ from protocol_fixtures import shipped
 
 from mrs_simulator.core.links import Links
 from mrs_simulator.rqt_plugin.run.history import Snapshot
-from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
+from mrs_simulator.study.law_answers import prediction
 
 STAGE = SimpleNamespace(fidelity="kinematic", paused=False, real_time_factor=1.0, speed=1.0)
 RUNNING = SimpleNamespace(running=True, trouble="", protocol="Formation")
@@ -152,10 +152,7 @@ def test_a_team_that_is_partly_real_is_told_what_reset_and_speed_do_not_reach():
 @pytest.mark.parametrize("name, known", [("formation_switching", True), ("formation_lossy", False)])
 def test_the_predicted_error_knows_the_faults_of_the_edges(name, known):
     faulty, perfect = shipped(name), shipped(name)._replace(links=Links())
-    (time, error), (_, without) = [
-        study.predicted_error(study.control())
-        for study in (StudyRun(Link(), None, scenario) for scenario in (faulty, perfect))
-    ]
+    (time, error, _), (_, without, _) = map(prediction, (faulty, perfect))
     assert (error is not None) == known
     if known:
         assert len(error) == len(time) and error[0] == pytest.approx(without[0])

@@ -36,6 +36,7 @@ from mrs_simulator.rqt_plugin.view.panel import ViewPanel
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.law_answers import Prediction
 from mrs_simulator.study.report import from_anywhere
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
@@ -198,22 +199,21 @@ class StudyWidget(QWidget):
     def _show_protocol(self):
         """Show the protocol in force, its parameters and its graph."""
         self.protocol.set_protocol(self.scenario.control.protocol)
-        control = self.study.derived.control
-        self.protocol.set_parameters(type(control).PARAMETERS, control.parameters)
+        self.protocol.set_parameters(self.study.derived.parameters, self.study.derived.values)
         self._show_derived()
 
     def _show_derived(self):
-        control, warnings, targets = self.study.derived
+        derived = self.study.derived
         self.connection.set_starts(self.study.starts())
-        self.protocol.set_warnings(warnings)
-        topology = control.topology
+        self.protocol.set_warnings(derived.warnings)
+        topology = derived.topology
         self.topology.set_team(self.scenario.poses[:, :2])
         self.topology.set_settling("...")
         self.topology.set_topology(topology.edges, topology.directed)
         self.map.show_topology(topology.edges, topology.directed)
         if not self.connection.is_fresh("control"):  # which says where it wants them
-            self.map.show_targets(None if self.connection.is_fresh("state") else targets)
-        self.curves.set_error(self.study.error_function(control))
+            self.map.show_targets(None if self.connection.is_fresh("state") else derived.targets)
+        self.curves.set_error(self.study.error_function(), background=self.study.is_users_law)
         self.curves.set_prediction(None, None)  # that of what was
 
     def load(self, path):
@@ -429,7 +429,7 @@ class StudyWidget(QWidget):
         found = self.study.take_prediction()
         if found is None:
             return
-        when, predicted, settling = found[0] or (None, None, "")
+        when, predicted, settling = found[0] or Prediction(None, None, "")
         self.topology.set_settling(settling)
         if found[1] is None:
             self.curves.set_prediction(when, predicted)

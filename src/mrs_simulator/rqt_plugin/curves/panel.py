@@ -76,9 +76,12 @@ class CurvesPanel(QWidget):
                 raise ValueError("times {}, errors {}".format(*(part.shape for part in theory)))
         self._theory, self._dirty = theory, True
 
-    def set_error(self, function):
-        """Set the formation error: a function of poses (m, n, 3) to (m,) [m], or None."""
-        self._error, self._dirty = ErrorCurve(function), True
+    def set_error(self, function, background=False):
+        """Set the formation error: a function of poses (m, n, 3) to (m,) [m], or None.
+
+        ``background``: it may take long, and is computed in a thread.
+        """
+        self._error, self._dirty = ErrorCurve(function, background), True
 
     def _make_controls(self):
         self._tabs, self._field, self._follow = QTabBar(), QLineEdit(), QCheckBox("Follow")

@@ -1,6 +1,7 @@
 """What the curves panel draws, as plain numbers: no Qt."""
 
 import re
+import threading
 import time as clock
 from typing import Callable, NamedTuple
 
@@ -78,15 +79,39 @@ def parse_robots(text):
     return tuple(ranges)
 
 
+class Job:
+    """A function that is computed in a thread."""
+
+    def __init__(self, function, given):
+        self.given, self.done, self._function = given, False, function
+        self._value, self._error = None, None
+        threading.Thread(target=self._work, daemon=True).start()
+
+    def _work(self):
+        try:
+            self._value = self._function(self.given)
+        except Exception as error:  # is raised where the result is wanted
+            self._error = error
+        self.done = True
+
+    def result(self):
+        """Return what the function returned, or raise what it raised."""
+        if self._error is not None:
+            raise self._error
+        return self._value
+
+
 class ErrorCurve:
     """The formation error of a history that grows: each of its samples is computed once."""
 
-    def __init__(self, function=None):
-        self._function, self._chunk = function, FIRST_CHUNK
+    def __init__(self, function=None, background=False):
+        """``function``: of poses (m, n, 3), gives (m,) [m]; in a thread with ``background``."""
+        self._function, self._chunk = function, LARGEST_CHUNK if background else FIRST_CHUNK
+        self._background = background
         self._forget()
 
     def _forget(self):
-        self.values, self._mark = np.empty(0), None
+        self.values, self._mark, self._job = np.empty(0), None, None
         self.problem = "" if self._function else NO_ERROR
 
     def update(self, numbers, time, pose):
@@ -98,20 +123,30 @@ class ErrorCurve:
             begun = clock.monotonic()
             if begun > end:
                 return False
-            self._compute(pose[len(self.values) : len(self.values) + self._chunk])
+            chunk = pose[len(self.values) : len(self.values) + self._chunk]
+            if self._background:
+                self._job = self._job or Job(self._function, chunk.copy())
+                self._mark = self._signature(numbers, time, pose)
+                if not self._job.done:
+                    return False
+                job, self._job = self._job, None
+                self._compute(job.result, len(job.given))
+                self._mark = self._signature(numbers, time, pose)
+                continue
+            self._compute(lambda poses=chunk: self._function(poses.copy()), len(chunk))
             taken = max(clock.monotonic() - begun, 1e-9)
             fitting = int(0.5 * PATIENCE / taken * self._chunk)
             self._chunk = min(max(1, fitting), LARGEST_CHUNK)
             self._mark = self._signature(numbers, time, pose)
         return True
 
-    def _compute(self, pose):
+    def _compute(self, function, count):
         try:
-            new = self._function(pose.copy())
+            new = function()
             if new is None:
                 self.problem = NO_ERROR
                 return
-            new = np.asarray(new, dtype=float).reshape(len(pose))
+            new = np.asarray(new, dtype=float).reshape(count)
             self.values = np.concatenate([self.values, new])
         except Exception:  # the function is a user's code
             LOG.exception("in the formation error")

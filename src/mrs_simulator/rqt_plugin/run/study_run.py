@@ -1,44 +1,25 @@
 """What the GUI does about a run: the scenario as edited, programs started, results saved.  No Qt."""
 
-import copy
 import os
 import re
 import time
-from typing import Any, NamedTuple
-
-import numpy as np
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.run.study_state import StudyState, named
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
-from mrs_simulator.study.report import (
-    VERDICT_FILE,
-    begin_run,
-    make_control,
-    predicted_settling,
-    write_scenario,
-)
+from mrs_simulator.study.law_process import LawProcess
+from mrs_simulator.study.report import VERDICT_FILE, begin_run, write_scenario
 
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
 # What a stage has from its start.
 OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
-PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
-MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
-
-
-class Derived(NamedTuple):
-    """What follows from a scenario; whatever its protocol may raise, it has raised by then."""
-
-    control: Any
-    warnings: Any  # theory's, texts by the parameter that causes them
-    targets: Any  # of the hand points at the start, (n, 2) [m], or None
 
 
 class StudyRun:
@@ -46,7 +27,10 @@ class StudyRun:
 
     def __init__(self, connection, processes, scenario):
         self.connection, self.processes, self.scenario = connection, processes, scenario
-        self.derived = None  # from the scenario, since it was taken up
+        self.derived = None  # law_answers.Facts of the scenario, since it was taken up
+        # A user's law runs in neither thread of the GUI: one process for edits, which somebody waits
+        # for, one for what takes longer.
+        self.laws, self._background = LawProcess(), LawProcess()
         self._prediction = DebouncedWorker(PREDICTION_REST)
         self.take_prediction = self._prediction.take
         self.preflight = PreflightRun(connection, processes)
@@ -57,37 +41,11 @@ class StudyRun:
 
     # The scenario --------------------------------------------------------------------------------
 
-    def control(self):
-        """Return the control of the scenario as it stands."""
-        return make_control(self.scenario)
-
-    def warnings(self, control):
-        """Return theory's warnings by the parameter that causes them."""
-        texts = control.warnings(self.scenario.poses)
-        return {"T" if hasattr(control, "T") else "": "; ".join(texts)} if texts else {}
-
     def take(self, scenario):
         """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
-        before, self.scenario = self.scenario, scenario
-        try:
-            control = self.control()
-            targets = control.targets(hand_points(scenario.poses, control.l))
-            warnings = self.warnings(control)
-            self.predicted_error(control, np.zeros(1))  # raises at once what the whole would later
-        except Exception:
-            self.scenario = before
-            raise
-        self.derived = Derived(control, warnings, targets)
-        # Another control than the one that the GUI goes on asking.
-        own, start = copy.copy(control), hand_points(scenario.poses, control.l)
-        when = self._predicted_times(control)
-        bearable = when[-1] >= scenario.duration
-
-        def work():
-            told = predicted_settling(own, start) if bearable else ""
-            return _predicted_error(own, start, when) + (told,)
-
-        self._prediction.ask(work)
+        self.derived = self.laws.ask("facts", scenario)
+        self.scenario = scenario
+        self._prediction.ask(lambda: self._background.ask("prediction", scenario))
 
     def _try(self, scenario):
         """Take up ``scenario``; return what is wrong with it, or ""."""
@@ -115,7 +73,7 @@ class StudyRun:
     def set_parameters(self, values):
         """Take other values; a controller that is there gets them at once.  Return what is wrong, or ""."""
         try:
-            checked = self.derived.control.checked_parameters(values)
+            checked = checked_values(self.derived.parameters, values, self.derived.protocol)
         except ValueError as error:
             return str(error)
         control = self.scenario.control._replace(parameters=checked)
@@ -127,9 +85,11 @@ class StudyRun:
     def set_topology(self, edges, directed):
         """Take another graph; a controller that is there gets it at once.  Return what is wrong, or ""."""
         topology = Topology(self.scenario.n, edges, directed)
-        control = self.control()
-        control.set_topology(topology)
-        changed = self.scenario.control._replace(parameters=dict(control.parameters))
+        try:
+            parameters = self.laws.ask("parameters_with", self.scenario, topology)
+        except Exception as error:  # a file of one's own may raise anything
+            return "not taken up: {}".format(reason(error))
+        changed = self.scenario.control._replace(parameters=parameters)
         wrong = self._try(self.scenario._replace(topology=topology, control=changed))
         if not wrong and self.state.has_control():
             self.connection.set_topology(edges, directed)
@@ -139,32 +99,20 @@ class StudyRun:
         """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
         return self.scenario.poses if self.scenario.odometry == "wheel" else None
 
-    def error_function(self, control):
-        """Return a function of poses (m, n, 3) that gives the largest target error (m,), or None."""
-        if control.targets(hand_points(self.scenario.poses, control.l)) is None:
-            return None
+    @property
+    def is_users_law(self):
+        """Return whether the protocol is not a shipped one."""
+        return self.scenario.control.protocol not in HOMES
 
-        def error(pose):
-            hands = hand_points(pose, control.l)
-            if hands.shape[1] != len(control.numbers):
-                return np.full(len(hands), np.nan)
-            return np.array(
-                [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in hands]
-            )
+    def error_function(self):
+        """Return a function of poses (m, n, 3) that gives the largest target error (m,), or None.
 
-        return error
-
-    def predicted_error(self, control, when=None):
-        """Return theory's ``(time, error)`` for the error curve, ``(None, None)`` without one.
-
-        At the times ``when`` (m,) [s], else over the whole run.
+        That of a user's law may take long, and is for a thread of its own.
         """
-        when = self._predicted_times(control) if when is None else when
-        return _predicted_error(control, hand_points(self.scenario.poses, control.l), when)
-
-    def _predicted_times(self, control):
-        longest = MOST_PREDICTED / self.scenario.n * getattr(control, "T", np.inf)
-        return np.linspace(0.0, min(self.scenario.duration, longest), PREDICTED_SAMPLES)
+        if self.derived.targets is None:
+            return None
+        scenario = self.scenario
+        return lambda pose: self._background.ask("errors", scenario, pose)
 
     # The run -------------------------------------------------------------------------------------
 
@@ -289,7 +237,7 @@ class StudyRun:
             self.connection.newest("control"),
             self.connection.newest("stage"),
         )
-        wanted = type(self.control()).__name__
+        wanted = self.derived.protocol
         if self.state.started_elsewhere() and control.protocol != wanted:
             found.append(Finding("", "controller", "runs " + control.protocol, wanted))
         if self.state.real() and self.connection.is_fresh("stage") and stage.speed != 1.0:
@@ -459,18 +407,10 @@ class StudyRun:
         """End what was started here, and leave the master as it was."""
         self.preflight.cancel()
         self._prediction.ask(None)
+        self.laws.close()
+        self._background.close()
         self.processes.close()
         self._restore_time()
-
-
-def _predicted_error(control, start, when):
-    if control.targets(start) is None:
-        return None, None
-    track = control.predicted_track(start, when)
-    if track is None:
-        return None, None
-    errors = [np.linalg.norm(hand - control.targets(hand), axis=1).max() for hand in track]
-    return when, np.array(errors)
 
 
 def _how_ended(code, output):

@@ -1,0 +1,87 @@
+"""A user's law is asked in a process of its own, whatever it does there."""
+
+import time
+
+import numpy as np
+import pytest
+from protocol_fixtures import shipped
+
+from mrs_simulator.study.law_process import LawError, LawProcess
+
+LAW = """
+import os, sys, time
+from mrs_simulator import PioneerControl
+class Law(PioneerControl):
+    def targets(self, hand):
+        {}
+        return hand
+"""
+
+
+@pytest.fixture
+def laws():
+    laws = LawProcess(limit=60.0)
+    yield laws
+    laws.close()
+
+
+def of(path, line):
+    path.write_text(LAW.format(line))
+    return shipped("paper_four").with_protocol(str(path))
+
+
+def test_a_users_law_answers_as_a_shipped_one_does(laws, tmp_path):
+    scenario = of(tmp_path / "law.py", "pass")
+    facts = laws.ask("facts", scenario)
+    assert facts.protocol == "Law" and facts.targets.shape == (4, 2)
+    assert [parameter.name for parameter in facts.parameters] == ["l"]
+    assert laws.ask("errors", scenario, scenario.poses[np.newaxis]).tolist() == [0.0]
+    assert laws.ask("prediction", scenario).time is None
+    assert laws.ask("facts", shipped("paper_four")).protocol == "Formation"
+
+
+def test_an_error_names_the_users_line_and_the_process_goes_on(laws, tmp_path):
+    scenario = of(tmp_path / "law.py", "len(3)")
+    with pytest.raises(LawError, match=r"TypeError.*\n.*law.py:6, in targets: len\(3\)"):
+        laws.ask("facts", scenario)
+    with pytest.raises(LawError, match="SystemExit"):
+        laws.ask("facts", of(tmp_path / "exits.py", "sys.exit(3)"))
+    assert laws.ask("facts", of(tmp_path / "law.py", "pass")).protocol == "Law"
+    broken = tmp_path / "broken.py"
+    broken.write_text("x = 1\nraise KeyError(x)\n")
+    with pytest.raises(LawError, match=r"KeyError.*\n.*broken.py:2: raise KeyError"):
+        laws.ask("facts", shipped("paper_four").with_protocol(str(broken)))
+
+
+def test_a_law_that_ends_its_interpreter_ends_that_alone(laws, tmp_path):
+    with pytest.raises(LawError, match="ended its process .exit code 7"):
+        laws.ask("facts", of(tmp_path / "law.py", "os._exit(7)"))
+    assert laws.ask("facts", of(tmp_path / "law.py", "pass")).protocol == "Law"
+
+
+def test_a_law_that_never_finishes_importing_is_given_up(laws, tmp_path):
+    laws.ask("facts", of(tmp_path / "law.py", "pass"))
+    hangs = tmp_path / "hangs.py"
+    hangs.write_text("while True: pass")
+    laws.limit = 0.5
+    with pytest.raises(LawError, match="hangs.py: no answer within 0.5 s"):
+        laws.ask("facts", shipped("paper_four").with_protocol(str(hangs)))
+    laws.limit = 60.0
+    assert laws.ask("facts", of(tmp_path / "law.py", "pass")).protocol == "Law"
+
+
+def test_one_who_waits_can_do_something_else_and_give_up(tmp_path):
+    waited = []
+
+    def waiting(seconds):
+        waited.append(seconds)
+        time.sleep(0.01)
+        if len(waited) > 3:
+            raise KeyboardInterrupt
+
+    laws = LawProcess(limit=60.0, waiting=waiting)
+    hangs = tmp_path / "hangs.py"
+    hangs.write_text("import time; time.sleep(1000)")
+    with pytest.raises(KeyboardInterrupt):
+        laws.ask("facts", shipped("paper_four").with_protocol(str(hangs)))
+    assert laws._process is None and waited == sorted(waited)

@@ -66,8 +66,8 @@ def test_the_emergency_stop_and_the_keys(gui, ros):
     gui(
         """
 until(lambda: gui.study.is_controlled())
-gui.setFocus()
 QTest.keyClick(gui, Qt.Key_Escape)
+QTest.keyClick(gui, Qt.Key_F8)
 until(lambda: gui.connection.newest("control").trouble == "emergency stop")
 assert gui.bar.button("emergency").text() == "RELEASE STOP"
 QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)

@@ -104,7 +104,7 @@ def test_the_emergency_stop_calls_off_a_start(gui, robots):
         + """
 click("control")
 until(lambda: "checked before" in gui.status["controller"].text())
-QTest.keyClick(gui, Qt.Key_Escape)
+QTest.keyClick(gui, Qt.Key_F8)
 until(lambda: gui.connection.newest("emergency") is not None)
 QTest.mouseClick(gui.bar.button("emergency"), Qt.LeftButton)
 until(lambda: not gui.study.preflight.running)

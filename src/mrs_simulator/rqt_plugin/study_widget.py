@@ -9,6 +9,7 @@ import time
 import numpy as np
 from python_qt_binding.QtCore import Qt, QTimer
 from python_qt_binding.QtWidgets import (
+    QApplication,
     QFrame,
     QLabel,
     QPlainTextEdit,
@@ -33,6 +34,7 @@ from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
 from mrs_simulator.rqt_plugin.view.panel import ViewPanel
+from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -44,6 +46,10 @@ MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted
 TICK = 100  # [ms] between two looks at everything else
 GRAPH_REST = 0.3  # [s] after the controller's answer, within which an older status may still come
 SCENARIOS = "Scenarios (*.yaml *.yml)"
+LATCHED = (
+    "EMERGENCY STOP: every controller is stopped and none can start. To release it, press RELEASE STOP; "
+    "then press Start controller for the robots to move again."
+)
 TEAM_REST = 0.4  # [s] after the last change of the team until the stage is asked for it
 
 
@@ -85,6 +91,8 @@ class StudyWidget(QWidget):
         self.bar.speed_chosen.connect(self._on_speed)
         self.bar.emergency.connect(self._on_emergency)
         layout.addWidget(self.bar)
+        self.banners = Banners()
+        layout.addWidget(self.banners)
         self._right = QSplitter(Qt.Vertical)
         self._right.addWidget(self._build_map())
         self._right.addWidget(self._build_results())
@@ -232,7 +240,7 @@ class StudyWidget(QWidget):
         """Open a dialog in place of one that is open; ``chosen`` is called with the path."""
         for dialog in self.findChildren(FileDialog):
             dialog.close()
-        self.bar.heed(FileDialog(self, title, start, kinds, chosen, saves))
+        FileDialog(self, title, start, kinds, chosen, saves)
 
     @guarded
     def _on_open(self):
@@ -337,6 +345,7 @@ class StudyWidget(QWidget):
     def _on_emergency(self, on):
         self.connection.set_emergency(on)
         self.study.preflight.cancel()
+        self._show_alarm()
 
     @guarded
     def _on_speed(self, speed):
@@ -499,6 +508,24 @@ class StudyWidget(QWidget):
             self.bar.set_emergency(self.study.state.is_emergency())
         self._show_possible()
 
+        self._show_alarm()
+
+    def _show_alarm(self):
+        """Say across the window that the emergency stop is latched, and how it is released."""
+        self.bar.listen_in(self.window())
+        if self.bar.is_emergency():
+            self.banners.tell("emergency", "alarm", LATCHED)
+        else:
+            self.banners.clear("emergency")
+
+    @guarded
+    def showEvent(self, event):
+        """Take the keys from the start, not only once somebody has clicked here."""
+        super().showEvent(event)
+        self.bar.listen_in(self.window())
+        if QApplication.focusWidget() is None:
+            self.map.setFocus()
+
     def _show_possible(self):
         """Offer what can be done now, and say why the rest cannot."""
         actions = self.study.state.actions()
@@ -517,6 +544,7 @@ class StudyWidget(QWidget):
         """Stop the timers, of the panels too, end what was started here, withdraw from ROS."""
         for timer in self.findChildren(QTimer):
             timer.stop()
+        self.bar.forget_key()
         self.study.close()
         self.connection.close()
 

@@ -1,5 +1,6 @@
 """The run's buttons: simulation, controller, speed, emergency stop."""
 
+import contextlib
 import functools
 import math
 
@@ -51,13 +52,12 @@ SPEED_TIP = "Simulated over wall time; max: as fast as possible ({} faster, {} s
     FASTER[0], SLOWER[0]
 )
 BREAKS = ("preflight", "bag")  # a gap before these
-# Esc gives up first what is being typed, or an edge that is being drawn; no field knows the other.
-EMERGENCY_KEYS = ("Esc", "F8")
+EMERGENCY_KEY = "F8"
 RED = "QPushButton { background: #c00000; color: white; font-weight: bold; padding: 4px 12px; }"
 
 
 class RunBar(QWidget):
-    """Buttons with shortcuts that work inside the plugin alone.
+    """Buttons with shortcuts that work inside the plugin alone; the emergency stop's works everywhere.
 
     Where the width ends they go on in another line; the emergency stop keeps its corner.
     """
@@ -78,25 +78,45 @@ class RunBar(QWidget):
             row.addWidget(self._button(owner, name, text, key, meaning))
             if name == "end":
                 row.addWidget(self._build_speed(owner))
-        row.add_corner(self._build_emergency(owner))
+        row.add_corner(self._build_emergency())
+        self._stop_key = None
 
-    def _build_emergency(self, owner):
+    def _build_emergency(self):
         self._stop_all = QPushButton("EMERGENCY STOP")
         self._stop_all.setCheckable(True)
         self._stop_all.setStyleSheet(RED)
         self._stop_all.setToolTip(
-            "All robots stop and stay so until released ({}; {} while something is typed)".format(
-                *EMERGENCY_KEYS
+            "All robots stop and stay so until released ({}, from every window)".format(
+                EMERGENCY_KEY
             )
         )
         self._stop_all.toggled.connect(self._on_emergency)
-        self.heed(owner)
         return self._stop_all
 
-    def heed(self, window):
-        """Let the emergency stop's keys work in ``window`` too, such as a dialog of the owner's."""
-        for key in EMERGENCY_KEYS:
-            _shortcut(key, window, self._press)
+    def listen_in(self, window):
+        """Take the emergency stop's key from ``window``, and any other window of the application.
+
+        To be called again whenever that may be another window, as when rqt floats a dock: a shortcut
+        of the plugin itself sleeps while the plugin has no focus, or lies behind another tab.
+        """
+        if self._stop_key is not None:
+            with contextlib.suppress(RuntimeError):  # it has gone with its window
+                if self._stop_key.parent() is window:
+                    return
+                self._stop_key.deleteLater()
+                self._stop_key.setEnabled(False)
+        self._stop_key = QShortcut(QKeySequence(EMERGENCY_KEY), window)
+        self._stop_key.setContext(Qt.ApplicationShortcut)
+        for signal in (self._stop_key.activated, self._stop_key.activatedAmbiguously):
+            signal.connect(self._press)
+
+    def forget_key(self):
+        """Leave the emergency stop's key to others."""
+        if self._stop_key is not None:
+            with contextlib.suppress(RuntimeError):
+                self._stop_key.setEnabled(False)
+                self._stop_key.deleteLater()
+            self._stop_key = None
 
     def _button(self, owner, name, text, key, meaning):
         button = QToolButton()
@@ -130,7 +150,7 @@ class RunBar(QWidget):
             self.speed_chosen.emit(self.speed())
 
     @guarded
-    def _press(self):
+    def _press(self, *_):
         # The key only ever stops; releasing is a deliberate click.
         self._stop_all.setChecked(True)
 
@@ -168,6 +188,10 @@ class RunBar(QWidget):
     def set_recording(self, recording):
         """Show what the bag button would do now."""
         self._buttons["bag"].setText("End bag" if recording else "Record bag")
+
+    def is_emergency(self):
+        """Return whether the emergency stop's button is pressed."""
+        return self._stop_all.isChecked()
 
     def set_emergency(self, on):
         """Show the state of the emergency stop; no signal."""

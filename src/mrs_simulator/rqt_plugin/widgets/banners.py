@@ -1,0 +1,139 @@
+"""Strips of text across the window for what nobody may overlook, each with its buttons."""
+
+from python_qt_binding.QtCore import QEvent, QSize, Qt
+from python_qt_binding.QtGui import QPalette
+from python_qt_binding.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import DARK, breakable
+
+# Background and text by weight, the heaviest first; on a light and on a dark ground.
+KINDS = {
+    "alarm": (("#c00000", "#ffffff"), ("#c00000", "#ffffff")),
+    "error": (("#fbdad7", "#6d120c"), ("#571b17", "#ffd9d5")),
+    "warning": (("#fdebc8", "#5c3b00"), ("#4d3a12", "#ffe3b3")),
+    "aside": (("#e3ebf5", "#1f3350"), ("#2b3a4d", "#dbe7f7")),
+}
+MOST_LINES = 4  # of a text
+
+
+class Banners(QWidget):
+    """One strip for each matter that there is something to say of, the heaviest on top."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._strips = {}
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(2)
+        self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Maximum)
+        self.setVisible(False)
+
+    def tell(self, matter, kind, text, *buttons):
+        """Show ``text`` of the ``matter``; ``kind``: a key of ``KINDS``; ``buttons``: (label, function)."""
+        strip = self._strips.get(matter)
+        labels = [label for label, _ in buttons]
+        if strip is None or (strip.kind, strip.labels) != (kind, labels):
+            self.clear(matter)
+            strip = self._strips[matter] = _Strip(kind, buttons)
+            weights = list(KINDS)
+            heavier = [s for s in self._strips.values() if weights.index(s.kind) < _weight(strip)]
+            equal = [s for s in self._strips.values() if s.kind == kind and s is not strip]
+            self._column.insertWidget(len(heavier) + len(equal), strip)
+        strip.say(text)
+        self.setVisible(True)
+
+    def clear(self, matter):
+        """Say nothing more of the ``matter``."""
+        strip = self._strips.pop(matter, None)
+        if strip is not None:
+            self._column.removeWidget(strip)
+            strip.hide()
+            strip.deleteLater()  # its own button may have called this
+            self.setVisible(bool(self._strips))
+
+    def text(self, matter):
+        """Return what is said of the ``matter``, "" for nothing."""
+        strip = self._strips.get(matter)
+        return strip.text if strip is not None else ""
+
+    def button(self, matter, label):
+        """Return a button of the ``matter``."""
+        return self._strips[matter].buttons[label]
+
+
+def _weight(strip):
+    return list(KINDS).index(strip.kind)
+
+
+class _Strip(QFrame):
+    def __init__(self, kind, buttons):
+        super().__init__()
+        self.kind, self.text, self.labels = kind, "", [label for label, _ in buttons]
+        self.buttons = {}
+        self.setAutoFillBackground(True)
+        self._label = _Text()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 3, 4, 3)
+        row.addWidget(self._label, 1)
+        for label, function in buttons:
+            self.buttons[label] = button = QPushButton(label)
+            button.clicked.connect(guarded(lambda *_, called=function: called()))
+            row.addWidget(button)
+        self._paint()
+
+    def say(self, text):
+        if text != self.text:
+            self.text = text
+            lines = text.splitlines()
+            more = ["..."] if len(lines) > MOST_LINES else []
+            self._label.setText(breakable("\n".join(lines[:MOST_LINES] + more)))
+            self.setToolTip(text)
+
+    def _paint(self):
+        # Of the application: this strip's own window colour is what is chosen here.
+        ground = self.parentWidget().palette() if self.parentWidget() else self.palette()
+        dark = ground.color(QPalette.Window).lightness() < DARK
+        back, front = KINDS[self.kind][dark]
+        font = self.font()
+        font.setBold(self.kind == "alarm")
+        self._label.setFont(font)
+        sheet = "QFrame {{ background: {}; border-radius: 3px; }} QLabel {{ color: {}; }}"
+        if self.styleSheet() != sheet.format(back, front):
+            self.setStyleSheet(sheet.format(back, front))
+
+    @guarded
+    def changeEvent(self, event):
+        """Take the colours that suit the new theme."""
+        super().changeEvent(event)
+        if event.type() in (QEvent.PaletteChange, QEvent.ParentChange):
+            self._paint()
+
+    @guarded
+    def showEvent(self, event):
+        """Take the colours of the ground that it has been put on."""
+        super().showEvent(event)
+        self._paint()
+
+
+class _Text(QLabel):
+    """A text that wraps, and makes nothing wider."""
+
+    def __init__(self):
+        super().__init__()
+        self.setTextFormat(Qt.PlainText)
+        self.setWordWrap(True)
+        self.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.setFocusPolicy(Qt.NoFocus)
+        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Minimum)
+
+    def sizeHint(self):
+        return QSize(0, super().sizeHint().height())

@@ -1,4 +1,4 @@
-"""Finding a protocol by its name: a shipped one, ``package.module:Class`` or ``file.py:Class``.
+"""Loads a protocol by name: a shipped one, ``package.module:Class`` or ``file.py:Class``.
 
 Naming a protocol runs its code, so a name may come from a command line, a launch file or a local
 scenario file, never from a topic or a service.

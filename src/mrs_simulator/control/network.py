@@ -1,4 +1,4 @@
-"""A team whose edges have faults: each robot runs the law by itself, on what reached it."""
+"""Distributed execution over faulty edges: each robot runs the law on the data that reached it."""
 
 import contextlib
 import copy

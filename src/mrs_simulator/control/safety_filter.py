@@ -1,4 +1,4 @@
-"""A safety filter around any law: the nearest velocities with which no two robots touch."""
+"""Safety filter for any law: the nearest velocities with which no two robots touch."""
 
 import numpy as np
 

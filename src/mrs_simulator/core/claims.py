@@ -1,4 +1,4 @@
-"""What a protocol claims of its own run: limits, rates, invariants, bounds, and their conditions.
+"""Claims of a protocol about its own runs: limits, rates, invariants and bounds, with their conditions.
 
 A *quantity* is a function of the hand points of all samples, (m, n, 2) [m], that returns one value
 for each sample, (m,) or (m, d).

@@ -1,4 +1,4 @@
-"""What a controller told of itself during a run: whether its law failed, and when it gave no commands."""
+"""Summary of a controller's messages during a run: failures of its law and gaps in its commands."""
 
 GRACE = (
     0.5  # [s] after its first command for which a run's controller may still say what was before

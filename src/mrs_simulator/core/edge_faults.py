@@ -1,4 +1,4 @@
-"""Edges with faults at work: what each robot knows of the others at each command."""
+"""Delay, loss and switching of edges at run time: what each robot knows of the others."""
 
 import numpy as np
 

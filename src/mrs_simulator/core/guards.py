@@ -1,4 +1,4 @@
-"""What keeps real robots from harm, by arrays: fences, distances, jumps, speeds, standstill.
+"""Guards of real robots as functions of arrays: fences, distances, jumps, speeds, standstill.
 
 Poses are in the common frame, (n, 3) [m, m, rad], unless said otherwise; comparisons with NaN, a
 robot that is not heard, are false.

@@ -1,4 +1,4 @@
-"""What edges do to what robots tell each other: how late it comes, how often not, and when at all.
+"""Faults of the graph's edges as a scenario states them: delay, loss and switching times.
 
 Edges are written ``(i, j)``, robots from 1: "i hears j".
 """

@@ -1,4 +1,4 @@
-"""Which points lie near each other, without looking at all pairs of many."""
+"""Neighbour search among points without comparing all pairs."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Parameters of a protocol, described once: for scenarios, launch files, ROS and forms."""
+"""Parameters of a protocol, declared once for scenarios, launch files, ROS and the GUI's forms."""
 
 import difflib
 import itertools

@@ -1,4 +1,4 @@
-"""Reading YAML files strictly: every key is known, every value checked, every error placed."""
+"""Strict reading of YAML files: unknown keys refused, every value checked, errors with their place."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""Exact quantities of interaction topologies, which theorems speak of."""
+"""Exact spectral quantities of interaction graphs, as used in theorems."""
 
 import functools
 

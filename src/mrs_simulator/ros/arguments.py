@@ -1,4 +1,4 @@
-"""What a node takes from its own command line alone.
+"""Command-line arguments of the nodes that are not ROS parameters.
 
 Names of protocols and files select code and places to write.  They come from the command line
 (``--protocol NAME``, or ``_protocol:=NAME`` as rosrun users write it), never from the parameter

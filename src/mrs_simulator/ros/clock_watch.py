@@ -1,4 +1,4 @@
-"""Whether simulated time is there, and goes on where somebody cannot wait for it."""
+"""Detects a missing or stalled /clock."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""Starting and ending a node."""
+"""Start and end of a node."""
 
 import os
 import signal

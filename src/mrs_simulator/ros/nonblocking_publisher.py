@@ -1,4 +1,4 @@
-"""Publishers for many topics of small messages: no thread's detour while subscribers read.
+"""Publisher for many topics of small messages that never waits for a slow subscriber.
 
 rospy hands each message to a thread of its own for each subscriber, and lets that thread run at once:
 with a hundred robots that is most of a publisher's work.

@@ -1,4 +1,4 @@
-"""The newest pose of each robot, put by subscriber threads, taken by the control loop."""
+"""Newest pose of each robot: written by subscriber threads, read by the control loop."""
 
 import math
 import threading

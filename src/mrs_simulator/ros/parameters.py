@@ -1,4 +1,4 @@
-"""ROS parameters, checked: a wrong one is named with what came and what was wanted."""
+"""Checked access to ROS parameters; errors name the parameter, its value and what was wanted."""
 
 import math
 

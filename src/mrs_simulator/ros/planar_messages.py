@@ -1,4 +1,4 @@
-"""Odometry and Twist with a quick way to and from the wire, for teams of a hundred robots.
+"""Odometry and Twist with fast serialisation, for teams of a hundred robots.
 
 The bytes are those of ``nav_msgs/Odometry`` and ``geometry_msgs/Twist``; only what a planar robot
 needs is packed and unpacked, where rospy would make and walk some twenty objects for each message.

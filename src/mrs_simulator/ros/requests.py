@@ -1,4 +1,4 @@
-"""Hands work from service threads to a node's one main loop, and its result back."""
+"""Hands requests of service threads to a node's main loop and returns the results."""
 
 import queue
 import threading

@@ -1,4 +1,4 @@
-"""Names on a node's command line that nothing reads: a limit that is misspelt is no limit."""
+"""Refuses names on a node's command line that no code reads, such as misspelt limits."""
 
 import difflib
 import sys

@@ -1,4 +1,4 @@
-"""Reading a run from a rosbag: of the stage's states, or of the robots' own odometry and commands."""
+"""Reads a run from a rosbag: the stage's states, or odometry and commands of real robots."""
 
 import math
 import re

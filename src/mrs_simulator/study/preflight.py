@@ -1,4 +1,4 @@
-"""What is to be so before real robots are driven: checks of measured poses and of predicted paths.
+"""Checks of measured poses and predicted paths before real robots are driven.
 
 Poses are of the wheel-axle centres in the common frame, (n, 3) [m, m, rad]; NaN: not known.
 """

@@ -1,4 +1,4 @@
-"""What the package's programs have in common."""
+"""Handling of bad input, shared by the package's programs."""
 
 import contextlib
 import sys

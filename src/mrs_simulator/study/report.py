@@ -1,4 +1,4 @@
-"""From a run to its figures and its verdict against the protocol's own claims."""
+"""Figures and verdict of a run."""
 
 import argparse
 import contextlib

@@ -1,4 +1,4 @@
-"""Where the scenarios that come with the package are."""
+"""Locates the scenarios that come with the package."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""Sweeps: one scenario under many values of its keys, in parallel, as one table and one figure."""
+"""Sweeps: one scenario under many values of its keys, run in parallel, as one table and figure."""
 
 import copy
 import csv

@@ -1,4 +1,4 @@
-"""Where the runs of a sweep run: processes of this machine, or a Dask cluster."""
+"""Workers of a sweep: processes of this machine, or a Dask cluster."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""The robots' bodies among obstacles: which touch, and how they are kept apart."""
+"""Footprints of the robots among obstacles: contacts, and how overlapping bodies are separated."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""``kinematic.drive`` as kernels that numba compiles: the same results to the bit, with fewer calls.
+"""``kinematic.drive`` compiled by numba, with results equal to the bit.
 
 Worth it on small teams, where numpy's calls cost more than its arithmetic (docs/benchmarks.md).  The
 kernels do numpy's operations in numpy's order, without fused or reordered ones; sines and cosines stay

@@ -1,4 +1,4 @@
-"""Wheel odometry: what a robot's own encoders say of where it went."""
+"""Wheel odometry: dead reckoning from a robot's own encoders."""
 
 import numpy as np
 

@@ -155,7 +155,7 @@ class World:
         self._new_collisions = []
         self.closest_approach = self.closest_distance()
 
-    # What is so ----------------------------------------------------------------------------------
+    # State ---------------------------------------------------------------------------------------
 
     @property
     def n(self):
@@ -217,7 +217,7 @@ class World:
         """Return the least distance [m] between two robots' centres now; inf for one robot."""
         return self._motion.closest()
 
-    # What happens --------------------------------------------------------------------------------
+    # Changes -------------------------------------------------------------------------------------
 
     def set_commands(self, rows, commands):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, 2) [m/s, rad/s].

@@ -1,4 +1,4 @@
-"""Conditions and tracks that several protocols share."""
+"""Conditions and tracks shared by several protocols."""
 
 import numpy as np
 

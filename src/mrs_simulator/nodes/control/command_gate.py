@@ -1,4 +1,4 @@
-"""The way of the commands to the robots, which is shut whatever the law is at."""
+"""Command gate: publishes the robots' commands, and can be shut whatever state the law is in."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""The robots' poses in the common frame, from whatever tells where they are."""
+"""Poses of the robots in the common frame, from any source of localisation."""
 
 import math
 

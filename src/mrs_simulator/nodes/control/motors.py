@@ -1,4 +1,4 @@
-"""Switches the robots' motors on before they are driven."""
+"""Enables the robots' motors before they are driven."""
 
 import threading
 

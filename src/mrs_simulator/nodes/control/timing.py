@@ -1,4 +1,4 @@
-"""How long the control takes to answer odometry, and the periods in which it does not."""
+"""Response times of the control to odometry, and missed periods."""
 
 import time
 from collections import deque

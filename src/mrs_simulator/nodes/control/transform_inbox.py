@@ -1,4 +1,4 @@
-"""The newest transform of each robot, looked up in tf whenever the control loop asks."""
+"""Newest transform of each robot, looked up in tf on request of the control loop."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The camera node: pictures of the stage by pybullet's software renderer, for displays.
+"""The camera node: images of the stage from pybullet's software renderer.
 
 A process of its own, so that rendering slows neither the stage nor the control.
 """

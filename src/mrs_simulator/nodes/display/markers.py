@@ -1,4 +1,4 @@
-"""The markers node: the team's bodies, numbers and trajectories, and the obstacles, for RViz."""
+"""The markers node: bodies, numbers, trajectories and obstacles for RViz."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""The preflight: listens to the robots and says whether they can be driven."""
+"""Preflight node: listens to the robots and reports whether they can be driven."""
 
 import contextlib
 import json

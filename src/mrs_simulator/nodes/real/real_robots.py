@@ -1,4 +1,4 @@
-"""Which robots are real: told on the command line or by a parameter, and all of them in wall time."""
+"""Determines which robots are real, from the command line, a parameter or the clock in use."""
 
 import rospy
 

@@ -1,4 +1,4 @@
-"""The record node: writes a run as it happens; at its end the figures and the verdict.
+"""The record node: writes a run while it happens, and its figures and verdict at the end.
 
 Of a stage in simulated time, else of real robots.
 """

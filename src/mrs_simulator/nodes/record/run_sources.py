@@ -1,4 +1,4 @@
-"""Where a run is recorded from: a stage's states, or real robots' own topics."""
+"""Sources of a recorded run: the stage's states, or the topics of real robots."""
 
 import math
 import queue

@@ -1,4 +1,4 @@
-"""Real robots in the stage's world: bodies where the robots' own odometry says that they are."""
+"""Real robots mirrored in the stage's world as bodies at the poses of their odometry."""
 
 import math
 

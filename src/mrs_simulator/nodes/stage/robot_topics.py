@@ -1,4 +1,4 @@
-"""The stage's topics, of each robot and of all at once: odometry out, commands in."""
+"""Topics of the simulated robots, one set for each or one for all: odometry out, commands in."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""The preset ``rosaria``: simulated robots behave as Pioneers behind the driver RosAria."""
+"""The preset ``rosaria``: simulated robots behave like Pioneers behind the RosAria driver."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the stage publishes of its world: clock, odometry, transforms, true state, collisions."""
+"""Topics that the stage publishes about its world: clock, odometry, tf, true state, collisions."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Curves against time: the states of a team, and its formation error with theory's prediction."""
+"""The curves panel: states of the team over time, and the formation error beside its prediction."""
 
 import time as clock
 

@@ -1,4 +1,4 @@
-"""How the curves panel draws: a matplotlib figure in the colours and the font of a widget.
+"""Drawing of the curves panel: a matplotlib figure in a widget's colours and font.
 
 The style is that of the saved figures.  matplotlib's global ``rcParams`` are neither changed nor
 relied on: a thread that saves figures may have borrowed them.

@@ -1,4 +1,4 @@
-"""What the curves panel draws, as plain numbers: no Qt."""
+"""Data of the curves panel as plain arrays, without Qt."""
 
 import re
 import threading

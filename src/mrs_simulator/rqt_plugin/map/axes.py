@@ -1,4 +1,4 @@
-"""What lies under the robots on the map: the plane with its grid, axes and obstacles, and words.
+"""Background of the map: plane, grid, axes, obstacles and labels.
 
 Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Frame``.
 """

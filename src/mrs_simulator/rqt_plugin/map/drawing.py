@@ -1,4 +1,4 @@
-"""What the map draws with every picture: robots, edges, targets, marks.
+"""Foreground of the map: robots, edges, targets and marks.
 
 Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Frame``; positions are
 arrays, one point per row, in metres unless they are said to be on the screen [px].

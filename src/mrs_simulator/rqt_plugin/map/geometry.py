@@ -1,4 +1,4 @@
-"""Where the things of the map lie: the plane on the screen, trails, shapes, edges.  No painting.
+"""Geometry of the map without painting: projection, trails, shapes, edges.
 
 Positions are arrays, one point per row, in metres unless they are said to be on the screen [px].
 """

@@ -1,4 +1,4 @@
-"""What the map does not paint anew with every picture: the ground, and the trails, which only grow.
+"""Cached layers of the map: the background, and trails that only grow.
 
 Both are kept in one picture of the size of the widget.  While the view stays as it is, trails are
 only continued there; any other change paints the picture anew.

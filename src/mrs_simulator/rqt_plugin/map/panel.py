@@ -1,4 +1,4 @@
-"""The map with its buttons: what the mouse does on it, and what is shown."""
+"""The map with its buttons: mouse modes and visible layers."""
 
 from python_qt_binding.QtWidgets import QToolButton, QVBoxLayout, QWidget
 

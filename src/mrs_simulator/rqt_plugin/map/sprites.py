@@ -1,4 +1,4 @@
-"""Small pictures that are painted once and put on the map as often as wanted."""
+"""Cached images of robots for the map."""
 
 import math
 

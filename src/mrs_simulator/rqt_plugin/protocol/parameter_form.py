@@ -1,4 +1,4 @@
-"""A form made from descriptions of parameters: one field each, checked as the parameter says."""
+"""A form with one field for each declared parameter, checked as declared."""
 
 import functools
 import html

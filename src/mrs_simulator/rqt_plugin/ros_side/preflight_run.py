@@ -1,4 +1,4 @@
-"""The check before robots are driven, as the GUI runs it: the command ``preflight``.  No Qt."""
+"""Runs the command ``preflight`` for the GUI and reads its findings, without Qt."""
 
 import json
 import os

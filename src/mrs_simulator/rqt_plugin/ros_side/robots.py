@@ -1,4 +1,4 @@
-"""The robots without a stage: real ones, or those of a stage that has not started, by their odometry."""
+"""Odometry of robots that no stage reports on: real ones, or simulated ones before the stage starts."""
 
 import re
 import threading

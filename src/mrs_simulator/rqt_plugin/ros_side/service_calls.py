@@ -1,4 +1,4 @@
-"""What the GUI asks of ROS, in the background: a server that hangs keeps no other waiting.  No Qt."""
+"""Service calls of the GUI in the background, one queue per server, without Qt."""
 
 import queue
 import threading

@@ -1,4 +1,4 @@
-"""The topic of the emergency stop, as one who presses and releases it publishes it.  No Qt."""
+"""Publisher of the emergency stop's topic, without Qt."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""What the GUI knows of a run: the newest state, and its history.  No Qt, no ROS."""
+"""Newest state and history of a run, without Qt and ROS."""
 
 from collections import deque
 from typing import FrozenSet, NamedTuple, Tuple

@@ -1,4 +1,4 @@
-"""What the check of the robots found, and the start in spite of it where a person may judge that."""
+"""Findings of the preflight, and the button to start in spite of those that a person may judge."""
 
 from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget

@@ -1,4 +1,4 @@
-"""Programs that the GUI starts, and ends again: only what was started here."""
+"""Programs started by the GUI, which ends what it started and nothing else."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""What the GUI does about a run: the scenario as edited, programs started, results saved.  No Qt."""
+"""A study's run: the edited scenario, the programs started for it, and its saved results; without Qt."""
 
 import os
 import re

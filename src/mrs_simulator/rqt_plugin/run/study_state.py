@@ -1,4 +1,4 @@
-"""What is so, and what can be done now, in words.  No Qt, no ROS."""
+"""Status texts and enabled actions, without Qt and ROS."""
 
 EMERGENCY = "emergency stop"
 NO_MASTER = "no ROS master"
@@ -14,7 +14,7 @@ class StudyState:
         """``preflight``: the ``PreflightRun``."""
         self.connection, self.processes, self.preflight = connection, processes, preflight
 
-    # What is so ----------------------------------------------------------------------------------
+    # State ---------------------------------------------------------------------------------------
 
     def is_controlled(self):
         """Return whether a controller runs and gives commands."""

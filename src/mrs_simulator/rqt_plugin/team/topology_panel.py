@@ -1,4 +1,4 @@
-"""The topology editor's table and figures: who hears whom, and what that means for convergence."""
+"""The topology editor: table of edges, and the quantities that decide convergence."""
 
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import (

@@ -1,4 +1,4 @@
-"""The verdict on a run as a table: what theory predicts, what was measured, whether they agree."""
+"""The verdict on a run as a table."""
 
 from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 

@@ -1,4 +1,4 @@
-"""A table to read, and to copy to a spreadsheet."""
+"""A read-only table that can be copied to a spreadsheet."""
 
 from python_qt_binding.QtCore import QEvent, Qt
 from python_qt_binding.QtGui import QColor, QKeySequence

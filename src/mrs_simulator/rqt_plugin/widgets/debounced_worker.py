@@ -1,4 +1,4 @@
-"""What takes long and changes with every move of the mouse: computed in the background.  No Qt."""
+"""Debounced background computation: only the newest request is computed.  No Qt."""
 
 import threading
 import time

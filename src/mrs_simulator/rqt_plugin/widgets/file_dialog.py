@@ -1,4 +1,4 @@
-"""The file dialog, beside which everything else goes on: the emergency stop above all."""
+"""A file dialog that does not block the rest of the GUI, the emergency stop above all."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""A row of widgets that goes on in the next line where the width ends."""
+"""A layout that breaks a row of widgets into lines where the width ends."""
 
 from python_qt_binding.QtCore import QPoint, QRect, QSize, Qt
 from python_qt_binding.QtWidgets import QLayout, QSizePolicy

@@ -1,4 +1,4 @@
-"""Keeps exceptions inside slots, events and timers: one that leaves them aborts the whole of rqt."""
+"""Catches exceptions in slots, events and timers; one that escapes aborts all of rqt."""
 
 import functools
 import logging

@@ -1,4 +1,4 @@
-"""Signals that close windows: Python may run a handler in the middle of a paint event, Qt must not."""
+"""Closes windows on signals from the event loop: Qt must not run inside a Python signal handler."""
 
 import signal
 

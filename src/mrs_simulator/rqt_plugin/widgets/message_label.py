@@ -1,4 +1,4 @@
-"""A line of text beside a field: what is wrong with it, or what theory says of it."""
+"""A line of text beside a field, with an error or a remark."""
 
 import re
 

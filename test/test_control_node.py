@@ -349,7 +349,7 @@ def test_the_warning_is_given(ros):
         (["--protocol", "formatoin"], "did you mean 'formation'"),
         (["--protocol", "nowhere.py:Law"], "nowhere.py"),
         (["--scenario", "nowhere.yaml"], "nowhere.yaml"),
-        (["_rate:=0"], "rate = 0: wanted a number above 0"),
+        (["_rate:=0"], "rate = 0: wanted a number of at least 0.1 and at most 1000"),
         (["_odom_timeout:=soon"], "odom_timeout = 'soon'"),
     ],
 )

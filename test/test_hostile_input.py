@@ -1,15 +1,29 @@
 """Input that means harm, or is badly broken: a clear error at once, in bounded memory."""
 
 import os
+import shutil
 import tracemalloc
 
 import numpy as np
 import pytest
+import rosbag
+import rospy
+from std_msgs.msg import String
 
+from mrs_simulator.control.laws.marching import Marching
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.parameters import shown, unknown_name
 from mrs_simulator.core.reading import ScenarioError, parse_yaml
+from mrs_simulator.core.recording import Recorder, RunError
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.msg import TeamState
+from mrs_simulator.nodes.real import preflight
+from mrs_simulator.study.preflight import Check
+from mrs_simulator.study.report import main as report
+from mrs_simulator.study.report import read_run
+from mrs_simulator.world.world import World
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 SMALL = 20e6  # [bytes] far less than what these inputs would fill
 
@@ -146,3 +160,129 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path):
     for path in (pipe, "/dev/zero"):
         with pytest.raises(ScenarioError, match="is a pipe or a device, wanted a regular file"):
             load_scenario(path)
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
+@pytest.mark.parametrize("v, omega", [(1e308, 0.0), (0.0, 1e308), (-1e308, 1e308), (np.nan, 0.0)])
+def test_impossible_commands_are_refused(fidelity, v, omega):
+    world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]], fidelity=fidelity, limits=None)
+    world.set_commands([0], np.array([[0.5, 0.0]]))
+    world.set_commands([0], np.array([[v, omega]]))
+    for _ in range(5):
+        world.step()
+    assert world.refused.tolist() == [1] and np.isfinite(world.pose).all()
+    assert world.pose[0, 0] == pytest.approx(0.05)
+
+
+def test_a_stopped_march_without_feed_forward_has_no_prediction():
+    given = {"gain": 0.0, "feed_forward": False, "path": "line"}
+    control = Marching(range(1, 4), Topology.preset("chain", 3), parameters=given)
+    start = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    assert control.prediction(start, np.linspace(0.0, 1.0, 5)) is None
+    assert not all(claim.holds for claim in control.claims(start))
+
+
+# Recordings ----------------------------------------------------------------------------------------
+
+
+def run_in(directory, robots=2, facts="{}"):
+    """Write a run of ``robots`` to ``directory``, with ``facts`` as its run.json; return its path."""
+    path = str(directory / "run.csv")
+    with Recorder(path, range(1, robots + 1)) as recorder:
+        for k in range(5):
+            recorder.sample(0.1 * k, np.zeros((robots, 3)), np.zeros((robots, 2)))
+    (directory / "run.json").write_text(facts)
+    return path
+
+
+@pytest.mark.parametrize(
+    "facts, said",
+    [
+        ('{"collisions": [], "closest_approach": NaN}', "NaN, wanted a finite number"),
+        ('{"collisions": [], "real_time_factor": -Infinity}', "-Infinity, wanted"),
+        ('{"collisions": [[NaN, "a", "b", 0, 0]]}', "NaN, wanted a finite number"),
+        ('{"collisions": [], "ended": ' + "[" * 500 + "]" * 500 + "}", "ended = "),
+        ("[" * 100000, "not the facts of a run"),
+    ],
+    ids=["nan", "infinite", "nan in a collision", "deep", "too deep"],
+)
+def test_facts_that_are_none_name_their_file(tmp_path, facts, said):
+    with pytest.raises(RunError, match=said) as caught:
+        read_run(run_in(tmp_path, facts=facts))
+    assert str(tmp_path / "run.json") in str(caught.value) and len(str(caught.value)) < 400
+
+
+def test_a_run_beside_another_team_s_scenario_is_refused(tmp_path, capsys):
+    path = run_in(tmp_path, robots=2, facts='{"collisions": []}')
+    scenario = os.path.join(ROOT, "scenarios", "paper_four.yaml")
+    shutil.copy(scenario, str(tmp_path / "scenario.yaml"))
+    with pytest.raises(SystemExit) as ended:
+        report([path, "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert "run.csv: 2 robots, but the scenario" in said and "has 4; wanted the run's own" in said
+
+
+def test_pipes_are_no_recordings(tmp_path):
+    for name in ("run.csv", "run.bag"):
+        pipe = str(tmp_path / name)
+        os.mkfifo(pipe)
+        with pytest.raises(RunError, match="is a pipe or a device, wanted a regular file"):
+            read_run(pipe)
+
+
+def bag_of(path, text=None, poses=((0.0, 0.0, 0.0),)):
+    with rosbag.Bag(path, "w") as bag:
+        if text is not None:
+            bag.write("/stage/scenario", String(data=text), rospy.Time(1))
+        for k in range(3):
+            x, y, theta = zip(*poses)
+            state = TeamState(robot=range(1, len(poses) + 1), x=x, y=y, theta=theta)
+            state.commanded = [True] * len(poses)
+            state.command_v = state.command_omega = [0.0] * len(poses)
+            state.header.stamp = rospy.Time(1 + k)
+            bag.write("/stage/state", state, state.header.stamp)
+    return path
+
+
+def test_a_bag_s_scenario_is_bounded_as_a_file_is(tmp_path):
+    def refused():
+        with pytest.raises(RunError, match="aliases stand for more than") as caught:
+            read_run(bag_of(str(tmp_path / "run.bag"), bomb()))
+        assert len(str(caught.value)) < 300
+
+    assert in_little_memory(refused) < SMALL
+
+
+def test_a_bag_of_impossible_poses_is_refused(tmp_path):
+    with pytest.raises(RunError, match="run.bag: at 1.000 s a pose or command is not finite"):
+        read_run(bag_of(str(tmp_path / "run.bag"), poses=[(np.nan, 0.0, 0.0)]))
+
+
+def test_damaged_bags_are_read_or_refused(tmp_path):
+    path = bag_of(str(tmp_path / "run.bag"), poses=[(0.0, 0.0, 0.0), (2.0, 0.0, 0.0)])
+    with open(path, "rb") as file:
+        whole = file.read()
+    draw = np.random.default_rng(4)
+    for _ in range(60):
+        damaged = bytearray(whole)
+        for place in draw.integers(len(whole), size=draw.integers(1, 20)):
+            damaged[place] = draw.integers(256)
+        with open(path, "wb") as file:
+            file.write(damaged[: len(damaged) - draw.integers(0, 2) * draw.integers(len(damaged))])
+        try:
+            run = read_run(path)
+        except RunError as error:
+            assert path in str(error)
+        else:
+            assert np.isfinite(run.pose).all()
+
+
+def test_a_preflight_that_cannot_write_its_checks_says_so(monkeypatch, capsys):
+    monkeypatch.setattr(preflight.rosgraph, "is_master_online", lambda: True)
+    monkeypatch.setattr(preflight, "start_node", lambda name: None)
+    monkeypatch.setattr(preflight, "_checked", lambda scenario: [Check("distances", True, "")])
+    with pytest.raises(SystemExit) as ended:
+        preflight.main(["--json", "/dev/full"])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == "preflight: /dev/full: No space left on device\n"

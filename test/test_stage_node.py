@@ -122,6 +122,10 @@ def test_the_team_is_set_all_at_once_or_not_at_all(ros):
     assert not done and "robot2 and robot3 overlap" in said
     assert probe.ask("set_team([[0, 0, 0], [float('nan'), 0, 0]])")[0] is False
     assert probe.ask("set_team([])")[0] is False
+    done, said = probe.ask("set_team([[3.0 * k, 0, 0] for k in range(1001)])")
+    assert (
+        not done and said == "1001 robots: wanted at most 1000, the stage's parameter most_robots"
+    )
     assert probe.wait("state('robot')") == [1, 2]
     assert probe.ask("set_team([[0, 0, 0], [5, 0, 0], [0, 5, 1.5]])") == [True, "3 robots"]
     probe.wait("state('robot') == [1, 2, 3]")

@@ -1,5 +1,6 @@
 """Strict reading of YAML files: unknown keys refused, every value checked, errors with their place."""
 
+import json
 import math
 import os
 import re
@@ -93,6 +94,17 @@ def refuse_special(path):
         raise IsADirectoryError("is a directory, wanted a file")
     if not stat.S_ISREG(kind):
         raise OSError("is a pipe or a device, wanted a regular file")
+
+
+def read_json(path):
+    """Return the content of the JSON file at ``path``; ``ValueError`` or ``OSError`` if it has none."""
+    refuse_special(path)
+    with open(path, encoding="utf-8") as file:
+        return json.load(file, parse_constant=_refuse_constant)
+
+
+def _refuse_constant(name):
+    raise ValueError("{}, wanted a finite number".format(name))
 
 
 def parse_yaml(text, where):

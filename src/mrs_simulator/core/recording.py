@@ -4,7 +4,6 @@ import contextlib
 import json
 import math
 import os
-import time
 from array import array
 from typing import Any, Dict, List, NamedTuple, Optional
 
@@ -12,8 +11,9 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.reading import reason
+from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
+from mrs_simulator.core.writing import Blocks, write_text
 
 COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
 BLOCK = 1 << 22  # [characters] of a file read at once
@@ -25,7 +25,6 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "collisions_unknown": bool,
     "uncommanded": bool,
 }
-FLUSH_PERIOD = 0.2  # [s] of wall time; a run that is killed loses no more than this
 
 
 class Collision(NamedTuple):
@@ -58,10 +57,11 @@ class RunError(ValueError):
 class Recorder:
     """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
 
-    def __init__(self, path, robots, hand_length=DEFAULT_HAND_LENGTH):
+    def __init__(self, path, robots, hand_length=DEFAULT_HAND_LENGTH, tell=None):
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
-        What is told there of an earlier run is taken away.
+        What is told there of an earlier run is taken away.  ``tell`` is called with a text when
+        samples find no room on the disk, and when they do again: a run goes on all the same.
         """
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         with contextlib.suppress(FileNotFoundError):
@@ -69,9 +69,10 @@ class Recorder:
         self.path = path
         self._robots = [str(robot) for robot in robots]
         self._hand_length = hand_length
-        self._file = open(path, "w", encoding="ascii", newline="\n")
-        self._file.write(",".join(COLUMNS) + "\n")
-        self._flushed = -math.inf
+        self._file = Blocks(path, ",".join(COLUMNS) + "\n")
+        self._tell = tell or (lambda text: None)
+        self._stamp = 0.0  # [s] of the newest sample
+        self._trouble, self._warnings = "", []
 
     def sample(self, stamp, pose, command):
         """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, 2).
@@ -80,19 +81,34 @@ class Recorder:
         """
         hand = hand_points(pose, self._hand_length)
         table = np.concatenate([pose, hand, command], axis=1).tolist()
-        stamp = repr(float(stamp))
+        self._stamp = float(stamp)
+        stamp = repr(self._stamp)
         lines = [
             ",".join([stamp, robot, *map(repr, row)]) for robot, row in zip(self._robots, table)
         ]
-        self._file.write("\n".join(lines) + "\n")
-        now = time.monotonic()
-        if now - self._flushed > FLUSH_PERIOD:
-            self._flushed = now
-            self._file.flush()
+        self._file.add("\n".join(lines) + "\n")
+        self._note()
+
+    def _note(self):
+        """Tell of a disk that has become full, or has room again."""
+        now = self._file.trouble
+        if bool(now) == bool(self._trouble):
+            return
+        self._trouble = now
+        text = "at {:.3f} s samples are in the file again" if not now else "from {:.3f} s {}"
+        text = "{}: {}".format(self.path, text.format(self._stamp, now))
+        self._warnings.append(text)
+        self._tell(text)
+
+    def warnings(self):
+        """Return what a reader of the run is to know of its file, a list of texts."""
+        lost = self._file.lost
+        return self._warnings + (["{}: {} samples lost".format(self.path, lost)] if lost else [])
 
     def close(self):
         """Finish the file; closing twice does no harm."""
         self._file.close()
+        self._note()
 
     def __enter__(self):
         return self
@@ -113,11 +129,7 @@ def write_facts(path, collisions=(), meta=None):
     """
     finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
     facts = {**finite, "collisions": [list(collision) for collision in collisions]}
-    partial = facts_path(path) + ".part"
-    with open(partial, "w", encoding="utf-8") as file:
-        json.dump(facts, file, indent=2, allow_nan=False)
-        file.write("\n")
-    os.replace(partial, facts_path(path))
+    write_text(facts_path(path), json.dumps(facts, indent=2, allow_nan=False) + "\n")
 
 
 def _read_facts(path):
@@ -126,8 +138,7 @@ def _read_facts(path):
     if not os.path.exists(told):
         return [], {"collisions_unknown": True}
     try:
-        with open(told, encoding="utf-8") as file:
-            meta = json.load(file)
+        meta = read_json(told)
         collisions = [
             Collision(float(time), str(first), str(second), float(x), float(y))
             for time, first, second, x, y in meta.pop("collisions")
@@ -140,7 +151,7 @@ def _read_facts(path):
     if wrong:
         key = wrong[0]
         raise RunError(
-            "{}: {} = {!r}, wanted a {}".format(told, key, meta[key], FACTS[key].__name__)
+            "{}: {} = {}, wanted a {}".format(told, key, shown(meta[key]), FACTS[key].__name__)
         )
     return collisions, meta
 
@@ -151,6 +162,7 @@ def read_run_csv(path, scenario=None):
     A last sample that was cut off is left out.  Raises ``RunError`` that names the file and line.
     """
     try:
+        refuse_special(path)
         with open(path, encoding="ascii") as file:
             table = _number_table(file, path)
     except (OSError, UnicodeDecodeError) as error:

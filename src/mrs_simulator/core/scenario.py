@@ -31,6 +31,7 @@ SATURATIONS = ("robot", "team", "none")
 LIMIT_PRESETS = ("firmware", "top", "none")
 DEFAULT_KIND = "pioneer3dx"
 DEFAULT_PROTOCOL = "formation"
+RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
 MOST_ROBOTS = 20000
 FARTHEST = 1e6  # [m], a position beyond this is a mistake
@@ -285,7 +286,7 @@ def _read_control(top):
         Section(parameters, section.at("parameters")).number("l", above=0.0)
     control = Control(
         protocol=section.text("protocol", DEFAULT_PROTOCOL),
-        rate=section.number("rate", 50.0, low=0.1, high=1000.0),
+        rate=section.number("rate", 50.0, low=RATES[0], high=RATES[1]),
         parameters=parameters,
         saturation=section.text("saturation", "robot", SATURATIONS),
         safety=section.flag("safety", False),

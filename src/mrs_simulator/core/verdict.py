@@ -7,7 +7,6 @@ A run *passed* where at least one claim of its protocol was judged and nothing j
 import argparse
 import json
 import math
-import os
 import platform
 import sys
 import traceback
@@ -16,7 +15,9 @@ from typing import Any, Dict, NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.claims import Condition, NothingDecays
+from mrs_simulator.core.reading import read_json, reason
 from mrs_simulator.core.recording import closest_approach
+from mrs_simulator.core.writing import write_text
 from mrs_simulator.version import __version__
 
 HOLDS = "holds"  # what is predicted of a condition
@@ -203,11 +204,7 @@ def versions() -> Dict[str, str]:
 
 def write_verdict(verdict, path):
     """Write ``verdict`` as JSON to ``path``, whole or not at all."""
-    partial = path + ".part"
-    with open(partial, "w", encoding="utf-8") as file:
-        json.dump(verdict, file, indent=2, allow_nan=False)
-        file.write("\n")
-    os.replace(partial, path)
+    write_text(path, json.dumps(verdict, indent=2, allow_nan=False) + "\n")
 
 
 def verdict_text(verdict):
@@ -257,8 +254,11 @@ def main():
     parser.add_argument("file")
     add_require_verdict(parser)
     arguments = parser.parse_args()
-    with open(arguments.file, encoding="utf-8") as file:
-        verdict = json.load(file)
+    try:
+        verdict = read_json(arguments.file)
+    except (OSError, ValueError) as error:
+        print("verdict: {}: {}".format(arguments.file, reason(error)), file=sys.stderr)
+        sys.exit(2)
     print(verdict_text(verdict))
     sys.exit(exit_code(verdict, arguments.require_verdict))
 

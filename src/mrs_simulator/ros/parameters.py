@@ -6,8 +6,8 @@ import numpy as np
 import rospy
 
 
-def number_parameter(name, default, low=None, above=None):
-    """Return the parameter as a finite float, at least ``low`` or above ``above``.
+def number_parameter(name, default, low=None, above=None, high=None):
+    """Return the parameter as a finite float, at least ``low`` or above ``above``, at most ``high``.
 
     An empty text counts as not given: launch files pass it for an argument left out.
     """
@@ -18,9 +18,14 @@ def number_parameter(name, default, low=None, above=None):
         result = math.nan
     fits = math.isfinite(result)
     fits = fits and (low is None or result >= low) and (above is None or result > above)
+    fits = fits and (high is None or result <= high)
     if not fits:
         wanted = "" if low is None else " of at least {:g}".format(low)
         wanted = wanted if above is None else " above {:g}".format(above)
+        if high is not None:
+            wanted += (
+                " and at most {:g}".format(high) if wanted else " of at most {:g}".format(high)
+            )
         raise ValueError(
             "parameter {} = {!r}: wanted a number{}".format(rospy.resolve_name(name), value, wanted)
         )

@@ -14,7 +14,7 @@ _NAMES = (
     "l lockstep lockstep_timeout max_jump min_distance odom_frame odom_rate odom_timeout odom_topic "
     "omega_max paused place_tolerance pose_timeout pose_topic preset rate real resume saturation "
     "silence speed stuck_time team_topics time_limit v_max view wait_for_control wait_for_recorders "
-    "world_frame directory json out"
+    "world_frame most_robots directory json out"
 )
 PARAMETERS = frozenset(RUN_ARGUMENTS).union(_NAMES.split())
 ALIKE = 0.75  # of 1, from which on a name is taken for another one misspelt

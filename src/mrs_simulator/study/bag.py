@@ -6,8 +6,9 @@ import re
 import numpy as np
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, compose, hand_points, yaw
+from mrs_simulator.core.reading import reason, refuse_special
 from mrs_simulator.core.recording import Collision, Run, RunError
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
+from mrs_simulator.core.scenario import MOST_ROBOTS, ScenarioError, scenario_from_yaml
 
 # As the stage has them, and as RosAria and p2os drivers in namespaces do.
 ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
@@ -27,6 +28,7 @@ def read_bag(path, scenario=None):
     import rosbag  # ROS only where a bag is read
 
     try:
+        refuse_special(path)
         with rosbag.Bag(path) as bag:
             topics = bag.get_type_and_topic_info().topics
             scenario = scenario or _scenario_in(bag)
@@ -36,10 +38,14 @@ def read_bag(path, scenario=None):
                 pose = _in_common_frame(pose, scenario)
             collisions = _collisions(bag)
             unknown = reader is _from_robots and COLLISIONS not in topics
-    except (OSError, rosbag.ROSBagException, ScenarioError) as error:
+    except ScenarioError as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
+    except Exception as error:  # rosbag and genpy raise whatever a damaged file leads them to
+        text = "{}: cannot be read: {}: {}".format(path, type(error).__name__, reason(error)[:200])
+        raise RunError(text) from None
     if not len(time):
         raise RunError("{}: holds no sample in which a robot is commanded".format(path))
+    _refuse_impossible(path, time, robots, pose, command)
     slack = JITTER if reader is _from_robots else 0.0
     keep = _every(time, scenario.record_rate if scenario else None, slack)
     if scenario is not None:  # a bag may have run on while the results were written
@@ -62,6 +68,15 @@ def _meta(command, collisions_unknown):
     """Return what else is known of the run; zeros are what a controller says that never began."""
     facts = {"collisions_unknown": collisions_unknown, "uncommanded": not command.any()}
     return {name: True for name, holds in facts.items() if holds}
+
+
+def _refuse_impossible(path, time, robots, pose, command):
+    bad = np.flatnonzero(~np.isfinite(np.concatenate([pose, command], axis=2)).all(axis=(1, 2)))
+    if len(bad):
+        text = "{}: at {:.3f} s a pose or command is not finite"
+        raise RunError(text.format(path, time[bad[0]]))
+    if len(set(robots)) != len(robots) or not all(1 <= number <= MOST_ROBOTS for number in robots):
+        raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
 
 
 def _scenario_in(bag):

@@ -1,5 +1,6 @@
 """Headless experiments: the world and the control in lockstep in one process, without a master."""
 
+import sys
 import time
 import traceback
 
@@ -77,7 +78,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    with begin_run(scenario, out) as recorder:
+    with begin_run(scenario, out, tell=_tell) as recorder:
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
                 recorder.sample(stamp, pose, command)
@@ -95,13 +96,17 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     meta = {
         "real_time_factor": experiment.world.time / wall,
         "closest_approach": experiment.world.closest_approach,
-        "warnings": experiment.warnings,
+        "warnings": experiment.warnings + recorder.warnings(),
         "ended": ended,
     }
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)
     run = read_run_csv(recorder.path, scenario)
     return write_report(run, out, formats, experiment.control)
+
+
+def _tell(text):
+    print("experiment: " + text, file=sys.stderr)
 
 
 def _with_progress(samples, scenario, wanted):

@@ -27,6 +27,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.writing import write_bytes
 
 FORMATS = ("png", "pdf", "svg")
 # Saved files carry no date, so that the same run gives the same bytes.
@@ -198,15 +199,9 @@ def settle(figure):
 def save(figure, path):
     """Write ``figure`` to ``path`` in the format of its ending, whole or not at all; return path."""
     kind = os.path.splitext(path)[1][1:]
-    image, partial = io.BytesIO(), path + ".part"
+    image = io.BytesIO()
     figure.savefig(image, format=kind, metadata=METADATA.get(kind))
-    try:
-        with open(partial, "wb") as file:
-            file.write(image.getvalue())
-        os.replace(partial, path)
-    finally:
-        if os.path.exists(partial):
-            os.remove(partial)
+    write_bytes(path, image.getvalue())
     return path
 
 

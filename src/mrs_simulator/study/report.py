@@ -18,7 +18,7 @@ from mrs_simulator.control.loading import (
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.recording import Recorder, read_run_csv
+from mrs_simulator.core.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import (
     add_require_verdict,
@@ -27,6 +27,7 @@ from mrs_simulator.core.verdict import (
     verdict_text,
     write_verdict,
 )
+from mrs_simulator.core.writing import write_text
 from mrs_simulator.study.programs import refusing_bad_input
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
@@ -55,14 +56,15 @@ def _safety_claims(control, start):
     ]
 
 
-def begin_run(scenario, out, robots=None):
+def begin_run(scenario, out, robots=None, tell=None):
     """Return the ``Recorder`` of a new run in the directory ``out``, beside its ``scenario.yaml``.
 
-    ``robots``: their numbers, by default those of the scenario.  The report on an earlier run there
+    ``robots``: their numbers, by default those of the scenario; ``tell``: what the recorder calls
+    with a text when its disk is full, and when there is room again.  The report on an earlier run there
     goes: it is not one on this.
     """
     robots = range(1, scenario.n + 1) if robots is None else robots
-    recorder = Recorder(os.path.join(out, RUN_FILE), robots, scenario.hand_length)
+    recorder = Recorder(os.path.join(out, RUN_FILE), robots, scenario.hand_length, tell)
     for name in os.listdir(out):
         stem, _, kind = name.partition(".")
         if name == VERDICT_FILE or (stem in FIGURES and kind in ("png", "pdf", "svg")):
@@ -74,8 +76,7 @@ def begin_run(scenario, out, robots=None):
 def write_scenario(scenario, out):
     """Write ``scenario.yaml`` to ``out``, so that it can be run, or reported on, again; return its path."""
     path = os.path.join(out, SCENARIO_FILE)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(from_anywhere(scenario).to_yaml())
+    write_text(path, from_anywhere(scenario).to_yaml())
     return path
 
 
@@ -181,8 +182,16 @@ def read_run(path, scenario_path=None):
     if path.endswith(".bag"):
         from mrs_simulator.study.bag import read_bag  # needs ROS
 
-        return read_bag(path, scenario)
-    return read_run_csv(path, scenario)
+        run = read_bag(path, scenario)
+    else:
+        run = read_run_csv(path, scenario)
+    if scenario is not None and len(run.robots) != scenario.n:
+        raise RunError(
+            "{}: {} robots, but the scenario {} has {}; wanted the run's own, by --scenario".format(
+                path, len(run.robots), scenario_path, scenario.n
+            )
+        )
+    return run
 
 
 def control_of(run):

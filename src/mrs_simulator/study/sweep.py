@@ -4,16 +4,16 @@ import copy
 import csv
 import hashlib
 import itertools
-import json
 import os
 import re
 from collections import Counter
 
 from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
-from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
+from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml, read_json
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
+from mrs_simulator.core.writing import naming
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
 
@@ -161,8 +161,7 @@ def run_one(scenario, out):
     """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back."""
     done = os.path.join(out, "verdict.json")
     if os.path.exists(done):
-        with open(done, encoding="utf-8") as file:
-            verdict = json.load(file)
+        verdict = read_json(done)
         if verdict.get("ended") == "complete":
             return verdict
 
@@ -214,7 +213,8 @@ def _write_table(runs, verdicts, out):
         checks += [c["name"] for c in verdict["checks"] if c["name"] not in checks]
     checks = [name for name in checks if name != "ended"]
     partial = os.path.join(out, TABLE + ".part")
-    with open(partial, "w", encoding="utf-8", newline="") as file:
+    path = os.path.join(out, TABLE)
+    with naming(path), open(partial, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(["run"] + keys + list(MEASURES) + checks)
         for (name, values, _), verdict in zip(runs, verdicts):
@@ -227,7 +227,7 @@ def _write_table(runs, verdicts, out):
                 + [_measure(verdict, key) for key in MEASURES]
                 + [measured.get(check) for check in checks]
             )
-    os.replace(partial, os.path.join(out, TABLE))
+    os.replace(partial, path)
 
 
 def _measure(verdict, key):

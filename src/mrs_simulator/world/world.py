@@ -19,6 +19,7 @@ from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
 
 EVERY = slice(None)  # the rows of all robots
+FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
 FORGET = 0.1  # [s] without contact after which touching again is a new collision
 FEW = 100  # [-] past contacts that may be kept in memory whatever their age
 
@@ -222,12 +223,12 @@ class World:
     def set_commands(self, rows, commands):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, 2) [m/s, rad/s].
 
-        One that is not finite is refused and counted in ``refused``; that robot keeps its last
-        command until its own watchdog stops it.
+        One that is not finite, or beyond ``FASTEST``, is refused and counted in ``refused``; that
+        robot keeps its last command until its own watchdog stops it.
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        finite = np.isfinite(commands)
+        finite = np.abs(commands) <= FASTEST  # false for nan
         if not finite.all():
             finite = finite.all(axis=1)
             rows = np.arange(self.n)[rows]

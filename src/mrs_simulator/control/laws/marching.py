@@ -130,7 +130,8 @@ class Marching(Shaped):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
         steady = np.zeros_like(start)
         if not self.feed_forward:
-            if not all_hold([spanning_tree(self.topology)] + self._straight()):
+            needed = [spanning_tree(self.topology), *self._straight()]
+            if self.gain == 0.0 or not all_hold(needed):
                 return None
             steady[:, 0] = -self._lag()
         matrix = self.gain * self.topology.laplacian() + self.anchor * np.eye(len(start))

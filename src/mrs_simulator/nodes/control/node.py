@@ -15,6 +15,7 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.scenario import RATES
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
@@ -47,7 +48,7 @@ class ControlNode:
     def __init__(self, scenario, protocol):
         """``protocol``: a ``PioneerControl`` subclass."""
         self.scenario = scenario
-        rate = number_parameter("~rate", scenario.control.rate, above=0.0)
+        rate = number_parameter("~rate", scenario.control.rate, low=RATES[0], high=RATES[1])
         self.period = 1.0 / rate
         saturation = text_parameter(
             "~saturation", scenario.control.saturation, ("robot", "team", "none")

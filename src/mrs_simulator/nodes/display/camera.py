@@ -25,7 +25,7 @@ class CameraNode:
     """Listens to the stage; publishes ``~image`` while somebody looks."""
 
     def __init__(self):
-        self._period = 1.0 / number_parameter("~rate", 10.0, above=0.0)
+        self._period = 1.0 / number_parameter("~rate", 10.0, above=0.0, high=100.0)
         self._newest, self._wanted, self._scenario = None, None, None
         self._view, self._shown = None, None
         self._publisher = rospy.Publisher("~image", Image, queue_size=1)

@@ -12,6 +12,7 @@ import rosgraph
 import rospy
 
 from mrs_simulator.core.guards import checked_fence
+from mrs_simulator.core.writing import write_text
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.control.guards import slower, top_speeds
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
@@ -108,10 +109,8 @@ def main(argv=None):
         )  # rospy's, which some systems show among the lines of the table
         start_node("preflight")
         checks = _checked(scenario)
-    if arguments.json:
-        text = json.dumps(preflight.as_rows(checks), indent=1)
-        with open(arguments.json, "w", encoding="utf-8") as file:
-            file.write(text)
+        if arguments.json:
+            write_text(arguments.json, json.dumps(preflight.as_rows(checks), indent=1))
     wrong = sum(not check.passed for check in checks)
     print(preflight.table(checks))
     print("{} of {} not OK".format(wrong, len(checks)) if wrong else "ready")

@@ -42,7 +42,7 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = number_parameter("~silence", SILENCE, above=0.0)
-        self._file = begin_run(scenario, out)
+        self._file = begin_run(scenario, out, tell=_tell)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was told to
         self._wall_start = None
@@ -124,12 +124,17 @@ class RunRecorder:
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = self.control.warnings(self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
+        meta["warnings"] += self._file.warnings()
         meta.update(self.source.meta())
         if not self._moved:  # zeros are what a controller says that never began
             meta["uncommanded"] = True
         recording.write_facts(self._file.path, collisions, meta)
         run = recording.read_run_csv(self._file.path, self.scenario)
         return write_report(run, self.out, control=self.control)
+
+
+def _tell(text):
+    rospy.logerr("record: %s", text)
 
 
 def main():
@@ -142,7 +147,8 @@ def main():
         start_node("record")
         recorder = RunRecorder(slower(scenario), os.path.abspath(arguments.out))
     run(recorder.spin)
-    verdict = recorder.finish()
+    with refusing_bad_input("record"):
+        verdict = recorder.finish()
     if verdict is None:
         why = recorder.controller.failed() or ("", "no command reached the robots")
         print("record: nothing was recorded: {}".format(why[1]), file=sys.stderr)

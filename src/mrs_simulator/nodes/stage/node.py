@@ -8,6 +8,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.core.scenario import MOST_ROBOTS
 from mrs_simulator.msg import StageStatus
 from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
@@ -37,6 +38,7 @@ STATUS_PERIOD = 0.2  # [s] of wall time
 VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
 MOST_NAMED = 8  # [-] robots named in one message
+MOST_BY_SERVICE = 1000  # [-] robots of a team that comes by service
 MOST_STEPS = 1000000  # [-] of one request
 LOCAL = dict(
     RUN_ARGUMENTS,
@@ -67,6 +69,8 @@ class Stage:
             self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
         self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
         self.paused = flag_parameter("~paused", False)
+        most = number_parameter("~most_robots", MOST_BY_SERVICE, low=1, high=MOST_ROBOTS)
+        self._most_robots = max(int(most), scenario.n)
         self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
         self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
         odom_rate = number_parameter("~odom_rate", ODOM_RATE if rosaria else 50.0, above=0.0)
@@ -283,6 +287,9 @@ class Stage:
         return "speed {:g}".format(request.speed) if request.speed else "as fast as possible"
 
     def _on_set_team(self, request):
+        if len(request.robots) > self._most_robots:
+            text = "{} robots: wanted at most {}, the stage's parameter most_robots"
+            raise ValueError(text.format(len(request.robots), self._most_robots))
         kinds = [robot.kind or "pioneer3dx" for robot in request.robots]
         poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in request.robots]
         team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
@@ -323,7 +330,10 @@ class Stage:
         refused = np.flatnonzero(self.world.refused > self._refused).tolist()
         if refused:
             rospy.logwarn_throttle(
-                5.0, "stage: refused commands for {}: not finite".format(named(refused))
+                5.0,
+                "stage: refused commands for {}: not finite, or impossibly large".format(
+                    named(refused)
+                ),
             )
             self._refused = self.world.refused.copy()
 

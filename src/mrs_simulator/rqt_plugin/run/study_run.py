@@ -381,6 +381,8 @@ class StudyRun:
             with begin_run(scenario, directory, numbers) as file:
                 for stamp, poses, commands in zip(when - when[0], pose, command):
                     file.sample(round(float(stamp), 9), poses, commands)
+            if file.warnings():
+                return False, "; ".join(file.warnings())
             write_facts(file.path, collisions, meta)
             arguments = [file.path, "--out", directory, "--formats", "png,pdf,svg"]
             code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)

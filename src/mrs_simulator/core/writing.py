@@ -1,0 +1,113 @@
+"""Writing files on disks that may be full: errors name the file, and nothing is left half written."""
+
+import contextlib
+import os
+import time
+
+FLUSH_PERIOD = 0.2  # [s] of wall time; a program that is killed loses no more than this
+RETRY_PERIOD = 1.0  # [s] of wall time between two tries to write to a full disk
+MOST_PENDING = 1 << 23  # [bytes] kept in memory until there is room again
+
+
+@contextlib.contextmanager
+def naming(path):
+    """Give an ``OSError`` that names no file, as that of a full disk, the name ``path``."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
+def write_text(path, text):
+    """Write ``text`` to ``path``, whole or not at all; an ``OSError`` names the file."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path, content):
+    """Write ``content`` to ``path``, whole or not at all; an ``OSError`` names the file."""
+    if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device
+        with naming(path), open(path, "wb") as file:
+            file.write(content)
+        return
+    partial = str(path) + ".part"
+    try:
+        with naming(path), open(partial, "wb") as file:
+            file.write(content)
+        os.replace(partial, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.remove(partial)
+        raise
+
+
+class Blocks:
+    """Appends blocks of lines to a new file; a full disk neither raises nor leaves half a block.
+
+    Blocks that find no room wait in memory, up to ``MOST_PENDING`` bytes of them; then new ones are
+    lost.  ``trouble`` says why the newest are not in the file yet, "" if they are; ``lost`` counts
+    blocks that never will be.
+    """
+
+    def __init__(self, path, header):
+        """Open ``path`` and write ``header``; an ``OSError`` names the file."""
+        self.path, self.trouble, self.lost = path, "", 0
+        self._pending, self._size = [], 0
+        self._whole = 0  # [bytes] of whole blocks in the file
+        self._due = 0.0  # [s] of wall time
+        with naming(path):
+            self._file = open(path, "wb", buffering=0)
+            try:
+                self._put(header.encode("ascii"))
+            except OSError:
+                self._file.close()
+                raise
+
+    def add(self, block):
+        """Append ``block``, a text of whole lines, at once or soon."""
+        if self._size > MOST_PENDING and self.trouble:
+            self.lost += 1
+        else:
+            self._pending.append(block)
+            self._size += len(block)
+        if time.monotonic() >= self._due or (self._size > MOST_PENDING and not self.trouble):
+            self.flush()
+
+    def flush(self):
+        """Write what waits, as far as there is room."""
+        # After a full disk one by one: there may be room for some of them.
+        groups = self._pending if self.trouble else ["".join(self._pending)]
+        done = 0
+        try:
+            for group in groups:
+                self._put(group.encode("ascii"))
+                done += 1
+        except OSError as error:
+            self.trouble = error.strerror or str(error)
+        else:
+            self.trouble = ""
+        self._pending = [] if done == len(groups) else self._pending[done:]
+        self._size = sum(map(len, self._pending))
+        self._due = time.monotonic() + (RETRY_PERIOD if self.trouble else FLUSH_PERIOD)
+
+    def close(self):
+        """Write what waits, once more, and close the file; closing twice does no harm."""
+        if self._file.closed:
+            return
+        self.flush()
+        self.lost += len(self._pending)
+        self._pending, self._size = [], 0
+        with contextlib.suppress(OSError):
+            self._file.close()
+
+    def _put(self, content):
+        rest = memoryview(content)
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError:
+            os.ftruncate(self._file.fileno(), self._whole)
+            self._file.seek(self._whole)
+            raise
+        self._whole += len(content)

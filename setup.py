@@ -10,6 +10,6 @@ setup(
     **generate_distutils_setup(
         packages=find_packages(os.path.join(ROOT, "src")),
         package_dir={"": "src"},
-        package_data={"mrs_simulator.vehicles": ["*.urdf"]},
+        package_data={"mrs_simulator.vehicles": ["kinds/*"]},
     )
 )

@@ -10,9 +10,7 @@ import rospy
 from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rosaria_robot import Robot
-
-from mrs_simulator.vehicles.pioneer3dx import FIRMWARE_LIMITS
+from rosaria_robot import FIRMWARE_LIMITS, Robot
 
 # The driver's own message package is not installed where the tests run.
 MotorState = generate_dynamic("p2os_msgs/MotorState", "uint32 state\n")["p2os_msgs/MotorState"]

@@ -16,9 +16,11 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.core.kinematics import arc, ramp
+from mrs_simulator.core.kinematics import Limits, arc, ramp
 from mrs_simulator.nodes.stage.rosaria import driver_commands
-from mrs_simulator.vehicles.pioneer3dx import FIRMWARE_LIMITS
+
+# Factory settings of the Pioneer's firmware, in m and rad.
+FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))
 
 RAMP = FIRMWARE_LIMITS.accelerations()
 STEP = 0.01  # [s] of wall time

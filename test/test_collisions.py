@@ -5,13 +5,13 @@ import pytest
 
 from mrs_simulator.core.neighbours import close_pairs, least_distance
 from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.vehicles.kind import Body
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.collisions import (
-    Footprint,
+    Footprints,
     Rectangles,
     VerletList,
     circle_overlap,
-    footprints_at,
     rectangle_overlap,
 )
 from mrs_simulator.world.kinematic import KinematicMotion
@@ -55,7 +55,7 @@ def test_circle_against_a_square(x, y, depth, direction):
 
 
 def test_the_footprint_lies_behind_the_axle():
-    rows = footprints_at(np.array([[1.0, 2.0, np.pi / 2]]), Footprint(0.21, 0.301, 0.425))
+    rows = Footprints([Body(0.21, 0.301, 0.425, 0.2)]).at(np.array([[1.0, 2.0, np.pi / 2]]))
     np.testing.assert_allclose(rows.middle, [[1.0, 2.0 - 0.0455]])
     np.testing.assert_allclose(rows.half, [0.2555, 0.2125])
 

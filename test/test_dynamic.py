@@ -8,11 +8,12 @@ import pytest
 
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.vehicles import pioneer3dx
+from mrs_simulator.vehicles import kind
 from mrs_simulator.world.dynamic import DynamicMotion
 from mrs_simulator.world.world import World
 
 ONE = ("pioneer3dx",)
+PIONEER = kind("pioneer3dx")
 
 
 @pytest.fixture
@@ -80,7 +81,7 @@ def test_head_on_robots_stop_each_other_and_are_named():
     world.close()
     assert collisions[0][1:3] == ("robot1", "robot2")
     assert collisions[0].x == pytest.approx(0.6, abs=0.1)
-    assert distance > 2.0 * pioneer3dx.FRONT - 0.03
+    assert distance > 2.0 * PIONEER.body.front - 0.03
 
 
 @pytest.mark.parametrize(
@@ -133,21 +134,21 @@ def test_two_hundred_robots_stand_and_drive(motion):
 
 
 def test_the_model_file_has_the_constants():
-    root = ET.parse(pioneer3dx.URDF).getroot()
+    root = ET.parse(PIONEER.model).getroot()
     mass = sum(float(m.get("value")) for m in root.iter("mass"))
-    assert mass == pytest.approx(pioneer3dx.MASS)
+    assert mass == pytest.approx(PIONEER.mass)
     joints = {joint.get("name"): joint for joint in root.iter("joint")}
     offsets = [
-        float(joints[name].find("origin").get("xyz").split()[1]) for name in pioneer3dx.WHEEL_JOINTS
+        float(joints[name].find("origin").get("xyz").split()[1]) for name in PIONEER.numbers.joints
     ]
-    assert offsets == pytest.approx([0.5 * pioneer3dx.WHEEL_TRACK, -0.5 * pioneer3dx.WHEEL_TRACK])
+    assert offsets == pytest.approx([0.5 * PIONEER.numbers.track, -0.5 * PIONEER.numbers.track])
     links = {link.get("name"): link for link in root.iter("link")}
     for name in ("left_wheel", "right_wheel"):
         radius = links[name].find("collision/geometry/sphere").get("radius")
-        assert float(radius) == pioneer3dx.WHEEL_RADIUS
+        assert float(radius) == PIONEER.numbers.radius
     body = links["base_link"].find("collision")
     length, width, height = map(float, body.find("geometry/box").get("size").split())
     x, _, z = map(float, body.find("origin").get("xyz").split())
-    assert (length, width) == pytest.approx((pioneer3dx.LENGTH, pioneer3dx.WIDTH))
-    assert x + 0.5 * length == pytest.approx(pioneer3dx.FRONT)
-    assert pioneer3dx.WHEEL_RADIUS + z + 0.5 * height == pytest.approx(pioneer3dx.HEIGHT)
+    assert (length, width) == pytest.approx((PIONEER.body.length, PIONEER.body.width))
+    assert x + 0.5 * length == pytest.approx(PIONEER.body.front)
+    assert PIONEER.numbers.radius + z + 0.5 * height == pytest.approx(PIONEER.body.height)

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core import kinematics as kin
+from mrs_simulator.vehicles.drives import differential
+from mrs_simulator.vehicles.kind import Body
+from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.world import compiled, kinematic
-from mrs_simulator.world.collisions import Footprint, footprints_at
+from mrs_simulator.world.collisions import Footprints
 
 LIMITS = kin.Limits(0.75, 1.5, 0.3, 2.0)
 
@@ -126,10 +129,10 @@ def test_sines_are_taken_of_contiguous_arrays_only(monkeypatch):
         kin.compose(rows, rows)
         kin.origins(rows, rows)
         kin.arc(rows, pairs[: len(rows)], 0.02)
-        footprints_at(rows, Footprint(0.2, 0.3, 0.4))
+        Footprints([Body(0.2, 0.3, 0.4, 0.2)]).at(rows)
 
 
-def same_drives(drive):
+def same_moves(move):
     draw = np.random.default_rng(2)
     for limits in (LIMITS, kin.NO_LIMITS):
         pose = np.asfortranarray(draw.uniform(-np.pi, np.pi, (50, 3)))
@@ -137,30 +140,31 @@ def same_drives(drive):
         for _ in range(60):
             command = np.asfortranarray(draw.normal(size=(50, 2)))
             command[::3, 1] = 0.0
-            how = velocity, command, limits.velocities(), limits.accelerations(), 0.1
-            wanted, found = kinematic.drive(pose, *how), drive(pose, *how)
+            both = limits.velocities(), limits.accelerations()
+            how = velocity, None, command, AxisLimits(*both), None, 0.1
+            wanted, found = differential.move(pose, *how), move(pose, *how)
             for one, other in zip(wanted, found):
                 np.testing.assert_array_equal(one, other)
-            velocity, _, pose = wanted
+            velocity, _, _, pose = wanted
 
 
 def test_the_kernels_give_numpys_bits():
-    same_drives(compiled.driver(lambda kernel: kernel))
+    same_moves(compiled.driver(lambda kernel: kernel))
 
 
 def test_the_compiled_kernels_give_numpys_bits():
     pytest.importorskip("numba")
-    same_drives(compiled.compiled_drive())
+    same_moves(compiled.compiled_move())
 
 
 def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
     monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
-    assert kinematic.drive_function() is kinematic.drive
+    assert kinematic.move_function(differential) is differential.move
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "yes")
     with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=yes: wanted 0 or 1"):
-        kinematic.drive_function()
+        kinematic.move_function(differential)
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
     monkeypatch.setitem(sys.modules, "numba", None)
-    compiled.compiled_drive.cache_clear()
+    compiled.compiled_move.cache_clear()
     with pytest.raises(ValueError, match="numba is not installed"):
-        kinematic.drive_function()
+        kinematic.move_function(differential)

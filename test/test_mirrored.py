@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.obstacles import Box
-from mrs_simulator.vehicles import pioneer3dx
+from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import World, WorldError
 
 KIND = "pioneer3dx"
+PIONEER = kind("pioneer3dx")
 FIDELITIES = ("kinematic", "dynamic")
 EXACT = {"kinematic": 1e-9, "dynamic": 2e-3}  # [m] rigid bodies in pybullet sink in a little
-APART = 2.0 * pioneer3dx.FRONT  # [m] of two centres, nose to nose
+APART = 2.0 * PIONEER.body.front  # [m] of two centres, nose to nose
 
 
 @pytest.fixture
@@ -66,7 +67,7 @@ def test_the_simulated_robot_gives_way_by_all_of_the_depth(world):
         made.place([row], [[0.5 if row == 0 else 0.45, 0.0, 0.0]])
         made.step()
         # Nose to tail, one robot's length from centre to centre.
-        assert made.pose[1, 0] - made.pose[0, 0] == pytest.approx(pioneer3dx.LENGTH)
+        assert made.pose[1, 0] - made.pose[0, 0] == pytest.approx(PIONEER.body.length)
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
@@ -86,8 +87,8 @@ def test_two_of_them_and_obstacles_are_told_and_nobody_moves(world, fidelity):
     crate = Box("crate", 0.0, 3.0, 0.0, 1.0, 1.0, 0.5)
     made = world(poses, obstacles=[crate], mirrored=[2, 1], fidelity=fidelity)
     # In a row, each with its nose 1 cm deep in what is ahead of it.
-    ahead = 2.5 - pioneer3dx.FRONT + 0.01
-    where = [[0.0, ahead, 0.5 * np.pi], [0.0, ahead - pioneer3dx.LENGTH + 0.01, 0.5 * np.pi]]
+    ahead = 2.5 - PIONEER.body.front + 0.01
+    where = [[0.0, ahead, 0.5 * np.pi], [0.0, ahead - PIONEER.body.length + 0.01, 0.5 * np.pi]]
     made.place([1, 2], where)
     for _ in range(5):
         made.step()

@@ -10,7 +10,9 @@ from test_stage_node import start
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.nodes.stage.rosaria import behind_rosaria, driver_commands
-from mrs_simulator.vehicles.pioneer3dx import FIRMWARE_LIMITS
+
+# Factory settings of the Pioneer's firmware, in m and rad.
+FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))
 
 PRESET = "_preset:=rosaria"
 TOP_TURN = math.radians(100.0)  # [rad/s]

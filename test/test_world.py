@@ -6,10 +6,11 @@ import pytest
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.obstacles import Box
-from mrs_simulator.vehicles import pioneer3dx
+from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 ONE = ("pioneer3dx",)
+PIONEER = kind("pioneer3dx")
 
 
 def drive(world, command, seconds):
@@ -86,7 +87,7 @@ def test_a_robot_does_not_enter_an_obstacle():
     world = World(ONE, [[0.0, 0.0, 0.0]], [Box("crate", 1.5, 0.0, 0.0, 1.0, 1.0, 0.5)], limits=None)
     drive(world, [0.5, 0.0], 4.0)
     assert world.take_collisions()[0][1:3] == ("robot1", "crate")
-    assert world.pose[0, 0] <= 1.0 - pioneer3dx.FRONT + 1e-9
+    assert world.pose[0, 0] <= 1.0 - PIONEER.body.front + 1e-9
 
 
 def test_overlapping_robots_are_refused_by_name():

@@ -14,17 +14,20 @@ from mrs_simulator.core.kinematics import (
     NO_LIMITS,
     hand_points,
     point_mass_from_unicycle,
-    saturate,
+    scaled,
     unicycle_from_point_mass,
 )
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.vehicles import Team
 
 RESERVED = (
     "numbers",
     "topology",
     "links",
     "limits",
+    "team",
     "saturation",
     "parameters",
     "period",
@@ -107,18 +110,21 @@ class PioneerControl:
         safety=0.0,
         links=NO_FAULTS,
         seed=0,
+        team=None,
     ):
-        """``numbers``: the robots' numbers; ``limits``: of each robot, kept to by ``saturation``.
+        """``numbers``: the robots' numbers; ``team``: their ``vehicles.Team``, whose limits are kept to
+        by ``saturation``; without it robots of the default kind with ``limits``.
 
         ``period`` [s] between two commands; ``fidelity``: what moves the robots, for tolerances;
-        ``safety`` [m]: radius of the robots that the safety filter keeps apart, 0 for no filter.
+        ``safety`` [m]: radii of the robots, (n,) or one for all, that the safety filter keeps apart, 0
+        for no filter.
         ``links``: faults of the edges, drawn from ``seed``; then each robot runs the law by itself,
         on what reached it.
 
         Raises ``ValueError`` that names an unknown or impossible parameter.
         """
         self.numbers = tuple(numbers)
-        self.limits = limits
+        self.team = Team((DEFAULT_KIND,) * len(self.numbers), limits) if team is None else team
         self.saturation = saturation
         self.period, self.time, self.fidelity = period, 0.0, fidelity
         self.safety = safety
@@ -206,8 +212,8 @@ class PioneerControl:
         wanted = self.wanted_commands if self._network is None else self._network.commands
         command = wanted(pose)
         self._check_finite(command)
-        command = saturate(command, self.limits, self.saturation)
-        return self._safe(command, pose) if self.safety > 0.0 else command
+        command = self.saturated(command, self.saturation)
+        return self._safe(command, pose) if np.any(self.safety) else command
 
     def wanted_commands(self, pose):
         """Return the law's commands, (n, 2), from ``pose`` (n, 3) as it is known, at ``self.time``."""
@@ -219,6 +225,15 @@ class PioneerControl:
     @property
     def _gives_twists(self):
         return type(self).calculateControlLaw is not PioneerControl.calculateControlLaw
+
+    @property
+    def limits(self):
+        """Return the limits of each command axis: ``vehicles.limits.AxisLimits``."""
+        return self.team.limits
+
+    def saturated(self, command, scope):
+        """Return ``command`` (n, a) within each robot's limits, as ``core.kinematics.scaled`` does."""
+        return command if scope == "none" else scaled(command, self.team.excess(command), scope)
 
     @property
     def is_by_neighbours(self):
@@ -303,12 +318,18 @@ class PioneerControl:
         hand, distance = self._hand(pose), self.safe_distance
         velocity = safe_velocities(wanted, hand, distance, self.period)
         # One factor for the whole team keeps every pair's constraint.
-        return saturate(unicycle_from_point_mass(velocity, pose[:, 2], self.l), self.limits, "team")
+        return self.saturated(unicycle_from_point_mass(velocity, pose[:, 2], self.l), "team")
 
     @property
     def safe_distance(self):
-        """Return ``D_s`` [m] between hand points: ``2 (radius + l)``."""
-        return 2.0 * (self.safety + self.l)
+        """Return ``D_s`` [m] between hand points: ``radius_i + l + radius_j + l``.
+
+        A number where all robots are of one size, else (n, n).
+        """
+        reach = np.asarray(self.safety, dtype=float) + self.l
+        if reach.ndim and (reach != reach[0]).any():
+            return reach[:, np.newaxis] + reach
+        return 2.0 * float(reach.flat[0])
 
     def _from_twists(self, twists):
         if isinstance(twists, dict):

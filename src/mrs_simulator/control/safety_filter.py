@@ -9,10 +9,18 @@ TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 
 
 def margins(points, distance):
-    """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,)."""
+    """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,).
+
+    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n).
+    """
     first, second = np.triu_indices(len(points), 1)
-    apart = points[first] - points[second]
+    apart, distance = points[first] - points[second], of_pairs(distance, first, second)
     return np.einsum("ij,ij->i", apart, apart) - distance * distance, first, second
+
+
+def of_pairs(distance, first, second):
+    """Return ``distance`` as it is if it is one number, else (n, n) that of the pairs, (m,)."""
+    return distance if np.ndim(distance) == 0 else distance[first, second]
 
 
 def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
@@ -36,7 +44,8 @@ def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
     near = 2.0 * gap * 2.0 * (speed[first] + speed[second]) >= bound
     if not near.any():
         return wanted
-    wanted = _turned_aside(wanted, first, second, near & (gap < 2.0 * distance), swirl)
+    close = near & (gap < 2.0 * of_pairs(distance, first, second))
+    wanted = _turned_aside(wanted, first, second, close, swirl)
     # Each row divided by its length: a_k u <= b_k with |a_k| = 1.
     size = 2.0 * np.sqrt(2.0) * np.maximum(gap, 1e-9)
     rows, limit = 2.0 * apart / size[:, np.newaxis], bound / size

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import Limits, saturate, wrap_angle
+from mrs_simulator.core.kinematics import NO_LIMITS, Limits, saturate, wrap_angle
 from mrs_simulator.core.neighbours import close_pairs, squared
+from mrs_simulator.core.scenario import LoweredLimits
 
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
@@ -52,7 +53,10 @@ def pairs_nearer(pose, distance):
 
 
 def limited(limits, v_max=math.inf, omega_max=math.inf):
-    """Return ``limits`` lowered to ``v_max`` [m/s] and ``omega_max`` [rad/s]."""
+    """Return a scenario's ``limits`` lowered to ``v_max`` [m/s] and ``omega_max`` [rad/s]."""
+    if isinstance(limits, str):
+        return LoweredLimits(limits, v_max, omega_max)
+    limits = NO_LIMITS if limits is None else limits
     return limits._replace(
         v_max=min(limits.v_max, v_max), omega_max=min(limits.omega_max, omega_max)
     )

@@ -176,7 +176,16 @@ def saturate(command, limits, scope="robot"):
             'saturation scope {!r}: wanted one of "robot", "team", "none"'.format(scope)
         )
     share = np.abs(command) / limits.velocities()
-    excess = np.maximum(np.maximum(share[:, 0], share[:, 1]), 1.0)
+    return scaled(command, np.maximum(share[:, 0], share[:, 1]), scope)
+
+
+def scaled(command, excess, scope="robot"):
+    """Return commands (n, a) divided by the factors ``excess`` (n,) by which they are beyond limits.
+
+    Each robot's by its own with ``scope="robot"``, all by the greatest with ``"team"``; factors up
+    to 1 change nothing.
+    """
+    excess = np.maximum(excess, 1.0)
     if scope == "team":
         return command / excess.max(initial=1.0)
     return command / excess[:, np.newaxis]

@@ -37,6 +37,14 @@ MOST_ROBOTS = 20000
 FARTHEST = 1e6  # [m], a position beyond this is a mistake
 
 
+class LoweredLimits(NamedTuple):
+    """The limits of a preset, and no faster than this."""
+
+    preset: str
+    v_max: float = math.inf  # [m/s]
+    omega_max: float = math.inf  # [rad/s]
+
+
 class Control(NamedTuple):
     """How the team is controlled: the protocol, its parameters and the rate of commands."""
 
@@ -48,13 +56,16 @@ class Control(NamedTuple):
 
 
 class Scenario(NamedTuple):
-    """A whole experiment.  ``limits`` is a preset's name, ``Limits``, or None for no limits."""
+    """A whole experiment.
+
+    ``limits`` is a preset's name, ``LoweredLimits``, ``Limits``, or None for no limits.
+    """
 
     poses: np.ndarray  # (n, 3) [m, m, rad], initial poses of the wheel-axle centres
     kinds: Tuple[str, ...]
     title: str = ""
     fidelity: str = "kinematic"
-    limits: Union[str, Limits, None] = "firmware"
+    limits: Union[str, LoweredLimits, Limits, None] = "firmware"
     odometry: str = "world"
     control: Control = Control()
     topology: Optional[Topology] = None
@@ -259,6 +270,9 @@ def _read_limits(top):
         preset = top.text("limits", "firmware", LIMIT_PRESETS)
         return None if preset == "none" else preset
     section = Section(given, top.at("limits"))
+    if section.has("preset"):
+        return _read_lowered(section)
+    section.take("preset")
     top_speeds = [section.number(name, above=0.0) for name in ("v_max", "omega_max")]
     # A ramp left out is none: the robot answers at once.
     ramps = [
@@ -267,6 +281,19 @@ def _read_limits(top):
     ]
     section.done()
     return Limits(*top_speeds, *ramps)
+
+
+def _read_lowered(section):
+    preset = section.text("preset", choices=LIMIT_PRESETS[:2])
+    lowered = LoweredLimits(
+        preset,
+        *(
+            section.number(name, above=0.0) if section.has(name) else section.take(name, math.inf)
+            for name in ("v_max", "omega_max")
+        ),
+    )
+    section.done()
+    return lowered
 
 
 def _read_control(top):
@@ -388,7 +415,7 @@ def _limits_to_plain(limits):
         return "none"
     if isinstance(limits, str):
         return limits
-    return {name: value for name, value in limits._asdict().items() if value < math.inf}
+    return {name: value for name, value in limits._asdict().items() if value != math.inf}
 
 
 def _obstacle_to_plain(obstacle):

@@ -12,7 +12,7 @@ from mrs_simulator.core.guards import outside, pairs_nearer
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.neighbours import closest_pair
 from mrs_simulator.study.experiment import Experiment, LawFailed
-from mrs_simulator.vehicles import limits_of_team
+from mrs_simulator.vehicles import Team
 
 PLACE_TOLERANCE = 0.3  # [m], [rad]
 MIN_DISTANCE = 1.0  # [m] between centres
@@ -91,8 +91,9 @@ def fence_check(numbers, pose, fence):
 
 def speed_check(scenario, speeds=(math.inf, math.inf)):
     """Return whether speeds are limited: by the scenario, or by ``speeds`` [m/s, rad/s] for all."""
-    limits = limits_of_team(scenario.kinds, scenario.limits)
-    v_max, omega_max = map(min, zip(limits[:2], speeds))
+    # The fastest robot's.
+    top = Team.from_scenario(scenario).speeds.max(axis=0).tolist()
+    v_max, omega_max = map(min, zip(top, speeds))
     text = "{:.2f} m/s, {:.2f} rad/s".format(v_max, omega_max)
     if np.isfinite(speeds).all():
         return Check("speed limits", True, text)

@@ -17,7 +17,7 @@ from mrs_simulator.control.loading import (
 )
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Condition, stays_above
-from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import (
@@ -40,20 +40,32 @@ SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
 
 def _safety_claims(control, start):
     """Return what the safety filter claims of a run from hand points ``start`` (n, 2)."""
-    if control.safety == 0.0 or len(start) < 2:
+    if not np.any(control.safety) or len(start) < 2:
         return []
-    least = control.safe_distance
-    begun = least_distance(start)
-    why = "two hand points start {:.2f} m apart, wanted {:.2f} m".format(begun, least)
+    wanted = control.safe_distance
+    least, name = wanted, "least distance of two hand points [m]"
+    if np.ndim(wanted):
+        least, name = 0.0, "least distance of two hand points beyond what the pair needs [m]"
+
+    def measured(points):
+        return _least_slack(points, wanted) if np.ndim(wanted) else least_distance(points)
 
     def closest(hand):
-        return np.array([least_distance(points) for points in hand])
+        return np.array([measured(points) for points in hand])
 
-    name = "least distance of two hand points [m]"
+    begun = measured(start)
+    why = "{}: {:.2f} m at the start, wanted {:.2f} m".format(name[:-4], begun, least)
     return [
         Condition("robots start apart", begun >= least, why),
         stays_above(closest, least, name, SAFETY_TOLERANCE[control.fidelity]),
     ]
+
+
+def _least_slack(points, wanted):
+    """Return by how much [m] the pair that has least is farther apart than ``wanted`` (n, n)."""
+    first, second = np.triu_indices(len(points), 1)
+    apart = np.sqrt(squared(points[first] - points[second]))
+    return float((apart - wanted[first, second]).min())
 
 
 def begin_run(scenario, out, robots=None, tell=None):

@@ -6,13 +6,13 @@ import numpy as np
 
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.vehicles import robot_kind
+from mrs_simulator.vehicles import Team
 from mrs_simulator.world.collisions import (
-    Footprint,
+    Footprints,
     Rectangles,
     VerletList,
     circle_overlap,
-    footprints_at,
+    outline_overlap,
     rectangle_overlap,
 )
 
@@ -31,19 +31,19 @@ class Contact(NamedTuple):
 
 
 class Bodies:
-    """Robots of one footprint among fixed obstacles."""
+    """Robots, each with its own footprint, among fixed obstacles."""
 
     def __init__(self, kinds, obstacles=(), mirrored=()):
-        """``kinds``: the robots' kinds; ``obstacles``: ``Box`` and ``Cylinder``.
+        """``kinds``: the robots' ``Team``, or their kinds; ``obstacles``: ``Box`` and ``Cylinder``.
 
         ``mirrored``: rows of robots that are where they are and give way to nothing.
         """
-        module = robot_kind(kinds[0])
-        self.footprint = Footprint(module.FRONT, module.REAR, module.WIDTH)
+        team = Team.of(kinds)
+        self.footprints = Footprints([kind.body for kind in team.kinds])
         self.obstacles = tuple(obstacles)
-        self.mirrored = np.zeros(len(kinds), dtype=bool)
+        self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
-        self._list = VerletList(2.0 * self.footprint.reach)
+        self._list = VerletList(2.0 * self.footprints.farthest)
         self._room = 0.0  # [m] that every robot may move before any can touch
 
     def moved_elsewhere(self):
@@ -64,9 +64,12 @@ class Bodies:
         first, second = first[near], second[near]
         if not len(first):
             return first, second, np.empty(0), np.empty((0, 2))
-        a = footprints_at(pose[first], self.footprint)
-        b = footprints_at(pose[second], self.footprint)
-        depth, direction = rectangle_overlap(a, b)
+        prints = self.footprints
+        a, b = prints.at(pose[first], first), prints.at(pose[second], second)
+        if prints.round is None:
+            depth, direction = rectangle_overlap(a, b)
+        else:
+            depth, direction = outline_overlap(a, b, prints.round[first], prints.round[second])
         hit = depth > 0.0
         return first[hit], second[hit], depth[hit], direction[hit]
 
@@ -86,26 +89,31 @@ class Bodies:
             rows = np.flatnonzero(self._within_reach(obstacle, pose))
             if not len(rows):
                 continue
-            depth, direction = self._overlap_with(obstacle, pose[rows])
+            depth, direction = self._overlap_with(obstacle, pose, rows)
             hit = depth > 0.0
             if hit.any():
                 yield obstacle, rows[hit], depth[hit], direction[hit]
 
     def _within_reach(self, obstacle, pose):
-        return self._box_distance(obstacle, pose) < _size(obstacle) + self.footprint.reach
+        return self._box_distance(obstacle, pose) < _size(obstacle) + self.footprints.reach
 
     @staticmethod
     def _box_distance(obstacle, pose):
         return np.max(np.abs(pose[:, :2] - [obstacle.x, obstacle.y]), axis=1)
 
-    def _overlap_with(self, obstacle, pose):
-        own = footprints_at(pose, self.footprint)
-        middle = np.broadcast_to(np.array([obstacle.x, obstacle.y]), (len(pose), 2))
-        if isinstance(obstacle, Cylinder):
-            return circle_overlap(own, middle, obstacle.radius)
-        axis = np.array([np.cos(obstacle.yaw), np.sin(obstacle.yaw)])
-        half = np.array([0.5 * obstacle.length, 0.5 * obstacle.width])
-        return rectangle_overlap(own, Rectangles(middle, np.broadcast_to(axis, middle.shape), half))
+    def _overlap_with(self, obstacle, pose, rows):
+        own = self.footprints.at(pose[rows], rows)
+        middle = np.broadcast_to(np.array([obstacle.x, obstacle.y]), (len(rows), 2))
+        yaw, half = 0.0, np.array([_size(obstacle)] * 2)
+        if not isinstance(obstacle, Cylinder):
+            yaw, half = obstacle.yaw, np.array([0.5 * obstacle.length, 0.5 * obstacle.width])
+        axis = np.broadcast_to(np.array([np.cos(yaw), np.sin(yaw)]), middle.shape)
+        other, circle = Rectangles(middle, axis, half), isinstance(obstacle, Cylinder)
+        if self.footprints.round is None:
+            if circle:
+                return circle_overlap(own, middle, obstacle.radius)
+            return rectangle_overlap(own, other)
+        return outline_overlap(own, other, self.footprints.round[rows], np.full(len(rows), circle))
 
     def separate(self, pose, travel=np.inf):
         """Push overlapping bodies of ``pose`` (n, 3) apart, in place; return the contacts found.
@@ -125,8 +133,8 @@ class Bodies:
         """Return how far [m] all robots may move from ``pose`` before any two bodies can touch."""
         room = self._list.room(pose[:, :2])
         for obstacle in self.obstacles:
-            apart = self._box_distance(obstacle, pose).min()
-            room = min(room, apart - _size(obstacle) - self.footprint.reach)
+            apart = (self._box_distance(obstacle, pose) - self.footprints.reach).min()
+            room = min(room, apart - _size(obstacle))
         return room - ROUNDING
 
     def _pushed_apart(self, pose):
@@ -177,7 +185,10 @@ class Bodies:
         ]
 
     def _obstacle_contacts(self, obstacle, pose, rows, depth, direction):
-        where = pose[rows, :2] + (0.5 * self.footprint.width) * direction
+        half = (
+            self.footprints.half if self.footprints.half.ndim == 1 else self.footprints.half[rows]
+        )
+        where = pose[rows, :2] + half[..., 1:] * direction
         return [
             Contact("robot{}".format(i + 1), obstacle.name, x, y, deep)
             for i, (x, y), deep in zip(rows.tolist(), where.tolist(), depth.tolist())

@@ -1,4 +1,4 @@
-"""Collisions in the plane between robots' rectangular footprints, boxes and cylinders.
+"""Collisions in the plane between robots' footprints (rectangles, circles), boxes and cylinders.
 
 The broad phase is a Verlet list: pairs closer than their reach plus a skin are listed once and used
 until some robot has moved half the skin, so that no pair can have met unlisted: the result is
@@ -12,30 +12,42 @@ import numpy as np
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.neighbours import close_pairs, dot, squared
 
+EVERY = slice(None)
 SKIN = 1.0  # [m] beyond reach, for which a pair is listed
 
 
-class Footprint(NamedTuple):
-    """A rectangle about a robot's wheel-axle centre: how far it reaches, [m]."""
+class Footprints:
+    """The footprints of a team, one robot per row.
 
-    front: float
-    rear: float
-    width: float
+    ``half`` (2,) or (n, 2) [m], half of the length and of the width; ``ahead`` [m], how far the
+    rectangle's middle lies ahead of the centre; ``reach`` [m]; ``round`` (n,) bool: a circle of that
+    reach, or None where no robot is round.
+    """
 
-    @property
-    def half(self):
-        """Return half of the length and half of the width."""
-        return np.array([0.5 * (self.front + self.rear), 0.5 * self.width])
+    def __init__(self, bodies):
+        """``bodies``: a ``vehicles.kind.Body`` for each robot."""
+        self.half = _shared([[0.5 * body.length, 0.5 * body.width] for body in bodies], 2)
+        self.ahead = _shared([0.5 * (body.front - body.rear) for body in bodies], 1)
+        self.reach = _shared([body.reach for body in bodies], 1)
+        self.farthest = float(np.max(self.reach, initial=0.0))
+        self.round = np.array([body.round for body in bodies], dtype=bool)
+        self.round = self.round if self.round.any() else None
 
-    @property
-    def ahead(self):
-        """Return how far the rectangle's middle lies ahead of the axle centre."""
-        return 0.5 * (self.front - self.rear)
+    def at(self, pose, rows=EVERY):
+        """Return the ``Rectangles`` of the robots in ``rows``, which are at ``pose`` (m, 3)."""
+        axis = np.empty((len(pose), 2), order="F")
+        axis[:, 0], axis[:, 1] = cos_sin(pose[:, 2])
+        half = self.half if self.half.ndim == 1 else self.half[rows]
+        ahead = self.ahead if self.ahead.ndim == 0 else self.ahead[rows][:, np.newaxis]
+        return Rectangles(pose[:, :2] + ahead * axis, axis, half)
 
-    @property
-    def reach(self):
-        """Return the distance from the axle centre to the farthest corner."""
-        return float(np.hypot(max(self.front, self.rear), 0.5 * self.width))
+
+def _shared(values, dimensions):
+    """Return ``values`` as an array, or only the first of them where all are the same."""
+    values = np.array(values, dtype=float)
+    if len(values) and (values == values[0]).all():
+        return values[0]
+    return values.reshape((len(values), 2)[:dimensions])
 
 
 class Rectangles(NamedTuple):
@@ -45,12 +57,50 @@ class Rectangles(NamedTuple):
     axis: np.ndarray
     half: np.ndarray
 
+    def of(self, rows):
+        """Return those in ``rows``."""
+        half = self.half if self.half.ndim == 1 else self.half[rows]
+        return Rectangles(self.middle[rows], self.axis[rows], half)
 
-def footprints_at(pose, footprint):
-    """Return the ``Rectangles`` of robots at ``pose`` (n, 3)."""
-    axis = np.empty((len(pose), 2), order="F")
-    axis[:, 0], axis[:, 1] = cos_sin(pose[:, 2])
-    return Rectangles(pose[:, :2] + footprint.ahead * axis, axis, footprint.half)
+    @property
+    def radius(self):
+        """Return half of their lengths, () or (m,) [m]: the radius of those that are circles."""
+        return self.half[..., 0]
+
+
+def outline_overlap(a, b, round_a, round_b):
+    """Return depth (m,) and direction (m, 2), as ``rectangle_overlap`` does, of any outlines.
+
+    ``round_a``, ``round_b`` (m,) bool: those are circles with half of their length as radius.
+    """
+    depth, direction = np.empty(len(round_a)), np.empty((len(round_a), 2))
+    for which, overlap in (
+        (~round_a & ~round_b, rectangle_overlap),
+        (~round_a & round_b, _overlap_with_circle),
+        (round_a & ~round_b, _overlap_of_circle),
+        (round_a & round_b, _overlap_of_circles),
+    ):
+        if which.any():
+            depth[which], direction[which] = overlap(a.of(which), b.of(which))
+    return depth, direction
+
+
+def _overlap_with_circle(a, b):
+    return circle_overlap(a, b.middle, b.radius)
+
+
+def _overlap_of_circle(a, b):
+    depth, toward = circle_overlap(b, a.middle, a.radius)
+    return depth, -toward
+
+
+def _overlap_of_circles(a, b):
+    apart = b.middle - a.middle
+    distance = np.sqrt(squared(apart))
+    # Two centres in one place are pushed apart along the first one's axis.
+    safe = np.where(distance > 0.0, distance, 1.0)[:, np.newaxis]
+    direction = np.where(distance[:, np.newaxis] > 0.0, apart / safe, a.axis)
+    return a.radius + b.radius - distance, direction
 
 
 def rectangle_overlap(a, b):

@@ -1,4 +1,4 @@
-"""``kinematic.drive`` compiled by numba, with results equal to the bit.
+"""``differential.move`` compiled by numba, with results equal to the bit.
 
 Worth it on small teams, where numpy's calls cost more than its arithmetic (docs/benchmarks.md).  The
 kernels do numpy's operations in numpy's order, without fused or reordered ones; sines and cosines stay
@@ -15,8 +15,8 @@ PI, TURN = np.pi, 2.0 * np.pi
 def ramp_all(velocity, command, top, acceleration, step, after, mean):
     """Fill ``after`` and ``mean`` (n, 2) as ``clip_commands`` and ``ramp`` do, robot by robot."""
     for column in range(2):
-        most, reach = top[column], acceleration[column] * step
         for row in range(len(velocity)):
+            most, reach = top[row, column], acceleration[row, column] * step
             target = min(max(command[row, column], -most), most)
             change = min(max(target - velocity[row, column], -reach), reach)
             reached = velocity[row, column] + change
@@ -38,24 +38,25 @@ def move_all(pose, mean, step, half, sin_half, cos, sin, after):
 
 
 def driver(compile_):
-    """Return the twin of ``kinematic.drive`` whose kernels went through ``compile_``."""
+    """Return the twin of ``differential.move`` whose kernels went through ``compile_``."""
     ramp_kernel, move_kernel = compile_(ramp_all), compile_(move_all)
 
-    def drive(pose, velocity, command, top, acceleration, step):
+    def move(pose, velocity, joints, command, limits, numbers, step):
         n = len(pose)
+        top, acceleration = (np.broadcast_to(each, (n, 2)) for each in limits)
         reached, mean = np.empty((n, 2), order="F"), np.empty((n, 2), order="F")
         ramp_kernel(velocity, command, top, acceleration, step, reached, mean)
         half = 0.5 * step * mean[:, 1]
         middle = pose[:, 2] + half
         after = np.empty((n, 3), order="F")
         move_kernel(pose, mean, step, half, np.sin(half), np.cos(middle), np.sin(middle), after)
-        return reached, mean, after
+        return reached, joints, mean, after
 
-    return drive
+    return move
 
 
 @functools.lru_cache(maxsize=None)
-def compiled_drive():
+def compiled_move():
     """Return the compiled twin; ``ValueError`` where numba is not installed."""
     try:
         import numba  # optional

@@ -1,15 +1,14 @@
 """Motion with forces: driven wheels, caster, contact and friction in pybullet."""
 
+from typing import List, NamedTuple, Tuple
+
 import numpy as np
 import pybullet
 
-from mrs_simulator.core.kinematics import (
-    clip_commands,
-    ramp,
-    wheel_speeds,
-    wrap_angle,
-)
-from mrs_simulator.vehicles import limits_of_team, robot_kind
+from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.limits import AxisLimits
+from mrs_simulator.vehicles.team import joined, shared
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.scene import add_ground, add_obstacle, add_robot, mass_centre
 
@@ -19,6 +18,16 @@ ITERATIONS = 10  # [-] of the solver in one substep
 GROUND_FRICTION = 1.0  # [-] pybullet multiplies the two friction coefficients
 SETTLING = 40  # [-] substeps in which a robot put on the ground comes to rest
 NO_RAMP = 1e3  # [m/s^2, rad/s^2] stands for no ramp: motors have torque, not infinite acceleration
+
+
+class Model(NamedTuple):
+    """What pybullet says of a kind's model, and how it stands on its wheels."""
+
+    links: int
+    wheels: List[int]  # joints
+    ahead: float  # [m] of base_link at which the centre of mass lies, of which pybullet speaks
+    height: float = 0.0  # [m] of the centre of mass
+    tilt: Tuple[float, float] = (0.0, 0.0)  # [rad] roll and pitch
 
 
 class DynamicMotion:
@@ -35,14 +44,18 @@ class DynamicMotion:
         iterations=ITERATIONS,
         mirrored=(),
     ):
-        """``poses`` (n, 3); ``step`` [s] of one advance.
+        """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
 
         ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.  ``mirrored``:
         rows of robots that ``place`` alone moves.
         """
         self.step = step
-        self.limits = limits_of_team(kinds, limits)
-        self._kind = robot_kind(kinds[0])
+        self.team = Team.of(kinds, limits)
+        self._limits = [
+            AxisLimits(group.limits.top, np.minimum(group.limits.acceleration, NO_RAMP))
+            for group in self.team.groups
+        ]
+        self._models = {}
         self._client = pybullet.connect(pybullet.DIRECT)
         self._substeps = max(1, int(np.ceil(step / substep - 1e-9)))
         pybullet.setPhysicsEngineParameter(
@@ -60,22 +73,30 @@ class DynamicMotion:
         self._names = {ground: "ground"}
         for obstacle in obstacles:
             self._names[add_obstacle(self._client, obstacle)] = obstacle.name
-        self._bodies = [self._add_robot(row, pose) for row, pose in enumerate(poses)]
+        self._bodies = [
+            self._add_robot(row, kind, pose)
+            for row, (kind, pose) in enumerate(zip(self.team.kinds, poses))
+        ]
         self._rest()
+        models = [self._models[kind] for kind in self.team.kinds]
+        self._ahead = shared([model.ahead for model in models])
+        self._wheels = [model.wheels for model in models]
+        self._torques = [[kind.numbers.torque] * 2 for kind in self.team.kinds]
         self._mirrored = np.array(mirrored, dtype=int)
-        self._plane = Bodies(kinds, obstacles, mirrored)
+        self._plane = Bodies(self.team, obstacles, mirrored)
         for row in mirrored:
             # Without mass it stays where it is put, and pushes without being pushed.
             pybullet.changeDynamics(self._bodies[row], -1, mass=0.0, physicsClientId=self._client)
         self.reset(poses)
 
-    def _add_robot(self, row, pose):
-        body = add_robot(self._client, self._kind, pose)
-        if row == 0:
-            self._learn_model(body)
+    def _add_robot(self, row, kind, pose):
+        body = add_robot(self._client, kind, pose)
+        model = self._models.get(kind)
+        if model is None:
+            model = self._models[kind] = self._learned(kind, body)
         client = {"physicsClientId": self._client}
-        for link in range(-1, self._links):
-            wheel = link in self._wheels
+        for link in range(-1, model.links):
+            wheel = link in model.wheels
             # Damping on its own: given together, pybullet forgets a friction of zero.
             pybullet.changeDynamics(
                 body, link, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, **client
@@ -83,8 +104,8 @@ class DynamicMotion:
             pybullet.changeDynamics(
                 body,
                 link,
-                lateralFriction=self._kind.WHEEL_FRICTION if wheel else 0.0,
-                spinningFriction=self._kind.WHEEL_SPIN_FRICTION if wheel else 0.0,
+                lateralFriction=kind.numbers.friction if wheel else 0.0,
+                spinningFriction=kind.numbers.spin_friction if wheel else 0.0,
                 **client,
             )
         pybullet.changeDynamics(
@@ -93,47 +114,74 @@ class DynamicMotion:
         self._names[body] = "robot{}".format(row + 1)
         return body
 
-    def _learn_model(self, body):
-        self._links = pybullet.getNumJoints(body, physicsClientId=self._client)
+    def _learned(self, kind, body):
+        """Return the ``Model`` of a ``kind`` whose first robot is ``body``."""
+        links = pybullet.getNumJoints(body, physicsClientId=self._client)
         joints = [
             pybullet.getJointInfo(body, joint, physicsClientId=self._client)[1].decode()
-            for joint in range(self._links)
+            for joint in range(links)
         ]
-        self._wheels = [joints.index(name) for name in self._kind.WHEEL_JOINTS]
-        # pybullet speaks of the centre of mass; base_link lies this far from it.
-        self._mass_centre = mass_centre(self._client, body)
+        missing = [name for name in kind.numbers.joints if name not in joints]
+        if missing or not kind.numbers.joints:
+            raise ValueError(
+                "kind {}: {} has no joint {}, wanted the driven wheels' (known: {})".format(
+                    kind.name, kind.model, missing[0] if missing else "given", ", ".join(joints)
+                )
+            )
+        wheels = [joints.index(name) for name in kind.numbers.joints]
+        return Model(links, wheels, float(mass_centre(self._client, body)[0]))
 
     def _rest(self):
-        """Let the first robot sink onto its wheels; all are put down at that height and tilt."""
-        body = self._bodies[0]
-        self._drive([body], np.zeros((1, 2)))
+        """Let the first robot of each kind sink onto its wheels; all are put down as it then stands."""
+        first = {}
+        for kind, body in zip(self.team.kinds, self._bodies):
+            first.setdefault(kind, body)
+        for kind, body in first.items():
+            self._hold(body, self._models[kind].wheels, [0.0] * 2, [kind.numbers.torque] * 2)
         for _ in range(SETTLING):
             pybullet.stepSimulation(physicsClientId=self._client)
-        position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
-        self._height, self._tilt = position[2], (roll, pitch)
+        for kind, body in first.items():
+            position, turn = pybullet.getBasePositionAndOrientation(
+                body, physicsClientId=self._client
+            )
+            roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
+            self._models[kind] = self._models[kind]._replace(height=position[2], tilt=(roll, pitch))
 
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         poses = np.array(poses, dtype=float)
-        for body, pose in zip(self._bodies, poses.tolist()):
-            self._put(body, pose)
-            for wheel in self._wheels:
-                pybullet.resetJointState(body, wheel, 0.0, 0.0, physicsClientId=self._client)
+        for row, pose in enumerate(poses.tolist()):
+            self._put(row, pose)
+            for wheel in self._wheels[row]:
+                pybullet.resetJointState(
+                    self._bodies[row], wheel, 0.0, 0.0, physicsClientId=self._client
+                )
         n = len(poses)
         self._plane.moved_elsewhere()
         self.pose, self.twist = poses, np.zeros((n, 3))
-        self.wheel_travel = np.zeros((n, 2))
-        self._velocity = np.zeros((n, 2))
+        self._angles = np.zeros((n, 2))
+        self._velocities = [
+            np.zeros((len(group.kinds), len(group.drive.AXES))) for group in self.team.groups
+        ]
+        self._joints = [np.zeros(len(group.kinds)) for group in self.team.groups]
         self._driven = np.full((n, 2), np.nan)
-        self._drive(self._bodies, np.zeros((n, 2)))
-        self._driven[:] = 0.0
+        self._drive(np.zeros((n, 2)))
 
-    def _put(self, body, pose):
+    @property
+    def wheel_travel(self):
+        """Return how far the wheels of each group have rolled, a list of (m, encoders) [m]."""
+        return [(self._angles[group.rows].T * group.numbers.radius).T for group in self.team.groups]
+
+    def joints(self):
+        """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
+        return joined(self.team, self._joints)
+
+    def _put(self, row, pose):
         x, y, theta = pose
-        turn = pybullet.getQuaternionFromEuler([*self._tilt, theta])
-        ahead = self._mass_centre[0]
-        place = [x + ahead * np.cos(theta), y + ahead * np.sin(theta), self._height]
+        model, body = self._models[self.team.kinds[row]], self._bodies[row]
+        turn = pybullet.getQuaternionFromEuler([*model.tilt, theta])
+        ahead = model.ahead
+        place = [x + ahead * np.cos(theta), y + ahead * np.sin(theta), model.height]
         pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=self._client)
         pybullet.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
 
@@ -143,44 +191,54 @@ class DynamicMotion:
         self.pose[rows], self.twist[rows] = poses, twists
 
     def advance(self, command):
-        """Move for one step under ``command`` (n, 2) [m/s, rad/s].
+        """Move for one step under ``command`` (n, a), a column for each axis of the team.
 
         Velocities are clipped and ramped once a step as the firmware does, and held by the wheels'
         motors while the solver takes its substeps.
         """
-        target = clip_commands(command, self.limits.velocities())
-        target[self._mirrored] = 0.0
+        if len(self._mirrored):
+            command = command.copy()
+            command[self._mirrored] = 0.0
         mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
         for row, pose in zip(self._mirrored, mirrored[0].tolist()):
-            self._put(self._bodies[row], pose)
-        reach = np.minimum(self.limits.accelerations(), NO_RAMP)
-        self._velocity, _ = ramp(self._velocity, target, reach, self.step)
-        speeds = wheel_speeds(self._velocity, self._kind.WHEEL_TRACK) / self._kind.WHEEL_RADIUS
-        changed = np.flatnonzero(np.any(speeds != self._driven, axis=1))
-        self._drive([self._bodies[row] for row in changed], speeds[changed])
-        self._driven[changed] = speeds[changed]
+            self._put(row, pose)
+        speeds = np.empty((self.team.n, 2))
+        for index, group in enumerate(self.team.groups):
+            self._velocities[index], self._joints[index], _ = group.drive.ramped(
+                self._velocities[index], self._joints[index], group.of(command),
+                self._limits[index], group.numbers, self.step,
+            )  # fmt: skip
+            speeds[group.rows] = group.drive.wheel_rates(
+                self._velocities[index], self._joints[index], group.numbers
+            )
+        self._drive(speeds)
         for _ in range(self._substeps):
             pybullet.stepSimulation(physicsClientId=self._client)
         self._read()
         self.place(self._mirrored, *mirrored)
 
-    def _drive(self, bodies, speeds):
-        torque = [self._kind.WHEEL_TORQUE] * 2
-        for body, speed in zip(bodies, speeds.tolist()):
-            pybullet.setJointMotorControlArray(
-                body,
-                self._wheels,
-                pybullet.VELOCITY_CONTROL,
-                targetVelocities=speed,
-                velocityGains=[1.0, 1.0],
-                forces=torque,
-                physicsClientId=self._client,
-            )
+    def _drive(self, speeds):
+        """Let the wheels turn at ``speeds`` (n, 2) [rad/s]; told are those whose speed is new."""
+        changed = np.flatnonzero(np.any(speeds != self._driven, axis=1)).tolist()
+        for row, speed in zip(changed, speeds[changed].tolist()):
+            self._hold(self._bodies[row], self._wheels[row], speed, self._torques[row])
+        self._driven[changed] = speeds[changed]
+
+    def _hold(self, body, wheels, speed, torque):
+        pybullet.setJointMotorControlArray(
+            body,
+            wheels,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=speed,
+            velocityGains=[1.0] * len(wheels),
+            forces=torque,
+            physicsClientId=self._client,
+        )
 
     def _read(self):
-        client, wheels = self._client, self._wheels
+        client = self._client
         places, velocities, angles = [], [], []
-        for body in self._bodies:
+        for body, wheels in zip(self._bodies, self._wheels):
             position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
             places.append(position + turn)
             linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)
@@ -192,7 +250,7 @@ class DynamicMotion:
     def _take_in(self, place, velocity, angles):
         x, y, z, w = place[:, 3:].T
         theta = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        cos, sin, ahead = np.cos(theta), np.sin(theta), self._mass_centre[0]
+        cos, sin, ahead = np.cos(theta), np.sin(theta), self._ahead
         pose, twist = np.empty((len(place), 3)), np.empty((len(place), 3))
         pose[:, 0], pose[:, 1] = place[:, 0] - ahead * cos, place[:, 1] - ahead * sin
         pose[:, 2] = wrap_angle(theta)
@@ -201,7 +259,7 @@ class DynamicMotion:
         twist[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0] - ahead * omega
         twist[:, 2] = omega
         self.pose, self.twist = pose, twist
-        self.wheel_travel = angles * self._kind.WHEEL_RADIUS
+        self._angles = angles
 
     def contacts(self):
         """Return the contacts after the last step: ``(first, second, x, y)`` each."""

@@ -1,84 +1,108 @@
-"""Motion without forces: exact arcs of unicycles, and point masses for pure theory."""
+"""Motion without forces: each drive's exact kinematics, and point masses for pure theory."""
 
 import os
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import (
-    arc,
-    clip_commands,
-    cos_sin,
-    point_mass_from_unicycle,
-    ramp,
-    wheel_speeds,
-    wrap_angle,
-)
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.vehicles import limits_of_team, robot_kind
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.drives import differential
+from mrs_simulator.vehicles.team import joined
 from mrs_simulator.world.bodies import Bodies
 
 
-def drive(pose, velocity, command, top, acceleration, step):
-    """Return velocities (n, 2), their means over the step (n, 2) and poses (n, 3) after ``step`` [s].
-
-    Commands are clipped to ``top`` and ramped by ``acceleration``, (2,) each; the arc is that of the
-    mean velocity.  Arrays lie in memory column by column.
-    """
-    velocity, mean = ramp(velocity, clip_commands(command, top), acceleration, step)
-    after = arc(pose, mean, step)
-    after[:, 2] = wrap_angle(after[:, 2])
-    return velocity, mean, after
-
-
-def drive_function():
-    """Return ``drive``, or its compiled twin with ``MRS_SIMULATOR_COMPILED=1`` in the environment."""
+def move_function(drive):
+    """Return ``drive.move``, or its compiled twin with ``MRS_SIMULATOR_COMPILED=1`` where there is one."""
     wanted = os.environ.get("MRS_SIMULATOR_COMPILED", "0")
     if wanted not in ("0", "1"):
         raise ValueError("MRS_SIMULATOR_COMPILED={}: wanted 0 or 1".format(wanted))
-    if wanted == "0":
-        return drive
-    from mrs_simulator.world.compiled import compiled_drive  # numba only where it is wanted
+    if wanted == "0" or drive is not differential:
+        return drive.move
+    from mrs_simulator.world.compiled import compiled_move  # numba only where it is wanted
 
-    return compiled_drive()
+    return compiled_move()
+
+
+class GroupMotion:
+    """The inner state of the robots of one drive, and their exact motion."""
+
+    def __init__(self, group, step, encoders):
+        """``group``: a ``vehicles.team.Group``; ``step`` [s]; ``encoders``: keep ``travel``."""
+        self.group, self._step = group, step
+        self._move, self._encoders = move_function(group.drive), encoders
+        self._top_speed = group.drive.top_speed(group.limits)
+        self.reset()
+
+    def reset(self):
+        """Be at rest."""
+        m, drive = len(self.group.kinds), self.group.drive
+        self.velocity = np.zeros((m, len(drive.AXES)), order="F")
+        self.joints = np.zeros(m)
+        self.travel = np.zeros((m, drive.ENCODERS), order="F") if self._encoders else None
+
+    def advance(self, pose, command):
+        """Return the poses (m, 3) after a step from ``pose`` under ``command`` (m, axes)."""
+        group = self.group
+        self.velocity, self.joints, self._mean, after = self._move(
+            pose, self.velocity, self.joints, command, group.limits, group.numbers, self._step
+        )
+        if self._encoders:
+            rims = group.drive.rim_speeds(self._mean, self.joints, group.numbers)
+            self.travel += self._step * rims
+        return after
+
+    def farthest(self):
+        """Return a distance [m] that no robot's centre exceeded in the last step."""
+        known = self._top_speed < np.inf
+        return self._step * (self._top_speed if known else self.group.drive.farthest(self._mean))
+
+    def feel(self, pushed, theta, moved):
+        """Let the robots in ``pushed`` (m,) bool be as fast as contacts let them.
+
+        ``theta`` (m,) [rad] before the step; ``moved`` (m, 2) [m/s] in the common frame.
+        """
+        cos, sin = cos_sin(theta[pushed])
+        x, y = moved[pushed, 0], moved[pushed, 1]
+        body = np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
+        self.velocity[pushed] = self.group.drive.blocked(self.velocity[pushed], body)
 
 
 class KinematicMotion:
-    """Unicycles (1) integrated exactly, with the firmware's limits, bodies kept apart."""
+    """Robots moved exactly, with the firmware's limits, bodies kept apart."""
 
-    def __init__(
-        self,
-        kinds,
-        poses,
-        obstacles=(),
-        limits="firmware",
-        step=0.02,
-        mirrored=(),
-        encoders=False,
-    ):
-        """``poses`` (n, 3); ``limits`` as in ``robots.limits_of``; ``step`` [s] of one advance.
+    def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
+                 encoders=False):  # fmt: skip
+        """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
 
-        ``mirrored``: rows of robots that ``place`` alone moves.  ``encoders``: keep ``wheel_travel``
-        (n, 2) [m], which only odometry wants.
+        ``limits`` as in ``vehicles.limits.kind_limits``; ``mirrored``: rows of robots that ``place``
+        alone moves; ``encoders``: keep ``wheel_travel``, which only odometry wants.
         """
         self.step = step
-        self.limits = limits_of_team(kinds, limits)
-        self._top, self._ramp = self.limits.velocities(), self.limits.accelerations()
-        self._encoders = encoders
-        self._drive = drive_function()
-        self._track = robot_kind(kinds[0]).WHEEL_TRACK
-        self._bodies = Bodies(kinds, obstacles, mirrored)
+        self.team = Team.of(kinds, limits)
+        self._groups = [GroupMotion(group, step, encoders) for group in self.team.groups]
+        self._bodies = Bodies(self.team, obstacles, mirrored)
         self._mirrored = np.array(mirrored, dtype=int)
-        self._moving = np.flatnonzero(~self._bodies.mirrored) if len(mirrored) else slice(None)
+        self._simulated = None if not len(mirrored) else ~self._bodies.mirrored
         self.reset(np.asarray(poses, dtype=float))
 
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float, order="F")
         self.twist = np.zeros_like(self.pose)
-        self.wheel_travel = np.zeros((len(self.pose), 2), order="F") if self._encoders else None
-        self._velocity = np.zeros((len(self.pose), 2), order="F")
+        for each in self._groups:
+            each.reset()
         self._contacts = []
         self._bodies.moved_elsewhere()
+
+    @property
+    def wheel_travel(self):
+        """Return how far the wheels of each group have rolled, a list of (m, encoders) [m]."""
+        return [each.travel for each in self._groups]
+
+    def joints(self):
+        """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
+        return joined(self.team, [each.joints for each in self._groups])
 
     def place(self, rows, poses, twists):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
@@ -86,44 +110,55 @@ class KinematicMotion:
         self.pose[rows], self.twist[rows] = poses, twists
 
     def advance(self, command):
-        """Move for one step under ``command`` (n, 2) [m/s, rad/s].
-
-        Velocities are clipped and ramped as the firmware does; the arc is that of the mean
-        velocity over the step, exact while ``v`` and ``omega`` hold.
-        """
+        """Move for one step under ``command`` (n, a), a column for each axis of the team."""
         if len(self._mirrored):
             command = command.copy(order="K")
             command[self._mirrored] = 0.0
         before = self.pose
-        self._velocity, mean, free = self._drive(
-            before, self._velocity, command, self._top, self._ramp, self.step
-        )
-        if self._encoders:
-            self.wheel_travel += self.step * wheel_speeds(mean, self._track)
+        free = self._moved(before, command)
         self.pose = free.copy()
-        self._contacts = self._bodies.separate(self.pose, self._farthest(mean))
+        self._contacts = self._bodies.separate(self.pose, self._farthest())
         if self._contacts:
             self._feel_contacts(before, free)
-        own = self._moving
-        self.twist[own, 0], self.twist[own, 2] = self._velocity[own, 0], self._velocity[own, 1]
+        self._fill_twist()
 
-    def _farthest(self, mean):
-        """Return a distance [m] that no robot exceeds in a step at the ``mean`` velocities (n, 2)."""
+    def _moved(self, before, command):
+        if len(self._groups) == 1:
+            return self._groups[0].advance(before, self._groups[0].group.of(command))
+        free = np.empty_like(before)
+        for each in self._groups:
+            rows = each.group.rows
+            free[rows] = each.advance(before[rows], each.group.of(command))
+        return free
+
+    def _fill_twist(self):
+        whole = len(self._groups) == 1 and self._simulated is None
+        for each in self._groups:
+            group = each.group
+            part = self.twist if whole else np.zeros((len(group.kinds), 3))
+            group.drive.fill_twist(part, each.velocity, each.joints, group.numbers)
+            if not whole:
+                self._put_twist(group.rows, part)
+
+    def _put_twist(self, rows, part):
+        if self._simulated is None:
+            self.twist[rows] = part
+            return
+        own = self._simulated[rows]
+        self.twist[np.arange(len(self.twist))[rows][own]] = part[own]
+
+    def _farthest(self):
+        """Return a distance [m] that no robot exceeds in a step."""
         if len(self._mirrored):
             return np.inf
-        fastest = self.limits.v_max
-        return self.step * (fastest if fastest < np.inf else np.abs(mean[:, 0]).max())
+        return max(each.farthest() for each in self._groups)
 
     def _feel_contacts(self, before, free):
-        """A robot that was pushed has the forward speed with which it really moved."""
         pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)
-        moved = (self.pose[pushed, :2] - before[pushed, :2]) / self.step
-        theta = before[pushed, 2]
-        cos, sin = cos_sin(theta)
-        speed = cos * moved[:, 0] + sin * moved[:, 1]
-        own = self._velocity[pushed, 0]
-        # No faster than its wheels turn, and never the other way.
-        self._velocity[pushed, 0] = np.sign(own) * np.clip(np.sign(own) * speed, 0.0, np.abs(own))
+        moved = (self.pose[:, :2] - before[:, :2]) / self.step
+        for each in self._groups:
+            rows = each.group.rows
+            each.feel(pushed[rows], before[rows, 2], moved[rows])
 
     def contacts(self):
         """Return the contacts of the last step: ``(first, second, x, y)`` each."""
@@ -138,28 +173,34 @@ class KinematicMotion:
 
 
 class PointMassMotion:
-    """Hand points as point masses: ``alpha' = A(theta) (v, omega)``, (3), with the heading frozen.
+    """Controlled points as point masses: ``alpha' = A(theta) (v, omega)``, (3), headings frozen.
 
-    No limits and no bodies: the world of the theorems.  A command held for one step moves the hand
-    point by exactly ``step * alpha'``.
+    No limits and no bodies: the world of the theorems.  A command held for one step moves the point
+    by exactly ``step * alpha'``.
     """
 
     def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=()):
-        """``hand_length`` [m] is l, the hand point's distance from the centre.
+        """``kinds``: the ``Team``, or its kinds; ``hand_length`` [m] is l, as the drives' points take it.
 
         ``mirrored``: rows of robots that ``place`` alone moves.
         """
         self.step = step
-        self.limits = limits_of_team(kinds, None)
+        self.team = Team.of(kinds, None)
         self._hand_length = hand_length
         self._mirrored = np.array(mirrored, dtype=int)
+        self.wheel_travel = [
+            np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
+        ]
         self.reset(poses)
 
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float)
         self.twist = np.zeros_like(self.pose)
-        self.wheel_travel = np.zeros((len(self.pose), 2))
+
+    def joints(self):
+        """Return the drives' inner joints, (n,) [rad]: none of them moves."""
+        return np.zeros(self.team.n)
 
     def place(self, rows, poses, twists):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
@@ -167,14 +208,15 @@ class PointMassMotion:
         self.pose[rows], self.twist[rows] = poses, twists
 
     def advance(self, command):
-        """Move for one step under ``command`` (n, 2); body twist ``(v, l omega, 0)``."""
+        """Move for one step under ``command`` (n, a); the body twist is the point's velocity."""
         mirrored_twist = self.twist[self._mirrored]
         command = np.array(command, dtype=float)
         command[self._mirrored] = 0.0
-        u = point_mass_from_unicycle(command, self.pose[:, 2], self._hand_length)
+        u = self.team.velocity(command, self.pose, self.joints(), self._hand_length, self.step)
+        cos, sin = cos_sin(self.pose[:, 2])
         self.pose[:, :2] += self.step * u
-        self.twist[:, 0] = command[:, 0]
-        self.twist[:, 1] = self._hand_length * command[:, 1]
+        self.twist[:, 0] = cos * u[:, 0] + sin * u[:, 1]
+        self.twist[:, 1] = cos * u[:, 1] - sin * u[:, 0]
         self.twist[self._mirrored] = mirrored_twist
 
     def contacts(self):

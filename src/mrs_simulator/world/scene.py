@@ -35,10 +35,10 @@ def add_obstacle(client, obstacle):
 
 
 def add_robot(client, kind, pose):
-    """Return the body of a robot whose module is ``kind``, its axle centre at ``pose`` (x, y, theta)."""
+    """Return the body of a robot of a ``kind``, its centre at ``pose`` (x, y, theta)."""
     return pybullet.loadURDF(
-        kind.URDF,
-        [pose[0], pose[1], kind.WHEEL_RADIUS],
+        kind.model,
+        [pose[0], pose[1], kind.module.ride_height(kind.numbers)],
         pybullet.getQuaternionFromEuler([0.0, 0.0, pose[2]]),
         flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
         physicsClientId=client,

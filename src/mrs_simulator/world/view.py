@@ -11,7 +11,7 @@ import os
 import numpy as np
 import pybullet
 
-from mrs_simulator.vehicles import robot_kind
+from mrs_simulator.vehicles import Team
 from mrs_simulator.world.scene import add_obstacle, add_robot, mass_centre
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top
@@ -42,7 +42,7 @@ class View:
         # The window would draw itself after each body.
         self._configure(pybullet.COV_ENABLE_RENDERING, False)
         poses = np.asarray(poses, dtype=float)
-        self._kinds = [robot_kind(kind) for kind in kinds]
+        self._kinds = Team.of(kinds).kinds
         self._bodies = [
             add_robot(self._client, kind, pose) for kind, pose in zip(self._kinds, poses)
         ]
@@ -89,7 +89,7 @@ class View:
             place = [
                 x + ahead[0] * cos - ahead[1] * sin,
                 y + ahead[0] * sin + ahead[1] * cos,
-                kind.WHEEL_RADIUS + ahead[2],
+                kind.module.ride_height(kind.numbers) + ahead[2],
             ]
             turn = [0.0, 0.0, np.sin(0.5 * theta), np.cos(0.5 * theta)]
             pybullet.resetBasePositionAndOrientation(

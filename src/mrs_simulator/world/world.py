@@ -13,7 +13,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import compose, wrap_angle
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
-from mrs_simulator.vehicles import robot_kind
+from mrs_simulator.vehicles import Team
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
@@ -48,7 +48,7 @@ class World:
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
-        ``limits`` as in ``robots.limits_of``; ``step`` [s]; ``cmd_vel_timeout`` [s] of simulated
+        ``limits`` as in ``vehicles.limits.kind_limits``; ``step`` [s]; ``cmd_vel_timeout`` [s] of simulated
         time, looked at every ``watch_period`` [s], 0: at each step.  ``mirrored``: rows of robots
         that obey no command and are only where ``place`` puts them: bodies to the others, never
         pushed.  Raises ``WorldError``.
@@ -91,28 +91,29 @@ class World:
 
     def set_team(self, kinds, poses):
         """Replace all robots by new ones at rest; all or, with a ``WorldError``, none."""
-        kinds, poses = checked_team(kinds, poses)
-        if len(self.mirrored) and not 0 <= self.mirrored[0] <= self.mirrored[-1] < len(kinds):
+        team, poses = checked_team(kinds, poses, self._limits)
+        if len(self.mirrored) and not 0 <= self.mirrored[0] <= self.mirrored[-1] < team.n:
             raise WorldError(
                 "real robots {}: wanted numbers from 1 to {}, the size of the team".format(
-                    (self.mirrored + 1).tolist(), len(kinds)
+                    (self.mirrored + 1).tolist(), team.n
                 )
             )
         if self.fidelity != "point_mass":
-            refuse_overlaps(kinds, poses, self.obstacles)
-        motion = self._new_motion(kinds, poses)
+            refuse_overlaps(team, poses, self.obstacles)
+        motion = self._new_motion(team, poses)
         if self._motion is not None:
             self._motion.close()
-        self._motion, self.kinds, self._start = motion, kinds, poses
-        self._odometry = self._new_odometry(kinds)
+        self._motion, self.team, self._start = motion, motion.team, poses
+        self._odometry = self._new_odometry()
         self.refused = np.zeros(len(poses), dtype=int)
         self._fresh_start()
 
-    def _new_motion(self, kinds, poses):
+    def _new_motion(self, team, poses):
         mirrored = {"mirrored": self.mirrored}
         if self.fidelity == "point_mass":
-            return PointMassMotion(kinds, poses, self._hand_length, self.step_size, **mirrored)
-        bodies = kinds, poses, self.obstacles, self._limits, self.step_size
+            team = Team(team.kinds, None)
+            return PointMassMotion(team, poses, self._hand_length, self.step_size, **mirrored)
+        bodies = team, poses, self.obstacles, self._limits, self.step_size
         if self.fidelity == "kinematic":
             return KinematicMotion(*bodies, **mirrored, encoders=self._odometry_kind == "wheel")
         if self.fidelity != "dynamic":
@@ -123,12 +124,11 @@ class World:
 
         return DynamicMotion(*bodies, **mirrored)
 
-    def _new_odometry(self, kinds):
+    def _new_odometry(self):
         # Wheels that roll in pybullet slip by themselves.
         slips = self.fidelity == "kinematic"
         return odometry.WheelOdometry(
-            len(kinds),
-            robot_kind(kinds[0]).WHEEL_TRACK,
+            self.team,
             mismatch=odometry.WHEEL_MISMATCH if slips else 0.0,
             slip=odometry.WHEEL_SLIP if slips else 0.0,
             seed=self._seed,
@@ -142,13 +142,13 @@ class World:
         poses = self._start.copy()
         poses[self.mirrored] = self.pose[self.mirrored]
         if len(self.mirrored) and self.fidelity != "point_mass":
-            refuse_overlaps(self.kinds, poses, (), self.mirrored)
+            refuse_overlaps(self.team, poses, (), self.mirrored)
         self._motion.reset(poses)
-        self._odometry.reset(self.n)
+        self._odometry.reset()
         self._fresh_start()
 
     def _fresh_start(self):
-        self._target = np.zeros((self.n, 2), order="F")
+        self._target = np.zeros((self.n, len(self.team.axes)), order="F")
         self._heard = np.full(self.n, -1)  # the step of the last accepted command, -1 for none
         self._longest_silent = self._step  # no commanded robot was heard last before this step
         self.commanded = np.zeros(self.n, dtype=bool)
@@ -161,7 +161,12 @@ class World:
     @property
     def n(self):
         """Return the number of robots."""
-        return len(self.kinds)
+        return self.team.n
+
+    @property
+    def kinds(self):
+        """Return the robots' kinds."""
+        return self.team.kinds
 
     @property
     def time(self):
@@ -170,8 +175,8 @@ class World:
 
     @property
     def limits(self):
-        """Return the ``Limits`` in force."""
-        return self._motion.limits
+        """Return the ``AxisLimits`` in force."""
+        return self.team.limits
 
     @property
     def pose(self):
@@ -262,7 +267,7 @@ class World:
         self._motion.advance(self._target)
         self._step += 1
         if self._odometry_kind == "wheel":
-            self._odometry.update(self._motion.wheel_travel)
+            self._odometry.update(self._motion.wheel_travel, self._motion.joints())
         contacts = self._motion.contacts()
         if contacts:
             self._note_contacts(contacts)
@@ -313,23 +318,22 @@ class World:
         self._motion.close()
 
 
-def checked_team(kinds, poses):
-    """Return ``kinds`` as a tuple and ``poses`` as (n, 3) floats; ``WorldError`` if they are not."""
-    kinds = tuple(kinds)
-    for kind in kinds:
-        try:
-            robot_kind(kind)
-        except ValueError as error:
-            raise WorldError(str(error)) from None
+def checked_team(kinds, poses, limits):
+    """Return the ``Team`` of ``kinds``, and ``poses`` (n, 3) floats; ``WorldError`` if they are not."""
+    kinds = kinds if isinstance(kinds, Team) else tuple(kinds)
+    count = kinds.n if isinstance(kinds, Team) else len(kinds)
     poses = np.array(poses, dtype=float)
-    if poses.shape != (len(kinds), 3) or not len(kinds):
+    if poses.shape != (count, 3) or not count:
         raise WorldError(
             "poses of shape {}: wanted one [x, y, theta] for each of {} robots, at least one".format(
-                poses.shape, len(kinds)
+                poses.shape, count
             )
         )
-    refuse_places(range(len(kinds)), poses)
-    return kinds, poses
+    refuse_places(range(count), poses)
+    try:
+        return Team.of(kinds, limits), poses
+    except ValueError as error:
+        raise WorldError(str(error)) from None
 
 
 def refuse_places(rows, poses, twists=0.0):

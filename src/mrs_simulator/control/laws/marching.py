@@ -25,7 +25,7 @@ from mrs_simulator.core.claims import (
     NothingDecays,
     decay_rate,
 )
-from mrs_simulator.core.kinematics import saturate, wrap_angle
+from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
 
@@ -274,7 +274,8 @@ class LeaderFollower(Shaped):
             )  # fmt: skip
             # What a leader cannot do, its followers need not follow.
             scope = "robot" if self.saturation == "robot" else "none"
-            command[rows] = saturate(np.broadcast_to(chosen, (len(rows), 2)), self.limits, scope)
+            command[rows] = chosen
+            command[rows] = self.saturated(command, scope)[rows]
         return {
             number: make_twist(v, omega)
             for number, (v, omega) in zip(self.numbers, command.tolist())

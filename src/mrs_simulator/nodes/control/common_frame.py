@@ -12,7 +12,7 @@ from mrs_simulator.msg import TeamOdometry
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.odometry_inbox import OdometryInbox, make_inbox, silence
 from mrs_simulator.ros.parameters import number_parameter, pattern_parameter, text_parameter
-from mrs_simulator.vehicles import limits_of_team
+from mrs_simulator.vehicles import Team
 
 DEFAULT_SOURCES = {"world": "odometry", "wheel": "scenario"}
 MAX_JUMP = 0.3  # [m], [rad], and what the robot's speed explains
@@ -66,14 +66,17 @@ class CommonFrame:
         slack = number_parameter("~max_jump", MAX_JUMP, low=0.0)
         if slack == 0.0 or not len(rows):
             return None
-        limits = limits_of_team(scenario.kinds, scenario.limits)
-        top = limits_of_team(scenario.kinds, "top")
-        speeds = [
-            given if math.isfinite(given) else highest for given, highest in zip(limits[:2], top)
-        ]
+        speeds = Team.from_scenario(scenario).speeds
+        highest = Team.from_scenario(scenario, "top").speeds
+        speeds = np.where(np.isfinite(speeds), speeds, highest)[self.rows].tolist()
         silent = min(self.odom_timeout, RESTART) if self.BEGINS_AT_ZERO else math.inf
-        bounds = JumpBounds(slack, *speeds, longest=self.odom_timeout + WATCHDOG, silence=silent)
-        return [bounds if row in rows else None for row in range(len(self.rows))]
+        longest = self.odom_timeout + WATCHDOG
+        return [
+            JumpBounds(slack, *speeds[row], longest=longest, silence=silent)
+            if row in rows
+            else None
+            for row in range(len(self.rows))
+        ]
 
     def pose(self):
         """Return the robots' poses in the common frame, (n, 3), NaN where not known."""

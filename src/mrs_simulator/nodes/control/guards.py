@@ -8,7 +8,6 @@ import rospy
 from mrs_simulator.core.guards import Standstill, Violations, limited, slowed
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.parameters import number_parameter, numbers_parameter, robots_parameter
-from mrs_simulator.vehicles import limits_of_team
 
 PATIENCE = 2.0  # [s] for which a real robot may fail to move as it is told
 STUCK = (
@@ -32,8 +31,7 @@ def slower(scenario):
     speeds = top_speeds(scenario.n)
     if speeds == (math.inf, math.inf):
         return scenario
-    limits = limits_of_team(scenario.kinds, scenario.limits)
-    return scenario._replace(limits=limited(limits, *speeds))
+    return scenario._replace(limits=limited(scenario.limits, *speeds))
 
 
 def patience(n):

@@ -12,14 +12,15 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
+from mrs_simulator.core.scenario import DEFAULT_KIND, ScenarioError, scenario_from_yaml
 from mrs_simulator.msg import TeamState
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.figures import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles import pioneer3dx
+from mrs_simulator.vehicles import kind
 
+DRAWN = kind(DEFAULT_KIND)
 RATE = 10.0  # [Hz] of wall time
 TRAIL_STEP = 0.05  # [m] between two points of a trajectory
 TRAIL_MOST = 2000  # [-] points of one trajectory
@@ -133,22 +134,22 @@ def _put_elsewhere(before, after):
 
 
 def _robot(number, x, y, theta):
-    length, height = pioneer3dx.LENGTH, 0.6 * pioneer3dx.HEIGHT
-    body = _marker(Marker.CUBE, (length, 0.75 * pioneer3dx.WIDTH, height), _colour(number))
-    ahead = 0.5 * (pioneer3dx.FRONT - pioneer3dx.REAR)
+    length, height = DRAWN.body.length, 0.6 * DRAWN.body.height
+    body = _marker(Marker.CUBE, (length, 0.75 * DRAWN.body.width, height), _colour(number))
+    ahead = 0.5 * (DRAWN.body.front - DRAWN.body.rear)
     _place(body, x, y, theta, ahead, 0.0, height)
     wheels = []
     for side in (0.5, -0.5):
-        diameter = 2.0 * pioneer3dx.WHEEL_RADIUS
+        diameter = 2.0 * DRAWN.numbers.radius
         wheel = _marker(Marker.CUBE, (diameter, WHEEL_WIDTH, diameter), BLACK)
-        _place(wheel, x, y, theta, 0.0, side * pioneer3dx.WHEEL_TRACK, pioneer3dx.WHEEL_RADIUS)
+        _place(wheel, x, y, theta, 0.0, side * DRAWN.numbers.track, DRAWN.numbers.radius)
         wheels.append(wheel)
     heading = _marker(Marker.ARROW, (0.05, 0.16, 0.18), BLACK)  # shaft, head, length of head
     heading.points = [Point(0.0, 0.0, 0.0), Point(length, 0.0, 0.0)]
     _place(heading, x, y, theta, 0.0, 0.0, 1.6 * height)
     label = _marker(Marker.TEXT_VIEW_FACING, (0.0, 0.0, LABEL_HEIGHT), BLACK)
     label.text = str(number)
-    _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * pioneer3dx.HEIGHT)
+    _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * DRAWN.body.height)
     return [body] + wheels + [heading, label]
 
 

@@ -8,7 +8,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from mrs_simulator.core.scenario import MOST_ROBOTS
+from mrs_simulator.core.scenario import DEFAULT_KIND, MOST_ROBOTS
 from mrs_simulator.msg import StageStatus
 from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
@@ -290,7 +290,7 @@ class Stage:
         if len(request.robots) > self._most_robots:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
-        kinds = [robot.kind or "pioneer3dx" for robot in request.robots]
+        kinds = [robot.kind or DEFAULT_KIND for robot in request.robots]
         poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in request.robots]
         team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
         self.world.set_team(kinds, poses)

@@ -62,7 +62,7 @@ class Drivers:
         """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""
         rows = np.asarray(rows, dtype=int)
         self._world.refused[rows[~np.isfinite(commands).all(axis=1)]] += 1
-        commands = driver_commands(commands, self._world.limits)
+        commands = driver_commands(commands, self._world.limits.of(rows))
         commands[[row in self._motors and not self._motors[row].enabled for row in rows]] = 0.0
         self._world.set_commands(rows, commands)
 

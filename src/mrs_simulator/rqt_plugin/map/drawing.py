@@ -11,6 +11,7 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
 from python_qt_binding.QtGui import QBrush, QColor, QFont, QPainterPath, QPen, QPolygonF
 
+from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.rqt_plugin.map.geometry import (
     ARROW,
     REACH,
@@ -22,8 +23,9 @@ from mrs_simulator.rqt_plugin.map.geometry import (
 )
 from mrs_simulator.rqt_plugin.widgets.colours import colour
 from mrs_simulator.study.figures import PALETTE, START_COLOUR
-from mrs_simulator.vehicles import pioneer3dx as pioneer
+from mrs_simulator.vehicles import kind
 
+DRAWN = kind(DEFAULT_KIND)
 SOME_ROBOTS = 30  # [-] in view; beyond, marks and numbers are smaller, robots are sprites
 HEADINGS = 120  # [-] of a robot's sprites
 MOST_SPRITE = 40.0  # [px] that a robot may reach as a sprite
@@ -201,7 +203,7 @@ def draw_robots(painter, look, frame, pose, numbers, fresh, sprites):
 
 def _draw_each(painter, look, frame, pose, numbers, fresh):
     shapes = outlines(pose, frame, look.unit)
-    detailed = pioneer.LENGTH * frame.scale >= DETAILED_ROBOT * look.unit
+    detailed = DRAWN.body.length * frame.scale >= DETAILED_ROBOT * look.unit
     wheels = [placed(wheel, pose, frame) for wheel in _wheels()] if detailed else []
     noses = None if are_arrows(frame, look.unit) else placed(NOSE, pose, frame)
     for row, shape in enumerate(shapes):
@@ -228,9 +230,9 @@ def _draw_body(painter, look, shape, shade, fresh):
 
 
 def _wheels():
-    radius, half = pioneer.WHEEL_RADIUS, 0.5 * TYRE
+    radius, half = DRAWN.numbers.radius, 0.5 * TYRE
     corners = np.array([(radius, half), (-radius, half), (-radius, -half), (radius, -half)])
-    side = np.array([0.0, 0.5 * pioneer.WHEEL_TRACK])
+    side = np.array([0.0, 0.5 * DRAWN.numbers.track])
     return corners + side, corners - side
 
 
@@ -268,7 +270,7 @@ def draw_numbers(painter, look, frame, pose, numbers, sprites):
 def draw_selection(painter, look, frame, pose):
     """Draw a disc under the robot at ``pose`` (3,)."""
     radius = max(1.35 * REACH * frame.scale, 12.0 * look.unit)
-    middle = pose[:2] + 0.5 * (pioneer.FRONT - pioneer.REAR) * np.array(
+    middle = pose[:2] + 0.5 * (DRAWN.body.front - DRAWN.body.rear) * np.array(
         [np.cos(pose[2]), np.sin(pose[2])]
     )
     painter.setPen(QPen(look.highlight, 2.0 * look.unit))
@@ -282,7 +284,7 @@ def draw_real(painter, look, frame, pose):
     painter.setPen(QPen(look.text, 2.0 * look.unit))
     painter.setBrush(Qt.NoBrush)
     heading = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
-    middles = frame.to_screen(pose[:, :2] + 0.5 * (pioneer.FRONT - pioneer.REAR) * heading)
+    middles = frame.to_screen(pose[:, :2] + 0.5 * (DRAWN.body.front - DRAWN.body.rear) * heading)
     for x, y in middles.tolist():
         painter.drawEllipse(QPointF(x, y), radius, radius)
 

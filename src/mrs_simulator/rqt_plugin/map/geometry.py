@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from python_qt_binding.QtCore import QRectF
 
+from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.study.figures import ROBOT_SHAPE
-from mrs_simulator.vehicles import pioneer3dx as pioneer
+from mrs_simulator.vehicles import kind
 
+DRAWN = kind(DEFAULT_KIND)
 SCALES = (0.01, 5000.0)  # [px/m], least and most
 LEAST_EXTENT = 3.0  # [m], of what a fitted view shows
 MARGIN = 0.08  # around a fitted view, as a share of its larger side
@@ -22,12 +24,14 @@ ALL_TRAIL_POINTS = 4000000  # [-] of all robots
 TRAIL_PIXELS = 2.5  # [px] between the points of a trail that are drawn
 
 BODY = (
-    (pioneer.FRONT, 0.5 * pioneer.WIDTH),
-    (-pioneer.REAR, 0.5 * pioneer.WIDTH),
-    (-pioneer.REAR, -0.5 * pioneer.WIDTH),
-    (pioneer.FRONT, -0.5 * pioneer.WIDTH),
+    (DRAWN.body.front, 0.5 * DRAWN.body.width),
+    (-DRAWN.body.rear, 0.5 * DRAWN.body.width),
+    (-DRAWN.body.rear, -0.5 * DRAWN.body.width),
+    (DRAWN.body.front, -0.5 * DRAWN.body.width),
 )
-REACH = math.hypot(pioneer.REAR, 0.5 * pioneer.WIDTH)  # [m] from the axle centre to a far corner
+REACH = math.hypot(
+    DRAWN.body.rear, 0.5 * DRAWN.body.width
+)  # [m] from the axle centre to a far corner
 LEAST_ROBOT = 10.0  # [px]; a smaller one is drawn as an arrow of ARROW
 ARROW = 13.0  # [px]
 GRIP = 6.0  # [px] about a robot or an edge that belongs to it
@@ -186,7 +190,7 @@ def outlines(pose, frame, unit):
 
 def are_arrows(frame, unit):
     """Return whether robots are too small to be drawn to scale."""
-    return pioneer.LENGTH * frame.scale < LEAST_ROBOT * unit
+    return DRAWN.body.length * frame.scale < LEAST_ROBOT * unit
 
 
 def clearance(pose, toward, frame, unit):
@@ -196,9 +200,9 @@ def clearance(pose, toward, frame, unit):
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     along = cos * toward[:, 0] + sin * toward[:, 1]
     across = cos * toward[:, 1] - sin * toward[:, 0]
-    ends = np.where(along > 0.0, pioneer.FRONT, pioneer.REAR)
+    ends = np.where(along > 0.0, DRAWN.body.front, DRAWN.body.rear)
     with np.errstate(divide="ignore"):
-        reach = np.minimum(ends / np.abs(along), 0.5 * pioneer.WIDTH / np.abs(across))
+        reach = np.minimum(ends / np.abs(along), 0.5 * DRAWN.body.width / np.abs(across))
     return reach * frame.scale + unit
 
 
@@ -230,8 +234,8 @@ def robot_at(pose, frame, unit, at):
     pad, away = GRIP * unit / frame.scale, np.hypot(along, across)
     # A comparison with nan, a pose that is not known, is false.
     with np.errstate(invalid="ignore"):
-        within = (along < pioneer.FRONT + pad) & (along > -pioneer.REAR - pad)
-        within &= across < 0.5 * pioneer.WIDTH + pad
+        within = (along < DRAWN.body.front + pad) & (along > -DRAWN.body.rear - pad)
+        within &= across < 0.5 * DRAWN.body.width + pad
         within |= away * frame.scale < ARROW * unit
     return int(np.argmin(np.where(within, away, np.inf))) if within.any() else -1
 

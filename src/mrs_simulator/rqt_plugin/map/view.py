@@ -10,6 +10,7 @@ from python_qt_binding.QtCore import QEvent, QSize, Qt, QTimer, Signal
 from python_qt_binding.QtGui import QPainter
 from python_qt_binding.QtWidgets import QSizePolicy, QToolTip, QWidget
 
+from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.rqt_plugin.map import axes, drawing, geometry
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
@@ -195,7 +196,7 @@ class MapView(QWidget):
             rows = np.flatnonzero(self._known)
             hit = []
             if len(rows) > 1:
-                first, second = Bodies(("pioneer3dx",) * len(rows)).overlaps(self._pose[rows])[:2]
+                first, second = Bodies((DEFAULT_KIND,) * len(rows)).overlaps(self._pose[rows])[:2]
                 hit = rows[np.union1d(first, second).astype(int)]
             self._overlapping = {self._numbers[row] for row in hit}
         return self._overlapping

@@ -1,0 +1,170 @@
+"""A kind of robot: one YAML file, read strictly, with its model beside it."""
+
+import math
+import os
+from typing import Any, Dict, NamedTuple, Optional, Tuple
+
+from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.vehicles.drives import DRIVES, drive_module
+from mrs_simulator.vehicles.quantities import QuantitySection
+
+PRESETS = ("firmware", "top")
+LARGEST = 100.0  # [m] of any robot
+
+
+class Body(NamedTuple):
+    """How far a robot reaches from its centre, [m]; a round one is as long as it is wide."""
+
+    front: float
+    rear: float
+    width: float
+    height: float
+    round: bool = False
+
+    @property
+    def length(self):
+        """Return the length [m]."""
+        return self.front + self.rear
+
+    @property
+    def reach(self):
+        """Return the distance [m] from the centre to the farthest point of the outline."""
+        if self.round:
+            return self.front
+        return math.hypot(max(self.front, self.rear), 0.5 * self.width)
+
+
+class AxisLimit(NamedTuple):
+    """The greatest speed and acceleration of one command axis, in SI units; ``inf`` for none."""
+
+    top: float
+    acceleration: float
+
+
+class Kind(NamedTuple):
+    """A kind of robot as its file describes it; not to be changed."""
+
+    name: str
+    title: str
+    drive: str  # name of the module in ``vehicles.drives``
+    body: Body
+    numbers: Any  # the drive's ``Numbers``
+    limits: Dict[str, Tuple[AxisLimit, ...]]  # preset -> one for each axis of the drive
+    mass: float  # [kg]
+    inertia: Optional[float]  # [kg m^2] about the vertical through the centre
+    model: str  # absolute path of the URDF file, "" for none
+    command_timeout: float  # [s] of silence after which the robot stops
+    odometry_rate: float  # [Hz] of the real robot's driver
+    mounts: Dict[str, Any]  # kept as it was read
+    sources: Dict[str, str]  # key path -> where its numbers are from
+
+    def __hash__(self):
+        return hash(self.name)
+
+    @property
+    def module(self):
+        """Return the drive's module."""
+        return drive_module(self.drive)
+
+    @property
+    def axes(self):
+        """Return the components of ``geometry_msgs/Twist`` that the robot obeys."""
+        return self.module.AXES
+
+
+def read_kind(content, where, directory=""):
+    """Return the ``Kind`` in the mapping ``content``, whose bases are merged already.
+
+    ``where`` names it in errors; ``directory``: that of a relative ``model``.
+    """
+    top = QuantitySection(content, where)
+    drive = top.text("drive", choices=DRIVES)
+    module = drive_module(drive)
+    name = top.text("name")
+    numbers = top.section(module.SECTION)
+    kind = Kind(
+        name=name,
+        title=top.text("title", name),
+        drive=drive,
+        body=_read_body(top.section("body")),
+        numbers=module.read(numbers),
+        limits=_read_limits(top.section("limits"), module.AXES),
+        mass=top.quantity("mass", "kg", above=0.0),
+        inertia=top.quantity("inertia", "kg m^2", above=0.0) if top.has("inertia") else None,
+        model=_read_model(top, directory),
+        command_timeout=top.quantity("command_timeout", "s", 0.6, above=0.0),
+        odometry_rate=top.quantity("odometry_rate", "Hz", 50.0, above=0.0),
+        mounts=_mapping(top, "mounts"),
+        sources=_mapping(top, "sources", text=True),
+    )
+    top.take("inertia")
+    numbers.done()
+    top.done()
+    return kind
+
+
+def _read_body(section):
+    height = section.quantity("height", "m", above=0.0, high=LARGEST)
+    if section.has("radius"):
+        radius = section.quantity("radius", "m", above=0.0, high=LARGEST)
+        body = Body(radius, radius, 2.0 * radius, height, True)
+    else:
+        front, rear = (
+            section.quantity(key, "m", low=0.0, high=LARGEST) for key in ("front", "rear")
+        )
+        body = Body(front, rear, section.quantity("width", "m", above=0.0, high=LARGEST), height)
+        if body.length <= 0.0:
+            raise ScenarioError(
+                "{}: 0 together with front, wanted above 0".format(section.at("rear"))
+            )
+    section.take("radius")
+    section.done()
+    return body
+
+
+def _read_limits(section, axes):
+    firmware = _read_preset(section.section("firmware"), axes)
+    top = _read_preset(section.section("top"), axes) if section.has("top") else firmware
+    section.take("top")
+    section.done()
+    return {"firmware": firmware, "top": top}
+
+
+def _read_preset(section, axes):
+    limits = tuple(_read_axis(section.section(axis), axis) for axis in axes)
+    section.done()
+    return limits
+
+
+def _read_axis(section, axis):
+    unit = "m/s" if axis.startswith("linear") else "rad/s"
+    top = section.quantity("max", unit, above=0.0)
+    # An acceleration left out is none: the robot answers at once.
+    acceleration = math.inf
+    if section.has("acceleration"):
+        acceleration = section.quantity("acceleration", unit + "^2", above=0.0)
+    section.take("acceleration")
+    section.done()
+    return AxisLimit(top, acceleration)
+
+
+def _read_model(top, directory):
+    if not top.has("model"):
+        return top.take("model", "")
+    path = os.path.join(directory, os.path.expanduser(top.text("model")))
+    if not os.path.isfile(path):
+        raise ScenarioError("{}: {}, wanted a file".format(top.at("model"), shown(path)))
+    return os.path.abspath(path)
+
+
+def _mapping(top, key, text=False):
+    value = top.take(key, {})
+    if not isinstance(value, dict) or (
+        text and not all(isinstance(v, str) for v in value.values())
+    ):
+        raise ScenarioError(
+            "{}: {}, wanted a mapping{}".format(
+                top.at(key), shown(value), " of texts" if text else ""
+            )
+        )
+    return value

@@ -1,0 +1,69 @@
+"""Physical quantities in YAML: a number in SI units, or a text of a number and a unit."""
+
+import math
+import re
+
+from mrs_simulator.core.reading import ScenarioError, Section, number, shown
+
+_QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
+
+
+def _per(count):
+    """Return the conversion of a unit of which ``count`` make one SI unit."""
+    return lambda value: value / count
+
+
+def _times(size):
+    return lambda value: value * size
+
+
+LENGTH = {"m": _times(1.0), "cm": _per(100.0), "mm": _per(1000.0)}
+ANGLE = {"rad": _times(1.0), "deg": math.radians}
+# For each SI unit the units that may be written instead, each with its conversion.
+UNITS = {
+    base + per: {name + per: convert for name, convert in names.items()}
+    for base, names in (("m", LENGTH), ("rad", ANGLE))
+    for per in ("", "/s", "/s^2")
+}
+UNITS["m/s"]["km/h"] = _per(3.6)
+UNITS["rad/s"]["rpm"] = lambda value: value * 2.0 * math.pi / 60.0
+UNITS["s"] = {"s": _times(1.0), "ms": _per(1000.0)}
+UNITS["kg"] = {"kg": _times(1.0), "g": _per(1000.0)}
+UNITS.update({name: {name: _times(1.0)} for name in ("Hz", "N", "N m", "kg m^2", "N/m")})
+
+
+def quantity(value, unit, where, **bounds):
+    """Return ``value`` in the SI ``unit`` as a float, "" for a pure number.
+
+    ``value`` is a number or a text such as ``"360 deg/s"``; ``bounds``: ``low``, ``high`` and
+    ``above`` as in ``core.reading.number``.  Raises ``ScenarioError``.
+    """
+    if isinstance(value, str):
+        match, known = _QUANTITY.fullmatch(value.strip()), UNITS.get(unit, {})
+        if not match or match.group(2) not in known:
+            wanted = "with one of the units " + ", ".join(known) if known else "without a unit"
+            raise ScenarioError("{}: {}, wanted a number {}".format(where, shown(value), wanted))
+        value = known[match.group(2)](float(match.group(1)))
+    return number(value, where, **bounds)
+
+
+class QuantitySection(Section):
+    """A mapping whose numbers may be written with units."""
+
+    def quantity(self, key, unit, default=None, **bounds):
+        """Return the quantity ``key`` in the SI ``unit``, as :func:`quantity` does."""
+        return quantity(self.take(key, default), unit, self.at(key), **bounds)
+
+    def section(self, key):
+        """Return the mapping ``key``; an empty one where it is not given."""
+        return QuantitySection(self.take(key, {}), self.at(key))
+
+    def strings(self, key, count):
+        """Return the list of ``count`` texts ``key`` as a tuple."""
+        value = self.take(key)
+        fits = isinstance(value, list) and len(value) == count
+        if not fits or not all(isinstance(item, str) for item in value):
+            raise ScenarioError(
+                "{}: {}, wanted a list of {} texts".format(self.at(key), shown(value), count)
+            )
+        return tuple(value)

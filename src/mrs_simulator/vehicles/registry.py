@@ -1,0 +1,102 @@
+"""Finding kinds of robots: those shipped, those of a scenario, and those in files of one's own."""
+
+import functools
+import os
+
+from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.reading import ScenarioError, load_yaml, shown
+from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.vehicles.kind import Kind, read_kind
+
+DIRECTORY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "kinds")
+ENDING = ".yaml"
+DEEPEST = 8  # [-] bases of bases
+
+
+def shipped_kinds():
+    """Return the names of the kinds that come with the package, the default one first."""
+    names = [name[: -len(ENDING)] for name in os.listdir(DIRECTORY) if name.endswith(ENDING)]
+    return tuple(sorted(names, key=lambda name: (name != DEFAULT_KIND, name)))
+
+
+def kind(name, beside="", own=None):
+    """Return the ``Kind`` called ``name``.
+
+    ``name``: a shipped kind, one of ``own``, or a path that ends with ``.yaml``, relative to the
+    directory ``beside``; a ``Kind`` is returned as it is.  ``own``: the scenario's kinds, mappings
+    by name; a base of theirs is found in the same way.  Raises ``ValueError`` (``ScenarioError``).
+    """
+    if isinstance(name, Kind):
+        return name
+    if name not in (own or {}) and not str(name).endswith(ENDING):
+        return shipped_kind(name, tuple(own or ()))
+    content, where, directory = merged(name, beside, own or {})
+    return read_kind(content, where, directory)
+
+
+@functools.lru_cache(maxsize=None)
+def shipped_kind(name, others=()):
+    """Return the shipped ``Kind`` called ``name``; ``others``: names that an error offers, too."""
+    content, where, directory = merged(name, "", {}, others)
+    return read_kind(content, where, directory)
+
+
+def merged(name, beside, own, others=(), above=()):
+    """Return the content of the kind ``name`` over that of its bases, its place and directory.
+
+    ``above``: the kinds that it is a base of, none of which may be its own base.
+    """
+    if name in own:
+        content, where, directory = own[name], "kinds.{}".format(name), beside
+    else:
+        where = _path_of(name, beside, tuple(own) + tuple(others))
+        content, directory = None, os.path.dirname(where)
+    if where in above or len(above) >= DEEPEST:
+        raise ScenarioError("{}: base {!r} leads back to it".format(above[0], name))
+    content = load_yaml(where) if content is None else content
+    if not isinstance(content, dict):
+        raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
+    content = _with_absolute_model(content, directory)
+    base = content.pop("base", None)
+    default_name = os.path.basename(str(name))[: -len(ENDING)] if _is_file(name) else name
+    if base is None:
+        return dict({"name": default_name}, **content), where, directory
+    if not isinstance(base, str):
+        raise ScenarioError("{}: base: {}, wanted a kind's name".format(where, shown(base)))
+    # A kind of a scenario may adapt the shipped one of its name.
+    known = {key: value for key, value in own.items() if key != name}
+    beneath, _, _ = merged(base, directory, known, others, above + (where,))
+    beneath = dict(beneath, name=default_name)
+    if "title" not in content:
+        beneath.pop("title", None)
+    return _over(beneath, content), where, directory
+
+
+def _is_file(name):
+    return str(name).endswith(ENDING)
+
+
+def _path_of(name, beside, others):
+    if _is_file(name):
+        return os.path.abspath(os.path.join(beside, os.path.expanduser(name)))
+    known = shipped_kinds() + tuple(others)
+    if name not in known:
+        raise ValueError(unknown_name("model", name, known))
+    return os.path.join(DIRECTORY, name + ENDING)
+
+
+def _with_absolute_model(content, directory):
+    model = content.get("model")
+    if not isinstance(model, str):
+        return dict(content)
+    return dict(content, model=os.path.abspath(os.path.join(directory, os.path.expanduser(model))))
+
+
+def _over(beneath, content):
+    """Return ``beneath`` with ``content`` over it, mapping by mapping; ``null`` takes a key away."""
+    result = dict(beneath)
+    for key, value in content.items():
+        below = result.get(key)
+        both = isinstance(below, dict) and isinstance(value, dict)
+        result[key] = _over(below, value) if both else value
+    return result

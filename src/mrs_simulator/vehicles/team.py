@@ -1,0 +1,207 @@
+"""A team: the robots of a run, each of its kind, grouped by drive."""
+
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.vehicles.drives import drive_module
+from mrs_simulator.vehicles.kind import AxisLimit
+from mrs_simulator.vehicles.limits import AxisLimits, kind_limits, stacked
+from mrs_simulator.vehicles.registry import kind
+
+TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
+NO_LIMIT = AxisLimit(np.inf, np.inf)
+EVERY = slice(None)
+
+
+class Group(NamedTuple):
+    """The robots of one drive."""
+
+    drive: Any  # the module
+    rows: Any  # of the robots in the team: a slice if that is all of them, else indices (m,)
+    columns: Any  # of the drive's axes among the team's: a slice if those are all, else indices
+    kinds: Tuple[Any, ...]
+    numbers: (
+        Any  # the drive's ``Numbers``: a number is a float if it is the same for all, else (m,)
+    )
+    limits: AxisLimits  # of the drive's axes
+
+    def of(self, values):
+        """Return the group's part (m, axes of the drive) of ``values`` (n, axes of the team)."""
+        part = values if self.rows is EVERY else values[self.rows]
+        return part if self.columns is EVERY else part[:, self.columns]
+
+    def put(self, values, part):
+        """Write the group's ``part`` into ``values`` (n, axes of the team)."""
+        if self.rows is EVERY or self.columns is EVERY:
+            values[self.rows, self.columns] = part
+        else:
+            values[self.rows[:, np.newaxis], self.columns] = part
+
+
+class Outlines(NamedTuple):
+    """The robots' outlines seen from above, [m]; (n,) each, a float where all are the same."""
+
+    front: Any
+    rear: Any
+    width: Any
+    reach: Any
+    round: Any  # bool
+
+
+class Team:
+    """The robots of a run; not to be changed.  Arrays hold one robot per row."""
+
+    def __init__(self, kinds, limits="firmware"):
+        """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
+
+        Raises ``ValueError`` for an unknown kind.
+        """
+        found = {}
+        self.kinds = tuple(_looked_up(each, found) for each in kinds)
+        self.n = len(self.kinds)
+        distinct = list(dict.fromkeys(self.kinds))
+        known = {axis for each in distinct for axis in each.axes}
+        self.axes = tuple(axis for axis in TWIST_AXES if axis in known)
+        self.robot_axes = self._rows(lambda each: [axis in each.axes for axis in self.axes], bool)
+        drives = tuple(dict.fromkeys(each.drive for each in self.kinds))
+        of_kind = {each: kind_limits(each, limits) for each in distinct}
+        self.groups = tuple(self._group(drive, of_kind) for drive in drives)
+        # An axis that a robot does not obey has no limit: its command is 0.
+        by_axis = {}
+        for each in distinct:
+            given = dict(zip(each.axes, of_kind[each]))
+            by_axis[each] = tuple(given.get(axis, NO_LIMIT) for axis in self.axes)
+        self.limits = stacked([by_axis[each] for each in self.kinds])
+        self.timeouts = self._rows(lambda each: each.command_timeout)
+        self.reach = self._rows(lambda each: each.body.reach)
+        self.speeds = self._speeds()
+
+    @classmethod
+    def of(cls, kinds, limits="firmware"):
+        """Return ``kinds`` if it is a team already, else the team of these ``kinds``."""
+        return kinds if isinstance(kinds, cls) else cls(kinds, limits)
+
+    @classmethod
+    def from_scenario(cls, scenario, limits="scenario"):
+        """Return the team of ``scenario``, under its own limits or other ``limits``."""
+        return cls(scenario.kinds, scenario.limits if limits == "scenario" else limits)
+
+    def __deepcopy__(self, memo):
+        return self
+
+    def _rows(self, value, dtype=float):
+        """Return ``value`` of each robot's kind as an array (n, ...)."""
+        of_kind = {each: value(each) for each in dict.fromkeys(self.kinds)}
+        return np.array([of_kind[each] for each in self.kinds], dtype=dtype)
+
+    def _speeds(self):
+        """Return bounds of the robots' speeds and turn rates, (n, 2) [m/s, rad/s]."""
+        top = np.where(self.robot_axes, self.limits.top, 0.0)
+        linear = np.array([axis.startswith("linear") for axis in self.axes])
+        across = [top[:, linear], top[:, ~linear]]
+        return np.stack([_length(values) for values in across], axis=1)
+
+    def _group(self, drive, of_kind):
+        module = drive_module(drive)
+        rows = [row for row, each in enumerate(self.kinds) if each.drive == drive]
+        kinds = tuple(self.kinds[row] for row in rows)
+        columns = [self.axes.index(axis) for axis in module.AXES]
+        return Group(
+            module,
+            EVERY if len(rows) == self.n else np.array(rows),
+            EVERY if len(columns) == len(self.axes) else np.array(columns),
+            kinds,
+            columns_of(kinds, module),
+            stacked([of_kind[each] for each in kinds]),
+        )
+
+    @property
+    def outlines(self):
+        """Return the robots' ``Outlines``."""
+        bodies = [each.body for each in self.kinds]
+        return Outlines(
+            *(shared([getattr(body, key) for body in bodies]) for key in Outlines._fields)
+        )
+
+    def point(self, pose, joints, l):
+        """Return the controlled points (n, 2) [m] of robots at ``pose`` (n, 3)."""
+        return self._gathered(
+            2, lambda g, rows: g.drive.point(pose[rows], joints[rows], l, g.numbers)
+        )
+
+    def velocity(self, command, pose, joints, l, period):
+        """Return the points' velocities (n, 2) [m/s] under ``command`` (n, a)."""
+        return self._gathered(
+            2,
+            lambda g, rows: g.drive.velocity(
+                g.of(command), pose[rows], joints[rows], l, period, g.numbers
+            ),
+        )
+
+    def command(self, velocity, pose, joints, l, period):
+        """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s]."""
+        if len(self.groups) == 1:
+            (g,) = self.groups
+            return g.drive.command(velocity, pose, joints, l, period, g.numbers)
+        result = np.zeros((self.n, len(self.axes)), order="F")
+        for g in self.groups:
+            rows = g.rows
+            own = g.drive.command(velocity[rows], pose[rows], joints[rows], l, period, g.numbers)
+            g.put(result, own)
+        return result
+
+    def _gathered(self, width, of_group):
+        if len(self.groups) == 1:
+            return of_group(self.groups[0], EVERY)
+        result = np.empty((self.n, width), order="F")
+        for group in self.groups:
+            result[group.rows] = of_group(group, group.rows)
+        return result
+
+    def excess(self, command):
+        """Return by which factor each ``command`` (n, a) is beyond its robot's limits, (n,)."""
+        if len(self.groups) == 1:
+            (group,) = self.groups
+            return group.drive.excess(command, group.limits.top, group.numbers)
+        result = np.empty(self.n)
+        for group in self.groups:
+            top, numbers = group.limits.top, group.numbers
+            result[group.rows] = group.drive.excess(group.of(command), top, numbers)
+        return result
+
+
+def _length(values):
+    """Return the length of each row of ``values``, to the bit where only one is not 0."""
+    if values.shape[1] == 1:
+        return values[:, 0]
+    return np.sqrt(np.square(values).sum(axis=1))
+
+
+def columns_of(kinds, module):
+    """Return the drive's ``Numbers`` of ``kinds``, column by column."""
+    first = kinds[0].numbers
+    given = {key: shared([getattr(each.numbers, key) for each in kinds]) for key in module.COLUMNS}
+    return first._replace(**given)
+
+
+def shared(values):
+    """Return the value that all ``values`` are, else all of them as an array (n,)."""
+    first = values[0]
+    return first if all(value == first for value in values) else np.array(values)
+
+
+def joined(team, parts):
+    """Return the ``parts`` (m,) of the team's groups as one array (n,)."""
+    if len(parts) == 1:
+        return parts[0]
+    result = np.empty(team.n)
+    for group, part in zip(team.groups, parts):
+        result[group.rows] = part
+    return result
+
+
+def _looked_up(name, found):
+    if name not in found:
+        found[name] = kind(name)
+    return found[name]

@@ -1,0 +1,42 @@
+"""Random streams of sensors: each robot's own, or one of a whole team."""
+
+import numpy as np
+
+BLOCK = 64  # [-] draws made at a time of each robot's stream
+
+
+class TeamStream:
+    """One stream for all robots: what a robot draws depends on how many there are."""
+
+    def __init__(self, seed, n):
+        self._seed, self._n = seed, n
+
+    def begin(self, count):
+        """Begin anew; each draw is of ``count`` numbers for each robot."""
+        self._count, self._draw = count, np.random.default_rng(self._seed)
+
+    def draw(self):
+        """Return standard normal numbers, (n, count)."""
+        return self._draw.standard_normal((self._n, self._count))
+
+
+class RobotStreams:
+    """A stream for each robot and sensor: who else is in the team changes nothing."""
+
+    def __init__(self, seed, rows, sensor):
+        """``rows``: of the robots in the team; ``sensor``: a number for each kind of sensor."""
+        self._keys = [(seed, int(row) + 1, sensor) for row in rows]
+
+    def begin(self, count):
+        """Begin anew; each draw is of ``count`` numbers for each robot."""
+        self._count, self._next = count, BLOCK
+        self._draws = [np.random.default_rng(key) for key in self._keys]
+
+    def draw(self):
+        """Return standard normal numbers, (m, count)."""
+        if self._next == BLOCK:
+            shape = BLOCK, self._count
+            self._block = np.stack([each.standard_normal(shape) for each in self._draws], axis=1)
+            self._next = 0
+        self._next += 1
+        return self._block[self._next - 1]

@@ -187,6 +187,11 @@ class PioneerControl:
         """Return the hand points that theory predicts at ``time`` (m,) [s], (m, n, 2), or None."""
         return None
 
+    def stability(self, start):
+        """Return the ``core.stability.Stability`` of a run from ``start`` (n, 2): how far its threshold is,
+        or None where no theorem names one."""
+        return None
+
     def targets(self, hand):
         """Return where the hand points ``hand`` (n, 2) are wanted now, (n, 2) [m], or None."""
         return None

@@ -135,12 +135,11 @@ def _checks(run, claims, limits):
         if isinstance(claim, Condition):
             continue
         if broken:
-            checks.append(_skipped(claim, "does not apply: {} does not hold".format(broken)))
+            checks.append(_measured_only(run, claim, "{} does not hold".format(broken)))
         elif claim.free and limited:
-            checks.append(_skipped(claim, "does not apply: a robot was at its speed limit"))
+            checks.append(_measured_only(run, claim, "a robot was at its speed limit"))
         elif claim.unproved:
-            note = "does not apply: {}".format(claim.unproved)
-            checks.append(_measured(run, claim)._replace(passed=None, note=note))
+            checks.append(_measured_only(run, claim, claim.unproved))
         else:
             checks.append(_measured(run, claim))
     return checks
@@ -157,6 +156,11 @@ def _limits_reached(run, limits):
         return False
     top = AT_LIMIT * limits.velocities()
     return bool(np.any(np.abs(run.command) >= top))
+
+
+def _measured_only(run, claim, why):
+    """Return what was measured of a claim that does not apply: a threshold is studied by it."""
+    return _measured(run, claim)._replace(passed=None, note="does not apply: {}".format(why))
 
 
 def _skipped(claim, note):

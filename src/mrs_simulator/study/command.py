@@ -41,18 +41,20 @@ def _sweep(arguments):
     axes = map(sweep.read_axis, arguments.sweep)
     runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given)
     table = os.path.join(os.path.abspath(arguments.out), sweep.TABLE)
-    options = (arguments.out, arguments.jobs, arguments.scheduler)
+    options = (arguments.out, arguments.jobs, arguments.scheduler, sys.stderr.isatty())
+    boundary = sweep.theorem_boundary(scenario_path(arguments.scenario), given)
     try:
-        verdicts = sweep.run_sweep(runs, *options, progress=sys.stderr.isatty())
+        verdicts = sweep.run_sweep(runs, *options, boundary=boundary)
     except KeyboardInterrupt:
         text = "experiment: interrupted; what has ended is in {}, the same command does the rest"
         print(text.format(table), file=sys.stderr)
         raise
     print("\n".join(sweep.summary(verdicts)))
     print("  table: {}".format(table))
-    figure = os.path.join(os.path.dirname(table), sweep.FIGURE + ".png")
-    if os.path.exists(figure):
-        print("  figure: {}".format(figure))
+    for name, what in ((sweep.FIGURE, "figure"), (sweep.MAP, "stability map")):
+        figure = os.path.join(os.path.dirname(table), name + ".png")
+        if os.path.exists(figure):
+            print("  {}: {}".format(what, figure))
     codes = [exit_code(verdict, arguments.require_verdict) for verdict in verdicts]
     return 1 if 1 in codes else max(codes)
 
@@ -99,8 +101,9 @@ def _arguments(argv):
         "--sweep",
         action="append",
         metavar="KEY=VALUES",
-        help="run under all values of a scenario's key: control.parameters.k=0.01,0.02 or "
-        "seed=0..9; may be given several times for all combinations",
+        help="run under all values of a scenario's key: control.parameters.k=0.01,0.02, "
+        "seed=0..9 or control.parameters.tau=0.1..1.0/10; may be given several times for all "
+        "combinations",
     )
     parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")

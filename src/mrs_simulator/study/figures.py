@@ -91,15 +91,15 @@ STYLE = {
 _RC_LOCK = threading.RLock()
 
 
-def _styled(function):
+def styled(function):
     """Run ``function`` under ``STYLE`` and leave the global ``rcParams`` as they were."""
 
     @functools.wraps(function)
-    def styled(*args, **kwargs):
+    def under_style(*args, **kwargs):
         with _RC_LOCK, matplotlib.rc_context(STYLE):
             return function(*args, **kwargs)
 
-    return styled
+    return under_style
 
 
 def figures(run, out_dir, formats=("png", "pdf"), prediction=None):
@@ -138,7 +138,7 @@ def _drawings(run, prediction):
     )
 
 
-@_styled
+@styled
 def new_figure(width=WIDTH, height=STATES_HEIGHT):
     """Return an empty figure of ``width`` by ``height`` [in] that makes room for its labels."""
     figure = Figure(figsize=(width, height), constrained_layout=True)
@@ -146,39 +146,7 @@ def new_figure(width=WIDTH, height=STATES_HEIGHT):
     return figure
 
 
-@_styled
-def draw_sweep(figure, key, series):
-    """Draw measured values against the swept ``key``, a panel for each name in ``series``.
-
-    ``series``: by name, rows ``(value of the key, measured, predicted, passed)``.  Passed runs are
-    filled green, failed ones open red, those not judged (``passed`` None) open grey; where theory
-    predicts a number it is a dashed line.
-    """
-    panels = figure.subplots(len(series), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (name, rows) in zip(panels, series.items()):
-        rows = sorted(rows, key=lambda row: row[0])
-        for passed, style in (
-            (True, {"color": "#2e8b57"}),
-            (False, {"mec": "#c00000", "mfc": "none"}),
-            (None, {"mec": "#808080", "mfc": "none"}),
-        ):
-            chosen = [row[:2] for row in rows if row[3] is passed]
-            if chosen:
-                label = {True: "passed", False: "failed", None: "not judged"}[passed]
-                axes.plot(*zip(*chosen), "o", ms=4, label=label, **style)
-        predicted = [(row[0], row[2]) for row in rows if isinstance(row[2], (int, float))]
-        if predicted:
-            axes.plot(*zip(*predicted), "k--", lw=1.0, label="Theory")
-        axes.set_ylabel(name.replace(" [", "\n["), fontsize=8)
-    panels[-1].set_xlabel(key)
-    handles = {}
-    for axes in panels:
-        handles.update(dict(zip(*reversed(axes.get_legend_handles_labels()))))
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    panels[0].legend(handles.values(), handles.keys(), ncol=len(handles), **place)
-
-
-@_styled
+@styled
 def settle(figure):
     """Lay out ``figure`` once and for all.
 
@@ -195,7 +163,7 @@ def settle(figure):
         axes.set_position([round(value, 4) for value in axes.get_position(original=True).bounds])
 
 
-@_styled
+@styled
 def save(figure, path):
     """Write ``figure`` to ``path`` in the format of its ending, whole or not at all; return path."""
     kind = os.path.splitext(path)[1][1:]
@@ -205,7 +173,7 @@ def save(figure, path):
     return path
 
 
-@_styled
+@styled
 def draw_trajectories(figure, run, prediction=None):
     """Draw the robots' paths in the plane on ``figure``, emptied first; return its axes."""
     figure.clear()
@@ -223,7 +191,7 @@ def draw_trajectories(figure, run, prediction=None):
     return axes
 
 
-@_styled
+@styled
 def draw_states(figure, run, component, prediction=None):
     """Draw ``component`` (``"x"`` or ``"y"``) of every robot against time; return the axes."""
     column = ("x", "y").index(component)
@@ -240,7 +208,7 @@ def draw_states(figure, run, component, prediction=None):
     return axes
 
 
-@_styled
+@styled
 def draw_inputs(figure, run):
     """Draw the control inputs v and omega of every robot against time; return the two axes."""
     figure.clear()

@@ -20,6 +20,7 @@ from mrs_simulator.core.claims import Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.verdict import (
     add_require_verdict,
     exit_code,
@@ -129,6 +130,8 @@ def judged(run, control=None):
         claims = list(control.all_claims(start))
     with _keeping(faults, "measures"):
         measures = control.measures(run)
+    with _keeping(faults, "stability"):
+        measures.update(stability_measures(control, run))
     with _keeping(faults, "prediction"):
         track = control.predicted_track(start, run.time - run.time[0])
     verdict = judge(run, claims + faults, measures, limits, _safety_claims(control, start))

@@ -8,8 +8,11 @@ import os
 import re
 from collections import Counter
 
+import numpy as np
+
 from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
+from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml, read_json
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
@@ -18,10 +21,20 @@ from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
 
 TABLE = "sweep.csv"
-FIGURE = "sweep"  # with the formats' suffixes
+FIGURE, MAP = "sweep", "stability"  # with the formats' suffixes
 FORMATS = ("png", "pdf")
 RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
+STEPS = re.compile(r"^([-+.\deE]+?)\.\.([-+.\deE]+)/(\d+)$")
 MOST_RUNS = 100000
+UNITS = {
+    "control.rate": "Hz",
+    "record_rate": "Hz",
+    "duration": "s",
+    "step": "s",
+    "links.delay": "s",
+    "links.delay.default": "s",
+    "links.switching.dwell": "s",
+}
 SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"
 MEASURES = (
@@ -30,20 +43,30 @@ MEASURES = (
     "settle_time",
     "y_spread",
     "min_distance",
+    "stability_margin",
+    "growth_rate",
     "real_time_factor",
     "ended",
 )
 
 
 def read_axis(text):
-    """Return ``(key, values)`` of ``key=v1,v2,...``, or ``key=first..last`` for whole numbers.
+    """Return ``(key, values)`` of ``key=v1,v2,...``, ``key=first..last`` for whole numbers, or
+    ``key=first..last/count`` for so many evenly spaced ones.
 
     ``key`` is the path of a scenario's key, ``control.parameters.k``; values are YAML, so that
     ``poses={layout: random, min_distance: 2.0},{layout: circle}`` is two values.
     """
     key, equals, values = text.partition("=")
     if not equals or not key.strip() or not values.strip():
-        raise SweepError("--sweep {!r}: wanted key=value,value,... or key=first..last".format(text))
+        raise SweepError(
+            "--sweep {!r}: wanted key=value,value,..., key=first..last or key=first..last/count".format(
+                text
+            )
+        )
+    steps = STEPS.match(values.strip())
+    if steps:
+        return key.strip(), _spaced(*steps.groups(), text)
     span = RANGE.match(values.strip())
     if span:
         first, last = map(int, span.groups())
@@ -54,6 +77,18 @@ def read_axis(text):
         return key.strip(), parse_yaml("[{}]".format(values), "--sweep {!r}".format(text))
     except ScenarioError as error:
         raise SweepError(str(error)) from None
+
+
+def _spaced(first, last, count, text):
+    """Return ``count`` numbers from ``first`` to ``last``, of 12 digits."""
+    try:
+        first, last, count = float(first), float(last), int(count)
+    except ValueError:
+        raise SweepError("--sweep {!r}: wanted numbers".format(text)) from None
+    if not 2 <= count <= MOST_RUNS or not abs(first) + abs(last) < float("inf"):
+        raise SweepError("--sweep {!r}: wanted from 2 to {} values".format(text, MOST_RUNS))
+    step = (last - first) / (count - 1)
+    return [float("{:.12g}".format(first + step * i)) for i in range(count)]
 
 
 def make_runs(path, axes, given=None):
@@ -79,16 +114,48 @@ def make_runs(path, axes, given=None):
     runs = []
     for combination in itertools.product(*(values for _, values in axes)):
         values = dict(zip(keys, combination))
-        changed = copy.deepcopy(content)
-        for key, value in values.items():
-            _put(changed, key, value)
-        where = "{} with {}".format(
-            path, ", ".join("{}={}".format(*pair) for pair in {**given, **values}.items())
-        )
-        scenario = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+        scenario = _scenario_with(content, path, values, given)
         runs.append((_name(values, scenario), values, scenario))
     _refuse_shared_mistake(runs)
     return runs
+
+
+def _scenario_with(content, path, values, given):
+    """Return the scenario of a file's ``content`` with ``values`` put in."""
+    changed = copy.deepcopy(content)
+    for key, value in values.items():
+        _put(changed, key, value)
+    where = "{} with {}".format(
+        path, ", ".join("{}={}".format(*pair) for pair in {**given, **values}.items())
+    )
+    return scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+
+
+def theorem_boundary(path, given=None):
+    """Return the boundary that the protocol of the scenario file ``path`` states, for stability maps.
+
+    A function of (x key, y key, x values, y values, values of the other keys) that returns the
+    threshold's name and its margins, (rows y, columns x), NaN where there is none.  ``given``: as in
+    :func:`make_runs`.
+    """
+    given = given or {}
+    content = _shared(path, given)
+
+    def boundary(x, y, columns, rows, others):
+        name, margins = "", np.full((len(rows), len(columns)), np.nan)
+        for place in np.ndindex(margins.shape):
+            values = {**others, y: rows[place[0]].item(), x: columns[place[1]].item()}
+            try:
+                scenario = _scenario_with(content, path, values, given)
+                hand = hand_points(scenario.poses, scenario.hand_length)
+                known = make_control(scenario).stability(hand)
+            except (ValueError, OSError):  # beyond what the scenario or the protocol allows
+                continue
+            if known is not None:
+                name, margins[place] = known.name, known.margin
+        return name, margins
+
+    return boundary
 
 
 def _refuse_shared_mistake(runs):
@@ -168,8 +235,12 @@ def run_one(scenario, out):
     return run_experiment(scenario, out, formats=())
 
 
-def run_sweep(runs, out, jobs=None, scheduler="", progress=False):
-    """Run ``runs`` in parallel, write ``sweep.csv`` and ``sweep.png``/``.pdf``; return the verdicts.
+def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None):
+    """Run ``runs`` in parallel, write ``sweep.csv`` and the figures; return the verdicts.
+
+    Figures, as PNG and PDF: ``sweep``, all checks over the swept keys, and, for two keys of numbers
+    and a protocol that states a threshold, ``stability``, with the theorem's ``boundary`` from
+    :func:`theorem_boundary` where it is given.
 
     ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``,
     whose workers see the directory ``out`` under the same name.  Runs that an interrupted sweep has
@@ -187,7 +258,7 @@ def run_sweep(runs, out, jobs=None, scheduler="", progress=False):
         verdicts[row] = verdict
         # The table grows as runs end, so that an interruption loses nothing.
         _write_table(runs, verdicts, out)
-    _write_figure(runs, verdicts, out)
+    _write_figures(runs, verdicts, out, boundary)
     return verdicts
 
 
@@ -234,30 +305,30 @@ def _measure(verdict, key):
     return outcome_of(verdict) if key == "outcome" else verdict.get(key)
 
 
-def _write_figure(runs, verdicts, out):
-    """Draw each measured check against the first swept key that has numbers, if there are such."""
-    from mrs_simulator.study.figures import draw_sweep, new_figure, save, settle
+def _write_figures(runs, verdicts, out, boundary):
+    from mrs_simulator.study.figures import save  # matplotlib is slow to import
+    from mrs_simulator.study.sweep_figures import stability_figure, sweep_figure
 
-    keys = list(runs[0][1])
-    numeric = [k for k in keys if all(isinstance(values[k], (int, float)) for _, values, _ in runs)]
-    if not numeric:
-        return
-    key = numeric[0]
-    series = {}
-    for (_, values, _), verdict in zip(runs, verdicts):
-        for check in verdict["checks"]:
-            measured, predicted = check["measured"], check["predicted"]
-            if check["name"] != "collisions" and isinstance(measured, (int, float)):
-                row = (values[key], measured, predicted, check["passed"])
-                series.setdefault(check["name"], []).append(row)
-    if not series:
-        return
-    figure = new_figure(6.5, 1.2 + 1.6 * len(series))
-    draw_sweep(figure, key, series)
-    settle(figure)
-    for path in _figure_files(out):
-        save(figure, path)
+    table = [(values, verdict) for (_, values, _), verdict in zip(runs, verdicts)]
+    units = _units(runs)
+    drawn = {FIGURE: sweep_figure(table, units), MAP: stability_figure(table, boundary, units)}
+    for name, figure in drawn.items():
+        if figure is not None:
+            for kind in FORMATS:
+                save(figure, os.path.join(out, "{}.{}".format(name, kind)))
+
+
+def _units(runs):
+    """Return the unit of each swept key that has one."""
+    for _, values, scenario in runs:
+        try:
+            control = make_control(scenario)
+        except (ValueError, OSError):
+            continue
+        own = {"control.parameters." + p.name: p.unit for p in control.PARAMETERS if p.unit}
+        return {key: {**UNITS, **own}.get(key, "") for key in values}
+    return {}
 
 
 def _figure_files(out):
-    return [os.path.join(out, "{}.{}".format(FIGURE, kind)) for kind in FORMATS]
+    return [os.path.join(out, "{}.{}".format(n, kind)) for n in (FIGURE, MAP) for kind in FORMATS]

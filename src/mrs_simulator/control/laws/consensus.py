@@ -5,7 +5,6 @@ import numpy as np
 from mrs_simulator.control.laws.common import (
     AGREED,
     DECAY,
-    all_hold,
     below,
     commands_by,
     held_track,
@@ -29,6 +28,7 @@ from mrs_simulator.core.claims import (
 )
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import left_null_vector, sampled_rate
+from mrs_simulator.core.stability import Stability, share_left
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
 EPS = Parameter(
@@ -85,7 +85,7 @@ class Consensus(PioneerControl):
             Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
             below("gain Tc < 2/lambda_max", self.gain * self.period, largest_step(self.topology)),
         ]
-        if not all_hold(conditions):
+        if not self.topology.has_spanning_tree():
             return conditions
         return conditions + [
             converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
@@ -99,6 +99,13 @@ class Consensus(PioneerControl):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         return powers(step, start, commands_by(time, self.period))
+
+    def stability(self, start):
+        """Return how far ``gain Tc`` is from ``2/lambda_max``; None over edges with faults."""
+        if self.links.faults:
+            return None
+        margin = share_left(self.gain * self.period, largest_step(self.topology))
+        return Stability(r"$\kappa T_c = 2/\lambda_{\max}$", margin)
 
     def claims_over_links(self, start):
         """Return limit and rate over delayed and switching edges, agreement over lossy ones."""
@@ -129,7 +136,7 @@ class DiscreteConsensus(PioneerControl):
             Condition("eps above 0", self.eps > 0.0, "robots are driven apart"),
             below("eps < 2/lambda_max", self.eps, largest_step(self.topology)),
         ]
-        if not all_hold(conditions):
+        if not self.topology.has_spanning_tree():
             return conditions
         decay = sampled_rate(self.eps / self.period * self.topology.laplacian(), self.period)
         return conditions + [
@@ -141,6 +148,13 @@ class DiscreteConsensus(PioneerControl):
     def prediction(self, start, time):
         """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]."""
         return held_track(self._points(start), time, self.period)
+
+    def stability(self, start):
+        """Return how far ``eps`` is from ``2/lambda_max``; None over edges with faults."""
+        if self.links.faults:
+            return None
+        margin = share_left(self.eps, largest_step(self.topology))
+        return Stability(r"$\varepsilon = 2/\lambda_{\max}$", margin)
 
     def claims_over_links(self, start):
         """Return what :class:`Consensus` of gain ``eps`` over the period does."""

@@ -25,6 +25,7 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import left_null_vector
+from mrs_simulator.core.stability import Stability, share_left
 
 TAU = Parameter(
     "tau",
@@ -113,8 +114,6 @@ class DelayedConsensus(Remembering):
             below("tau < pi/(2 gain lambda_max) [s]", tau, bound),
             Condition("stable with held commands", decay > 0.0, "the command period is too long"),
         ]
-        if not all_hold(conditions):
-            return conditions
         return conditions + [
             converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
             keeps_weighted_mean(self.topology),
@@ -126,6 +125,13 @@ class DelayedConsensus(Remembering):
         step = self.gain * self.period
         points = delayed_points(start, self.topology, step, self.delay_steps)
         return held_track(points, time, self.period)
+
+    def stability(self, start):
+        """Return how far tau, not rounded, is from ``pi/(2 gain lambda_max)``."""
+        if self.links.faults or self.gain <= 0.0:
+            return None
+        margin = share_left(self.tau, largest_delay(self.topology, self.gain))
+        return Stability(r"$\tau = \pi/(2\kappa\lambda_{\max})$", margin)
 
 
 class SecondOrderConsensus(Remembering):

@@ -22,6 +22,7 @@ from mrs_simulator.core.claims import (
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import sampled_rate
+from mrs_simulator.core.stability import Stability
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of the law")
 PRESENT = 1e-6  # [-] of the largest mode, below which a mode is not in the start
@@ -256,6 +257,12 @@ class CyclicPursuit(PioneerControl):
         return gathering_equations.points_of_modes(
             gathering_equations.pursuit_modes(start) * factors
         )
+
+    def stability(self, start):
+        """Return how far the angle is from ``pi/n``; None at a gain that drives robots away."""
+        if len(start) < 2 or self.links.faults or self.gain <= 0.0:
+            return None
+        return Stability(r"$a = \pi/n$", 1.0 - abs(self.angle) * len(start) / np.pi)
 
     def _factors(self, n):
         """Return by what one command multiplies each mode, (n,) complex."""

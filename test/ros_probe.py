@@ -9,6 +9,7 @@ import math
 import signal
 import sys
 import threading
+import time
 
 import rospy
 from geometry_msgs.msg import Pose2D, PoseStamped, Twist  # noqa: F401 expressions name it
@@ -25,7 +26,7 @@ from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 newest, counts, transforms, collisions = {}, {}, {}, []
 markers, marker_repeated = {}, False
 clock_went_back = False
-driven, gates = {}, {}
+driven, gates, unstamped = {}, {}, set()
 
 
 def keep(message, name):
@@ -188,6 +189,8 @@ def release():
 def repeat():
     while not rospy.core._shutdown_flag:
         for publisher, message in list(driven.values()):
+            if hasattr(message, "header") and publisher.resolved_name not in unstamped:
+                message.header.stamp = rospy.Time.from_sec(time.time())  # a real robot's
             with contextlib.suppress(rospy.ROSException):  # closing
                 publisher.publish(message)
         threading.Event().wait(0.05)

@@ -32,6 +32,7 @@ class Robot:
 
     LIMITS = FIRMWARE_LIMITS
     WATCHDOG = 0.6  # [s]
+    last_heard = None  # (pose, velocity) at the loss of the link, repeated for ever
 
     def __init__(self):
         self.pose = np.zeros((1, 3))
@@ -53,6 +54,7 @@ class Robot:
             rospy.Subscriber("~cmd_vel", Twist, self._on_command, queue_size=1),
             rospy.Service("~enable_motors", Empty, self._on_enable),
             rospy.Service("~disable_motors", Empty, self._on_disable),
+            rospy.Service("~lose_link", Empty, self._on_lose_link),
         ]
 
     def _on_command(self, twist):
@@ -64,6 +66,10 @@ class Robot:
 
     def _on_disable(self, _):
         return self._switch(False)
+
+    def _on_lose_link(self, _):
+        self.last_heard = self.pose.copy(), self.velocity.copy()
+        return EmptyResponse()
 
     def _switch(self, on):
         if on != self.motors:
@@ -81,7 +87,8 @@ class Robot:
 
     def publish(self):
         """Publish pose and transform as the driver does: no covariance, wall stamps."""
-        (x, y, theta), (v, omega) = self.pose[0], self.velocity[0]
+        pose, velocity = self.last_heard or (self.pose, self.velocity)
+        (x, y, theta), (v, omega) = pose[0], velocity[0]
         message = Odometry()
         message.header.stamp = rospy.Time.from_sec(time.time())
         message.header.frame_id, message.child_frame_id = self._frames

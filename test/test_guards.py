@@ -7,6 +7,7 @@ import pytest
 
 from mrs_simulator.core.guards import (
     JumpBounds,
+    Repetition,
     Standstill,
     Tracks,
     Violations,
@@ -225,3 +226,45 @@ def test_other_causes_join_and_are_gone_when_released():
     assert guard.check(POSE[:2], {1: "stuck"}) == []
     guard.release(POSE[:2])
     assert guard.reasons == {}
+
+
+def repeated(command, seconds=2.0, patience=0.5, period=0.05, changes=()):
+    """Return when a robot told ``command(t)`` that changes at the times ``changes`` is found frozen."""
+    watch, changed = Repetition([patience]), -math.inf
+    for step in range(int(round(seconds / period)) + 1):
+        now = round(step * period, 9)
+        changed = max([t for t in changes if t <= now], default=changed)
+        told = np.array([command(now - period)])  # in force until now
+        if watch.frozen(now, np.array([changed]), told):
+            return now
+    return None
+
+
+@pytest.mark.parametrize(
+    "v, omega, found",
+    [
+        (0.75, 0.0, 0.5),
+        (-0.3, 0.0, 0.5),
+        (0.041, 0.0, 0.5),
+        (0.039, 0.0, None),  # 20 mm in half a second
+        (0.0, math.radians(5.0), 0.5),
+        (0.0, math.radians(3.0), None),
+        (0.0004, 0.0, None),  # which the driver rounds to nothing
+    ],
+)
+def test_odometry_that_repeats_itself_is_a_lost_link(v, omega, found):
+    assert repeated(lambda t: (v, omega)) == (found and pytest.approx(found + 0.05, abs=0.06))
+
+
+def test_a_robot_that_rested_has_its_time_to_move():
+    def late(t):
+        return (0.75 if t >= 1.0 else 0.0, 0.0)
+
+    assert repeated(late) == pytest.approx(1.5, abs=0.11)
+    assert repeated(late, changes=[1.2, 1.3, 1.6, 1.9]) is None
+    assert repeated(late, seconds=3.0, changes=[1.2, 1.3]) == pytest.approx(1.8, abs=0.06)
+
+
+def test_commands_with_pauses_do_not_hide_a_lost_link():
+    assert repeated(lambda t: (0.4 if round(t / 0.05) % 2 else 0.0, 0.0)) is not None
+    assert repeated(lambda t: (0.75, 0.0), patience=math.inf) is None

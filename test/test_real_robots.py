@@ -15,7 +15,7 @@ import rospy; from geometry_msgs.msg import PoseStamped; rospy.init_node("camera
 out = rospy.Publisher("/robot2/pose", PoseStamped, queue_size=1); m = PoseStamped()
 m.pose.position.x, m.pose.orientation.w = 7.0, 1.0
 while not rospy.core._shutdown_flag:
-    out.publish(m); time.sleep(0.05)
+    m.header.stamp = rospy.Time.from_sec(time.time()); out.publish(m); time.sleep(0.05)
 """
 TEAM = """
 robots: 3
@@ -136,7 +136,9 @@ def drive_team(ros, tmp_path, *arguments):
     probe.ask("listen('/robot2/cmd_vel', Twist)")
     (tmp_path / "law.py").write_text(FORWARD)
     team = ["--scenario", tmp_path / "team.yaml", "--protocol", tmp_path / "law.py"]
-    control = ros.node("pioneer_control", *team, "_real:=2", "_stuck_time:=0", *arguments)
+    control = ros.node(
+        "pioneer_control", *team, "_real:=2", "_stuck_time:=0", "_frozen_time:=0", *arguments
+    )
     probe.wait("sent(2) == [0.2, 0.0]")
     return stage, control, probe
 

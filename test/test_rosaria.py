@@ -450,7 +450,7 @@ def test_a_robot_that_is_told_to_move_and_does_not_stands_alone(team):
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
     assert team.probe.ask("switch('/robot2/RosAria/disable_motors')")
     control = team.forward(n=2)
-    stuck = "robot2 stopped: told to move at 0.20 m/s, 0.00 rad/s for 2 s and has not"
+    stuck = "robot2 stopped: told to move at 0.20 m/s, 0.00 rad/s, and for 0.5 s its odometry says"
     assert stuck in team.trouble(stuck) and stuck in log_of(control)
     wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
     assert team.probe.wait("control('stopped')") == [2]
@@ -458,6 +458,24 @@ def test_a_robot_that_is_told_to_move_and_does_not_stands_alone(team):
     assert team.go() == "running"
     team.drives((2,))
     assert team.probe.wait("control('trouble') == ''")
+
+
+def test_an_emergency_button_is_told_at_once_and_a_lost_link_soon(team):
+    team.robot(1)
+    team.robot(2)
+    wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
+    state, slow = "_motors_state:=/robot{}/RosAria/motors_state", "_frozen_time:=5"
+    team.forward(ENABLE, state, slow, "_stuck_time:=0", n=2)
+    team.drives((1, 2))
+    assert team.probe.ask("switch('/robot2/RosAria/disable_motors')")
+    team.trouble("robot2 stopped: its motors are off (motors_state)")
+    wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
+    team.go()  # which switches them on
+    team.drives((1, 2), 0.05)
+    # The driver repeats its last pose, as it does without its robot.
+    assert team.probe.ask("switch('/robot2/RosAria/lose_link')")
+    team.trouble("robot2 stopped: told to move at 0.20 m/s, 0.00 rad/s, and for 5 s its odometry")
+    wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
 
 
 def test_a_record_begins_with_the_first_motion_and_ends_with_a_jump(team, tmp_path):

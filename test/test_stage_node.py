@@ -86,7 +86,7 @@ def test_commands_that_are_not_finite_are_refused_counted_and_said(ros):
         [0.0, 0.0],
         [0.0, 0.0],
     ]
-    assert "refused commands for robot1, robot2: not finite" in log_of(stage)
+    wait_until(lambda: "refused commands for robot1, robot2: not finite" in log_of(stage))
 
 
 def test_pause_step_reset_and_speed(ros):

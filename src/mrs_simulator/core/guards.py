@@ -5,6 +5,7 @@ robot that is not heard, are false.
 """
 
 import math
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
 LEAST_TOLD = np.array([0.05, 0.1])  # [m/s, rad/s] from which on a robot counts as told to move
 LEAST_DONE = 0.2  # [-] of what it was told that a moving robot does at least, its ramps included
+FROZEN = 0.5  # [s] for which a robot that moves never tells the very same pose and twist
+FROZEN_AFTER = np.array([0.02, math.radians(2.0)])  # [m, rad] that it was told to move meanwhile
+COMMAND_UNIT = np.array([1e-3, math.radians(1.0)])  # [m/s, rad/s] to which drivers round commands
 SMOOTHING = 0.5  # [s] over which its measured speed is averaged
 LONGEST_GAP = 1.0  # [s] between two looks, after which nothing is known of the time between
 
@@ -151,6 +155,50 @@ class Standstill:
         self._told = told
         late = (now - self._since).max(axis=1) > self._patience
         return np.flatnonzero(late & ~moves.any(axis=1)).tolist()
+
+
+class Repetition:
+    """Finds robots that are told to move while their odometry repeats itself: a link that is lost.
+
+    A driver that has lost its robot may go on publishing the last pose, with new stamps.
+    """
+
+    def __init__(self, patience):
+        """``patience`` (n,) [s]: for how long each may repeat itself, ``inf``: for ever."""
+        self._patience = np.asarray(patience, dtype=float)
+        finite = self._patience[np.isfinite(self._patience)]
+        self._window = float(finite.max()) if len(finite) else 0.0
+        self.forget()
+
+    def forget(self):
+        """Watch from the next call on, as if for the first time."""
+        n = len(self._patience)
+        self._total = np.zeros((n, 2))  # [m, rad] that each was told to move so far
+        self._totals = deque()  # (time, total) over the window
+        self._begun, self._told = np.full(n, -math.inf), np.full(n, -math.inf)
+        self._time = None
+
+    def frozen(self, now, changed, command):
+        """Return the rows of the robots that should have moved and tell the very same as before.
+
+        ``changed`` (n,) [s]: when the odometry of each last changed, by the clock of ``now`` [s];
+        ``command`` (n, 2) [m/s, rad/s] in force since the last call.
+        """
+        if not self._window:
+            return []
+        told = np.floor(np.abs(command) / COMMAND_UNIT + 0.5) * COMMAND_UNIT
+        before = now if self._time is None else self._time
+        self._time, self._total = now, self._total + told * (now - before)
+        self._totals.append((now, self._total))
+        while len(self._totals) > 1 and self._totals[1][0] <= now - self._window + 1e-9:
+            self._totals.popleft()
+        moving = told.any(axis=1)
+        # A robot at rest has said the same for long: what counts is what it says once told to move.
+        self._begun[moving & (before - self._told > self._patience)] = before
+        self._told[moving] = now
+        late = now - np.maximum(changed, self._begun) >= self._patience
+        wanted = self._total - self._totals[0][1]
+        return np.flatnonzero(late & (wanted > FROZEN_AFTER).any(axis=1)).tolist()
 
 
 def body_motion(before, after):

@@ -1,10 +1,12 @@
-"""Detects a missing or stalled /clock."""
+"""Detects a missing, stalled or doubled /clock."""
 
 import math
 import time
 
 import rospy
 from rosgraph_msgs.msg import Clock
+
+from mrs_simulator.ros.senders import Senders, doubled_text
 
 SILENCE = 1.0  # [s] of wall time without /clock after which the simulator counts as dead
 STANDSTILL = 0.5  # [s] of wall time without progress after which real robots are stopped
@@ -17,7 +19,7 @@ class ClockWatch:
         """``wake``: called at each message; ``real``: whether real robots, who know no pause, drive."""
         self._wake = wake
         self._patience = STANDSTILL if real else math.inf
-        self._time = rospy.Time()
+        self._time, self._senders = rospy.Time(), Senders()
         self._came = self._changed = time.monotonic()
         self._subscriber = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
 
@@ -26,6 +28,9 @@ class ClockWatch:
         now = time.monotonic()
         if now - self._came > SILENCE:
             return "/clock is silent: no simulator is running"
+        doubled = doubled_text(self._senders.doubled())
+        if doubled:
+            return doubled
         if rospy.get_time() == 0.0:
             return "no simulated time on /clock yet"  # odometry may come before it
         if now - self._changed > self._patience:
@@ -34,6 +39,7 @@ class ClockWatch:
 
     def _on_clock(self, message):
         self._came = time.monotonic()
+        self._senders.note("/clock", message)
         if message.clock != self._time:
             self._time, self._changed = message.clock, self._came
         self._wake()

@@ -8,38 +8,48 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.guards import Tracks
+from mrs_simulator.core.intake import FARTHEST_REAL, Intake
 from mrs_simulator.core.kinematics import yaw
+from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.msg import TeamOdometry
-from mrs_simulator.ros.parameters import pattern_parameter
+from mrs_simulator.ros.parameters import pattern_parameter, text_parameter
 from mrs_simulator.ros.planar_messages import PlanarOdometry
+from mrs_simulator.ros.senders import Senders
 from mrs_simulator.ros.team_topics import ODOMETRY, team_topics_wanted
 
 MOST_NAMED = 8  # robots named in one line
 NEVER = -1  # [ns] the stamp of what was not heard yet
+TIMEOUT = 0.5  # [s] after which a pose is too old to drive by
 
 
-def make_inbox(numbers, bounds=None, real=()):
-    """Return the inbox of the robots' odometry: from one topic for all, or from one for each."""
-    kind = TeamInbox if team_topics_wanted(len(numbers)) else OdometryInbox
-    return kind(numbers, bounds, real)
+def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True):
+    """Return the inbox of the robots' odometry: from one topic for all, or from one for each.
+
+    ``frames``: whether it matters in which frame a robot's own topic tells its pose.
+    """
+    if team_topics_wanted(len(numbers)):
+        return TeamInbox(numbers, bounds, real, timeout)
+    return OdometryInbox(numbers, bounds, real, timeout, frames=frames)
 
 
 class Inbox:
     """The newest poses; how they come in is the subclasses' business."""
 
-    def __init__(self, numbers, bounds=None, real=()):
+    def __init__(self, numbers, bounds=None, real=(), timeout=TIMEOUT):
         """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
 
         ``real``: rows of the real robots, whose silence is measured in wall time: simulated time
-        may be slow, or stand.
+        may be slow, or stand.  ``timeout`` [s]: age from which on a pose is refused.
         """
         self._numbers = list(numbers)
         n = len(self._numbers)
         self._real = np.isin(np.arange(n), real)
+        self.intake, self.senders = Intake(self._real, timeout), Senders()
+        self.changed = np.full(n, -math.inf)  # [s] of wall time when pose or twist last changed
         self._tracks = Tracks(n, bounds)
         self._stamp = np.full(n, NEVER)  # [ns]
         self._received = np.full(n, -math.inf)
-        self._repeated = set()
+        self._repeated, self._said = set(), {}
         self._changed = threading.Condition()
         self.arrived = -math.inf  # [s] of wall time, when the newest came
         self._fresh = np.zeros(n, dtype=bool)
@@ -61,9 +71,21 @@ class Inbox:
             return dict(self._tracks.jumps)
 
     def accept(self):
-        """Follow the robots that jumped from where they are now."""
+        """Follow the robots that jumped from where they are now, and learn their clocks anew."""
         with self._changed:
             self._tracks.accept()
+            self.intake.forget()
+
+    def refused(self):
+        """Return how many messages of each robot were refused so far, and ``{number: why}`` of the
+        robots whose newest one was."""
+        with self._changed:
+            reasons = {self._numbers[row]: why for row, why in self.intake.reasons.items()}
+            return list(self.intake.refused), reasons
+
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the robots' topics on which several nodes publish."""
+        return self.senders.doubled()
 
     def stale(self, now, timeout):
         """Return ``{number: age}`` [s] of the robots silent for more than ``timeout`` [s].
@@ -128,14 +150,28 @@ class Inbox:
 class OdometryInbox(Inbox):
     """Subscribes to ``/robotN/odom`` of every robot, or to another topic of poses."""
 
-    def __init__(self, numbers, bounds=None, real=(), topic="", kind=PlanarOdometry):
-        """``numbers``, ``bounds``, ``real``: as of ``Inbox``.
+    def __init__(
+        self,
+        numbers,
+        bounds=None,
+        real=(),
+        timeout=TIMEOUT,
+        topic="",
+        kind=PlanarOdometry,
+        frames=True,
+    ):
+        """``numbers``, ``bounds``, ``real``, ``timeout``: as of ``Inbox``.
 
         ``topic``: its pattern, ``{}`` for the robot's number, by default the parameter
-        ``~odom_topic``; ``kind`` of message: PlanarOdometry or PoseStamped.
+        ``~odom_topic``; ``kind`` of message: PlanarOdometry or PoseStamped; ``frames``: whether it
+        matters in which frame they are.
         """
-        super().__init__(numbers, bounds, real)
+        super().__init__(numbers, bounds, real, timeout)
         self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
+        odometry = kind is PlanarOdometry
+        wanted = OdometryFrames(self._numbers) if odometry else SameFrame()
+        farthest = FARTHEST_REAL if odometry else FARTHEST
+        self.intake = Intake(self._real, timeout, wanted if frames else None, farthest)
         self._subscribers = [
             rospy.Subscriber(
                 self.topic.replace("{}", str(number)),
@@ -149,21 +185,44 @@ class OdometryInbox(Inbox):
         ]
 
     def put(self, message, row):
-        """Keep the pose of robot ``row``; one that is not finite is refused and so grows stale."""
+        """Keep the pose of robot ``row``; one that cannot tell where it is now is refused.
+
+        What is refused is counted, and the robot grows stale.
+        """
         if isinstance(message, PlanarOdometry):
-            pose, stamp = message.planar, message.stamp
+            pose, stamp, body = message.planar, message.stamp, message.body
+            frame, length = message.frame, message.length
         else:
-            pose, stamp = planar(message.pose), message.header.stamp
-        if not all(map(math.isfinite, pose)):
-            return
-        now = time.monotonic() if self._real[row] else rospy.get_time()
-        stamped = stamp.to_nsec()
+            pose, stamp, body = planar(message.pose), message.header.stamp, (0.0, 0.0, 0.0)
+            frame, length = message.header.frame_id, quaternion_length(message.pose)
+        arrival, now = time.monotonic(), rospy.get_time()
+        stamped, seconds = stamp.to_nsec(), stamp.to_sec()
         with self._changed:
+            self.senders.note(row, message)
+            intake = self.intake
+            if not (
+                intake.believes_frame(row, frame)
+                and intake.believes_place(row, *pose[:2], length)
+                and intake.believes_stamp(row, seconds, now, arrival)
+            ):
+                return
             if self._stamp[row] == stamped:
                 self._repeated.add(row)
-            self._stamp[row], self._received[row] = stamped, now
-            self._tracks.take(row, pose, (now, stamp.to_sec()))
+            came = arrival if self._real[row] else min(now, seconds)
+            self._stamp[row], self._received[row] = stamped, came
+            self._note_change(row, pose, body, arrival)
+            self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds))
             self._note_arrival(row)
+
+    def _note_change(self, row, pose, body, arrival):
+        said = (*pose, *body)
+        if said != self._said.get(row):
+            self._said[row], self.changed[row] = said, arrival
+
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the robots' topics on which several nodes publish."""
+        names = self.names()
+        return {names[row]: nodes for row, nodes in self.senders.doubled().items()}
 
     def names(self):
         """Return the names of the robots' topics, remappings applied."""
@@ -173,26 +232,40 @@ class OdometryInbox(Inbox):
 class TeamInbox(Inbox):
     """Subscribes to one topic with the odometry of all robots."""
 
-    def __init__(self, numbers, bounds=None, real=()):
-        """``numbers``, ``bounds``, ``real``: as of ``Inbox``."""
-        super().__init__(numbers, bounds, real)
+    def __init__(self, numbers, bounds=None, real=(), timeout=TIMEOUT):
+        """``numbers``, ``bounds``, ``real``, ``timeout``: as of ``Inbox``."""
+        super().__init__(numbers, bounds, real, timeout)
         self._rows = {number: row for row, number in enumerate(self._numbers)}
+        self._age = Intake([False], timeout)  # one stamp holds for all
         self._subscriber = rospy.Subscriber(
             ODOMETRY, TeamOdometry, self.put, queue_size=1, tcp_nodelay=True
         )
 
     def put(self, message):
-        """Keep the poses of the team's robots; what is not finite is refused and so grows stale."""
+        """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
         if not len(message.robot) == len(message.x) == len(message.y) == len(message.theta):
             return
         poses = np.array([message.x, message.y, message.theta]).T
         rows = np.array([self._rows.get(number, -1) for number in message.robot], dtype=int)
-        good = (rows >= 0) & np.isfinite(poses).all(axis=1)
-        rows, poses = rows[good], poses[good]
+        poses, rows = poses[rows >= 0], rows[rows >= 0]
+        good = np.isfinite(poses).all(axis=1) & (np.abs(poses[:, :2]) < FARTHEST).all(axis=1)
         now, stamp = rospy.get_time(), message.header.stamp
         with self._changed:
+            self.senders.note(self._subscriber.resolved_name, message)
+            for row in np.flatnonzero(~good).tolist():
+                self.intake.believes_place(int(rows[row]), *poses[row, :2].tolist())
+            rows, poses = rows[good], poses[good]
+            if not self._age.believes_stamp(0, stamp.to_sec(), now, time.monotonic()):
+                for row in rows.tolist():
+                    self.intake.refuse(row, self._age.reasons[0])
+                return
+            for row in rows.tolist() if self.intake.reasons else ():
+                self.intake.reasons.pop(row, None)
             self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
-            self._stamp[rows], self._received[rows] = stamp.to_nsec(), self._times(now)[rows]
+            moved = (poses != self._tracks.pose[rows]).any(axis=1)
+            self.changed[rows[moved]] = time.monotonic()
+            came = self._times(min(now, stamp.to_sec()))[rows]
+            self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()))
             self._note_arrival(rows)
 
@@ -201,18 +274,62 @@ class TeamInbox(Inbox):
         return [self._subscriber.resolved_name] * len(self._numbers)
 
 
+class OdometryFrames:
+    """The frames in which robots tell their odometry: those of ``~odom_frame``, else any "odom"."""
+
+    def __init__(self, numbers):
+        """``numbers``: the robots' numbers, which ``{}`` in the parameter stands for."""
+        self._numbers = list(numbers)
+        self._pattern = text_parameter("~odom_frame", "").lstrip("/")
+
+    def __call__(self, row, frame):
+        """Return what frame was wanted of robot ``row`` instead of ``frame``, "" for a right one."""
+        if not self._pattern:
+            right = not frame or "odom" in frame.lower()  # many drivers leave it empty
+            return "" if right else "one called odom, or another _odom_frame"
+        wanted = self._pattern.replace("{}", str(self._numbers[row]))
+        return "" if frame.lstrip("/") == wanted else repr(wanted)
+
+
+class SameFrame:
+    """The common frame of what localises the robots: whatever the first message says."""
+
+    def __init__(self):
+        self._frame = None
+
+    def __call__(self, row, frame):
+        """Return what frame was wanted instead of ``frame``, "" for the right one."""
+        self._frame = frame if self._frame is None else self._frame
+        return "" if frame == self._frame else "{!r} as before".format(self._frame)
+
+
 def planar(pose):
     """Return ``(x, y, theta)`` [m, m, rad] of a geometry_msgs/Pose."""
     turn = pose.orientation
     return pose.position.x, pose.position.y, yaw(turn.x, turn.y, turn.z, turn.w)
 
 
-def silence(stale, what="odometry"):
-    """Return the text that names the robots in ``stale`` ``{number: age}``, "" if there is none."""
+def quaternion_length(pose):
+    """Return the length [-] of the rotation of a geometry_msgs/Pose, 1 for a right one."""
+    turn = pose.orientation
+    return math.sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w)
+
+
+def silence(stale, what="odometry", reasons=None):
+    """Return the text that names the robots in ``stale`` ``{number: age}``, "" if there is none.
+
+    ``reasons`` ``{number: text}``: why their newest messages were refused.
+    """
     if not stale:
         return ""
+
+    def why(number, age):
+        text = "never heard" if age == np.inf else "{:.1f} s".format(age)
+        reason = (reasons or {}).get(number)
+        return text if reason is None else "{}, refused: {}".format(text, reason)
+
     shown = ", ".join(
-        "robot{} ({})".format(number, "never heard" if age == np.inf else "{:.1f} s".format(age))
+        "robot{} ({})".format(number, why(number, age))
         for number, age in list(stale.items())[:MOST_NAMED]
     )
     more = ", and {} more".format(len(stale) - MOST_NAMED) if len(stale) > MOST_NAMED else ""

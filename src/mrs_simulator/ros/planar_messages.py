@@ -24,10 +24,11 @@ _TWIST = struct.Struct("<6d")  # linear, angular
 class PlanarOdometry(Odometry):
     """An odometry message of which pose (x, y, theta) and body twist (vx, vy, omega) count.
 
-    Receiving fills ``stamp``, ``planar`` and ``body``, not the nested fields.
+    Receiving fills ``stamp``, ``frame``, ``planar``, ``body`` and ``length``, that of the quaternion,
+    not the nested fields.
     """
 
-    __slots__ = ("stamp", "planar", "body", "_frames", "_covariances")
+    __slots__ = ("stamp", "frame", "planar", "body", "length", "_frames", "_covariances")
 
     def __init__(self):
         """Make an empty message: the nested fields, which cost the most, are never made."""
@@ -63,14 +64,17 @@ class PlanarOdometry(Odometry):
         try:
             _, secs, nsecs = _HEADER.unpack_from(data, 0)
             at = _HEADER.size
-            for _ in range(2):
-                at += _LENGTH.size + _LENGTH.unpack_from(data, at)[0]
+            begin = at + _LENGTH.size
+            at = begin + _LENGTH.unpack_from(data, at)[0]
+            frame = data[begin:at]
+            at += _LENGTH.size + _LENGTH.unpack_from(data, at)[0]
             x, y, _, qx, qy, qz, qw = _POSE.unpack_from(data, at)
             at += _POSE.size + _COVARIANCE.size
             vx, vy, _, _, _, omega = _TWIST.unpack_from(data, at)
         except struct.error as error:
             raise genpy.DeserializationError(error) from None
-        self.stamp = genpy.Time(secs, nsecs)
+        self.stamp, self.frame = genpy.Time(secs, nsecs), frame.decode("utf-8", "replace")
+        self.length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
         self.planar, self.body = (x, y, yaw(qx, qy, qz, qw)), (vx, vy, omega)
         return self
 

@@ -52,7 +52,8 @@ class CommonFrame:
         self._bounds = self._jump_bounds(scenario)
         bounds = self._bounds if self.WATCHES_ODOMETRY else None
         make = make_inbox if rows is None else OdometryInbox
-        self.inbox = make(self.numbers, bounds, self._real)
+        frames = self.WATCHES_ODOMETRY
+        self.inbox = make(self.numbers, bounds, self._real, self.odom_timeout, frames=frames)
 
     def begin_at(self, poses):
         """Take in other initial poses of the whole team, (n, 3)."""
@@ -84,11 +85,21 @@ class CommonFrame:
 
     def missing(self, now):
         """Return which robots' poses are not known or too old at ``now`` [s], or ""."""
-        return silence(self.inbox.stale(now, self.odom_timeout))
+        stale = self.inbox.stale(now, self.odom_timeout)
+        return silence(stale, reasons=self.inbox.refused()[1]) if stale else ""
 
     def stale(self, now):
         """Return the numbers of those robots."""
         return list(self.inbox.stale(now, self.odom_timeout))
+
+    def refused(self):
+        """Return how many messages of each robot were refused, and why the newest were, in words."""
+        counts, reasons = self.inbox.refused()
+        return counts, _named(reasons, "odometry")
+
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the robots' topics on which several nodes publish."""
+        return self.inbox.doubled()
 
     def jumped(self):
         """Return ``{row: text}`` of the robots that are no longer followed."""
@@ -187,19 +198,34 @@ class LocalisedFrame(CommonFrame):
 
     def missing(self, now):
         """Return which robots' odometry or pose is missing, or ""."""
-        stale = self._poses.stale(now, self.pose_timeout)
-        return super().missing(now) or silence(stale, self.WHAT + " on " + self._poses.topic)
+        what, stale = (
+            self.WHAT + " on " + self._poses.topic,
+            self._poses.stale(now, self.pose_timeout),
+        )
+        return super().missing(now) or silence(stale, what, self._poses.refused()[1])
 
     def stale(self, now):
         """Return the numbers of the robots whose odometry or pose is missing."""
         return sorted(set(super().stale(now)).union(self._poses.stale(now, self.pose_timeout)))
+
+    def refused(self):
+        """Return how many messages of each robot were refused, and why the newest were, in words."""
+        counts, text = super().refused()
+        more, reasons = self._poses.refused()
+        texts = filter(None, (text, _named(reasons, self.WHAT)))
+        return [a + b for a, b in zip(counts, more)], "; ".join(texts)
+
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the robots' topics on which several nodes publish."""
+        return {**super().doubled(), **self._poses.doubled()}
 
     def jumped(self):
         """Return ``{row: text}`` of the robots whose pose jumped."""
         return self._poses.jumps()
 
     def accept(self):
-        """Follow the poses again."""
+        """Follow the poses again, and the odometry."""
+        super().accept()
         self._poses.accept()
 
 
@@ -210,7 +236,9 @@ class ExternalFrame(LocalisedFrame):
 
     def _open_poses(self):
         topic = pattern_parameter("~pose_topic", "/robot{}/pose")
-        return OdometryInbox(self.numbers, self._bounds, self._real, topic, PoseStamped)
+        return OdometryInbox(
+            self.numbers, self._bounds, self._real, self.pose_timeout, topic, PoseStamped
+        )
 
 
 class TfFrame(LocalisedFrame):
@@ -225,7 +253,18 @@ class TfFrame(LocalisedFrame):
 
         world = text_parameter("~world_frame", "world").lstrip("/")
         base = pattern_parameter("~base_frame", "robot{}/base_link").lstrip("/")
-        return TransformInbox(self.numbers, self._bounds, self._real, world, base)
+        return TransformInbox(
+            self.numbers, self._bounds, self._real, self.pose_timeout, world, base
+        )
+
+
+def _named(reasons, what):
+    """Return the text of ``{number: why}``, messages of the robots' ``what`` that were refused."""
+    if not reasons:
+        return ""
+    number, why = min(reasons.items())
+    more = " and {} more robots".format(len(reasons) - 1) if len(reasons) > 1 else ""
+    return "{} of robot{} refused: {}{}".format(what, number, why, more)
 
 
 SOURCES = {

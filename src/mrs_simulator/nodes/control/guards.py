@@ -1,15 +1,28 @@
 """The guards of the control node: fence, distances, speeds, standstill, from its parameters."""
 
 import math
+import time
 
 import numpy as np
 import rospy
 
-from mrs_simulator.core.guards import Standstill, Violations, limited, slowed
+from mrs_simulator.core.guards import (
+    FROZEN,
+    Repetition,
+    Standstill,
+    Violations,
+    limited,
+    slowed,
+)
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.parameters import number_parameter, numbers_parameter, robots_parameter
 
 PATIENCE = 2.0  # [s] for which a real robot may fail to move as it is told
+REPEATS = (
+    "told to move at {:.2f} m/s, {:.2f} rad/s, and for {:g} s its odometry says the very same: is its "
+    "link lost, its emergency button pressed?"
+)
+MOTORS_OFF = "its motors are off (motors_state): is its emergency button pressed?"
 STUCK = (
     "told to move at {:.2f} m/s, {:.2f} rad/s for {:g} s and has not: are its motors on, its "
     "wheels free, its driver connected?"
@@ -34,17 +47,16 @@ def slower(scenario):
     return scenario._replace(limits=limited(scenario.limits, *speeds))
 
 
-def patience(n):
+def patience(n, name="~stuck_time", default=PATIENCE):
     """Return for how long [s] each of n robots may stand though it is told to move, (n,).
 
-    ``~stuck_time`` for all, 0: for ever; by default ``PATIENCE`` for real robots and no bound for
-    simulated ones, which obstacles may hold.
+    The parameter ``name`` for all, 0: for ever; by default ``default`` for real robots and no bound
+    for simulated ones, which obstacles may hold.
     """
-    if rospy.get_param("~stuck_time", "") != "":
-        time = number_parameter("~stuck_time", PATIENCE, low=0.0)
-        return np.full(n, time or math.inf)
+    if rospy.get_param(name, "") != "":
+        return np.full(n, number_parameter(name, default, low=0.0) or math.inf)
     result = np.full(n, math.inf)
-    result[real_among(n)] = PATIENCE
+    result[real_among(n)] = default
     return result
 
 
@@ -61,27 +73,43 @@ class Guards(Violations):
         n = len(self.numbers)
         self._speeds, self._scope = speed_limits(n), scope
         self._patience = np.full(n, math.inf) if dry_run else patience(n)
+        never = np.full(n, math.inf)
+        self._frozen_time = never if dry_run else patience(n, "~frozen_time", FROZEN)
         self._standstill, self._passed = Standstill(self._patience), np.zeros((n, 2))
+        self._repetition = Repetition(self._frozen_time)
 
     @property
     def stopped(self):
         """Return the numbers of the robots that are stopped."""
         return [self.numbers[row] for row in sorted(self.reasons)]
 
-    def _stuck(self, pose, now):
-        return {
+    def _stuck(self, pose, now, changed):
+        """Return ``{row: text}`` of the robots that do not move as they are told."""
+        stuck = {
             row: STUCK.format(*self._passed[row], self._patience[row])
             for row in self._standstill.stuck(now, pose, self._passed)
         }
+        # In wall time, as the drivers' silence is.
+        frozen = self._repetition.frozen(time.monotonic(), changed, self._passed)
+        repeating = {
+            row: REPEATS.format(*self._passed[row], self._frozen_time[row]) for row in frozen
+        }
+        return {**stuck, **repeating}
 
     def release(self, pose):
         """Let the robots go on whose cause is gone; whether they move, time will tell."""
         super().release(pose)
         self._standstill.forget()
+        self._repetition.forget()
 
-    def passed(self, command, pose, now):
-        """Return ``command`` (n, 2) as the guards let it pass at ``pose`` (n, 3) and ``now`` [s]."""
-        for text in self.check(pose, self._stuck(pose, now)):
+    def passed(self, command, pose, now, changed, motors_off=()):
+        """Return ``command`` (n, 2) as the guards let it pass at ``pose`` (n, 3) and ``now`` [s].
+
+        ``changed`` (n,) [s] of ``time.monotonic``: when each robot's odometry last said something
+        else; ``motors_off``: rows of the robots that say that their motors are off.
+        """
+        others = {**self._stuck(pose, now, changed), **dict.fromkeys(motors_off, MOTORS_OFF)}
+        for text in self.check(pose, others):
             rospy.logerr("pioneer_control: %s", text)
         command = slowed(command, *self._speeds, scope=self._scope)
         if self.reasons:

@@ -3,6 +3,7 @@
 import threading
 
 import rospy
+from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
 from mrs_simulator.ros.odometry_inbox import MOST_NAMED
@@ -13,7 +14,11 @@ AGAIN = 0.2  # [s] of wall time between two calls of a service that failed
 
 
 class Motors:
-    """Calls the service ``~enable_motors`` of every robot, each in a thread of its own."""
+    """Calls the service ``~enable_motors`` of every robot, each in a thread of its own.
+
+    It listens to the robots' ``~motors_state`` too, where there is one: an emergency button on a
+    robot switches its motors off.
+    """
 
     def __init__(self, numbers, dry_run=False):
         """``numbers``: the robots' numbers; in a dry run no motor is touched."""
@@ -22,11 +27,25 @@ class Motors:
         self._names = [pattern.replace("{}", str(number)) for number in numbers if pattern]
         self._lock = threading.Lock()
         self._waiting, self._round = {}, 0
+        self._switching = False  # from a start on until the motors of all are on
+        self._off, self._tells = set(), []
+        pattern = pattern_parameter("~motors_state", "")
+        for row, number in enumerate(numbers if pattern else ()):
+            topic = pattern.replace("{}", str(number))
+            self._tells.append(rospy.Subscriber(topic, Bool, self._on_state, row, queue_size=1))
+
+    def off(self):
+        """Return the rows of the robots that say that their motors are off, ascending."""
+        return sorted(self._off)
+
+    def _on_state(self, message, row):
+        (self._off.discard if message.data else self._off.add)(row)
 
     def enable(self):
         """Ask every robot to switch its motors on; ``missing`` tells who has not answered yet."""
         with self._lock:
             self._round += 1
+            self._switching = True
             self._waiting = dict.fromkeys(self._names, "has not answered yet")
             threads = [
                 threading.Thread(target=self._call, args=(name, self._round), daemon=True)
@@ -39,12 +58,19 @@ class Motors:
         """Ask no longer: the robots were told to stop."""
         with self._lock:
             self._round += 1
-            self._waiting = {}
+            self._waiting, self._switching = {}, False
 
     def missing(self):
         """Return which robots' motors are not known to be on, or ""."""
         with self._lock:
             waiting = sorted(self._waiting.items())
+            answered = self._switching and not waiting
+            # A driver tells that they are on with its next packet from the robot.
+            waiting += [
+                (self._tells[row].resolved_name, "still says that they are off")
+                for row in (self.off() if answered else ())
+            ]
+            self._switching = bool(waiting)
         more = ", and {} more".format(len(waiting) - MOST_NAMED) if waiting[MOST_NAMED:] else ""
         shown = ", ".join("{} {}".format(name, why) for name, why in waiting[:MOST_NAMED])
         return "motors: " + shown + more if shown else ""
@@ -52,19 +78,29 @@ class Motors:
     def _call(self, name, number):
         while number == self._round and not rospy.is_shutdown():
             try:
-                rospy.wait_for_service(name, PATIENCE)
-                if number != self._round:
-                    return  # the robots were told to stop meanwhile
-                rospy.ServiceProxy(name, Empty)()
+                why = self._switch_on(name, number)
             except rospy.ROSInterruptException:
                 return
+            self._note(name, number, why)
+            if not why:
+                return
+            # A wall-clock nap: simulated time may stand still.
+            threading.Event().wait(AGAIN)
+
+    def _switch_on(self, name, number):
+        """Call the service ``name`` once; return why it did not answer, or ""."""
+        try:
+            rospy.wait_for_service(name, PATIENCE)
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            return "is missing"
+        if number == self._round:  # else the robots were told to stop meanwhile
+            try:
+                rospy.ServiceProxy(name, Empty)()
             except (rospy.ROSException, rospy.ServiceException) as error:
-                why = "is missing" if "timeout" in str(error) else "failed: {}".format(error)
-                self._note(name, number, why)
-                # A wall-clock nap: simulated time may stand still.
-                threading.Event().wait(AGAIN)
-            else:
-                return self._note(name, number, "")
+                return "failed: {}".format(error)
+        return ""
 
     def _note(self, name, number, why):
         with self._lock:

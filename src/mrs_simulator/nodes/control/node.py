@@ -1,5 +1,6 @@
 """The control node: odometry in, the protocol's law, velocity commands out."""
 
+import random
 import sys
 import threading
 import time
@@ -29,7 +30,9 @@ from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.clock_watch import ClockWatch
 from mrs_simulator.ros.odometry_inbox import TeamInbox
 from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
-from mrs_simulator.ros.team_topics import TeamCommands
+from mrs_simulator.ros.rivals import Rivals
+from mrs_simulator.ros.senders import doubled_text
+from mrs_simulator.ros.team_topics import COMMAND, TeamCommands
 from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
 
@@ -67,6 +70,7 @@ class ControlNode:
         self._next, self._answered, self._begun = None, None, None
         self._all_heard = False  # with ~autostart it is waited for once
         self._acted = 0.0  # [s] the time of the last command
+        self._id = random.SystemRandom().getrandbits(32)
         self._told = None  # what the last status said of the controller itself
         self._warnings, self._jump = [], ""
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
@@ -80,10 +84,12 @@ class ControlNode:
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
-        topics, numbers = None, self.control.numbers
+        topics, numbers, self.rivals = None, self.control.numbers, None
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
+            # Before this node is one of those who drive.
+            self.rivals = Rivals([*names, COMMAND] if self._simulated else names)
             topics = TeamCommands(numbers) if team else RobotCommands(names, real)
         self.outlet = CommandGate(topics, len(numbers), insists=bool(real))
         if self.running:
@@ -143,8 +149,14 @@ class ControlNode:
 
     def _who_is_silent(self):
         """Return why nobody can know where the robots are now, or ""."""
-        trouble = self._clock.trouble() if self._clock else ""
+        trouble = self._doubled()
+        trouble = trouble or (self._clock.trouble() if self._clock else "")
         return trouble or self.frame.missing(rospy.get_time())
+
+    def _doubled(self):
+        """Return who else drives these robots or tells where they are, or ""."""
+        others = self.rivals.found() if self.rivals else {}
+        return doubled_text({**others, **self.frame.doubled()})
 
     def _has_come(self):
         """Return whether the simulated robots' odometry is there, which comes together, or is late."""
@@ -194,7 +206,8 @@ class ControlNode:
                 self._warn(pose)
                 self._begun = now
             command = self.control.commands(pose, now - self._begun)
-            command = self.guards.passed(command, pose, now)
+            off = self.motors.off()
+            command = self.guards.passed(command, pose, now, self.inbox.changed, off)
         except (Exception, SystemExit) as error:
             self._stop(failure(error))
             rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
@@ -277,7 +290,18 @@ class ControlNode:
         self.outlet.shut()
         with self._lock:
             self._stop("stopped by request")
-            return True, "stopped, zero commands sent"
+        return self._who_drives_on()
+
+    def _who_drives_on(self):
+        """Return whether nobody drives the robots now that this node does not, and words for it."""
+        if self.rivals is None:
+            return True, "stopped; in a dry run nothing was sent"
+        if not self.rivals.look():
+            return True, "zero commands sent; the master does not tell who else may drive"
+        others = doubled_text(self.rivals.found())
+        if others:
+            return False, "zero commands sent, but {}: stop the other too".format(others)
+        return True, "stopped, zero commands sent"
 
     def _on_set_topology(self, request):
         weights = list(request.weight) or [1.0] * len(request.hears)
@@ -306,7 +330,11 @@ class ControlNode:
         self._last["status"], self._told = time.monotonic(), told
         topology = self.control.topology
         hears, heard, weight = zip(*topology.edges) if topology.edges else ((), (), ())
+        refused, refusal = self.frame.refused()
         message = ControlStatus(
+            refused=refused,
+            refusal=refusal,
+            controller=self._id,
             protocol=type(self.control).__name__,
             warnings=self._warnings,
             hears=hears,

@@ -1,20 +1,20 @@
 """Newest transform of each robot, looked up in tf on request of the control loop."""
 
-import math
+import time
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import Pose
 
-from mrs_simulator.ros.odometry_inbox import Inbox, planar
+from mrs_simulator.ros.odometry_inbox import Inbox, planar, quaternion_length
 
 
 class TransformInbox(Inbox):
     """Poses from tf: the transform from a common frame to each robot's base."""
 
-    def __init__(self, numbers, bounds, real, world, base):
+    def __init__(self, numbers, bounds, real, timeout, world, base):
         """``world``: the common frame; ``base``: pattern of the robots' frames, ``{}``: the number."""
-        super().__init__(numbers, bounds, real)
+        super().__init__(numbers, bounds, real, timeout)
         self.topic = "/tf from {} to {}".format(world, base)
         self._world = world
         self._frames = [base.replace("{}", str(number)) for number in self._numbers]
@@ -38,9 +38,17 @@ class TransformInbox(Inbox):
 
     def _take(self, row, found, now):
         stamp, move = found.header.stamp, found.transform
-        pose = planar(Pose(position=move.translation, orientation=move.rotation))
+        if not stamp.is_zero() and stamp.to_nsec() == self._stamp[row]:
+            return
+        pose = Pose(position=move.translation, orientation=move.rotation)
+        where, length = planar(pose), quaternion_length(pose)
+        arrival, seconds = time.monotonic(), stamp.to_sec()
         with self._changed:
-            news = stamp.is_zero() or stamp.to_nsec() != self._stamp[row]
-            if news and all(map(math.isfinite, pose)):
+            if not self.intake.believes_place(row, *where[:2], length):
+                return
+            # A static transform has no stamp, and holds for ever.
+            if stamp.is_zero() or self.intake.believes_stamp(
+                row, seconds, rospy.get_time(), arrival
+            ):
                 self._stamp[row], self._received[row] = stamp.to_nsec(), now
-                self._tracks.take(row, pose, (now, stamp.to_sec()))
+                self._tracks.take(row, where, (now, seconds))

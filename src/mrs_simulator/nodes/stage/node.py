@@ -1,6 +1,7 @@
 """The stage node: a world of robots behind ROS topics and services."""
 
 import gc
+import random
 import time
 
 import numpy as np
@@ -28,6 +29,8 @@ from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.ros.requests import Requests
+from mrs_simulator.ros.rivals import Rivals, wait_for_end
+from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.world.world import World
@@ -37,6 +40,7 @@ IDLE_CLOCK = 0.05  # [s] of wall time between clock messages while simulated tim
 STATUS_PERIOD = 0.2  # [s] of wall time
 VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
+PREDECESSOR = 5.0  # [s] of wall time that a stage before this one has to end
 MOST_NAMED = 8  # [-] robots named in one message
 MOST_BY_SERVICE = 1000  # [-] robots of a team that comes by service
 MOST_STEPS = 1000000  # [-] of one request
@@ -80,6 +84,8 @@ class Stage:
         self._started = False
         self._steps_asked = 0
         self._step = 0
+        self.id, self.run = random.SystemRandom().getrandbits(32), 0
+        self.trouble = ""  # who else simulates or drives these robots
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
         self._real_silent, self._jumped = [], frozenset()
         self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
@@ -91,6 +97,7 @@ class Stage:
             text_parameter("~odom_frame", "robot{}/odom"),
             text_parameter("~base_frame", "robot{}/base_link"),
         )
+        self.rivals = only_stage()
         self.topics = WorldTopics(
             self.world, self.frames, self.inbox, self.mirror.rows, self._topics_of
         )
@@ -147,6 +154,7 @@ class Stage:
         self._tell_odometry()
         while not rospy.is_shutdown():
             self.requests.serve()
+            self._heed_rivals()
             self._take_commands()
             if self._may_step():
                 self._advance()
@@ -198,8 +206,19 @@ class Stage:
         self.round_trips.begin(self.world.n)
         return True
 
+    def _heed_rivals(self):
+        """Stop all robots while somebody else simulates or drives them too."""
+        doubled = {**self.rivals.found(), **self.inbox.doubled()}
+        trouble = doubled_text(doubled) if doubled else ""
+        if trouble and not self.trouble:
+            rospy.logerr("stage: robots stopped: %s", trouble)
+            self.world.stop(range(self.world.n))
+        self.trouble = trouble
+
     def _take_commands(self):
         rows, commands, times = self.inbox.take(self.world.n)
+        if self.trouble:
+            commands = np.zeros_like(commands)
         if len(rows):
             (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
             self.round_trips.answered(rows, times)
@@ -207,7 +226,7 @@ class Stage:
                 self.lockstep.answered(rows)
 
     def _advance(self):
-        self.topics.publish_state()
+        self._publish_state()
         self.mirror.place(self.world)
         self.world.step()
         self._step += 1
@@ -221,6 +240,9 @@ class Stage:
             self._tell_odometry()
         self._publish_status()
 
+    def _publish_state(self):
+        self.topics.publish_state(self.id, self.run)
+
     def _idle(self):
         self.pacer.measure()
         now = time.monotonic()
@@ -228,7 +250,7 @@ class Stage:
             self.topics.publish_clock()
             self.mirror.place(self.world)  # real robots know no pause
             if self._started and self.paused:
-                self.topics.publish_state()
+                self._publish_state()
             elif not self._started and (not self.lockstep or self.lockstep.waiting_for):
                 self.topics.publish_odometry()
         if self.lockstep and self._started and not self.paused and self.lockstep.overdue():
@@ -302,6 +324,7 @@ class Stage:
         return "{} robots".format(self.world.n)
 
     def _after_change(self):
+        self.run += 1
         self.mirror.begin_at(self.scenario.poses)
         self._follow_team()
         # What was said to the robots before is not meant for these.
@@ -359,6 +382,9 @@ class Stage:
         waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
         message = StageStatus(
             fidelity=self.scenario.fidelity,
+            stage=self.id,
+            run=self.run,
+            trouble=self.trouble,
             robots=world.n,
             speed=self.pacer.speed,
             real_time_factor=self.pacer.real_time_factor,
@@ -375,6 +401,22 @@ class Stage:
         message.round_trip_median, message.round_trip_p99 = self.round_trips.median_and_p99()
         message.header.stamp = self.topics.stamp()
         self._status.publish(message)
+
+
+def only_stage():
+    """Return the ``Rivals`` on /clock; ``ValueError`` names another node that tells the time.
+
+    One that is about to end, as in a restart, is waited for.
+    """
+    rivals = Rivals(["/clock"])
+    if not wait_for_end(rivals, PREDECESSOR):
+        other = next(node for node in rivals.found()["/clock"] if node != rospy.get_name())
+        raise ValueError(
+            "/clock: {0} publishes it already, and simulates; end it first (rosnode kill {0})".format(
+                other
+            )
+        )
+    return rivals
 
 
 def named(rows):

@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from mrs_simulator.msg import TeamCommand, TeamOdometry
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+from mrs_simulator.ros.senders import Senders
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
 # them; what a planar robot does not measure is marked as unknown by a very large value.
@@ -24,15 +25,21 @@ class Inbox:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._commands = {}
+        self._commands, self._senders = {}, Senders()
 
     def put(self, twist, row):
         """Keep ``twist``, a ``PlanarTwist``, as the newest command of robot ``row``."""
+        self._senders.note("/robot{}/cmd_vel".format(row + 1), twist)
         with self._lock:
             self._commands[row] = twist.command, time.monotonic()
 
-    def put_all(self, rows, commands):
-        """Keep ``commands`` (v, omega) of the robots ``rows``."""
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the commands that several nodes publish."""
+        return self._senders.doubled()
+
+    def put_all(self, rows, commands, message=None):
+        """Keep ``commands`` (v, omega) of the robots ``rows``, which came in ``message``."""
+        self._senders.note("stage/command", message)
         now = time.monotonic()
         with self._lock:
             self._commands.update((row, (pair, now)) for row, pair in zip(rows, commands))
@@ -158,7 +165,7 @@ class TeamTopics(Link):
             )
             return
         rows = [number - 1 for number in numbers]
-        self._inbox.put_all(rows, zip(message.v, message.omega))
+        self._inbox.put_all(rows, zip(message.v, message.omega), message)
 
 
 class Frames:

@@ -115,12 +115,13 @@ class WorldTopics:
             ]
         )
 
-    def publish_state(self):
-        """Publish the true state of all robots, if anybody listens."""
+    def publish_state(self, stage=0, run=0):
+        """Publish the true state of all robots, if anybody listens; ``stage``, ``run``: its numbers."""
         if not self._state.get_num_connections():
             return
         world, message = self._world, TeamState()
         message.header.stamp, message.header.frame_id = self.stamp(), self._frames.world
+        message.stage, message.run = stage, run
         message.robot = list(range(1, world.n + 1))
         message.x, message.y, message.theta = world.pose.T.tolist()
         message.vx, message.vy, message.omega = world.twist.T.tolist()

@@ -1,0 +1,50 @@
+"""Who publishes on a topic that is for one alone, told by the messages' own connections."""
+
+import threading
+import time
+
+WINDOW = 1.0  # [s] of wall time within which two nodes count as publishing at the same time
+
+
+class Senders:
+    """Finds topics on which more than one node publishes."""
+
+    def __init__(self, clock=time.monotonic):
+        """``clock`` gives wall time in s."""
+        self._clock, self._lock = clock, threading.Lock()
+        self._heard = {}  # {topic: {node: when last}}
+
+    def note(self, topic, message):
+        """Take in that ``message`` came on ``topic``; one that no connection brought is left out."""
+        header = getattr(message, "_connection_header", None)
+        if header:
+            with self._lock:
+                heard = self._heard.setdefault(topic, {})
+                heard[header.get("callerid", "a node without a name")] = self._clock()
+
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the topics on which several nodes publish now, sorted."""
+        with self._lock:
+            since = self._clock() - WINDOW
+            found = {}
+            for topic, heard in self._heard.items():
+                if len(heard) > 1:
+                    nodes = sorted(node for node, when in heard.items() if when >= since)
+                    if len(nodes) > 1:
+                        found[topic] = nodes
+            return found
+
+
+def doubled_text(doubled):
+    """Return the text that names the nodes of ``doubled`` ``{topic: [nodes]}``, "" for none."""
+    by_nodes = {}
+    for topic, nodes in sorted(doubled.items()):
+        by_nodes.setdefault(tuple(nodes), []).append(topic)
+    return "; ".join(
+        "{} all publish {}{}".format(
+            " and ".join(nodes),
+            topics[0],
+            " and {} more".format(len(topics) - 1) if topics[1:] else "",
+        ).replace("all publish", "both publish" if len(nodes) == 2 else "all publish")
+        for nodes, topics in by_nodes.items()
+    )

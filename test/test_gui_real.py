@@ -157,13 +157,13 @@ gui.bar.speed_chosen.emit(1.0)
 until(lambda: gui.connection.newest("stage").speed == 1.0)
 click("control")
 until(lambda: gui.study.is_controlled())
-# The controller knows who is real: one that was carried away stops all.
+# The controller knows who is real: a second node that tells where it is stops all.
 from nav_msgs.msg import Odometry
 carried, pose = rospy.Publisher("/robot2/odom", Odometry, queue_size=1), Odometry()
 pose.pose.pose.position.x, pose.pose.pose.orientation.w = 40.0, 1.0
 until(
     lambda: carried.publish(pose)
-    or "robot2: the odometry jumped by" in gui.connection.newest("control").trouble
+    or "both publish /robot2/odom" in gui.connection.newest("control").trouble
 )
 until(lambda: not gui.study.is_controlled())
 """

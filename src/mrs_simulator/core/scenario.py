@@ -30,6 +30,7 @@ ODOMETRIES = ("world", "wheel")
 SATURATIONS = ("robot", "team", "none")
 LIMIT_PRESETS = ("firmware", "top", "none")
 DEFAULT_KIND = "pioneer3dx"
+KIND_FILES = (".yaml", ".urdf", ".xacro")  # a kind whose name ends so is a file
 DEFAULT_PROTOCOL = "formation"
 RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
@@ -175,7 +176,18 @@ def _title(n, protocol):
 
 def load_scenario(path):
     """Return the ``Scenario`` in the YAML file at ``path``; ``ScenarioError`` if it is not one."""
-    return scenario_from_dict(load_yaml(path), str(path))._replace(path=os.path.abspath(str(path)))
+    path = str(path)
+    scenario = scenario_from_dict(load_yaml(path), path)
+    directory = os.path.dirname(os.path.abspath(path))
+    kinds = tuple(_located(kind, directory) for kind in scenario.kinds)
+    return scenario._replace(kinds=kinds, path=os.path.abspath(path))
+
+
+def _located(kind, directory):
+    """Return ``kind``; if it is a file, relative to ``directory``, its absolute path."""
+    if not kind.endswith(KIND_FILES):
+        return kind
+    return os.path.abspath(os.path.join(directory, os.path.expanduser(kind)))
 
 
 def scenario_from_yaml(text, where="scenario"):

@@ -57,6 +57,7 @@ class Kind(NamedTuple):
     odometry_rate: float  # [Hz] of the real robot's driver
     mounts: Dict[str, Any]  # kept as it was read
     sources: Dict[str, str]  # key path -> where its numbers are from
+    notes: Tuple[str, ...] = ()  # what its users should know, told as warnings of a run
 
     def __hash__(self):
         return hash(self.name)
@@ -96,6 +97,7 @@ def read_kind(content, where, directory=""):
         odometry_rate=top.quantity("odometry_rate", "Hz", 50.0, above=0.0),
         mounts=_mapping(top, "mounts"),
         sources=_mapping(top, "sources", text=True),
+        notes=_texts(top, "notes"),
     )
     top.take("inertia")
     numbers.done()
@@ -168,3 +170,10 @@ def _mapping(top, key, text=False):
             )
         )
     return value
+
+
+def _texts(top, key):
+    value = top.take(key, [])
+    if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+        raise ScenarioError("{}: {}, wanted a list of texts".format(top.at(key), shown(value)))
+    return tuple(value)

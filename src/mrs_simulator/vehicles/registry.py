@@ -5,7 +5,8 @@ import os
 
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import ScenarioError, load_yaml, shown
-from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.core.scenario import DEFAULT_KIND, KIND_FILES
+from mrs_simulator.vehicles.importing import imported, is_description, read_request
 from mrs_simulator.vehicles.kind import Kind, read_kind
 
 DIRECTORY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "kinds")
@@ -22,13 +23,14 @@ def shipped_kinds():
 def kind(name, beside="", own=None):
     """Return the ``Kind`` called ``name``.
 
-    ``name``: a shipped kind, one of ``own``, or a path that ends with ``.yaml``, relative to the
-    directory ``beside``; a ``Kind`` is returned as it is.  ``own``: the scenario's kinds, mappings
-    by name; a base of theirs is found in the same way.  Raises ``ValueError`` (``ScenarioError``).
+    ``name``: a shipped kind, one of ``own``, or the path of a kind's file (``.yaml``) or of a robot's
+    description (``.urdf``, ``.xacro``), relative to the directory ``beside``; a ``Kind`` is returned
+    as it is.  ``own``: the scenario's kinds, mappings by name; a base of theirs is found in the same
+    way.  Raises ``ValueError`` (``ScenarioError``).
     """
     if isinstance(name, Kind):
         return name
-    if name not in (own or {}) and not str(name).endswith(ENDING):
+    if name not in (own or {}) and not _is_file(name):
         return shipped_kind(name, tuple(own or ()))
     content, where, directory = merged(name, beside, own or {})
     return read_kind(content, where, directory)
@@ -53,18 +55,24 @@ def merged(name, beside, own, others=(), above=()):
         content, directory = None, os.path.dirname(where)
     if where in above or len(above) >= DEEPEST:
         raise ScenarioError("{}: base {!r} leads back to it".format(above[0], name))
-    content = load_yaml(where) if content is None else content
+    content = _loaded(where) if content is None else content
     if not isinstance(content, dict):
         raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
     content = _with_absolute_model(content, directory)
-    base = content.pop("base", None)
-    default_name = os.path.basename(str(name))[: -len(ENDING)] if _is_file(name) else name
+    base, request = content.pop("base", None), content.pop("import", None)
+    default_name = os.path.basename(str(name)).split(".")[0] if _is_file(name) else name
+    if request is not None:
+        if base is not None:
+            raise ScenarioError("{}: base and import are given, wanted one of them".format(where))
+        return _imported(request, dict({"name": default_name}, **content), where, directory)
     if base is None:
         return dict({"name": default_name}, **content), where, directory
     if not isinstance(base, str):
         raise ScenarioError("{}: base: {}, wanted a kind's name".format(where, shown(base)))
     # A kind of a scenario may adapt the shipped one of its name.
     known = {key: value for key, value in own.items() if key != name}
+    if not _is_file(base) and base not in shipped_kinds() + tuple(known):
+        raise ScenarioError(unknown_name(where + ": base", base, shipped_kinds() + tuple(known)))
     beneath, _, _ = merged(base, directory, known, others, above + (where,))
     beneath = dict(beneath, name=default_name)
     if "title" not in content:
@@ -72,8 +80,19 @@ def merged(name, beside, own, others=(), above=()):
     return _over(beneath, content), where, directory
 
 
+def _imported(request, content, where, directory):
+    """Return ``content`` over that of the robot which ``request`` describes, as ``merged`` does."""
+    request = read_request(request, "{}: import".format(where), directory)
+    beneath, notes = imported(request, content, where)
+    result = _over(beneath, content)
+    given = content.get("notes", [])
+    if isinstance(given, list):
+        result["notes"] = given + list(notes)
+    return result, where, directory
+
+
 def _is_file(name):
-    return str(name).endswith(ENDING)
+    return str(name).endswith(KIND_FILES)
 
 
 def _path_of(name, beside, others):
@@ -81,8 +100,13 @@ def _path_of(name, beside, others):
         return os.path.abspath(os.path.join(beside, os.path.expanduser(name)))
     known = shipped_kinds() + tuple(others)
     if name not in known:
-        raise ValueError(unknown_name("model", name, known))
+        raise ScenarioError(unknown_name("model", name, known))
     return os.path.join(DIRECTORY, name + ENDING)
+
+
+def _loaded(path):
+    """Return the content of the kind's file at ``path``; a description's is to import it."""
+    return {"import": {"urdf": path}} if is_description(path) else load_yaml(path)
 
 
 def _with_absolute_model(content, directory):

@@ -117,6 +117,11 @@ class Team:
         )
 
     @property
+    def notes(self):
+        """Return what users of the robots' kinds should know, a list of texts."""
+        return [note for each in dict.fromkeys(self.kinds) for note in each.notes]
+
+    @property
     def outlines(self):
         """Return the robots' ``Outlines``."""
         bodies = [each.body for each in self.kinds]

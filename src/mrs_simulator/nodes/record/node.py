@@ -122,7 +122,8 @@ class RunRecorder:
         wall = time.monotonic() - self._wall_start
         collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
-        meta["warnings"] = self.control.warnings(self.scenario.poses)
+        meta["warnings"] = self.control.team.notes
+        meta["warnings"] += self.control.warnings(self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings()
         meta.update(self.source.meta())

@@ -1,0 +1,87 @@
+"""Robots that users bring: a URDF or xacro file and what it says of a differential drive.
+
+The drive is described by the gazebo_ros drive plugin in the file, or by the YAML file of a
+``diff_drive_controller``.  Both give the content of a kind's file, which the user's own keys go over.
+``docs/robots_of_your_own.md`` tells users of it.
+"""
+
+import os
+from typing import Any, Dict, NamedTuple, Optional, Tuple
+
+from mrs_simulator.core.reading import ScenarioError, Section, shown
+from mrs_simulator.vehicles.importing.assembling import assembled
+from mrs_simulator.vehicles.importing.description import read_description
+from mrs_simulator.vehicles.importing.drive_facts import controller_facts, plugin_facts
+from mrs_simulator.vehicles.importing.packages import Packages
+from mrs_simulator.vehicles.importing.xacro_files import description_text
+
+ENDINGS = (".urdf", ".xacro")
+
+
+class Request(NamedTuple):
+    """The mapping ``import`` of a kind's file."""
+
+    urdf: str  # absolute path
+    arguments: Dict[str, Any]  # of xacro
+    controller: Optional[str]  # absolute path of a controller's YAML file
+    controller_name: Optional[str]
+    packages: Dict[str, str]  # absolute directories by package name
+
+
+def is_description(name):
+    """Return whether ``name`` is the path of a URDF or xacro file."""
+    return str(name).endswith(ENDINGS)
+
+
+def read_request(content, where, directory):
+    """Return the ``Request`` in the mapping ``content``; paths are relative to ``directory``."""
+    section = Section(content, where)
+    urdf = section.text("urdf")
+    arguments = _mapping(section, "arguments", (str, int, float, bool), "texts and numbers")
+    packages = _mapping(section, "packages", (str,), "directories by package name")
+    controller = section.text("controller") if section.has("controller") else None
+    name = section.text("controller_name") if section.has("controller_name") else None
+    section.take("controller"), section.take("controller_name")
+    section.done()
+    if name is not None and controller is None:
+        raise ScenarioError(
+            "{}: {}, but controller is not given".format(section.at("controller_name"), shown(name))
+        )
+
+    def absolute(path):
+        return os.path.abspath(os.path.join(directory, os.path.expanduser(path)))
+
+    return Request(
+        absolute(urdf),
+        arguments,
+        None if controller is None else absolute(controller),
+        name,
+        {key: absolute(path) for key, path in packages.items()},
+    )
+
+
+def _mapping(section, key, types, wanted):
+    value = section.take(key, {})
+    fits = isinstance(value, dict) and all(isinstance(each, str) for each in value)
+    if not fits or not all(isinstance(each, types) for each in value.values()):
+        raise ScenarioError(
+            "{}: {}, wanted a mapping of {}".format(section.at(key), shown(value), wanted)
+        )
+    return value
+
+
+def imported(request, given, where) -> Tuple[Dict[str, Any], Tuple[str, ...]]:
+    """Return the content of the kind that ``request`` describes, and notes of what was replaced.
+
+    ``given``: the keys of the kind's own file, which say what the description lacks (``body``,
+    ``mass``, ``limits``); ``where`` names that file in errors.  Raises ``ScenarioError`` that names
+    the link, joint or tag.
+    """
+    packages = Packages(os.path.dirname(request.urdf), request.packages)
+    text = description_text(request.urdf, request.arguments, packages)
+    description = read_description(text, request.urdf)
+    if request.controller is None:
+        facts = plugin_facts(description)
+    else:
+        facts = controller_facts(request.controller, request.controller_name)
+    return assembled(description, facts, packages, given, where)

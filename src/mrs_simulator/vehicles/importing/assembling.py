@@ -1,0 +1,289 @@
+"""The content of a kind's file, made of a robot's description and what is known of its drive."""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.core.reading import ScenarioError, number, shown
+from mrs_simulator.vehicles.importing.chassis import Mass, about_origin, find_wheels, gather
+from mrs_simulator.vehicles.importing.model_file import JOINTS, model_path, model_text
+from mrs_simulator.vehicles.importing.shapes import extent
+from mrs_simulator.vehicles.quantities import quantity
+
+OFF = 0.05  # [-] by which the drive's numbers may differ from the description's without a word
+BELOW = 0.1  # [-] of a wheel's radius that a body may reach below the ground
+WHEEL_SHARE = 0.02  # [-] of the robot's mass that a wheel without mass gets
+AXES = ("linear.x", "angular.z")
+UNITS = ("m/s", "rad/s")
+BODY = ("front", "rear", "width", "height")
+
+
+def assembled(description, facts, packages, given, where):
+    """Return the content of the kind and the notes, as ``imported`` does."""
+    notes = list(facts.notes)
+    wheels = find_wheels(description, facts, notes)
+    _note_held(description, wheels, notes)
+    frame = np.eye(4)
+    frame[:3, 3] = wheels.centre
+    body = given.get("body")
+    outlined = isinstance(body, dict) and (
+        {"radius", "height"} <= body.keys() or set(BODY) <= body.keys()
+    )
+    sides = [_side(description, names, packages, notes) for names in (wheels.lefts, wheels.rights)]
+    driven = {name for side in sides for name in side.names}
+    others = [name for name in description.links if name not in driven]
+    base_mass, base = gather(description, others, frame, packages, notes, not outlined)
+    radius = _radius(description, facts, sides, notes)
+    track = _track(description, facts, wheels, notes)
+    placed = [shape for side in sides for shape in _in_base(side.part, side.frame, frame)]
+    if outlined:
+        outline = {}
+    else:
+        outline = _outline(base.collisions + tuple(placed), radius, wheels.track, description.where)
+        if isinstance(body, dict) and "radius" in body:
+            outline = {"height": outline["height"]}
+    base = base._replace(collisions=_above_ground(base.collisions, radius, notes))
+    base_mass, wheel_masses = _masses(description, base_mass, sides, radius, given, where, notes)
+    every = [base_mass] + [
+        mass._replace(centre=mass.centre + side.frame[:3, 3] - wheels.centre)
+        for mass, side in zip(wheel_masses, sides)
+    ]
+    content = {
+        "name": description.name,
+        "drive": "differential",
+        "model": model_path(
+            model_text(
+                description.name,
+                (base_mass, base),
+                [(mass, side.part) for mass, side in zip(wheel_masses, sides)],
+                track,
+                radius,
+            )
+        ),
+        "body": outline,
+        "mass": sum(each.mass for each in every),
+        "inertia": float(sum(about_origin(each)[2, 2] for each in every)),
+        "wheels": {"track": track, "radius": radius, "joints": list(JOINTS)},
+        "limits": {"firmware": _limits(description, facts, wheels, radius, track, given, where)},
+    }
+    optional = {
+        "torque": facts.torque,
+        "friction": _friction(description, [names for side in sides for names in side.names]),
+    }
+    content["wheels"].update({key: value for key, value in optional.items() if value is not None})
+    for key, value in (("command_timeout", facts.timeout), ("odometry_rate", facts.rate)):
+        if value is not None:
+            content[key] = value
+    content["sources"] = _sources(content, facts, description)
+    return content, tuple(notes)
+
+
+def _note_held(description, wheels, notes):
+    driven = set(wheels.lefts + wheels.rights)
+    for joint in description.joints.values():
+        if joint.type != "fixed" and joint.name not in driven:
+            notes.append(
+                "{}: joint {} ({}) is held at 0".format(
+                    description.where, shown(joint.name), joint.type
+                )
+            )
+
+
+class _Side:
+    """The driven wheel of one side, or the pair of them as one: links, frame, mass and shapes."""
+
+    def __init__(self, names, frame, mass, part):
+        self.names, self.frame, self.mass, self.part = names, frame, mass, part
+
+
+def _side(description, joints, packages, notes):
+    children = [description.joints[name].child for name in joints]
+    frame = np.eye(4)
+    frame[:3, 3] = np.mean([description.places[name][:3, 3] for name in children], axis=0)
+    names = [link for name in joints for link in description.below(description.joints[name])]
+    mass, part = gather(description, names, frame, packages, notes, needed=False)
+    return _Side(names, frame, mass, part)
+
+
+def _in_base(part, frame, base):
+    """Return the collision shapes of a wheel's ``part`` in the frame of the base; both level."""
+    shift = np.eye(4)
+    shift[:3, 3] = frame[:3, 3] - base[:3, 3]
+    return [shape._replace(transform=shift @ shape.transform) for shape in part.collisions]
+
+
+def _radius(description, facts, sides, notes):
+    """Return the wheels' radius [m]: as the drive says, else that of their collision shapes."""
+    drawn = [
+        shape.size[0]
+        for side in sides
+        for shape in side.part.collisions
+        if shape.form in ("cylinder", "sphere")
+    ]
+    if facts.radius is None and not drawn:
+        raise ScenarioError(
+            "{}: wheel_radius: nothing given, and link {} has no cylinder or sphere as its "
+            "collision".format(facts.source, shown(sides[0].names[0]))
+        )
+    radius = facts.radius if facts.radius is not None else float(np.mean(drawn))
+    if drawn and abs(np.mean(drawn) - radius) > OFF * radius:
+        notes.append(
+            "{}: the wheels' radius is {:g} m, but their collision shapes have {:g} m".format(
+                facts.source, radius, np.mean(drawn)
+            )
+        )
+    return float(radius * facts.radius_factor)
+
+
+def _track(description, facts, wheels, notes):
+    """Return the track [m]: as the drive says, else the distance of the wheels."""
+    track = wheels.track if facts.track is None else facts.track
+    if abs(track - wheels.track) > OFF * wheels.track:
+        notes.append(
+            "{}: the track is {:g} m, but the wheels stand {:g} m apart".format(
+                facts.source, track, wheels.track
+            )
+        )
+    return float(track * facts.track_factor)
+
+
+def _outline(shapes, radius, track, where):
+    """Return front, rear, width and height [m] of what the collision ``shapes`` and the wheels take."""
+    if not shapes:
+        raise ScenarioError(
+            "{}: no link has a collision shape; wanted one, or the key body, since it says how "
+            "large the robot is".format(where)
+        )
+    low, high = extent(shapes)
+    low = np.minimum(low, [-radius, -0.5 * track, -radius])
+    high = np.maximum(high, [radius, 0.5 * track, radius])
+    values = (high[0], -low[0], 2.0 * max(high[1], -low[1]), high[2] + radius)
+    return {key: round(float(value), 9) for key, value in zip(BODY, values)}
+
+
+def _above_ground(shapes, radius, notes):
+    """Return ``shapes``, those lifted that reach a little below the wheels' lowest point."""
+    result = []
+    for shape in shapes:
+        below = -radius - extent([shape])[0][2]
+        if below > BELOW * radius:
+            raise ScenarioError(
+                "{}: reaches {:.3g} m below the wheels' lowest point, wanted above it".format(
+                    shape.where, below
+                )
+            )
+        if below > 0.0:
+            raised = shape.transform.copy()
+            raised[2, 3] += below
+            shape = shape._replace(transform=raised)
+            if below > 5e-4:
+                notes.append("{}: lifted by {:.2g} m onto the ground".format(shape.where, below))
+        result.append(shape)
+    return tuple(result)
+
+
+def _masses(description, base, sides, radius, given, where, notes):
+    """Return the ``Mass`` of the base and those of the wheels, together the mass ``given`` if it is."""
+    total = base.mass + sum(side.mass.mass for side in sides)
+    wanted = total
+    if given.get("mass") is not None:
+        wanted = quantity(given["mass"], "kg", where + ": mass", above=0.0)
+    elif total <= 0.0:
+        raise ScenarioError(
+            "{}: no link has a mass; wanted <inertial> tags, or the key mass".format(
+                description.where
+            )
+        )
+    if base.mass <= 0.0:
+        base = _block(wanted * (1.0 - 2.0 * WHEEL_SHARE), radius)
+        notes.append(
+            "{}: no link but the wheels has a mass: a block of {:g} kg stands for them".format(
+                description.where, base.mass
+            )
+        )
+    wheels = [side.mass if side.mass.mass > 0.0 else None for side in sides]
+    for row, side in enumerate(sides):
+        if wheels[row] is None:
+            wheels[row] = _disc(WHEEL_SHARE * (wanted if total <= 0.0 else total), radius)
+            notes.append(
+                "{}: link {} has no mass: it gets {:g} kg".format(
+                    description.where, shown(side.names[0]), wheels[row].mass
+                )
+            )
+    parts = [base] + wheels
+    for part, name in zip(parts, (description.root, sides[0].names[0], sides[1].names[0])):
+        if not part.inertia.diagonal().min() > 0.0:
+            raise ScenarioError(
+                "{}: link {}: inertia 0 with {:g} kg, wanted above 0".format(
+                    description.where, shown(name), part.mass
+                )
+            )
+    scale = wanted / sum(part.mass for part in parts)
+    if given.get("mass") is None:
+        scale = 1.0
+    scaled = [Mass(part.mass * scale, part.centre, part.inertia * scale) for part in parts]
+    return scaled[0], scaled[1:]
+
+
+def _block(mass, radius):
+    """Return a cube as long as a wheel is high, of ``mass`` [kg]."""
+    return Mass(mass, np.zeros(3), mass * (2.0 * radius) ** 2 / 6.0 * np.eye(3))
+
+
+def _disc(mass, radius):
+    """Return a wheel, a solid disc that turns about y, of ``mass`` [kg] and ``radius`` [m]."""
+    return Mass(mass, np.zeros(3), mass * radius**2 * np.diag([0.25, 0.5, 0.25]))
+
+
+def _friction(description, wheel_links):
+    """Return the wheels' least coefficient of friction [-] in <gazebo> tags, None if none is given."""
+    found = []
+    for element in description.xml.findall("gazebo"):
+        if element.get("reference") in wheel_links and element.findtext("mu1"):
+            name = shown(element.get("reference"))
+            where = "{}: gazebo {}: mu1".format(description.where, name)
+            try:
+                value = float(element.findtext("mu1"))
+            except ValueError:
+                value = element.findtext("mu1")
+            found.append(number(value, where, low=0.0))
+    return min(found) if found else None
+
+
+def _limits(description, facts, wheels, radius, track, given, where):
+    """Return the limits that are known, by axis; ``ScenarioError`` if a top speed is not given either."""
+    rate = min(description.joints[name].velocity for name in wheels.lefts + wheels.rights)
+    tops = list(facts.tops)
+    accelerations = list(facts.accelerations)
+    # Both wheels at their limit, forwards or against each other.
+    for row, factor in enumerate((1.0, 2.0 / track)):
+        if tops[row] is None and math.isfinite(rate):
+            tops[row] = rate * radius * factor
+        if accelerations[row] is None and facts.rim_acceleration is not None:
+            accelerations[row] = facts.rim_acceleration * factor
+    result = {}
+    for axis, unit, top, acceleration in zip(AXES, UNITS, tops, accelerations):
+        if top is None and not _has_top(given, axis):
+            raise ScenarioError(
+                "{}: limits.firmware.{}.max: nothing given, and neither {} nor the wheel joints' "
+                "limit velocity tells it; wanted a number [{}]".format(
+                    where, axis, facts.source, unit
+                )
+            )
+        found = {"max": top, "acceleration": acceleration}
+        result[axis] = {key: value for key, value in found.items() if value is not None}
+    return result
+
+
+def _has_top(given, axis):
+    for key in ("limits", "firmware", axis, "max"):
+        given = given.get(key) if isinstance(given, dict) else None
+    return given is not None
+
+
+def _sources(content, facts, description):
+    drive = ("wheels", "limits", "command_timeout", "odometry_rate")
+    shapes = ("body", "mass", "inertia")
+    sources = {key: facts.source for key in drive if key in content}
+    sources.update({key: description.where for key in shapes if content.get(key)})
+    return sources

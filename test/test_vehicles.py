@@ -145,7 +145,9 @@ def test_each_robot_of_a_mixed_team_has_its_own_limits():
     )
     team = Team(("pioneer3dx", slow))
     np.testing.assert_array_equal(team.limits.top[:, 0], [0.75, 0.3])
-    np.testing.assert_array_equal(team.excess(np.array([[0.75, 0.0], [0.75, 0.0]])), [1.0, 2.5])
+    np.testing.assert_array_equal(
+        team.excess(np.array([[0.75, 0.0], [0.75, 0.0]]), np.zeros(2), 0.02), [1.0, 2.5]
+    )
     np.testing.assert_array_equal(team.speeds[:, 0], [0.75, 0.3])
     lowered = Team(team.kinds, LoweredLimits("top", v_max=0.5))
     np.testing.assert_array_equal(lowered.speeds[:, 0], [0.5, 0.5])

@@ -105,7 +105,7 @@ def test_overlapping_robots_are_refused_by_name():
         (ONE, [[0.0, 0.0]], r"shape \(1, 2\)"),
         ((), [], "at least one"),
         (ONE * 2, [[0.0, 0.0, 0.0], [2.0, np.nan, 0.0]], "robot2: pose .*nan"),
-        (("pioneer3at",), [[0.0, 0.0, 0.0]], "did you mean 'pioneer3dx'"),
+        (("pioneer4dx",), [[0.0, 0.0, 0.0]], "did you mean 'pioneer3dx'"),
     ],
 )
 def test_a_team_that_cannot_be_leaves_the_old_one(kinds, poses, said):

@@ -14,7 +14,6 @@ from mrs_simulator.core.kinematics import (
     NO_LIMITS,
     hand_points,
     point_mass_from_unicycle,
-    scaled,
     unicycle_from_point_mass,
 )
 from mrs_simulator.core.links import NO_FAULTS
@@ -125,6 +124,7 @@ class PioneerControl:
         """
         self.numbers = tuple(numbers)
         self.team = Team((DEFAULT_KIND,) * len(self.numbers), limits) if team is None else team
+        self._joints = np.zeros(len(self.numbers))  # of the drives, such as steering angles
         self.saturation = saturation
         self.period, self.time, self.fidelity = period, 0.0, fidelity
         self.safety = safety
@@ -237,8 +237,17 @@ class PioneerControl:
         return self.team.limits
 
     def saturated(self, command, scope):
-        """Return ``command`` (n, a) within each robot's limits, as ``core.kinematics.scaled`` does."""
-        return command if scope == "none" else scaled(command, self.team.excess(command), scope)
+        """Return ``command`` (n, a) within each robot's limits.
+
+        ``scope``: each robot slowed by a factor of its own, "robot", all by the greatest, "team", or
+        not at all, "none"; each point keeps its direction.
+        """
+        if scope == "none":
+            return command
+        factor = np.maximum(self.team.excess(command, self._joints, self.period), 1.0)
+        if scope == "team":
+            factor = np.full(len(factor), factor.max(initial=1.0))
+        return self.team.slowed(command, factor, self._joints)
 
     @property
     def is_by_neighbours(self):

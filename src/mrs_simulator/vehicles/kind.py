@@ -89,7 +89,7 @@ def read_kind(content, where, directory=""):
         drive=drive,
         body=_read_body(top.section("body")),
         numbers=module.read(numbers),
-        limits=_read_limits(top.section("limits"), module.AXES),
+        limits=_read_limits(top.section("limits"), module),
         mass=top.quantity("mass", "kg", above=0.0),
         inertia=top.quantity("inertia", "kg m^2", above=0.0) if top.has("inertia") else None,
         model=_read_model(top, directory),
@@ -124,18 +124,19 @@ def _read_body(section):
     return body
 
 
-def _read_limits(section, axes):
-    firmware = _read_preset(section.section("firmware"), axes)
-    top = _read_preset(section.section("top"), axes) if section.has("top") else firmware
+def _read_limits(section, module):
+    firmware = _read_preset(section.section("firmware"), module)
+    top = _read_preset(section.section("top"), module) if section.has("top") else firmware
     section.take("top")
     section.done()
     return {"firmware": firmware, "top": top}
 
 
-def _read_preset(section, axes):
-    limits = tuple(_read_axis(section.section(axis), axis) for axis in axes)
+def _read_preset(section, module):
+    given = {axis: _read_axis(section.section(axis), axis) for axis in module.LIMIT_AXES}
     section.done()
-    return limits
+    # Of an axis that follows from others, as a car's turn rate from its steering, there is none.
+    return tuple(given.get(axis, AxisLimit(math.inf, math.inf)) for axis in module.AXES)
 
 
 def _read_axis(section, axis):

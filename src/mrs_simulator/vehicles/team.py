@@ -66,7 +66,7 @@ class Team:
         self.robot_axes = self._rows(lambda each: [axis in each.axes for axis in self.axes], bool)
         drives = tuple(dict.fromkeys(each.drive for each in self.kinds))
         of_kind = {each: kind_limits(each, limits) for each in distinct}
-        self.groups = tuple(self._group(drive, of_kind) for drive in drives)
+        self.groups = tuple(self._group(drive, of_kind, limits) for drive in drives)
         # An axis that a robot does not obey has no limit: its command is 0.
         by_axis = {}
         for each in distinct:
@@ -102,17 +102,18 @@ class Team:
         across = [top[:, linear], top[:, ~linear]]
         return np.stack([_length(values) for values in across], axis=1)
 
-    def _group(self, drive, of_kind):
+    def _group(self, drive, of_kind, limits):
         module = drive_module(drive)
         rows = [row for row, each in enumerate(self.kinds) if each.drive == drive]
         kinds = tuple(self.kinds[row] for row in rows)
         columns = [self.axes.index(axis) for axis in module.AXES]
+        numbers = columns_of(kinds, module)
         return Group(
             module,
             EVERY if len(rows) == self.n else np.array(rows),
             EVERY if len(columns) == len(self.axes) else np.array(columns),
             kinds,
-            columns_of(kinds, module),
+            numbers if limits is not None else module.unlimited(numbers),
             stacked([of_kind[each] for each in kinds]),
         )
 
@@ -164,15 +165,44 @@ class Team:
             result[group.rows] = of_group(group, group.rows)
         return result
 
-    def excess(self, command):
-        """Return by which factor each ``command`` (n, a) is beyond its robot's limits, (n,)."""
+    def excess(self, command, joints, period):
+        """Return by which factor each ``command`` (n, a) is beyond its robot's limits, (n,).
+
+        ``joints`` (n,) [rad] now; ``period`` [s] for which the command is held.
+        """
+        return self._each(
+            lambda g, rows: g.drive.excess(
+                g.of(command), joints[rows], g.limits.top, g.numbers, period
+            )
+        )
+
+    def slowed(self, command, factor, joints):
+        """Return ``command`` (n, a) with the speeds divided by ``factor`` (n,), at least 1.
+
+        The points move in the same directions, more slowly.
+        """
         if len(self.groups) == 1:
-            (group,) = self.groups
-            return group.drive.excess(command, group.limits.top, group.numbers)
+            (g,) = self.groups
+            return g.drive.slowed(command, factor, joints, g.numbers)
+        result = np.zeros_like(command)
+        for g in self.groups:
+            own = g.drive.slowed(g.of(command), factor[g.rows], joints[g.rows], g.numbers)
+            g.put(result, own)
+        return result
+
+    def joints_after(self, command, joints, period):
+        """Return the drives' inner joints, (n,) [rad], after ``period`` [s] of ``command`` (n, a)."""
+        return self._each(
+            lambda g, rows: g.drive.joints_after(g.of(command), joints[rows], g.numbers, period)
+        )
+
+    def _each(self, of_group):
+        """Return what ``of_group`` gives for each group, as one array (n,)."""
+        if len(self.groups) == 1:
+            return of_group(self.groups[0], EVERY)
         result = np.empty(self.n)
         for group in self.groups:
-            top, numbers = group.limits.top, group.numbers
-            result[group.rows] = group.drive.excess(group.of(command), top, numbers)
+            result[group.rows] = of_group(group, group.rows)
         return result
 
 

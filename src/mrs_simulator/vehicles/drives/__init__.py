@@ -7,7 +7,7 @@ import importlib
 
 from mrs_simulator.core.parameters import unknown_name
 
-DRIVES = ("differential",)
+DRIVES = ("differential", "omnidirectional", "car")
 
 
 def drive_module(name):

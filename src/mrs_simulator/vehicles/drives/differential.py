@@ -1,4 +1,7 @@
-"""Differential drive: two driven wheels on one axle; the unicycle of the paper's equation (1).
+"""Differential drive: driven wheels left and right; the unicycle of the paper's equation (1).
+
+Two wheels on one axle, or four wheels that slide when the robot turns (skid steer): then the track is
+the effective one, at which wheel speeds give the true turn rate.
 
 It obeys forward speed ``v`` and turn rate ``omega``.  Its controlled point is the hand point, ``l``
 ahead of the axle's centre, eq. (2).  Of m robots: ``pose`` (m, 3) [m, m, rad]; ``velocity`` and
@@ -20,8 +23,11 @@ from mrs_simulator.core.kinematics import (
     wheel_speeds,
     wrap_angle,
 )
+from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.vehicles.drives.stand import Stand
 
 AXES = ("linear.x", "angular.z")
+LIMIT_AXES = AXES  # that a kind's file gives limits of
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # wheels that are counted: left, right
 POINT = "hand point"
@@ -32,13 +38,18 @@ class Numbers(NamedTuple):
 
     track: float  # [m] between the wheels; with skid steer the effective one
     radius: float  # [m]
-    joints: Tuple[str, str] = ()  # left and right, in the kind's model
+    joints: Tuple[
+        str, ...
+    ] = ()  # left and right, in the kind's model; with skid steer front and rear
     torque: float = 0.0  # [N m] at a wheel
     friction: float = 0.0  # [-]
     spin_friction: float = 0.0  # [m]
+    spacing: float = 0.0  # [m] between left and right wheels of a skid steer
+    wheelbase: float = 0.0  # [m] between its front and rear wheels; 0 for two wheels on one axle
 
 
-COLUMNS = ("track", "radius")  # the numbers that the functions below use
+# The numbers that the functions below use.
+COLUMNS = ("track", "radius", "torque", "spacing", "wheelbase")
 
 
 def read(section):
@@ -46,13 +57,40 @@ def read(section):
     return Numbers(
         track=section.quantity("track", "m", above=0.0, high=100.0),
         radius=section.quantity("radius", "m", above=0.0, high=100.0),
-        joints=section.strings("joints", 2)
-        if section.has("joints")
-        else section.take("joints", ()),
+        joints=_read_joints(section),
         torque=section.quantity("torque", "N m", 6.0, above=0.0),
         friction=section.quantity("friction", "", 0.9, low=0.0),
         spin_friction=section.quantity("spin_friction", "m", 0.001, low=0.0),
+        **_read_skid(section),
     )
+
+
+def _read_joints(section):
+    if not section.has("joints"):
+        return section.take("joints", ())
+    given = section.take("joints")
+    return section.strings("joints", 4 if isinstance(given, list) and len(given) == 4 else 2)
+
+
+def _read_skid(section):
+    """Return where the wheels of a skid steer stand; both keys or neither."""
+    keys = ("spacing", "wheelbase")
+    given = [key for key in keys if section.has(key)]
+    if len(given) == 1:
+        missing = keys[1 - keys.index(given[0])]
+        raise ScenarioError(
+            "{}: {}, wanted with {} (four wheels), or neither (two)".format(
+                section.at(missing), shown(None), given[0]
+            )
+        )
+    if not given:
+        return {key: section.take(key, 0.0) for key in keys}
+    return {key: section.quantity(key, "m", above=0.0, high=100.0) for key in keys}
+
+
+def unlimited(numbers):
+    """Return ``numbers`` without limits of the drive's own: it has none."""
+    return numbers
 
 
 def ride_height(numbers):
@@ -124,10 +162,55 @@ def reckoned(pose, rolled, joints, numbers):
     return after
 
 
-def excess(command, top, numbers):
+def excess(command, joints, top, numbers, period):
     """Return by which factor each ``command`` (m, 2) is beyond ``top``, (m,); up to 1 within."""
     share = np.abs(command) / top
     return np.maximum(share[:, 0], share[:, 1])
+
+
+def slowed(command, factor, joints, numbers):
+    """Return the commands (m, 2) divided by ``factor`` (m,): the path keeps its shape."""
+    return command / factor[:, np.newaxis]
+
+
+def joints_after(command, joints, numbers, period):
+    """Return ``joints`` (m,): there are none."""
+    return joints
+
+
+def is_pushed(numbers):
+    """Return whether, in motion with forces, wheel forces of ``stand`` push the body.
+
+    Those of a skid steer, whose wheels slide all the time when it turns; two wheels roll in the solver.
+    """
+    return numbers.wheelbase > 0.0
+
+
+def stand(joints, numbers):
+    """Return the ``Stand`` of skid steers: front left, front right, rear left, rear right.
+
+    Turning without torque, ``y (rim - omega y) = x (omega x)`` for wheels at (+-x, +-y): dry friction
+    gives the effective track ``2 (x^2 + y^2)/y``.
+    """
+    m = len(joints)
+    along, across = np.zeros((m, 4, 3)), np.zeros((m, 4, 3))
+    along[:, :, 0] = across[:, :, 1] = 1.0
+    along[:, :, 2] = np.multiply.outer(np.broadcast_to(numbers.spacing, m), [-0.5, 0.5, -0.5, 0.5])
+    across[:, :, 2] = np.multiply.outer(
+        np.broadcast_to(numbers.wheelbase, m), [0.5, 0.5, -0.5, -0.5]
+    )
+    push = np.repeat(np.broadcast_to(numbers.torque / numbers.radius, m), 4).reshape(m, 4)
+    return Stand(along, across, np.full((m, 4), 0.25), push, np.zeros(m))
+
+
+def rim_targets(velocity, joints, numbers):
+    """Return the speeds (m, 4) [m/s] at which the motors hold the rims of a skid steer."""
+    return np.tile(wheel_speeds(velocity, numbers.track), 2)
+
+
+def counted(turning, joints, numbers):
+    """Return what the encoders count per second, (m, 2) [m/s], of rims ``turning`` (m, 4)."""
+    return 0.5 * (turning[:, :2] + turning[:, 2:])
 
 
 def point(pose, joints, l, numbers):

@@ -9,7 +9,9 @@ from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import add_require_verdict, exit_code, verdict_text
 from mrs_simulator.study import sweep
 from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.report import RUN_FILE, read_run
 from mrs_simulator.study.shipped import scenario_path
 
 
@@ -20,10 +22,13 @@ def main(argv=None):
         signal.signal(number, signal.default_int_handler)
     try:
         with refusing_bad_input("experiment"):
+            check_exports(arguments)
             if arguments.sweep:
                 sys.exit(_sweep(arguments))
             scenario = _scenario(arguments)
             verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
+            recorded = os.path.join(arguments.out, RUN_FILE)
+            write_exports(arguments, lambda: read_run(recorded), verdict)
     except KeyboardInterrupt:
         sys.exit(130)
     print(verdict_text(verdict))
@@ -92,6 +97,7 @@ def _arguments(argv):
     )
     parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    add_exports(parser)
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots")
     parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
     parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")

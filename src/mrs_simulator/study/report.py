@@ -29,6 +29,7 @@ from mrs_simulator.core.verdict import (
     write_verdict,
 )
 from mrs_simulator.core.writing import write_text
+from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.programs import refusing_bad_input
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
@@ -230,13 +231,18 @@ def main(argv=None):
     parser.add_argument("--scenario", help="YAML file; default: scenario.yaml beside the run")
     parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
     add_require_verdict(parser)
+    add_exports(parser)
     arguments = parser.parse_args(argv)
     with refusing_bad_input("report"):
+        check_exports(arguments)
         run = read_run(arguments.run, arguments.scenario)
         formats = [kind for kind in arguments.formats.split(",") if kind]
         verdict = write_report(run, arguments.out, formats, control_of(run))
+        exported = write_exports(arguments, lambda: run, verdict)
     print(verdict_text(verdict))
     print("  figures: {}".format(os.path.abspath(arguments.out)))
+    for path in exported:
+        print("  exported: {}".format(os.path.abspath(path)))
     sys.exit(exit_code(verdict, arguments.require_verdict))
 
 

@@ -1,0 +1,189 @@
+"""Exports: the verdict as a LaTeX or CSV table, the run as a ``.mat`` file."""
+
+import csv
+import importlib.util
+import io
+import os
+
+from mrs_simulator.core.verdict import outcome_of
+
+TABLES = ("tex", "csv")
+COLUMNS = ("check", "predicted", "measured", "tolerance", "outcome", "note")
+OUTCOMES = {True: "passed", False: "failed", None: "not judged"}
+RELATIONS = ("at most", "at least")
+MAT_FILE = "run.mat"
+NO_SCIPY = "--mat: wanted the Python package scipy"
+ESCAPED = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+}
+
+
+class ExportError(ValueError):
+    """An export that cannot be made; the message names it and what was wanted."""
+
+
+def table_kinds(text):
+    """Return the kinds of table in ``text``, ``tex`` or ``tex,csv``; ``ExportError`` for another."""
+    kinds = [kind.strip() for kind in text.split(",") if kind.strip()]
+    for kind in kinds:
+        if kind not in TABLES:
+            raise ExportError("--table {!r}: wanted {}".format(kind, " or ".join(TABLES)))
+    return kinds
+
+
+def write_tables(verdict, out, kinds):
+    """Write ``verdict.tex`` and ``verdict.csv`` to ``out``, those in ``kinds``; return the paths."""
+    makers = {"tex": verdict_latex, "csv": verdict_csv}
+    paths = []
+    for kind in kinds:
+        paths.append(os.path.join(out, "verdict." + kind))
+        with open(paths[-1] + ".part", "w", encoding="utf-8", newline="") as file:
+            file.write(makers[kind](verdict))
+        os.replace(paths[-1] + ".part", paths[-1])
+    return paths
+
+
+def verdict_csv(verdict):
+    """Return the checks of ``verdict`` as CSV, a line for each, numbers with all their digits."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(COLUMNS)
+    for check in verdict["checks"]:
+        values = [check[key] for key in ("predicted", "measured", "tolerance")]
+        row = [check["name"], *values, OUTCOMES[check["passed"]], check.get("note", "")]
+        table.writerow(["" if value is None else value for value in row])
+    return text.getvalue()
+
+
+def verdict_latex(verdict):
+    """Return ``verdict`` as a LaTeX ``table`` in the manner of the package booktabs.
+
+    Wants ``\\usepackage{booktabs}``.  A bound has its relation sign before the predicted number; why
+    a check was not judged stands in a note below.
+    """
+    notes, rows = [], []
+    for check in verdict["checks"]:
+        mark = _mark(check, notes)
+        relation = {"at most": r"$\leq$ ", "at least": r"$\geq$ "}.get(check.get("note"), "")
+        cells = [
+            _text(check["name"]) + mark,
+            relation + _number(check["predicted"]),
+            _number(check["measured"]),
+            _number(check["tolerance"]),
+            OUTCOMES[check["passed"]],
+        ]
+        rows.append("  " + " & ".join(cells) + r" \\")
+    caption = "{}: {}".format(_text(verdict["title"] or "Run"), _outcome(verdict))
+    lines = [
+        r"\begin{table}",
+        r"  \centering",
+        r"  \caption{" + caption + "}",
+        r"  \begin{tabular}{lrrrl}",
+        r"  \toprule",
+        r"  Check & Predicted & Measured & Tolerance & Outcome \\",
+        r"  \midrule",
+        *rows,
+        r"  \bottomrule",
+        r"  \end{tabular}",
+        *_footnotes(notes),
+        r"\end{table}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _mark(check, notes):
+    """Return the mark of the check's note, which is added to ``notes``; "" for a relation or none."""
+    note = check.get("note", "")
+    if not note or note in RELATIONS:
+        return ""
+    if note not in notes:
+        notes.append(note)
+    return _superscript(notes.index(note))
+
+
+def _superscript(row):
+    return r"\textsuperscript{" + chr(ord("a") + row) + "}"
+
+
+def _footnotes(notes):
+    if not notes:
+        return []
+    marked = [_superscript(row) + r"\," + _text(note) for row, note in enumerate(notes)]
+    return [r"  \\[0.5ex]", r"  {\footnotesize " + "; ".join(marked) + "}"]
+
+
+def _outcome(verdict):
+    reason = verdict.get("reason", "")
+    text = outcome_of(verdict).replace("_", " ")
+    return text + (" (" + _text(reason) + ")" if reason else "") + "."
+
+
+def _text(value):
+    return "".join(ESCAPED.get(letter, letter) for letter in str(value))
+
+
+def _number(value):
+    """Return a number of four significant digits in LaTeX, a text as it is, a dash for none."""
+    if value is None:
+        return "--"
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return _text(value)
+    mantissa, e, exponent = "{:.4g}".format(value).partition("e")
+    if not e:
+        return "${}$".format(mantissa)
+    return r"${} \times 10^{{{}}}$".format(mantissa, int(exponent))
+
+
+def write_mat(run, out):
+    """Write ``run.mat``, the run's arrays for MATLAB and Octave, to ``out`` by scipy; return its path.
+
+    ``time`` (m, 1) [s], ``robots`` (1, n), ``pose`` (m, n, 3), ``hand`` (m, n, 2), ``command`` (m, n, 2).
+    Raises ``ExportError`` where scipy is not installed.
+    """
+    try:
+        from scipy.io import savemat
+    except ImportError:
+        raise ExportError(NO_SCIPY) from None
+    path = os.path.join(out, MAT_FILE)
+    arrays = {name: getattr(run, name) for name in ("pose", "hand", "command")}
+    arrays.update(time=run.time.reshape(-1, 1), robots=run.robots.reshape(1, -1))
+    with open(path + ".part", "wb") as file:
+        savemat(file, arrays, do_compression=True)
+    os.replace(path + ".part", path)
+    return path
+
+
+def add_exports(parser):
+    """Give ``parser`` the options ``--table`` and ``--mat``, which :func:`write_exports` takes."""
+    parser.add_argument(
+        "--table", default="", metavar="KINDS", help="write verdict.tex, verdict.csv: tex,csv"
+    )
+    parser.add_argument("--mat", action="store_true", help="write run.mat, by scipy")
+
+
+def check_exports(arguments):
+    """Raise ``ExportError`` for options of :func:`add_exports` that cannot be met."""
+    table_kinds(arguments.table)
+    if arguments.mat and importlib.util.find_spec("scipy") is None:
+        raise ExportError(NO_SCIPY)
+
+
+def write_exports(arguments, run, verdict):
+    """Write what the options of :func:`add_exports` ask for to ``arguments.out``; return the paths.
+
+    ``run``: a function that returns the ``Run``, called where it is wanted.
+    """
+    paths = write_tables(verdict, arguments.out, table_kinds(arguments.table))
+    return paths + ([write_mat(run(), arguments.out)] if arguments.mat else [])

@@ -55,6 +55,14 @@ prepare
 private_ros
 
 mkdir -p "$out" || fail "making $out" "choose another directory with --out"
+# Two demos at once would write over each other.
+exec 8>"$out/.demo"
+if ! flock -n 8; then
+  out=$(mktemp -d "$out.XXXX")
+  printf -- '== another demo writes to that directory, this one to %s\n' "$out"
+  exec 8>"$out/.demo"
+  flock -n 8
+fi
 rm -f "$out/run.csv" "$out/verdict.json"
 export ROS_LOG_DIR="$out/log"
 

@@ -10,6 +10,7 @@ import importlib.util
 import inspect
 import os
 import sys
+import traceback
 
 from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -133,11 +134,21 @@ def _module_from_file(path, name):
         if not isinstance(error, (Exception, SystemExit)):
             raise
         raise ProtocolError(
-            "protocol {}: its file raised {}: {}".format(name, type(error).__name__, error)
+            "protocol {}: {}{}: {}".format(name, _place(error, path), type(error).__name__, error)
         ) from error
     finally:
         sys.path.remove(os.path.dirname(path))
     return module
+
+
+def _place(error, path):
+    """Return where in the user's file at ``path`` the ``error`` came up, as "file, line n: "."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return "{}, line {}: ".format(error.filename, error.lineno)
+    frames = traceback.extract_tb(error.__traceback__)
+    directory = os.path.dirname(path)  # its helpers may lie beside it
+    own = [frame for frame in frames if os.path.dirname(frame.filename) == directory]
+    return "{}, line {}: ".format(own[-1].filename, own[-1].lineno) if own else ""
 
 
 def _module_by_name(module_name, name):

@@ -17,10 +17,11 @@ from mrs_simulator.core.kinematics import (
     unicycle_from_point_mass,
 )
 from mrs_simulator.core.links import NO_FAULTS
-from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.parameters import Parameter, checked_values, shown
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.vehicles import Team
 
+HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
 RESERVED = (
     "numbers",
     "topology",
@@ -87,6 +88,8 @@ class PioneerControl:
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
+        _refuse_hidden_hook(cls)
+        _refuse_no_parameters(cls)
         for parameter in cls.PARAMETERS:
             if parameter.name in RESERVED or hasattr(PioneerControl, parameter.name):
                 raise TypeError(
@@ -122,6 +125,12 @@ class PioneerControl:
 
         Raises ``ValueError`` that names an unknown or impossible parameter.
         """
+        if not any(
+            getattr(type(self), hook) is not getattr(PioneerControl, hook) for hook in HOOKS
+        ):
+            raise ControlError(
+                "{} has no law: wanted {}".format(type(self).__name__, " or ".join(HOOKS))
+            )
         self.numbers = tuple(numbers)
         self.team = Team((DEFAULT_KIND,) * len(self.numbers), limits) if team is None else team
         self._joints = np.zeros(len(self.numbers))  # of the drives, such as steering angles
@@ -302,7 +311,14 @@ class PioneerControl:
             hand = self._hand(pose)
             u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
-            u = np.asarray(self.pointMassLaw(self._hand(pose)), dtype=float)
+            wanted = self.pointMassLaw(self._hand(pose))
+            u = _numbers(wanted)
+            if u is None:
+                raise ControlError(
+                    "pointMassLaw returned {}, wanted an array ({}, 2) of velocities".format(
+                        _described(wanted), len(self.numbers)
+                    )
+                )
         if u.shape != (len(self.numbers), 2):
             raise ControlError(
                 "pointMassLaw returned shape {}, wanted ({}, 2): a velocity for each robot".format(
@@ -324,7 +340,14 @@ class PioneerControl:
         ]
         robot = self.numbers[row]
         wanted = self.neighbourLaw(robot, 0.0 if self.LOCAL_FRAMES else theta, tuple(seen))
-        return turn @ np.asarray(wanted, dtype=float)
+        velocity = _numbers(wanted)
+        if velocity is None or velocity.shape != (2,):
+            raise ControlError(
+                "neighbourLaw returned {} for robot {}, wanted (ux, uy)".format(
+                    _described(wanted), robot
+                )
+            )
+        return turn @ velocity
 
     def _safe(self, command, pose):
         """Return ``command`` as the safety filter lets it pass, on hand points."""
@@ -382,6 +405,46 @@ class PioneerControl:
                     self.numbers[bad[0]], v, omega
                 )
             )
+
+
+def _numbers(value):
+    """Return ``value`` as an array of floats, None where it is no such thing."""
+    if value is None:
+        return None
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
+
+
+def _refuse_hidden_hook(cls):
+    """Raise ``TypeError`` where ``calculateControlLaw`` hides another hook of the same class."""
+    own = [hook for hook in HOOKS if hook in vars(cls)]
+    law = vars(cls).get("calculateControlLaw")
+    used = getattr(getattr(law, "__code__", None), "co_names", own)
+    if law is not None and len(own) > 1 and not {*own[1:], "super", "wanted_commands"} & set(used):
+        raise TypeError(
+            "{} overrides {}: the first hides the other, wanted one of them".format(
+                cls.__name__, " and ".join(own)
+            )
+        )
+
+
+def _refuse_no_parameters(cls):
+    """Raise ``TypeError`` where ``PARAMETERS`` is not a sequence of ``Parameter``."""
+    given = cls.PARAMETERS
+    if isinstance(given, Parameter):
+        text = "{}.PARAMETERS is one Parameter, wanted a tuple: (Parameter(...),)"
+        raise TypeError(text.format(cls.__name__))
+    for index, entry in enumerate(given if isinstance(given, (list, tuple)) else [given]):
+        if not isinstance(entry, Parameter):
+            text = "{}.PARAMETERS[{}]: {}, wanted a Parameter(name, default, ...)"
+            raise TypeError(text.format(cls.__name__, index, shown(entry)))
+        try:
+            entry.checked(entry.default)
+        except (ValueError, KeyError, TypeError) as error:
+            text = "{}.PARAMETERS[{}]: the default does not fit: {}"
+            raise TypeError(text.format(cls.__name__, index, error)) from None
 
 
 def _rotation(theta):

@@ -37,7 +37,9 @@ class Parameter(NamedTuple):
         if self.high is not None:
             bounds.append("{} {:g}".format("below" if self.open_high else "at most", self.high))
         kind = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
-        text = " ".join([kind[type(self.default)], " and ".join(bounds)]).strip()
+        # Another kind of default is refused with the class that has it.
+        name = kind.get(type(self.default), "a default that is a number, true, false or a text")
+        text = " ".join([name, " and ".join(bounds)]).strip()
         unit = " [{}]".format(self.unit) if self.unit else ""
         return text + unit + (": " + self.why if self.why else "")
 
@@ -55,7 +57,7 @@ class Parameter(NamedTuple):
                 return float(value) if math.isfinite(value) else None
             except OverflowError:
                 return None
-        return value if type(value) is wanted else None
+        return value if type(value) is wanted and wanted in (int, bool, str) else None
 
     def _in_range(self, value):
         if self.choices:

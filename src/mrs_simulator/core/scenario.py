@@ -29,12 +29,15 @@ FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ODOMETRIES = ("world", "wheel")
 SATURATIONS = ("robot", "team", "none")
 LIMIT_PRESETS = ("firmware", "top", "none")
+# Keys that command lines change, beside the number of robots and the protocol.
+OVERRIDES = ("fidelity", "odometry", "limits", "duration", "seed")
 DEFAULT_KIND = "pioneer3dx"
 KIND_FILES = (".yaml", ".urdf", ".xacro")  # a kind whose name ends so is a file
 DEFAULT_PROTOCOL = "formation"
 RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
 MOST_ROBOTS = 20000
+MOST_TURNED = 4.0 * math.pi  # [rad] of a heading, beyond which degrees may have been meant
 FARTHEST = 1e6  # [m], a position beyond this is a mistake
 
 
@@ -128,10 +131,28 @@ class Scenario(NamedTuple):
         control = self.control._replace(protocol=protocol, parameters=kept)
         return self._replace(title=_title(self.n, protocol), control=control)
 
+    def overridden(self, robots=None, protocol=None, **values):
+        """Return this scenario as a command line changes it; None leaves what it says.
+
+        ``robots``: their number; ``protocol``: a name; ``values``: of the keys in ``OVERRIDES``.
+        """
+        result = self if robots is None else self.with_robots(robots)
+        result = result if protocol is None else result.with_protocol(protocol)
+        given = {key: value for key, value in values.items() if value is not None}
+        return result.changed(**given) if given else result
+
     def changed(self, **values):
         """Return this scenario with top-level keys set anew, checked as in a file."""
         content = dict(self.to_dict(), **values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
+
+    def doubts(self):
+        """Return what looks like a mistake though it can be meant, a list of texts."""
+        turned = np.flatnonzero(np.abs(self.poses[:, 2]) > MOST_TURNED)
+        if not len(turned):
+            return []
+        text = "robot{}: heading {:g} rad is more than {:g} turns; wanted radians, not degrees"
+        return [text.format(turned[0] + 1, self.poses[turned[0], 2], MOST_TURNED / (2 * math.pi))]
 
     def _topology_for(self, n):
         if self.topology is None:

@@ -9,7 +9,8 @@ import argparse
 import os
 import sys
 
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.scenario import OVERRIDES, load_scenario
+from mrs_simulator.ros.launch_arguments import refuse_unknown_launch_arguments
 from mrs_simulator.study.shipped import scenario_path
 
 DEFAULT_SCENARIO = "paper.yaml"
@@ -31,6 +32,7 @@ def parse(description, names, argv=None):
 
     roslaunch's ``__name:=`` and the ``_parameter:=`` and ``topic:=`` of others are left to rospy.
     """
+    refuse_unknown_launch_arguments()
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -53,15 +55,10 @@ def parse(description, names, argv=None):
 def scenario_from(arguments):
     """Return the scenario that the arguments name; the paper's by default."""
     scenario = load_scenario(scenario_path(arguments.scenario or DEFAULT_SCENARIO))
-    protocol = getattr(arguments, "protocol", "")
-    scenario = scenario.with_protocol(protocol) if protocol else scenario
-    robots = _number(arguments, "robots", int)
-    if robots:
-        scenario = scenario.with_robots(robots)
-    given = {key: getattr(arguments, key, "") for key in ("fidelity", "odometry", "limits")}
+    given = {key: getattr(arguments, key, "") for key in ("protocol", *OVERRIDES)}
+    given["robots"] = _number(arguments, "robots", int)
     given["duration"] = _number(arguments, "duration", float)
-    given = {key: value for key, value in given.items() if value}
-    return scenario.changed(**given) if given else scenario
+    return scenario.overridden(**{key: value or None for key, value in given.items()})
 
 
 def _number(arguments, name, kind):

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.scenario import OVERRIDES, load_scenario
 from mrs_simulator.core.verdict import add_require_verdict, exit_code, verdict_text
 from mrs_simulator.study import sweep
 from mrs_simulator.study.experiment import run_experiment
@@ -40,7 +40,7 @@ def main(argv=None):
 
 def _sweep(arguments):
     """Run the sweep and say how many passed, and why not the others; return the exit code."""
-    given = _given(arguments, ("robots", "duration", "fidelity", "seed"))
+    given = _given(arguments, ("robots", *OVERRIDES))
     if arguments.protocol:
         given[sweep.PROTOCOL] = arguments.protocol
     axes = map(sweep.read_axis, arguments.sweep)
@@ -68,11 +68,7 @@ def _scenario(arguments):
     scenario = load_scenario(scenario_path(arguments.scenario))
     if arguments.robots is not None:
         _tell_added(scenario, arguments.robots)
-        scenario = scenario.with_robots(arguments.robots)
-    if arguments.protocol:
-        scenario = scenario.with_protocol(arguments.protocol)
-    given = _given(arguments, ("duration", "fidelity", "seed"))
-    return scenario.changed(**given) if given else scenario
+    return scenario.overridden(**_given(arguments, ("robots", "protocol", *OVERRIDES)))
 
 
 def _tell_added(scenario, robots):
@@ -102,6 +98,8 @@ def _arguments(argv):
     parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
     parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
     parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
+    parser.add_argument("--odometry", help="world or wheel")
+    parser.add_argument("--limits", help="firmware, top or none")
     parser.add_argument("--seed", type=int)
     parser.add_argument(
         "--sweep",

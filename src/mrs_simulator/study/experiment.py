@@ -31,7 +31,8 @@ class Experiment:
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, protocol)
         self.collisions = []
-        self.warnings = self.control.team.notes + list(self.control.warnings(scenario.poses))
+        self.warnings = scenario.doubts() + self.control.team.notes
+        self.warnings += self.control.warnings(scenario.poses)
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.

@@ -31,6 +31,7 @@ from mrs_simulator.core.verdict import (
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.shipped import scenario_path
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
 FIGURES = ("trajectories", "x_states", "y_states", "inputs")
@@ -186,15 +187,15 @@ def _end_of(run, claims):
     return None
 
 
-def read_run(path, scenario_path=None):
+def read_run(path, scenario_file=None):
     """Return the ``Run`` in ``path``: a run.csv, or a rosbag (``.bag``) of a ROS run.
 
-    The scenario is ``scenario_path``, or ``scenario.yaml`` beside the file; a bag brings its own.
+    The scenario is in ``scenario_file``, or ``scenario.yaml`` beside the file; a bag brings its own.
     """
     beside = os.path.join(os.path.dirname(os.path.abspath(path)), SCENARIO_FILE)
-    if scenario_path is None and os.path.exists(beside):
-        scenario_path = beside
-    scenario = load_scenario(scenario_path) if scenario_path else None
+    if scenario_file is None and os.path.exists(beside):
+        scenario_file = beside
+    scenario = load_scenario(scenario_file) if scenario_file else None
     if path.endswith(".bag"):
         from mrs_simulator.study.bag import read_bag  # needs ROS
 
@@ -204,7 +205,7 @@ def read_run(path, scenario_path=None):
     if scenario is not None and len(run.robots) != scenario.n:
         raise RunError(
             "{}: {} robots, but the scenario {} has {}; wanted the run's own, by --scenario".format(
-                path, len(run.robots), scenario_path, scenario.n
+                path, len(run.robots), scenario_file, scenario.n
             )
         )
     return run
@@ -228,14 +229,18 @@ def main(argv=None):
     )
     parser.add_argument("run", help="run.csv, or a rosbag of a ROS run")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
-    parser.add_argument("--scenario", help="YAML file; default: scenario.yaml beside the run")
+    parser.add_argument(
+        "--scenario",
+        help="YAML file, or the name of a shipped one; default: scenario.yaml beside the run",
+    )
     parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
     add_require_verdict(parser)
     add_exports(parser)
     arguments = parser.parse_args(argv)
     with refusing_bad_input("report"):
         check_exports(arguments)
-        run = read_run(arguments.run, arguments.scenario)
+        given = arguments.scenario and scenario_path(arguments.scenario)
+        run = read_run(arguments.run, given)
         formats = [kind for kind in arguments.formats.split(",") if kind]
         verdict = write_report(run, arguments.out, formats, control_of(run))
         exported = write_exports(arguments, lambda: run, verdict)

@@ -1,6 +1,7 @@
 """The control node: odometry in, the protocol's law, velocity commands out."""
 
 import random
+import signal
 import sys
 import threading
 import time
@@ -380,6 +381,9 @@ def run(protocol=None, argv=None):
     """
     if in_progress():
         return
+    # Until the node has handlers of its own, an interrupt ends it without a traceback.
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     argv = sys.argv[1:] if argv is None else argv
     local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
     with refusing_bad_input("pioneer_control"):

@@ -7,6 +7,19 @@ WIDEST = 1e9  # dynamic_reconfigure wants finite bounds; this stands for none
 _TYPES = {float: "double", int: "int", bool: "bool", str: "str"}
 
 
+class TellingServer(Server):
+    """A server that says which values it moved into their range: clients are not told."""
+
+    def _clamp(self, config):
+        asked = dict(config)
+        super()._clamp(config)
+        for name, value in config.items():
+            if name in self.type.min and value != asked.get(name, value):
+                text = "pioneer_control: %s = %s is out of range: %s is taken, wanted from %s to %s"
+                bounds = self.type.min[name], self.type.max[name]
+                rospy.logerr(text, name, asked[name], value, *bounds)
+
+
 class ParameterServer:
     """Offers a control's parameters to rqt_reconfigure and dynparam while it runs."""
 
@@ -14,7 +27,7 @@ class ParameterServer:
         """Serve ``control.PARAMETERS`` from their present values; changes are made under ``lock``."""
         self._control = control
         self._lock = lock
-        self._server = Server(_config_type(control), self._on_change)
+        self._server = TellingServer(_config_type(control), self._on_change)
 
     def show(self):
         """Tell the clients what is in force after a change from elsewhere; not under ``lock``."""

@@ -199,6 +199,8 @@ class Stage:
         if waits:
             self._report("waiting for " + " and ".join(waits))
             return False
+        for doubt in self.scenario.doubts():
+            rospy.logwarn("stage: %s", doubt)
         rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
         if self.mirror.rows and self.pacer.speed != 1.0:
             rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)

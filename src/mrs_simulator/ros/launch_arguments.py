@@ -1,0 +1,56 @@
+"""Misspelt arguments of roslaunch, which it ignores without a word."""
+
+import os
+import xml.etree.ElementTree as ElementTree
+
+from mrs_simulator.core.parameters import unknown_name
+
+
+def refuse_unknown_launch_arguments():
+    """Raise ``ValueError`` for a ``name:=value`` that the launch file of this node does not declare.
+
+    Asks the roslaunch that started this process for its command line; does nothing without one.
+    """
+    given = _command_line(os.getppid())
+    names = [os.path.basename(word) for word in given[:3]]
+    if "roslaunch" not in names:
+        return
+    words = given[names.index("roslaunch") + 1 :]
+    declared = _declared([word for word in words if ":=" not in word])
+    if declared is None:
+        return
+    for word in words:
+        name, assigned, _ = word.partition(":=")
+        if assigned and not name.startswith("_") and name not in declared:
+            raise ValueError(unknown_name("roslaunch: {}".format(word), name, declared))
+
+
+def _command_line(process):
+    try:
+        with open("/proc/{}/cmdline".format(process), "rb") as file:
+            return file.read().decode("utf-8", "replace").split("\0")[:-1]
+    except OSError:  # another system, or the parent is gone
+        return []
+
+
+def _declared(words):
+    """Return the arguments that the launch files among ``words`` declare, None if none is found."""
+    paths = [word for word in words if os.path.isfile(word)]
+    for package, name in zip(words, words[1:]):
+        if name.endswith(".launch") and not os.path.isfile(name):
+            paths += _in_package(package, name)
+    try:
+        trees = [ElementTree.parse(path) for path in paths]
+    except (OSError, ElementTree.ParseError):
+        return None
+    return {arg.get("name") for tree in trees for arg in tree.getroot().iter("arg")} or None
+
+
+def _in_package(package, name):
+    import roslib.packages  # slow to import, wanted only under roslaunch
+    import rospkg
+
+    try:
+        return roslib.packages.find_resource(package, name)
+    except (rospkg.ResourceNotFound, roslib.packages.ROSPkgException):
+        return []

@@ -108,7 +108,7 @@ def test_an_axis_has_a_limit_of_its_own():
 
 
 def test_a_held_twist_moves_along_its_circle():
-    # A quarter turn at 0.5 m/s to the left and 0.5 rad/s: the circle's centre is 1 m to the left.
+    # A quarter turn at 0.5 m/s to the left and 0.5 rad/s: the circle's centre is 1 m behind.
     after = omni.displaced(row(0.0, 0.0, 0.0), row(0.0, 0.5, 0.5), np.pi)
     np.testing.assert_allclose(after, row(-1.0, 1.0, 0.5 * np.pi), atol=SMALL)
     half = omni.displaced(row(0.3, 0.1, 1.9), row(0.3, -0.2, 0.8), 0.35)

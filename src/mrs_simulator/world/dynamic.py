@@ -1,4 +1,9 @@
-"""Motion with forces: driven wheels, caster, contact and friction in pybullet."""
+"""Motion with forces: driven wheels, caster, contact and friction in pybullet.
+
+Two wheels on an axle roll in the solver.  Wheels with rollers and wheels that slide as a rule are without
+friction there, and what they push with comes from ``wheel_forces``; bodies, contacts and weight are the
+solver's for all robots alike.
+"""
 
 from typing import List, NamedTuple, Tuple
 
@@ -10,7 +15,14 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.vehicles.team import joined, shared
 from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.scene import add_ground, add_obstacle, add_robot, mass_centre
+from mrs_simulator.world.scene import (
+    add_ground,
+    add_obstacle,
+    add_robot,
+    mass_and_inertia,
+    mass_centre,
+)
+from mrs_simulator.world.wheel_forces import WheelForces
 
 GRAVITY = 9.81  # [m/s^2]
 SUBSTEP = 0.005  # [s] the longest step of the solver
@@ -24,7 +36,9 @@ class Model(NamedTuple):
     """What pybullet says of a kind's model, and how it stands on its wheels."""
 
     links: int
-    wheels: List[int]  # joints
+    wheels: List[int]  # joints of wheels that roll in the solver
+    mass: float  # [kg]
+    inertia: float  # [kg m^2] about the vertical through the centre of mass
     ahead: float  # [m] of base_link at which the centre of mass lies, of which pybullet speaks
     height: float = 0.0  # [m] of the centre of mass
     tilt: Tuple[float, float] = (0.0, 0.0)  # [rad] roll and pitch
@@ -83,6 +97,7 @@ class DynamicMotion:
         self._wheels = [model.wheels for model in models]
         self._torques = [[kind.numbers.torque] * 2 for kind in self.team.kinds]
         self._mirrored = np.array(mirrored, dtype=int)
+        self._pushed = [self._wheel_forces(group) for group in self.team.groups]
         self._plane = Bodies(self.team, obstacles, mirrored)
         for row in mirrored:
             # Without mass it stays where it is put, and pushes without being pushed.
@@ -121,15 +136,31 @@ class DynamicMotion:
             pybullet.getJointInfo(body, joint, physicsClientId=self._client)[1].decode()
             for joint in range(links)
         ]
+        pushed = kind.module.is_pushed(kind.numbers)
         missing = [name for name in kind.numbers.joints if name not in joints]
-        if missing or not kind.numbers.joints:
+        if missing or not (kind.numbers.joints or pushed):
             raise ValueError(
                 "kind {}: {} has no joint {}, wanted the driven wheels' (known: {})".format(
                     kind.name, kind.model, missing[0] if missing else "given", ", ".join(joints)
                 )
             )
-        wheels = [joints.index(name) for name in kind.numbers.joints]
-        return Model(links, wheels, float(mass_centre(self._client, body)[0]))
+        wheels = [] if pushed else [joints.index(name) for name in kind.numbers.joints]
+        ahead = float(mass_centre(self._client, body)[0])
+        return Model(links, wheels, *mass_and_inertia(self._client, body), ahead)
+
+    def _wheel_forces(self, group):
+        """Return the ``WheelForces`` of those robots of a ``group`` that have them, or None."""
+        rows = np.arange(self.team.n)[group.rows]
+        members = [
+            member
+            for member, (row, kind) in enumerate(zip(rows.tolist(), group.kinds))
+            if group.drive.is_pushed(kind.numbers) and row not in self._mirrored
+        ]
+        if not members:
+            return None
+        models = [self._models[group.kinds[member]] for member in members]
+        mass, inertia = (np.array([getattr(m, key) for m in models]) for key in ("mass", "inertia"))
+        return WheelForces(group, np.array(members), rows[members], mass, inertia)
 
     def _rest(self):
         """Let the first robot of each kind sink onto its wheels; all are put down as it then stands."""
@@ -137,7 +168,9 @@ class DynamicMotion:
         for kind, body in zip(self.team.kinds, self._bodies):
             first.setdefault(kind, body)
         for kind, body in first.items():
-            self._hold(body, self._models[kind].wheels, [0.0] * 2, [kind.numbers.torque] * 2)
+            wheels = self._models[kind].wheels
+            if wheels:
+                self._hold(body, wheels, [0.0] * 2, [kind.numbers.torque] * 2)
         for _ in range(SETTLING):
             pybullet.stepSimulation(physicsClientId=self._client)
         for kind, body in first.items():
@@ -164,13 +197,26 @@ class DynamicMotion:
             np.zeros((len(group.kinds), len(group.drive.AXES))) for group in self.team.groups
         ]
         self._joints = [np.zeros(len(group.kinds)) for group in self.team.groups]
+        for forces in self._pushed:
+            if forces is not None:
+                forces.reset()
         self._driven = np.full((n, 2), np.nan)
         self._drive(np.zeros((n, 2)))
 
     @property
     def wheel_travel(self):
         """Return how far the wheels of each group have rolled, a list of (m, encoders) [m]."""
-        return [(self._angles[group.rows].T * group.numbers.radius).T for group in self.team.groups]
+        return list(map(self._travel, self.team.groups, self._pushed))
+
+    def _travel(self, group, forces):
+        if forces is None and group.drive.ENCODERS == 2:
+            return (self._angles[group.rows].T * group.numbers.radius).T
+        travel = np.zeros((len(group.kinds), group.drive.ENCODERS))
+        if group.drive.ENCODERS == 2:
+            travel[:] = (self._angles[group.rows].T * group.numbers.radius).T
+        if forces is not None:
+            travel[forces.members] = forces.travel
+        return travel
 
     def joints(self):
         """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
@@ -208,19 +254,53 @@ class DynamicMotion:
                 self._velocities[index], self._joints[index], group.of(command),
                 self._limits[index], group.numbers, self.step,
             )  # fmt: skip
-            speeds[group.rows] = group.drive.wheel_rates(
-                self._velocities[index], self._joints[index], group.numbers
-            )
+            speeds[group.rows] = self._rates(index, group)
         self._drive(speeds)
+        pushed = [forces for forces in self._pushed if forces is not None]
         for _ in range(self._substeps):
+            for forces in pushed:
+                self._push(forces)
             pybullet.stepSimulation(physicsClientId=self._client)
         self._read()
         self.place(self._mirrored, *mirrored)
+
+    def _rates(self, index, group):
+        """Return the turn rates, (m, 2) [rad/s], of wheels that roll in the solver; aim the others."""
+        velocity, joints, forces = (
+            part[index] for part in (self._velocities, self._joints, self._pushed)
+        )
+        if forces is not None:
+            forces.aim(velocity[forces.members], joints[forces.members])
+        if all(group.drive.is_pushed(kind.numbers) for kind in group.kinds):
+            return 0.0
+        return group.drive.wheel_rates(velocity, joints, group.numbers)
+
+    def _push(self, forces):
+        """Let wheel forces act on the bodies for the solver's next substep."""
+        client, bodies = self._client, [self._bodies[row] for row in forces.rows]
+        places, velocities = [], []
+        for body in bodies:
+            position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+            places.append(position + turn)
+            linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)
+            velocities.append(linear + angular)
+        place, ahead = np.array(places), self._ahead
+        pose, twist = seen_at_centre(
+            place, np.array(velocities), ahead if np.ndim(ahead) == 0 else ahead[forces.rows]
+        )
+        force, point, torque = forces.push(pose, twist, self.step / self._substeps)
+        at = np.column_stack([point, place[:, 2]]).tolist()
+        frame = pybullet.WORLD_FRAME
+        for body, f, p, m in zip(bodies, force.tolist(), at, torque.tolist()):
+            pybullet.applyExternalForce(body, -1, f, p, frame, physicsClientId=client)
+            pybullet.applyExternalTorque(body, -1, [0.0, 0.0, m], frame, physicsClientId=client)
 
     def _drive(self, speeds):
         """Let the wheels turn at ``speeds`` (n, 2) [rad/s]; told are those whose speed is new."""
         changed = np.flatnonzero(np.any(speeds != self._driven, axis=1)).tolist()
         for row, speed in zip(changed, speeds[changed].tolist()):
+            if not self._wheels[row]:
+                continue
             self._hold(self._bodies[row], self._wheels[row], speed, self._torques[row])
         self._driven[changed] = speeds[changed]
 
@@ -243,22 +323,15 @@ class DynamicMotion:
             places.append(position + turn)
             linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)
             velocities.append(linear + angular)
-            left, right = pybullet.getJointStates(body, wheels, physicsClientId=client)
-            angles.append((left[0], right[0]))
+            if wheels:
+                left, right = pybullet.getJointStates(body, wheels, physicsClientId=client)
+                angles.append((left[0], right[0]))
+            else:
+                angles.append((0.0, 0.0))
         self._take_in(np.array(places), np.array(velocities), np.array(angles))
 
     def _take_in(self, place, velocity, angles):
-        x, y, z, w = place[:, 3:].T
-        theta = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        cos, sin, ahead = np.cos(theta), np.sin(theta), self._ahead
-        pose, twist = np.empty((len(place), 3)), np.empty((len(place), 3))
-        pose[:, 0], pose[:, 1] = place[:, 0] - ahead * cos, place[:, 1] - ahead * sin
-        pose[:, 2] = wrap_angle(theta)
-        omega = velocity[:, 5]
-        twist[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
-        twist[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0] - ahead * omega
-        twist[:, 2] = omega
-        self.pose, self.twist = pose, twist
+        self.pose, self.twist = seen_at_centre(place, velocity, self._ahead)
         self._angles = angles
 
     def contacts(self):
@@ -286,6 +359,25 @@ class DynamicMotion:
         if self._client >= 0:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
+
+
+def seen_at_centre(place, velocity, ahead):
+    """Return pose (m, 3) and body twist (m, 3) of the robots' centres.
+
+    ``place`` (m, 7): position and quaternion of the base's centre of mass, ``ahead`` [m] of the centre;
+    ``velocity`` (m, 6) of it, linear and angular.
+    """
+    x, y, z, w = place[:, 3:].T
+    theta = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    cos, sin = np.cos(theta), np.sin(theta)
+    pose, twist = np.empty((len(place), 3)), np.empty((len(place), 3))
+    pose[:, 0], pose[:, 1] = place[:, 0] - ahead * cos, place[:, 1] - ahead * sin
+    pose[:, 2] = wrap_angle(theta)
+    omega = velocity[:, 5]
+    twist[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
+    twist[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0] - ahead * omega
+    twist[:, 2] = omega
+    return pose, twist
 
 
 def _robots_first(name):

@@ -17,6 +17,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import cos_sin, wrap_angle
 
 GRAVITY = 9.81  # [m/s^2]
+TINY = 1e-300  # [N] stands for no force where one is divided by
 RESPONSE = 0.01  # [s] in which sliding dies out, as long as no limit is reached
 
 
@@ -71,7 +72,8 @@ def wheel_forces(twist, rims, footing, gain):
     forward = np.clip(gain * (rims - ground), -footing.push, footing.push)
     turning = ground + forward / gain
     sideways = -gain * np.einsum("nwk,nk->nw", footing.across, twist)
-    share = footing.grip / np.maximum(np.hypot(forward, sideways), footing.grip)
+    total = np.maximum(np.hypot(forward, sideways), TINY)
+    share = footing.grip / np.maximum(total, footing.grip)
     wrench = np.einsum("nwk,nw->nk", footing.along, share * forward)
     return wrench + np.einsum("nwk,nw->nk", footing.across, share * sideways), turning
 

@@ -45,6 +45,20 @@ def add_robot(client, kind, pose):
     )
 
 
+def mass_and_inertia(client, body):
+    """Return the mass [kg] of ``body`` and its inertia [kg m^2] about the vertical through its centre of
+    mass, links included as they stand."""
+    links = range(pybullet.getNumJoints(body, physicsClientId=client))
+    of = {"physicsClientId": client}
+    places = [pybullet.getBasePositionAndOrientation(body, **of)[0]]
+    places += [pybullet.getLinkState(body, link, **of)[0] for link in links]
+    parts = [pybullet.getDynamicsInfo(body, link, **of) for link in range(-1, len(links))]
+    mass, own = np.array([(part[0], part[2][2]) for part in parts]).T
+    places = np.array(places)[:, :2]
+    apart = places - mass @ places / mass.sum()
+    return float(mass.sum()), float(own.sum() + mass @ np.square(apart).sum(axis=1))
+
+
 def mass_centre(client, body):
     """Return where pybullet's origin of ``body``, its centre of mass, lies in base_link, (3,) [m]."""
     return np.array(pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[3])

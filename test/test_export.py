@@ -113,7 +113,7 @@ def test_the_commands_write_tables_on_request(run_directory, tmp_path, capsys):
 
 def test_pandas_reads_a_run_in_one_line(run_directory):
     pandas = pytest.importorskip("pandas")
-    table = pandas.read_csv(str(run_directory / "run.csv"))
+    table = pandas.read_csv(str(run_directory / "run.csv"), float_precision="round_trip")
     run = read_run(str(run_directory / "run.csv"))
     wide = table.pivot(index="time", columns="robot", values="alpha_x")
     np.testing.assert_array_equal(wide.to_numpy(), run.hand[:, :, 0])

@@ -165,3 +165,56 @@ def test_quantities_are_computed_once():
     assert laplacian_eigenvalues(graph) is laplacian_eigenvalues(graph)
     with pytest.raises(ValueError):
         left_null_vector(graph)[0] = 1.0
+
+
+def arcs(graph):
+    """Return who hears whom, (i, j) from 1, sorted."""
+    return [(int(i) + 1, int(j) + 1) for i, j in zip(*graph.arcs[:2])]
+
+
+@pytest.mark.parametrize(
+    "name, n, directed, expected",
+    [
+        ("ring", 3, None, [(1, 2), (1, 3), (2, 1), (2, 3), (3, 1), (3, 2)]),
+        ("ring", 2, None, [(1, 2), (2, 1)]),
+        ("cycle", 2, None, [(1, 2), (2, 1)]),
+        ("ring", 3, True, [(1, 2), (2, 3), (3, 1)]),
+        ("cycle", 3, False, [(1, 2), (1, 3), (2, 1), (2, 3), (3, 1), (3, 2)]),
+        ("path", 3, True, [(1, 2), (2, 3)]),
+        ("star", 3, True, [(2, 1), (3, 1)]),
+        ("complete", 3, True, [(1, 2), (1, 3), (2, 1), (2, 3), (3, 1), (3, 2)]),
+        # 1 2 3 / 4 5
+        ("lattice", 5, True, [(1, 2), (1, 4), (2, 3), (2, 5), (4, 5)]),
+    ],
+)
+def test_presets_typed_out_directed_or_not(name, n, directed, expected):
+    assert arcs(Topology.preset(name, n, directed)) == expected
+
+
+def test_a_ring_of_six_has_the_eigenvalues_of_the_circulant():
+    values = laplacian_eigenvalues(Topology.preset("ring", 6))
+    np.testing.assert_allclose(values, [0.0, 1.0, 1.0, 3.0, 3.0, 4.0], atol=1e-12)
+    # Three by three: sums of 0, 1, 3, those of a path of three.
+    values = laplacian_eigenvalues(Topology.preset("lattice", 9))
+    np.testing.assert_allclose(values, [0, 1, 1, 2, 3, 3, 4, 4, 6], atol=1e-12)
+
+
+def test_each_hears_its_nearest_typed_out():
+    points = [[0.0, 0.0], [1.0, 0.0], [3.0, 0.0], [3.5, 0.0]]
+    graph = Topology.k_nearest(points, 1)
+    assert arcs(graph) == [(1, 2), (2, 1), (3, 4), (4, 3)] and graph.directed
+    assert arcs(Topology.k_nearest(points, 2))[2:4] == [(2, 1), (2, 3)]
+    undirected = Topology.k_nearest(points, 2, directed=False)
+    assert [edge[:2] for edge in undirected.edges] == [(1, 2), (1, 3), (2, 3), (2, 4), (3, 4)]
+    with pytest.raises(ValueError, match="k = 4: wanted from 1 to 3"):
+        Topology.k_nearest(points, 4)
+
+
+def test_erdos_renyi_has_its_share_of_the_pairs():
+    for directed, pairs in ((True, 40 * 39), (False, 40 * 39 // 2)):
+        graph = Topology.erdos_renyi(40, 0.3, 5, directed)
+        assert graph.directed is directed
+        assert abs(len(graph.edges) / pairs - 0.3) < 0.05
+    assert (
+        Topology.erdos_renyi(5, 0.0).edges == [] and len(Topology.erdos_renyi(5, 1.0).edges) == 10
+    )

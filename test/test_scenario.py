@@ -117,7 +117,7 @@ def test_everything_that_can_be_said():
         ({"control": []}, r"control: \[\], wanted a mapping"),
         ({"step": 0.03}, r"step: 0.03 s, wanted the command period"),
         ({"topology": {"edges": [[1, 3]]}}, r"topology: edge \[1, 3\]: robot 3"),
-        ({"topology": {"preset": "ring"}}, r"topology.preset: 'ring', wanted one of"),
+        ({"topology": {"preset": "rung"}}, r"topology.preset: 'rung', wanted one of"),
         ({"obstacles": [{"type": "ball"}]}, r"obstacles\[0\].type: 'ball', wanted one of"),
         ({"obstacles": [{"type": "box", "center": [0, 0], "size": [0, 1]}]}, r"size: \[0.0, 1.0\]"),
         ({"obstacles": [{"type": "wall", "from": [0, 0], "to": [0, 0]}]}, r"the same point"),
@@ -241,3 +241,36 @@ def test_random_and_proximity_topologies_are_made_from_seed_and_poses():
         scenario_from_dict(dict(content, topology={"preset": "proximity", "radius": -1}))
     again = scenario_from_dict(first.to_dict())
     assert again.topology.edges == first.topology.edges
+
+
+@pytest.mark.parametrize(
+    "given, directed, count",
+    [
+        ({"preset": "ring"}, False, 4),
+        ({"preset": "cycle", "directed": False}, False, 4),
+        ({"preset": "lattice"}, False, 4),
+        ({"preset": "star", "directed": True}, True, 3),
+        ({"preset": "k_nearest", "k": 2}, True, 8),
+        ({"preset": "k_nearest", "k": 1, "directed": False}, False, 3),
+        ({"preset": "erdos_renyi", "probability": 1.0}, False, 6),
+        ({"preset": "erdos_renyi", "probability": 1.0, "directed": True}, True, 12),
+    ],
+)
+def test_graphs_by_name_directed_or_not(given, directed, count):
+    poses = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.1, 0.0, 0.0], [6.3, 0.0, 0.0]]
+    found = scenario_from_dict({"poses": poses, "topology": given}).topology
+    assert (found.directed, len(found.edges)) == (directed, count)
+
+
+@pytest.mark.parametrize(
+    "given, said",
+    [
+        ({"preset": "random", "directed": True}, "directed: true, but random is undirected"),
+        ({"preset": "k_nearest"}, "k: nothing given, wanted a whole number"),
+        ({"preset": "k_nearest", "k": 2}, "k = 2: wanted from 1 to 1"),
+        ({"preset": "ring", "k": 2}, "unknown 'k'"),
+    ],
+)
+def test_graphs_that_cannot_be_are_refused(given, said):
+    with pytest.raises(ScenarioError, match=said):
+        scenario_from_dict({"poses": [[0, 0, 0], [2, 0, 0]], "topology": given})

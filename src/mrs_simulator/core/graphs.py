@@ -6,10 +6,17 @@
 
 import numpy as np
 
+from mrs_simulator.core.graph_presets import (
+    BY_ORDER,
+    both_ways,
+    chance_pairs,
+    nearest_pairs,
+    ordered_pairs,
+)
 from mrs_simulator.core.neighbours import close_pairs, squared
 from mrs_simulator.core.parameters import shown
 
-PRESETS = ("chain", "cycle", "path", "star", "complete")
+PRESETS = tuple(BY_ORDER)  # decided by the number of robots alone
 MOST_PAIRS = 5000000  # [-] pairs of robots that a graph is made from
 
 
@@ -46,26 +53,33 @@ class Topology:
         self._in_degree.setflags(write=False)
 
     @classmethod
-    def preset(cls, name, n):
+    def preset(cls, name, n, directed=None):
         """Return the graph called ``name``, one of ``PRESETS``, over n robots.
 
-        ``chain``: i hears i+1; ``cycle``: so does n, of robot 1; ``path``: undirected chain;
-        ``star``: undirected, robot 1 in the middle; ``complete``: undirected, all pairs.
+        ``chain``: i hears i+1; ``cycle``: so does n, of robot 1; ``path`` and ``ring``: the same,
+        undirected; ``star``: robot 1 in the middle; ``complete``: all pairs; ``lattice``: a square
+        grid, row by row.  ``directed``: other than the name's own; see
+        ``graph_presets.ordered_pairs``.
         """
-        chain = [(i, i + 1) for i in range(1, n)]
-        if name == "chain":
-            return cls(n, chain)
-        if name == "cycle":
-            return cls(n, chain + ([(n, 1)] if n > 1 else []))
-        if name == "path":
-            return cls(n, chain, directed=False)
-        if name == "star":
-            return cls(n, [(1, j) for j in range(2, n + 1)], directed=False)
-        if name == "complete":
-            _refuse_many(n * (n - 1) // 2)
-            pairs = [(i, j) for i in range(1, n + 1) for j in range(i + 1, n + 1)]
-            return cls(n, pairs, directed=False)
-        raise ValueError("topology preset {!r}: wanted one of {}".format(name, ", ".join(PRESETS)))
+        if name not in BY_ORDER:
+            text = "topology preset {!r}: wanted one of {}"
+            raise ValueError(text.format(name, ", ".join(PRESETS)))
+        directed = BY_ORDER[name] if directed is None else directed
+        return cls(n, ordered_pairs(name, n, directed), directed)
+
+    @classmethod
+    def k_nearest(cls, points, k, directed=True):
+        """Return the graph where each of ``points`` (n, 2) [m] hears its ``k`` nearest others.
+
+        Undirected: two are neighbours if one of them hears the other.
+        """
+        pairs = nearest_pairs(points, k)
+        return cls(len(points), pairs if directed else both_ways(pairs), directed)
+
+    @classmethod
+    def erdos_renyi(cls, n, probability=0.3, seed=0, directed=False):
+        """Return a graph with each pair, directed or not, by ``probability``; it may fall apart."""
+        return cls(n, chance_pairs(n, probability, seed, directed), directed)
 
     @classmethod
     def random(cls, n, probability=0.3, seed=0):

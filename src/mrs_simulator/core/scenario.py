@@ -28,6 +28,8 @@ from mrs_simulator.core.reading import (
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ODOMETRIES = ("world", "wheel")
 SATURATIONS = ("robot", "team", "none")
+ALWAYS_UNDIRECTED = ("random", "proximity")
+OTHER_GRAPHS = ALWAYS_UNDIRECTED + ("k_nearest", "erdos_renyi")  # of chance, of places
 LIMIT_PRESETS = ("firmware", "top", "none")
 # Keys that command lines change, beside the number of robots and the protocol.
 OVERRIDES = ("fidelity", "odometry", "limits", "duration", "seed")
@@ -390,14 +392,23 @@ def _made_topology(section, poses, seed):
                 "edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges))
             )
         return Topology(len(poses), edges, section.flag("directed", True))
-    name = section.text("preset", choices=PRESETS + ("random", "proximity"))
+    name, n = section.text("preset", choices=PRESETS + OTHER_GRAPHS), len(poses)
+    directed = section.flag("directed", True) if section.has("directed") else None
+    if name in ALWAYS_UNDIRECTED and directed:
+        raise ScenarioError("{}: true, but {} is undirected".format(section.at("directed"), name))
     if name == "random":
-        return Topology.random(
-            len(poses), section.number("probability", 0.3, low=0.0, high=1.0), seed
-        )
+        return Topology.random(n, _probability(section), seed)
     if name == "proximity":
         return Topology.proximity(poses[:, :2], section.number("radius", above=0.0))
-    return Topology.preset(name, len(poses))
+    if name == "k_nearest":
+        return Topology.k_nearest(poses[:, :2], section.whole("k", low=1), directed is not False)
+    if name == "erdos_renyi":
+        return Topology.erdos_renyi(n, _probability(section), seed, directed is True)
+    return Topology.preset(name, n, directed)
+
+
+def _probability(section):
+    return section.number("probability", 0.3, low=0.0, high=1.0)
 
 
 def _read_obstacles(top):

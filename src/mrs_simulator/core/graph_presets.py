@@ -1,0 +1,69 @@
+"""Interaction topologies by name, directed or not: of the robots' order, of chance, of their places."""
+
+import math
+
+import numpy as np
+
+# Names of graphs that the number of robots alone decides, and whether they are directed by default.
+BY_ORDER = {
+    "chain": True,
+    "cycle": True,
+    "path": False,
+    "ring": False,
+    "star": False,
+    "complete": False,
+    "lattice": False,
+}
+
+
+def ordered_pairs(name, n, directed):
+    """Return the edges (i, j), "i hears j", robots from 1, of the graph ``name`` of ``BY_ORDER``.
+
+    ``chain``, ``path``: i hears i+1; ``cycle``, ``ring``: so does n, of robot 1; ``star``: all hear
+    robot 1; ``complete``: all pairs; ``lattice``: rows of ``ceil(sqrt n)`` robots, as
+    in the layout ``grid``, where each hears the next in its row and in its column.  Of an undirected
+    graph each edge is given once.
+    """
+    along = [(i, i + 1) for i in range(1, n)]
+    if name in ("chain", "path"):
+        return along
+    if name in ("cycle", "ring"):
+        return along + ([(n, 1)] if n > (1 if directed else 2) else [])
+    if name == "star":
+        return [(i, 1) if directed else (1, i) for i in range(2, n + 1)]
+    if name == "complete":
+        every = range(1, n + 1)
+        return [(i, j) for i in every for j in every if i < j or (directed and i > j)]
+    side = math.ceil(math.sqrt(n))
+    right = [(i, i + 1) for i in range(1, n) if i % side]
+    return sorted(right + [(i, i + side) for i in range(1, n - side + 1)])
+
+
+def nearest_pairs(points, k):
+    """Return the edges of the graph where each of ``points`` (n, 2) hears its ``k`` nearest others.
+
+    Of two that are as far the lower number.  Raises ``ValueError`` for ``k`` that is not from 1 to n - 1.
+    """
+    points = np.asarray(points, dtype=float)
+    if not 1 <= k < len(points):
+        raise ValueError("k = {}: wanted from 1 to {}".format(k, len(points) - 1))
+    apart = np.linalg.norm(points[:, np.newaxis] - points[np.newaxis], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    nearest = np.argsort(apart, axis=1, kind="stable")[:, :k]
+    return [(i + 1, j + 1) for i, row in enumerate(nearest.tolist()) for j in sorted(row)]
+
+
+def chance_pairs(n, probability, seed, directed):
+    """Return the edges of a graph of Erdos and Renyi's: each pair with ``probability``, from ``seed``.
+
+    Each direction by itself where it is ``directed``.  It may fall apart.  Gilbert, 1959.
+    """
+    chosen = np.random.default_rng(seed).random((n, n)) < probability
+    np.fill_diagonal(chosen, False)
+    chosen = chosen if directed else np.triu(chosen)
+    return [(int(i) + 1, int(j) + 1) for i, j in zip(*np.nonzero(chosen))]
+
+
+def both_ways(pairs):
+    """Return the ``pairs`` (i, j) with i < j that are among ``pairs`` in one direction or the other."""
+    return sorted({(min(pair), max(pair)) for pair in pairs})

@@ -52,6 +52,22 @@ class Hangs(PioneerControl):
 """
 
 
+HOLDING = """
+import itertools, os, time
+from mrs_simulator import PioneerControl, make_twist
+
+class Holds(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        if os.path.exists({0!r} + "/hang"):
+            open({0!r} + "/hangs", "w").close()
+            sum(itertools.repeat(1, 10**13))  # holds the interpreter's lock
+        return {{i: make_twist(0.3, 0.0) for i in pos_map}}
+
+    def targets(self, hand):
+        raise SystemExit("no targets")
+"""
+
+
 @pytest.fixture
 def law(tmp_path):
     """Write a file of laws; return its path."""
@@ -357,3 +373,35 @@ def test_bad_arguments_are_said(ros, arguments, said):
     control = ros.node("pioneer_control", *arguments)
     assert control.wait(PATIENCE) == 2
     assert said in log_of(control) and "Traceback" not in log_of(control)
+
+
+def test_a_law_that_holds_the_interpreter_is_given_up_and_started_again(ros, law, tmp_path):
+    ros.node("stage", "--robots", 2, "_cmd_vel_timeout:=1000")
+    path = law(HOLDING.format(str(tmp_path)))
+    control = ros.node("pioneer_control", "--robots", 2, "--protocol", path, "_law_limit:=4")
+    probe = ros.probe()
+    moving(probe, 2)
+    wait_until(lambda: "targets: UserCodeError: it tried to end" in log_of(control))
+    (tmp_path / "hang").touch()
+    wait_until((tmp_path / "hangs").exists)
+    # Its status tells of it before it is given up.
+    probe.wait("'the law has not answered for' in control('trouble')")
+    probe.wait("'took too long' in control('trouble')")
+    at_rest(probe)
+    assert probe.ask("call('/pioneer_control/stop', Trigger)")[0]
+    (tmp_path / "hang").unlink()
+    assert probe.ask("call('/pioneer_control/start', Trigger)")[0]
+    moving(probe, 2)
+    control.send_signal(signal.SIGINT)
+    assert control.wait(PATIENCE) is not None
+
+
+def test_a_stop_waits_for_no_law_and_is_told_at_once(hung, tmp_path):
+    _, probe = hung
+    assert probe.ask("call('/pioneer_control/stop', Trigger)")[0]
+    at_rest(probe)
+    probe.wait("control('trouble') == 'stopped by request' and not control('running')")
+    assert (tmp_path / "hang").exists()
+    (tmp_path / "hang").unlink()
+    assert probe.ask("call('/pioneer_control/start', Trigger)")[0]
+    moving(probe, 2)

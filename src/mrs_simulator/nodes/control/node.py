@@ -5,18 +5,24 @@ import signal
 import sys
 import threading
 import time
-import traceback
+from typing import Any, NamedTuple
 
 import numpy as np
 import rospy
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from mrs_simulator.control.law_apart import (
+    Law,
+    LawService,
+    is_shipped,
+    speaks_ros,
+    where_to_run,
+)
 from mrs_simulator.control.loading import choose_protocol, in_progress
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.controller_log import failure
+from mrs_simulator.control.user_code import CallFailed, Nursery, TimedOut
+from mrs_simulator.core.controller_log import LAW_FAILED
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import RATES
 from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
@@ -43,14 +49,26 @@ REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
 STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
 STALLED = "the law took too long for its command: see to it"
+STILL = 1.0  # [s] of wall time after which the status tells that the law is waited for
+SIMULATED_LIMIT = 30.0  # [s] of wall time for a law while nothing real moves
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
+
+
+class Job(NamedTuple):
+    """What the law is to be asked."""
+
+    epoch: int  # a start or a stop meanwhile makes the answer void
+    pose: Any  # (n, 3) [m, m, rad]
+    now: float  # [s] time of the robots
+    time: float  # [s] since the law began
+    begins: bool
 
 
 class ControlNode:
     """Runs one protocol over ROS; whatever goes wrong, the robots are told to stop."""
 
-    def __init__(self, scenario, protocol):
-        """``protocol``: a ``PioneerControl`` subclass."""
+    def __init__(self, scenario, protocol, nursery=None):
+        """``protocol``: a ``PioneerControl`` subclass; ``nursery``: forks processes for it, or None."""
         self.scenario = scenario
         rate = number_parameter("~rate", scenario.control.rate, low=RATES[0], high=RATES[1])
         self.period = 1.0 / rate
@@ -58,17 +76,21 @@ class ControlNode:
             "~saturation", scenario.control.saturation, ("robot", "team", "none")
         )
         control = scenario.control._replace(rate=rate, saturation=saturation)
-        self.control = make_control(slower(scenario)._replace(control=control), protocol)
-        self.dry_run = flag_parameter("~dry_run", False)
-        self.guards = Guards(self.control.numbers, saturation, self.dry_run)
-        self.motors = Motors(self.control.numbers, self.dry_run)
         real = real_among(scenario.n)
+        self.law_limit = number_parameter("~law_limit", self._usual_limit(real), above=0.0)
+        apart = where_to_run(protocol, nursery)
+        self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
+        self.dry_run = flag_parameter("~dry_run", False)
+        self.guards = Guards(self.law.numbers, saturation, self.dry_run)
+        self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real)
         self.resumes = flag_parameter("~resume", not real)
         self.running = flag_parameter("~autostart", True)
         self.trouble = "" if self.running else "not started"
         self._lock = threading.Lock()
         self._next, self._answered, self._begun = None, None, None
+        self._epoch = 0
+        self._asked = None  # [s] of wall time since when the law is waited for
         self._all_heard = False  # with ~autostart it is waited for once
         self._acted = 0.0  # [s] the time of the last command
         self._id = random.SystemRandom().getrandbits(32)
@@ -81,11 +103,14 @@ class ControlNode:
         self._simulated_rows = sorted(simulated)
         self._open_topics(real)
 
+    def _usual_limit(self, real):
+        return max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT
+
     def _open_topics(self, real):
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
-        topics, numbers, self.rivals = None, self.control.numbers, None
+        topics, numbers, self.rivals = None, self.law.numbers, None
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
@@ -102,7 +127,7 @@ class ControlNode:
             rospy.Service("~stop", Trigger, self._on_stop),
             rospy.Service("~set_topology", SetTopology, self._on_set_topology),
         ]
-        self._reconfigure = ParameterServer(self.control, self._lock)
+        self._reconfigure = ParameterServer(self.law)
         self._emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop)
         rospy.on_shutdown(self._on_shutdown)
         if real and not self.dry_run:
@@ -114,7 +139,7 @@ class ControlNode:
         """Run until ROS shuts down."""
         rospy.loginfo(
             "pioneer_control: %s for %d robots, a command every %g s%s",
-            type(self.control).__name__,
+            self.law.name,
             self.scenario.n,
             self.period,
             ", in a dry run: nothing is published to the robots" if self.dry_run else "",
@@ -124,11 +149,18 @@ class ControlNode:
         while not rospy.is_shutdown():
             self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
             with self._lock:
-                self._turn()
-            self.outlet.insist()
-            self._publish_status()
+                job = self._turn()
+            if job is not None:
+                self._ask(job)
+            self._meanwhile()
+
+    def _meanwhile(self):
+        """To be called all the time, also while the law is waited for."""
+        self.outlet.insist()
+        self._publish_status()
 
     def _turn(self):
+        """Return the ``Job`` that is due, or None."""
         silent = self._who_is_silent()
         trouble = silent or self.motors.missing()
         self._all_heard = self._all_heard or not silent
@@ -144,9 +176,10 @@ class ControlNode:
                 start = START.format(rospy.resolve_name("~start"))
                 self._stop("{}: see to it, {}".format(silent, start))
         elif self.lockstep:
-            self._answer()
+            return self._answer()
         elif self._has_come() and self._due(rospy.get_time()):
-            self._act()
+            return self._job()
+        return None
 
     def _who_is_silent(self):
         """Return why nobody can know where the robots are now, or ""."""
@@ -178,52 +211,86 @@ class ControlNode:
         """Lockstep: commands for each odometry, the last ones between two periods of the control."""
         stamp = self.inbox.complete()
         if stamp is None:
-            return
+            return None
         repeated = self.inbox.take_repeated()
         if stamp != self._answered:
             self._answered = stamp
             if self._due(stamp.to_sec()):
-                self._act()
-            else:
-                self._send(self.outlet.command)
+                return self._job()
+            self._send(self.outlet.command)
         elif repeated:
             self._send(self.outlet.command)
+        return None
 
-    def _act(self):
+    def _job(self):
         if not self.running:
             if self.lockstep:
                 self._send(np.zeros_like(self.outlet.command))
-            return
+            return None
         self._last["act"] = time.monotonic()
         self.inbox.used()
-        pose = self.frame.pose()
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
         # A simulator that was started again begins another run.
-        started, begins = time.perf_counter(), self._begun is None or now < self._acted
+        begins = self._begun is None or now < self._acted
         self._acted = now
+        since = 0.0 if begins else now - self._begun
+        return Job(self._epoch, self.frame.pose(), now, since, begins)
+
+    def _ask(self, job):
+        """Ask the law, and send what the guards let pass of its answer."""
+        self._asked = started = time.monotonic()
         try:
-            if begins:
-                self.control.start()
-                self._warn(pose)
-                self._begun = now
-            command = self.control.commands(pose, now - self._begun)
-            off = self.motors.off()
-            command = self.guards.passed(command, pose, now, self.inbox.changed, off)
-        except (Exception, SystemExit) as error:
-            self._stop(failure(error))
-            rospy.logerr("pioneer_control: the law failed\n%s", traceback.format_exc())
+            warnings, command = self._asked_law(job)
+        except (CallFailed, TimedOut) as error:
+            with self._lock:
+                self._lose(error)
             return
+        finally:
+            self._asked = None
+        with self._lock:
+            self._take(job, warnings, command, time.monotonic() - started)
+
+    def _asked_law(self, job):
+        # A law may take long to begin: nobody moves yet.
+        patience = self.law_limit if self.outlet.command.any() else SIMULATED_LIMIT
+        warnings = self.law.begin(job.pose, self._meanwhile) if job.begins else None
+        command = self.law.commands(
+            job.pose, job.time, max(patience, self.law_limit), self._meanwhile
+        )
+        return warnings, command
+
+    def _take(self, job, warnings, command, took):
+        if job.epoch != self._epoch:  # it was stopped meanwhile, or started again
+            if self.lockstep:
+                self._send(np.zeros_like(command))
+            return
+        if job.begins:
+            self._warn(warnings)
+            self._begun = job.now
+        off = self.motors.off()
+        command = self.guards.passed(command, job.pose, job.now, self.inbox.changed, off)
         if self.outlet.stalled:
             self._stop("{}, {}".format(STALLED, START.format(rospy.resolve_name("~start"))))
             return
-        self._compute_time = time.perf_counter() - started
-        if (self.trouble or begins) and not self.guards.stopped:
-            rospy.loginfo("pioneer_control: running (%s)", type(self.control).__name__)
+        self._compute_time = took
+        if (self.trouble or job.begins) and not self.guards.stopped:
+            rospy.loginfo("pioneer_control: running (%s)", self.law.name)
         self.trouble = self.guards.text()
         self._send(command)
 
-    def _warn(self, pose):
-        self._warnings = self.control.warnings(pose)
+    def _lose(self, error):
+        """Stop: the law raised, or did not end."""
+        if isinstance(error, TimedOut):
+            self.law.end()
+            start = START.format(rospy.resolve_name("~start"))
+            self._stop("{} ({}), {}".format(STALLED, error, start))
+            rospy.logerr("pioneer_control: robots stopped: %s", self.trouble)
+        else:
+            self._stop("{}: {}: {}".format(LAW_FAILED, error.kind, error))
+            rospy.logerr("pioneer_control: the law failed\n%s", error.trace)
+
+    def _warn(self, warnings):
+        self._warnings = warnings
         for warning in self._warnings:
             rospy.logwarn("pioneer_control: %s", warning)
 
@@ -250,6 +317,7 @@ class ControlNode:
 
     def _stop(self, reason):
         self.running, self.trouble = False, reason
+        self._epoch += 1
         self.motors.forget()
         self.outlet.shut()
 
@@ -265,10 +333,16 @@ class ControlNode:
         if pressed:
             rospy.logerr("pioneer_control: emergency stop")
             self.motors.forget()
-            with self._lock:  # which a law that hangs does not give back
+            with self._lock:
                 self._stop("emergency stop")
 
     def _on_start(self, _):
+        if self.law.lost:
+            try:
+                self.law.remake()
+            except (ValueError, TimedOut) as error:
+                return False, "{}: {}".format(LAW_FAILED, error)
+            self._begun = None
         with self._lock:
             if self.outlet.emergency:
                 return False, "emergency stop: release it first"
@@ -279,6 +353,7 @@ class ControlNode:
             # Robots that are let go on join the others, whose law goes on too.
             self._begun = self._begun if self.running and self.guards.stopped else None
             self.running, self._next = True, None
+            self._epoch += 1
             self.outlet.open()
             self.frame.accept()
             self.motors.enable()
@@ -312,8 +387,7 @@ class ControlNode:
             )
         edges = list(zip(request.hears, request.heard, weights))
         try:
-            with self._lock:
-                self.control.set_topology(Topology(self.scenario.n, edges, request.directed))
+            self.law.set_topology(Topology(self.scenario.n, edges, request.directed))
             self._reconfigure.show()
         except ValueError as error:
             return False, str(error)
@@ -322,28 +396,30 @@ class ControlNode:
     def _on_shutdown(self):
         self.running = False
         self.outlet.shut()
+        self.law.end()
         time.sleep(FLUSH)
 
     def _publish_status(self):
-        told = (self.running, bool(self.trouble))
+        trouble = self.trouble or self._waited_for()
+        told = (self.running, bool(trouble))
         if time.monotonic() - self._last["status"] < STATUS_PERIOD and told == self._told:
             return
         self._last["status"], self._told = time.monotonic(), told
-        topology = self.control.topology
+        topology = self.law.topology
         hears, heard, weight = zip(*topology.edges) if topology.edges else ((), (), ())
         refused, refusal = self.frame.refused()
         message = ControlStatus(
             refused=refused,
             refusal=refusal,
             controller=self._id,
-            protocol=type(self.control).__name__,
+            protocol=self.law.name,
             warnings=self._warnings,
             hears=hears,
             heard=heard,
             weight=weight,
             directed=topology.directed,
             running=self.running,
-            trouble=self.trouble,
+            trouble=trouble,
             stale=self.frame.stale(rospy.get_time()),
             stopped=self.guards.stopped,
             dry_run=self.dry_run,
@@ -357,20 +433,27 @@ class ControlNode:
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
 
+    def _waited_for(self):
+        """Return for how long the law has been waited for, in words, or ""."""
+        asked = self._asked
+        waited = 0.0 if asked is None else time.monotonic() - asked
+        return "the law has not answered for {:.0f} s".format(waited) if waited > STILL else ""
+
     def _targets(self):
         pose = self.frame.pose()
-        if not np.isfinite(pose).all():
+        if self.law.lost or not np.isfinite(pose).all():
             return [], []
         try:
-            with self._lock:
-                targets = self.control.targets(hand_points(pose, self.control.l))
-            return ([], []) if targets is None else np.asarray(targets, dtype=float).T.tolist()
-        except Exception as error:  # a display's places never stop the control
-            rospy.logerr_throttle(
-                REPORT_PERIOD,
-                "pioneer_control: targets: {}: {}".format(type(error).__name__, error),
-            )
+            targets = self.law.targets(pose, self.law_limit, self._meanwhile)
+        except CallFailed as error:  # a display's places never stop the control
+            text = "pioneer_control: targets: %s: %s"
+            rospy.logerr_throttle(REPORT_PERIOD, text % (error.kind, error))
             return [], []
+        except TimedOut as error:
+            with self._lock:
+                self._lose(error)
+            return [], []
+        return ([], []) if targets is None else targets.T.tolist()
 
 
 def run(protocol=None, argv=None):
@@ -389,10 +472,13 @@ def run(protocol=None, argv=None):
     with refusing_bad_input("pioneer_control"):
         arguments = parse("Control of a team of robots over ROS.", local, argv)
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
+        # Before there are threads, which no fork survives.
+        nursery = None if is_shipped(protocol) else Nursery(lambda: LawService(protocol))
         own = [parameter.name for parameter in protocol.PARAMETERS]
         foreign = protocol.__module__.partition(".")[0] != "mrs_simulator"
         lifecycle.start_node("pioneer_control", own, foreign)
-        node = ControlNode(scenario, protocol)
+        apart = flag_parameter("~law_process", not speaks_ros(protocol))
+        node = ControlNode(scenario, protocol, nursery if apart else None)
     lifecycle.run(node.spin)
 
 

@@ -23,14 +23,13 @@ class TellingServer(Server):
 class ParameterServer:
     """Offers a control's parameters to rqt_reconfigure and dynparam while it runs."""
 
-    def __init__(self, control, lock):
-        """Serve ``control.PARAMETERS`` from their present values; changes are made under ``lock``."""
+    def __init__(self, control):
+        """Serve ``control.PARAMETERS`` from their present values."""
         self._control = control
-        self._lock = lock
         self._server = TellingServer(_config_type(control), self._on_change)
 
     def show(self):
-        """Tell the clients what is in force after a change from elsewhere; not under ``lock``."""
+        """Tell the clients what is in force after a change from elsewhere."""
         self._server.update_configuration({})
 
     def _on_change(self, config, level):
@@ -43,8 +42,7 @@ class ParameterServer:
     def _set(self, config):
         names = [parameter.name for parameter in self._control.PARAMETERS]
         try:
-            with self._lock:
-                self._control.set_parameters({name: config[name] for name in names})
+            self._control.set_parameters({name: config[name] for name in names})
         except ValueError as error:
             rospy.logerr("pioneer_control: refused: %s", error)
 

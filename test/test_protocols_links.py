@@ -38,7 +38,7 @@ def poses_over(channel, poses):
     known = []
     for pose in poses:
         channel.take(pose)
-        known.append(channel.views(pose, 0.1))
+        known.append(channel.views(pose, lambda poses: hand_points(poses, 0.1)))
     return np.array(known)
 
 

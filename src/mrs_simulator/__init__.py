@@ -10,7 +10,7 @@ from mrs_simulator.version import __version__
 _HOMES = {
     "PioneerControl": "mrs_simulator.control.pioneer_control",
     "Position": "mrs_simulator.control.pioneer_control",
-    "make_twist": "mrs_simulator.control.pioneer_control",
+    "make_twist": "mrs_simulator.control.twists",
     "Twist": "geometry_msgs.msg",
     "Parameter": "mrs_simulator.core.parameters",
     "run": "mrs_simulator.nodes.control.node",

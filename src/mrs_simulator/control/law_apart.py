@@ -17,7 +17,6 @@ from mrs_simulator.control.user_code import (
     TimedOut,
     Worker,
 )
-from mrs_simulator.core.kinematics import hand_points
 
 OWN_ROS = re.compile(r"\b(rospy|tf2?_ros|roslib)\b")
 
@@ -58,7 +57,7 @@ class LawService:
 
     def targets(self, pose):
         """Return where the hand points are wanted, (n, 2) [m], or None."""
-        targets = self._control.targets(hand_points(pose, self._control.l))
+        targets = self._control.targets(self._control.points(pose))
         if targets is None:
             return None
         targets = np.asarray(targets, dtype=float)

@@ -6,7 +6,6 @@ import copy
 import numpy as np
 
 from mrs_simulator.core.edge_faults import Channel
-from mrs_simulator.core.kinematics import hand_points, unicycle_from_point_mass
 
 
 class Network:
@@ -35,7 +34,7 @@ class Network:
         self._time, self._begun, self._sent = None, 0.0, 0
 
     def commands(self, pose):
-        """Return what each robot's law wants from what it knows, (n, 2) [m/s, rad/s].
+        """Return what each robot's law wants from what it knows, (n, a).
 
         Robots tell each other where they are once in a command period, however often this is called.
         The edges begin anew when time does not go on.
@@ -47,7 +46,10 @@ class Network:
         sent = int(round((control.time - self._begun) / control.period)) + 1
         self._channel.take(pose, sent - self._sent)
         self._sent = sent
-        views, graph = self._channel.views(pose, control.l), self._channel.graph(control.topology)
+        views, graph = (
+            self._channel.views(pose, control.points),
+            self._channel.graph(control.topology),
+        )
         rows = range(len(pose))
         if not self.copies:
             return self._by_neighbours(pose, views, graph)
@@ -72,13 +74,13 @@ class Network:
     def _by_neighbours(self, pose, views, graph):
         control = self._control
         with _over(control, graph):
-            hand = hand_points(views, control.l)
+            hand = control.points(views)
             u = np.array([control.seen_by(row, pose, hand[row]) for row in range(len(pose))])
-        return unicycle_from_point_mass(u, pose[:, 2], control.l)
+        return control.commands_for(u, pose)
 
     def _of_copy(self, row, view, graph):
         each = self.copies[row]
-        each.time = self._control.time
+        each.time, each.joints = self._control.time, self._control.joints
         with _over(each, graph):
             return each.wanted_commands(view)[row]
 

@@ -3,19 +3,20 @@
 from typing import NamedTuple
 
 import numpy as np
-from geometry_msgs.msg import Twist
 
 from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
 from mrs_simulator.control.network import Network
 from mrs_simulator.control.safety_filter import safe_velocities
+from mrs_simulator.control.twists import (
+    ControlError,
+    check_finite,
+    commands_of,
+    described,
+    twists_of,
+)
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import (
-    NO_LIMITS,
-    hand_points,
-    point_mass_from_unicycle,
-    unicycle_from_point_mass,
-)
+from mrs_simulator.core.kinematics import NO_LIMITS
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.parameters import Parameter, checked_values, shown
 from mrs_simulator.core.scenario import DEFAULT_KIND
@@ -28,6 +29,7 @@ RESERVED = (
     "links",
     "limits",
     "team",
+    "joints",
     "saturation",
     "parameters",
     "period",
@@ -37,11 +39,20 @@ RESERVED = (
 
 
 class Position(NamedTuple):
-    """A robot's position in the common frame: x, y [m], theta [rad] of the wheel-axle centre."""
+    """A robot's position in the common frame: x, y [m], theta [rad] of its centre.
+
+    The centre is the wheel-axle centre of robots with an axle.  ``z`` [m] is an attribute; a position
+    unpacks to x, y and theta.
+    """
 
     x: float
     y: float
     theta: float
+
+    @property
+    def z(self):
+        """Return the height [m]: 0 on the ground."""
+        return 0.0
 
 
 class Neighbour(NamedTuple):
@@ -51,18 +62,6 @@ class Neighbour(NamedTuple):
     x: float
     y: float
     weight: float
-
-
-class ControlError(ValueError):
-    """A law that did not return one finite Twist for each robot; the message says which."""
-
-
-def make_twist(v, omega):
-    """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""
-    twist = Twist()
-    twist.linear.x = v
-    twist.angular.z = omega
-    return twist
 
 
 class PioneerControl:
@@ -133,10 +132,11 @@ class PioneerControl:
             )
         self.numbers = tuple(numbers)
         self.team = Team((DEFAULT_KIND,) * len(self.numbers), limits) if team is None else team
-        self._joints = np.zeros(len(self.numbers))  # of the drives, such as steering angles
         self.saturation = saturation
         self.period, self.time, self.fidelity = period, 0.0, fidelity
-        self.safety = safety
+        self.safety, self._is_filtered = safety, bool(np.any(safety))
+        self.joints = np.zeros(self.team.n)  # [rad] inner ones of the drives, such as steering
+        self._has_joints, self._next_joints = self.team.has_joints, self.joints
         self._given_topology = topology
         self.links = links
         self.set_parameters(parameters or {})
@@ -152,10 +152,7 @@ class PioneerControl:
         :meth:`pointMassLaw` to unicycles by (7).
         """
         pose = np.array([pos_map[number] for number in self.numbers])
-        return {
-            number: make_twist(v, omega)
-            for number, (v, omega) in zip(self.numbers, self._array_law(pose).tolist())
-        }
+        return dict(zip(self.numbers, twists_of(self._array_law(pose), self.team.axes)))
 
     def pointMassLaw(self, hand):
         """Return the hand points' wanted velocities, shape (n, 2) [m/s], from ``hand`` (n, 2) [m]."""
@@ -215,26 +212,41 @@ class PioneerControl:
 
     # What the loops call -------------------------------------------------------------------------
 
-    def commands(self, pose, time=0.0):
-        """Return the team's commands, shape (n, 2) [m/s, rad/s], from ``pose`` (n, 3) at ``time`` [s].
+    def commands(self, pose, time=0.0, joints=None):
+        """Return the team's commands, (n, a) [m/s, rad/s], from ``pose`` (n, 3) at ``time`` [s].
+
+        One column for each axis of the team: ``(v, omega)`` for unicycles.  ``joints`` (n,) [rad]:
+        the drives' inner joints; by default what is expected after the commands so far.
 
         Within ``limits`` and finite.  Raises ``ControlError`` for a wrong number or kind of Twists
         or NaN, and whatever the law itself raises.
         """
+        if self._has_joints:
+            self._know_joints(time, joints)
         self.time = time
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
         wanted = self.wanted_commands if self._network is None else self._network.commands
         command = wanted(pose)
-        self._check_finite(command)
+        check_finite(command, self.numbers, self.team.axes)
         command = self.saturated(command, self.saturation)
-        return self._safe(command, pose) if np.any(self.safety) else command
+        if self._is_filtered:
+            command = self._safe(command, pose)
+        if self._has_joints:  # odometry does not tell them: expected is what the command does
+            self._next_joints = self.team.joints_after(command, self.joints, self.period)
+        return command
+
+    def _know_joints(self, time, joints):
+        if joints is None:
+            joints = np.zeros(self.team.n) if time <= self.time else self._next_joints
+        self.joints = joints
 
     def wanted_commands(self, pose):
         """Return the law's commands, (n, 2), from ``pose`` (n, 3) as it is known, at ``self.time``."""
         if not self._gives_twists:
             return self._array_law(pose)
         rows = map(Position._make, pose.tolist())
-        return self._from_twists(self.calculateControlLaw(dict(zip(self.numbers, rows))))
+        given = self.calculateControlLaw(dict(zip(self.numbers, rows)))
+        return commands_of(given, self.numbers, self.team)
 
     @property
     def _gives_twists(self):
@@ -253,10 +265,10 @@ class PioneerControl:
         """
         if scope == "none":
             return command
-        factor = np.maximum(self.team.excess(command, self._joints, self.period), 1.0)
+        factor = np.maximum(self.team.excess(command, self.joints, self.period), 1.0)
         if scope == "team":
             factor = np.full(len(factor), factor.max(initial=1.0))
-        return self.team.slowed(command, factor, self._joints)
+        return self.team.slowed(command, factor, self.joints)
 
     @property
     def is_by_neighbours(self):
@@ -303,20 +315,24 @@ class PioneerControl:
 
     # Inside --------------------------------------------------------------------------------------
 
-    def _hand(self, pose):
-        return hand_points(pose, self.l)
+    def points(self, pose):
+        """Return the controlled points (..., n, 2) [m] of robots at ``pose`` (..., n, 3).
+
+        Each drive has its own: hand points ``l`` ahead of the axle, eq. (2), for unicycles.
+        """
+        return self.team.point(np.asarray(pose, dtype=float), self.joints, self.l)
 
     def _array_law(self, pose):
         if self.is_by_neighbours:
-            hand = self._hand(pose)
+            hand = self.points(pose)
             u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
-            wanted = self.pointMassLaw(self._hand(pose))
+            wanted = self.pointMassLaw(self.points(pose))
             u = _numbers(wanted)
             if u is None:
                 raise ControlError(
                     "pointMassLaw returned {}, wanted an array ({}, 2) of velocities".format(
-                        _described(wanted), len(self.numbers)
+                        described(wanted), len(self.numbers)
                     )
                 )
         if u.shape != (len(self.numbers), 2):
@@ -325,7 +341,11 @@ class PioneerControl:
                     u.shape, len(self.numbers)
                 )
             )
-        return unicycle_from_point_mass(u, pose[:, 2], self.l)
+        return self.commands_for(u, pose)
+
+    def commands_for(self, velocity, pose):
+        """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s]: eq. (7)."""
+        return self.team.command(velocity, pose, self.joints, self.l, self.period)
 
     def seen_by(self, row, pose, hand):
         """Return what :meth:`neighbourLaw` wants of the robot in ``row``, (2,) [m/s].
@@ -344,67 +364,30 @@ class PioneerControl:
         if velocity is None or velocity.shape != (2,):
             raise ControlError(
                 "neighbourLaw returned {} for robot {}, wanted (ux, uy)".format(
-                    _described(wanted), robot
+                    described(wanted), robot
                 )
             )
         return turn @ velocity
 
     def _safe(self, command, pose):
-        """Return ``command`` as the safety filter lets it pass, on hand points."""
-        wanted = point_mass_from_unicycle(command, pose[:, 2], self.l)
-        hand, distance = self._hand(pose), self.safe_distance
-        velocity = safe_velocities(wanted, hand, distance, self.period)
+        """Return ``command`` as the safety filter lets it pass, on the controlled points."""
+        wanted = self.team.velocity(command, pose, self.joints, self.l, self.period)
+        velocity = safe_velocities(wanted, self.points(pose), self.safe_distance, self.period)
         # One factor for the whole team keeps every pair's constraint.
-        return self.saturated(unicycle_from_point_mass(velocity, pose[:, 2], self.l), "team")
+        return self.saturated(self.commands_for(velocity, pose), "team")
 
     @property
     def safe_distance(self):
-        """Return ``D_s`` [m] between hand points: ``radius_i + l + radius_j + l``.
+        """Return ``D_s`` [m] between controlled points: ``radius_i + l_i + radius_j + l_j``.
+
+        ``l_i``: how far the point is from the robot's centre, ``l`` for unicycles.
 
         A number where all robots are of one size, else (n, n).
         """
-        reach = np.asarray(self.safety, dtype=float) + self.l
+        reach = np.asarray(self.safety, dtype=float) + self.team.lead(self.l)
         if reach.ndim and (reach != reach[0]).any():
             return reach[:, np.newaxis] + reach
         return 2.0 * float(reach.flat[0])
-
-    def _from_twists(self, twists):
-        if isinstance(twists, dict):
-            if set(twists) != set(self.numbers):
-                raise ControlError(
-                    "calculateControlLaw returned Twists for robots {}, wanted {}".format(
-                        _listed(twists), _listed(self.numbers)
-                    )
-                )
-            twists = [twists[number] for number in self.numbers]
-        elif not isinstance(twists, (list, tuple)) or len(twists) != len(self.numbers):
-            raise ControlError(
-                "calculateControlLaw returned {}, wanted {} Twists, one for each robot".format(
-                    _described(twists), len(self.numbers)
-                )
-            )
-        return np.array([self._pair(*item) for item in zip(self.numbers, twists)])
-
-    def _pair(self, number, twist):
-        try:
-            return float(twist.linear.x), float(twist.angular.z)
-        except (AttributeError, TypeError, ValueError):
-            raise ControlError(
-                "calculateControlLaw returned {} for robot {}, wanted a Twist of numbers".format(
-                    _described(twist), number
-                )
-            ) from None
-
-    def _check_finite(self, command):
-        finite = np.isfinite(command)
-        if not finite.all():
-            bad = np.flatnonzero(~finite.all(axis=1))
-            v, omega = command[bad[0]]
-            raise ControlError(
-                "the law gave robot {} v = {} m/s, omega = {} rad/s, wanted finite numbers".format(
-                    self.numbers[bad[0]], v, omega
-                )
-            )
 
 
 def _numbers(value):
@@ -451,13 +434,3 @@ def _rotation(theta):
     """Return R(theta)^T for row vectors: ``v @ R`` is ``v`` as seen from a frame turned by theta."""
     cos, sin = np.cos(theta), np.sin(theta)
     return np.array([[cos, -sin], [sin, cos]])
-
-
-def _listed(numbers):
-    numbers = sorted(numbers, key=str)
-    return ", ".join(map(str, numbers[:10])) + (", ..." if len(numbers) > 10 else "") or "none"
-
-
-def _described(value):
-    count = " of {}".format(len(value)) if isinstance(value, (list, tuple)) else ""
-    return "{}{}".format(type(value).__name__, count)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from mrs_simulator.core.graphs import Topology, arcs_of
-from mrs_simulator.core.kinematics import hand_points
 
 LOSSES, TURNS = 1, 2  # streams of random numbers, so that losses and turns do not hang together
 MOST_GRAPHS = 256  # graphs kept, since the same often come again
@@ -66,17 +65,19 @@ class Channel:
         np.fill_diagonal(arrived, True)
         return arrived
 
-    def views(self, pose, l):
+    def views(self, pose, points):
         """Return the poses as each robot knows them, (n, n, 3): row i those that robot i goes by.
 
-        Its own is the true one.  Where edges carry differences, hand points ``l`` [m] ahead are as
-        far from its own as they were when it saw them.
+        Its own is the true one.  Where edges carry differences, the controlled points, which
+        ``points`` gives for poses (..., n, 3), are as far from its own as when it saw them.
         """
         views = self._heard.copy()
         if self._links.carries == "difference":
-            seen = hand_points(self._heard, l) - hand_points(self._listener, l)
-            ahead = hand_points(self._heard, l) - self._heard[:, :, :2]
-            views[:, :, :2] = hand_points(pose, l)[:, np.newaxis] + seen - ahead
+            heard = points(self._heard)
+            # Column j of the listeners is one robot's own poses: rows and columns change places.
+            own = points(self._listener.swapaxes(0, 1)).swapaxes(0, 1)
+            ahead = heard - self._heard[:, :, :2]
+            views[:, :, :2] = points(pose)[:, np.newaxis] + (heard - own) - ahead
         views[self._rows, self._rows] = pose
         return views
 

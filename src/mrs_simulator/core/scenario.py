@@ -81,7 +81,7 @@ class Scenario(NamedTuple):
     seed: int = 0
     speed: float = 1.0  # [-] simulated over wall time; 0 = as fast as possible
     record_rate: float = 10.0  # [Hz]
-    cmd_vel_timeout: float = 0.6  # [s]
+    cmd_vel_timeout: Optional[float] = None  # [s], None: that of each robot's kind
     step: float = LONGEST_STEP  # [s]
     path: str = ""
 
@@ -177,8 +177,10 @@ class Scenario(NamedTuple):
             "control": {**self.control._asdict(), "parameters": dict(self.control.parameters)},
             "obstacles": [_obstacle_to_plain(obstacle) for obstacle in self.obstacles],
         }
-        for key in ("duration", "seed", "speed", "record_rate", "cmd_vel_timeout", "step"):
+        for key in ("duration", "seed", "speed", "record_rate", "step"):
             result[key] = getattr(self, key)
+        if self.cmd_vel_timeout is not None:
+            result["cmd_vel_timeout"] = self.cmd_vel_timeout
         if self.topology is not None:
             edges = [list(edge) for edge in self.topology.edges]
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
@@ -242,7 +244,7 @@ def scenario_from_dict(content, where="scenario"):
         seed=seed,
         speed=top.number("speed", 1.0, low=0.0),
         record_rate=top.number("record_rate", 10.0, above=0.0),
-        cmd_vel_timeout=top.number("cmd_vel_timeout", 0.6, above=0.0),
+        cmd_vel_timeout=_read_timeout(top),
         step=_read_step(top, control.rate),
     )
     top.done()
@@ -355,6 +357,12 @@ def _read_control(top):
     )
     section.done()
     return control
+
+
+def _read_timeout(top):
+    if not top.has("cmd_vel_timeout"):
+        return top.take("cmd_vel_timeout")
+    return top.number("cmd_vel_timeout", above=0.0)
 
 
 def _read_step(top, rate):

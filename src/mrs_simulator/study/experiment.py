@@ -37,7 +37,8 @@ class Experiment:
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
 
-        ``time`` [s], ``pose`` (n, 3) in the common frame, ``command`` (n, 2) held from then on.
+        ``time`` [s], ``pose`` (n, 3) in the common frame, ``command`` (n, a) held from then on; the
+        caller's own arrays.
         Raises ``LawFailed`` after all robots were told to stop.
         """
         scenario, world = self.scenario, self.world
@@ -48,7 +49,7 @@ class Experiment:
                 world.set_commands(EVERY, self._command(world.estimate()))
             if step % scenario.steps_per_record == 0:
                 self._check_near(world)
-                yield world.time, world.pose, world.command
+                yield world.time, world.pose.copy(), world.command.copy()
             if step < steps:
                 world.step()
                 self.collisions.extend(world.take_collisions())
@@ -56,15 +57,18 @@ class Experiment:
     def _check_near(self, world):
         far = np.flatnonzero(~(np.abs(world.pose[:, :2]) <= FARTHEST).all(axis=1))
         if len(far):
-            world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
+            world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
 
+    def _joints(self):
+        return self.world.joints if self.world.team.has_joints else None
+
     def _command(self, pose):
         try:
-            return self.control.commands(pose, self.world.time)
+            return self.control.commands(pose, self.world.time, self._joints())
         except (Exception, SystemExit) as error:
-            self.world.set_commands(EVERY, np.zeros((self.scenario.n, 2)))
+            self.world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s {}".format(self.world.time, failure(error))
             raise LawFailed(text) from error
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.study.report import predicted_settling
 
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
@@ -39,7 +38,7 @@ class Prediction(NamedTuple):
 def facts(scenario):
     """Return the ``Facts`` of the scenario's law; its prediction is tried at the start."""
     control = make_control(scenario)
-    start = hand_points(scenario.poses, control.l)
+    start = control.points(scenario.poses)
     targets = control.targets(start)
     texts = control.warnings(scenario.poses)
     _predicted_error(control, start, np.zeros(1))
@@ -66,9 +65,9 @@ def errors(scenario, pose):
     NaN where the poses are of another number of robots.
     """
     control = make_control(scenario)
-    if control.targets(hand_points(scenario.poses, control.l)) is None:
+    if control.targets(control.points(scenario.poses)) is None:
         return None
-    hands = hand_points(pose, control.l)
+    hands = control.points(pose)
     if hands.shape[1] != len(control.numbers):
         return np.full(len(hands), np.nan)
     return np.array([_largest_error(control, hand) for hand in hands])
@@ -77,7 +76,7 @@ def errors(scenario, pose):
 def prediction(scenario):
     """Return the ``Prediction`` of the whole run, of its beginning where the run is very long."""
     control = make_control(scenario)
-    start = hand_points(scenario.poses, control.l)
+    start = control.points(scenario.poses)
     longest = MOST_PREDICTED / scenario.n * getattr(control, "T", np.inf)
     when = np.linspace(0.0, min(scenario.duration, longest), PREDICTED_SAMPLES)
     settling = predicted_settling(control, start) if when[-1] >= scenario.duration else ""

@@ -130,19 +130,36 @@ class Team:
             *(shared([getattr(body, key) for body in bodies]) for key in Outlines._fields)
         )
 
-    def point(self, pose, joints, l):
-        """Return the controlled points (n, 2) [m] of robots at ``pose`` (n, 3)."""
-        return self._gathered(
-            2, lambda g, rows: g.drive.point(pose[rows], joints[rows], l, g.numbers)
+    @property
+    def has_joints(self):
+        """Return whether a drive has an inner joint that moves, such as a steering angle."""
+        return any(group.drive.JOINTS for group in self.groups)
+
+    def lead(self, l):
+        """Return how far [m] the controlled points are from the centres at most, () or (n,)."""
+        leads = self._each(
+            lambda g, rows: np.broadcast_to(g.drive.lead(l, g.numbers), len(g.kinds))
         )
+        return shared(leads.tolist())
+
+    def point(self, pose, joints, l):
+        """Return the controlled points (..., n, 2) [m] of robots at ``pose`` (..., n, 3)."""
+        if len(self.groups) == 1:
+            (g,) = self.groups
+            return g.drive.point(pose, joints, l, g.numbers)
+        result = np.empty(pose.shape[:-1] + (2,), order="F")
+        for g in self.groups:
+            own = g.drive.point(pose[..., g.rows, :], joints[g.rows], l, g.numbers)
+            result[..., g.rows, :] = own
+        return result
 
     def velocity(self, command, pose, joints, l, period):
         """Return the points' velocities (n, 2) [m/s] under ``command`` (n, a)."""
-        return self._gathered(
-            2,
+        return self._each(
             lambda g, rows: g.drive.velocity(
                 g.of(command), pose[rows], joints[rows], l, period, g.numbers
             ),
+            (2,),
         )
 
     def command(self, velocity, pose, joints, l, period):
@@ -155,14 +172,6 @@ class Team:
             rows = g.rows
             own = g.drive.command(velocity[rows], pose[rows], joints[rows], l, period, g.numbers)
             g.put(result, own)
-        return result
-
-    def _gathered(self, width, of_group):
-        if len(self.groups) == 1:
-            return of_group(self.groups[0], EVERY)
-        result = np.empty((self.n, width), order="F")
-        for group in self.groups:
-            result[group.rows] = of_group(group, group.rows)
         return result
 
     def excess(self, command, joints, period):
@@ -196,11 +205,11 @@ class Team:
             lambda g, rows: g.drive.joints_after(g.of(command), joints[rows], g.numbers, period)
         )
 
-    def _each(self, of_group):
-        """Return what ``of_group`` gives for each group, as one array (n,)."""
+    def _each(self, of_group, width=()):
+        """Return what ``of_group`` gives for each group, as one array (n,) + ``width``."""
         if len(self.groups) == 1:
             return of_group(self.groups[0], EVERY)
-        result = np.empty(self.n)
+        result = np.empty((self.n,) + width, order="F")
         for group in self.groups:
             result[group.rows] = of_group(group, group.rows)
         return result

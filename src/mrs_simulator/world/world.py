@@ -39,7 +39,7 @@ class World:
         fidelity="kinematic",
         limits="firmware",
         step=0.02,
-        cmd_vel_timeout=0.6,
+        cmd_vel_timeout=None,
         hand_length=DEFAULT_HAND_LENGTH,
         odometry_kind="world",
         seed=0,
@@ -48,16 +48,16 @@ class World:
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
-        ``limits`` as in ``vehicles.limits.kind_limits``; ``step`` [s]; ``cmd_vel_timeout`` [s] of simulated
-        time, looked at every ``watch_period`` [s], 0: at each step.  ``mirrored``: rows of robots
-        that obey no command and are only where ``place`` puts them: bodies to the others, never
-        pushed.  Raises ``WorldError``.
+        ``limits`` as in ``vehicles.limits.kind_limits``; ``step`` [s]; ``cmd_vel_timeout`` [s] of
+        simulated time, by default that of each robot's kind, looked at every ``watch_period`` [s], 0:
+        at each step.  ``mirrored``: rows of robots that obey no command and are only where ``place``
+        puts them: bodies to the others, never pushed.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
         self.obstacles = tuple(obstacles)
         self._limits = limits
-        self.cmd_vel_timeout = cmd_vel_timeout
+        self._cmd_vel_timeout = cmd_vel_timeout
         self._hand_length = hand_length
         self._odometry_kind = odometry_kind
         self._seed = seed
@@ -105,6 +105,9 @@ class World:
             self._motion.close()
         self._motion, self.team, self._start = motion, motion.team, poses
         self._odometry = self._new_odometry()
+        given = self._cmd_vel_timeout
+        self.timeouts = self.team.timeouts if given is None else np.full(self.n, float(given))
+        self._shortest_timeout = float(self.timeouts.min())
         self.refused = np.zeros(len(poses), dtype=int)
         self._fresh_start()
 
@@ -180,18 +183,23 @@ class World:
 
     @property
     def pose(self):
-        """Return the true poses in the common frame, (n, 3) [m, m, rad]."""
-        return self._motion.pose
+        """Return the true poses in the common frame, (n, 3) [m, m, rad], read-only."""
+        return _read_only(self._motion.pose)
 
     @property
     def twist(self):
-        """Return the true body twists, (n, 3): vx, vy [m/s], omega [rad/s]."""
-        return self._motion.twist
+        """Return the true body twists, (n, 3): vx, vy [m/s], omega [rad/s], read-only."""
+        return _read_only(self._motion.twist)
+
+    @property
+    def joints(self):
+        """Return the drives' inner joints, such as steering angles, (n,) [rad], read-only."""
+        return _read_only(self._motion.joints())
 
     @property
     def command(self):
-        """Return the commands in force, (n, 2) [m/s, rad/s]."""
-        return self._target
+        """Return the commands in force, (n, a), a column for each of ``team.axes``, read-only."""
+        return _read_only(self._target)
 
     @property
     def timed_out(self):
@@ -205,11 +213,11 @@ class World:
 
     def odometry(self):
         """Return what the robots' odometry says, (n, 3), each in its own odometry frame."""
-        return self.pose if self._odometry_kind == "world" else self._odometry.pose
+        return self.pose if self._odometry_kind == "world" else _read_only(self._odometry.pose)
 
     def odometry_origins(self):
         """Return where the odometry frames lie in the common frame, (n, 3)."""
-        return np.zeros((self.n, 3)) if self._odometry_kind == "world" else self._start
+        return np.zeros((self.n, 3)) if self._odometry_kind == "world" else _read_only(self._start)
 
     def estimate(self):
         """Return the poses in the common frame as odometry gives them, (n, 3)."""
@@ -226,7 +234,7 @@ class World:
     # Changes -------------------------------------------------------------------------------------
 
     def set_commands(self, rows, commands):
-        """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, 2) [m/s, rad/s].
+        """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
 
         One that is not finite, or beyond ``FASTEST``, is refused and counted in ``refused``; that
         robot keeps its last command until its own watchdog stops it.
@@ -275,16 +283,16 @@ class World:
     def _watch(self):
         if self._step % self._steps_per_watch:
             return
-        if not self._too_long(self._longest_silent):
+        if not self._too_long(self._longest_silent, self._shortest_timeout):
             return
-        late = self._too_long(self._heard) & self.commanded
+        late = self._too_long(self._heard, self.timeouts) & self.commanded
         if late.any():
             self._target[late] = 0.0
             self.commanded[late] = False
         self._longest_silent = self._heard[self.commanded].min(initial=self._step)
 
-    def _too_long(self, heard):
-        return (self._step - heard) * self.step_size > self.cmd_vel_timeout - 1e-9
+    def _too_long(self, heard, timeout):
+        return (self._step - heard) * self.step_size > timeout - 1e-9
 
     def _note_contacts(self, contacts):
         now = self._step
@@ -316,6 +324,13 @@ class World:
     def close(self):
         """Give back what the motion holds."""
         self._motion.close()
+
+
+def _read_only(array):
+    """Return a view of ``array`` through which it cannot be changed."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def checked_team(kinds, poses, limits):

@@ -70,7 +70,7 @@ class Formation(PioneerControl):
         """
         if self.fidelity == "point_mass":  # a point has no heading that could turn too far
             return []
-        e_max = self.error(self._hand(pose))
+        e_max = self.error(self.points(pose))
         omega_max = self.team.speeds[:, 1].max() if self.saturation != "none" else np.inf
         longest = formation.largest_stable_period(self.k, self.T, self.l, e_max, omega_max)
         if self.period <= longest * (1.0 + 1e-9):

@@ -16,7 +16,7 @@ from mrs_simulator.control.laws.formations import (
     without_rates,
 )
 from mrs_simulator.control.laws.formations_equations import scale
-from mrs_simulator.control.pioneer_control import make_twist
+from mrs_simulator.control.twists import make_twist
 from mrs_simulator.core.claims import (
     FEWEST_FITTED,
     NOTHING,

@@ -61,7 +61,9 @@ class Stage:
         """
         rosaria = preset == "rosaria"
         self.scenario = scenario = behind_rosaria(scenario) if rosaria else scenario
-        timeout = number_parameter("~cmd_vel_timeout", scenario.cmd_vel_timeout, above=0.0)
+        timeout = scenario.cmd_vel_timeout
+        if rospy.get_param("~cmd_vel_timeout", "") != "":
+            timeout = number_parameter("~cmd_vel_timeout", timeout, above=0.0)
         self.world = World.from_scenario(
             scenario._replace(cmd_vel_timeout=timeout),
             watch_period=WATCH_PERIOD if rosaria else 0.0,

@@ -45,6 +45,7 @@ LIMIT_AXES = ("linear.x",)  # the turn rate follows from speed and steering angl
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # distance of the rear axle [m], and angle turned [rad] as motor and servo give it
 POINT = "point ahead of the steered wheel"
+JOINTS = True  # whether ``joints`` move
 CREEP = 1e-6  # [m/s] forwards while a standing car steers: at v = 0 a Twist tells no steering angle
 STEEPEST = 1.5  # [rad] of any steering angle; at pi/2 a car turns about its rear axle
 CLOSE = 1e-9  # [rad] to its limit a steering angle is at it
@@ -268,14 +269,19 @@ def joints_after(command, joints, numbers, period):
     return joints + _within(asked - joints, -reach, reach)
 
 
+def lead(l, numbers):
+    """Return how far [m] the controlled point is from the rear axle's centre at most."""
+    return numbers.wheelbase + l
+
+
 def point(pose, joints, l, numbers):
-    """Return the points ``l`` [m] ahead of the steered wheels, (m, 2) [m]."""
+    """Return the points ``l`` [m] ahead of the steered wheels, (..., m, 2) [m]."""
     wheelbase = numbers.wheelbase
-    cos, sin = cos_sin(pose[:, 2])
-    cos_wheel, sin_wheel = cos_sin(pose[:, 2] + joints)
-    result = np.empty((len(pose), 2), order="F")
-    result[:, 0] = pose[:, 0] + wheelbase * cos + l * cos_wheel
-    result[:, 1] = pose[:, 1] + wheelbase * sin + l * sin_wheel
+    cos, sin = cos_sin(pose[..., 2])
+    cos_wheel, sin_wheel = cos_sin(pose[..., 2] + joints)
+    result = np.empty(pose.shape[:-1] + (2,), order="F")
+    result[..., 0] = pose[..., 0] + wheelbase * cos + l * cos_wheel
+    result[..., 1] = pose[..., 1] + wheelbase * sin + l * sin_wheel
     return result
 
 

@@ -31,6 +31,7 @@ LIMIT_AXES = AXES  # that a kind's file gives limits of
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # wheels that are counted: left, right
 POINT = "hand point"
+JOINTS = False  # whether ``joints`` move
 
 
 class Numbers(NamedTuple):
@@ -213,8 +214,13 @@ def counted(turning, joints, numbers):
     return 0.5 * (turning[:, :2] + turning[:, 2:])
 
 
+def lead(l, numbers):
+    """Return how far [m] the controlled point is from the centre at most."""
+    return l
+
+
 def point(pose, joints, l, numbers):
-    """Return the hand points (m, 2) [m], eq. (2)."""
+    """Return the hand points (..., m, 2) [m], eq. (2)."""
     return hand_points(pose, l)
 
 

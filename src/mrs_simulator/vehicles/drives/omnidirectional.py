@@ -24,6 +24,7 @@ LIMIT_AXES = AXES
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 4  # wheels that are counted, in the order of ``rolling``
 POINT = "centre"
+JOINTS = False  # whether ``joints`` move
 LAYOUTS = ("omni", "mecanum")
 LARGEST = 100.0  # [m]
 
@@ -277,9 +278,14 @@ def joints_after(command, joints, numbers, period):
     return joints
 
 
+def lead(l, numbers):
+    """Return how far [m] the controlled point is from the centre: it is the centre."""
+    return 0.0
+
+
 def point(pose, joints, l, numbers):
-    """Return the controlled points, (m, 2) [m]: the centres themselves, whatever ``l``."""
-    return pose[:, :2].copy(order="F")
+    """Return the controlled points, (..., m, 2) [m]: the centres themselves, whatever ``l``."""
+    return pose[..., :2].copy(order="F")
 
 
 def command(velocity, pose, joints, l, period, numbers):

@@ -1,0 +1,128 @@
+"""Commands of a team and the ``Twist`` messages of the hook: conversion, and what is refused."""
+
+import numpy as np
+from geometry_msgs.msg import Twist
+
+from mrs_simulator.vehicles.team import TWIST_AXES
+
+PLANAR = ("linear.x", "angular.z")
+
+
+class ControlError(ValueError):
+    """A law that did not return one finite Twist for each robot; the message says which."""
+
+
+def make_twist(v, omega):
+    """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""
+    twist = Twist()
+    twist.linear.x = v
+    twist.angular.z = omega
+    return twist
+
+
+def twists_of(command, axes):
+    """Return a list of the Twists of ``command`` (n, a), whose columns are ``axes``."""
+    if axes == PLANAR:
+        return [make_twist(v, omega) for v, omega in command.tolist()]
+    places = [axis.split(".") for axis in axes]
+    twists = []
+    for row in command.tolist():
+        twist = Twist()
+        for (part, component), value in zip(places, row):
+            setattr(getattr(twist, part), component, value)
+        twists.append(twist)
+    return twists
+
+
+def commands_of(twists, numbers, team):
+    """Return the commands (n, a) in what a law returned: Twists by number, or in that order.
+
+    Raises ``ControlError`` for another number or kind of things, and for a component that a robot
+    does not obey and that is not 0.
+    """
+    table = _table(_in_order(twists, numbers), numbers)
+    obeyed = np.zeros(table.shape, dtype=bool)
+    columns = [TWIST_AXES.index(axis) for axis in team.axes]
+    obeyed[:, columns] = team.robot_axes
+    _refuse_components((table != 0.0) & ~obeyed, table, numbers, team)
+    return np.asfortranarray(table[:, columns])
+
+
+def _in_order(twists, numbers):
+    if isinstance(twists, dict):
+        if set(twists) != set(numbers):
+            raise ControlError(
+                "calculateControlLaw returned Twists for robots {}, wanted {}".format(
+                    _listed(twists), _listed(numbers)
+                )
+            )
+        return [twists[number] for number in numbers]
+    if not isinstance(twists, (list, tuple)) or len(twists) != len(numbers):
+        raise ControlError(
+            "calculateControlLaw returned {}, wanted {} Twists, one for each robot".format(
+                described(twists), len(numbers)
+            )
+        )
+    return twists
+
+
+def _table(twists, numbers):
+    """Return all components, (n, 6) in the order of ``TWIST_AXES``."""
+    try:
+        return np.array([_components(twist) for twist in twists], dtype=float)
+    except (AttributeError, TypeError, ValueError):
+        pass
+    for number, twist in zip(numbers, twists):
+        try:
+            [float(value) for value in _components(twist)]
+        except (AttributeError, TypeError, ValueError):
+            raise ControlError(
+                "calculateControlLaw returned {} for robot {}, wanted a Twist of numbers".format(
+                    described(twist), number
+                )
+            ) from None
+    return np.array([[float(value) for value in _components(twist)] for twist in twists])
+
+
+def _components(twist):
+    linear, angular = twist.linear, twist.angular
+    return linear.x, linear.y, linear.z, angular.x, angular.y, angular.z
+
+
+def _refuse_components(refused, table, numbers, team):
+    if not refused.any():
+        return
+    row, column = np.argwhere(refused)[0]
+    kind = team.kinds[row]
+    raise ControlError(
+        "the law gave robot {} {} = {:g}, which a {} does not obey; wanted 0 (it obeys {})".format(
+            numbers[row], TWIST_AXES[column], table[row, column], kind.title, ", ".join(kind.axes)
+        )
+    )
+
+
+def check_finite(command, numbers, axes):
+    """Raise ``ControlError`` that names the first robot whose ``command`` (n, a) is not finite."""
+    finite = np.isfinite(command)
+    if finite.all():
+        return
+    row = np.flatnonzero(~finite.all(axis=1))[0]
+    names = ("v", "omega") if axes == PLANAR else axes
+    given = ", ".join(
+        "{} = {} {}".format(name, value, "m/s" if axis.startswith("linear") else "rad/s")
+        for name, axis, value in zip(names, axes, command[row])
+    )
+    raise ControlError(
+        "the law gave robot {} {}, wanted finite numbers".format(numbers[row], given)
+    )
+
+
+def _listed(numbers):
+    numbers = sorted(numbers, key=str)
+    return ", ".join(map(str, numbers[:10])) + (", ..." if len(numbers) > 10 else "") or "none"
+
+
+def described(value):
+    """Return the type of ``value``, and the length of a sequence, for an error message."""
+    count = " of {}".format(len(value)) if isinstance(value, (list, tuple)) else ""
+    return "{}{}".format(type(value).__name__, count)

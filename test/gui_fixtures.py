@@ -60,8 +60,9 @@ os._exit(0)  # as the window does: the interpreter takes Qt's objects down in an
 
 
 @pytest.fixture
-def gui(ros):
+def gui(ros, tmp_path):
     """Run a piece of Python in a GUI's process; return what it printed."""
+    ros.environment["HOME"] = str(tmp_path)
 
     def run(code, *arguments, scenario="paper_four", limit=120):
         path = os.path.join(ROOT, "scenarios", scenario + ".yaml")

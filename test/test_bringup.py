@@ -66,7 +66,7 @@ def busy_cores():
 
 @pytest.mark.parametrize("name, gap", [("paper", 0.01), ("paper_dynamic", 0.05)])
 def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
-    verdict = launch(ros, tmp_path, scenario(name), "lockstep:=true", "speed:=0")
+    verdict = launch(ros, tmp_path, scenario(name), "speed:=0")  # which asks for lockstep
     assert verdict["passed"], verdict
     with open(os.path.join(ros.directory, "launch.log")) as log:
         assert "no command from" not in log.read()  # nobody waits for an answer that was given
@@ -84,7 +84,7 @@ def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
 
 def test_paced_by_the_clock_it_forms_too(ros, tmp_path):
     """Without lockstep the load of the machine shifts samples; the formation stands all the same."""
-    verdict = launch(ros, tmp_path, scenario("paper_four"), "speed:=10")
+    verdict = launch(ros, tmp_path, scenario("paper_four"), "speed:=10", "lockstep:=false")
     checks = {check["name"]: check for check in verdict["checks"]}
     assert checks["final gap, the worst [m]"]["passed"] and checks["y spread [m]"]["passed"]
     assert verdict["ended"] == "complete"

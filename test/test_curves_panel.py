@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES, Curve, ErrorCurve
 from mrs_simulator.rqt_plugin.run import history as run_history
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+from mrs_simulator.rqt_plugin.widgets.colours import STEPS
 
 APP = QApplication.instance() or QApplication([])
 
@@ -423,7 +424,7 @@ def test_the_curves_of_a_large_team_are_drawn_as_one_and_still_named(panel):
     bundle = panel._plot._bundle
     assert len(lines(panel)) == 0 and bundle in panel._plot.axes.collections
     segments = bundle.get_segments()
-    assert len(segments) == 300 and len({tuple(colour) for colour in bundle.get_colors()}) > 200
+    assert len(segments) == 300 and len({tuple(colour) for colour in bundle.get_colors()}) == STEPS
     np.testing.assert_allclose(segments[299], [[t, 300.0 * (1.0 + t)] for t in segments[299][:, 0]])
     move(panel, pixel(panel, 1.5, 300.0 * 2.5))
     assert panel._label.text().startswith("Robot 300:")

@@ -1,7 +1,5 @@
 """A user's law is asked in a process of its own, whatever it does there."""
 
-import time
-
 import numpy as np
 import pytest
 from protocol_fixtures import shipped
@@ -75,13 +73,16 @@ def test_one_who_waits_can_do_something_else_and_give_up(tmp_path):
 
     def waiting(seconds):
         waited.append(seconds)
-        time.sleep(0.01)
+        with pytest.raises(LawError, match="another law"):
+            laws.ask("facts", scenario)
         if len(waited) > 3:
             raise KeyboardInterrupt
 
-    laws = LawProcess(limit=60.0, waiting=waiting)
+    laws = LawProcess(limit=60.0)
+    laws.waiting, laws.waited = waiting, lambda: waited.append("over")
     hangs = tmp_path / "hangs.py"
     hangs.write_text("import time; time.sleep(1000)")
+    scenario = shipped("paper_four").with_protocol(str(hangs))
     with pytest.raises(KeyboardInterrupt):
-        laws.ask("facts", shipped("paper_four").with_protocol(str(hangs)))
-    assert laws._process is None and waited == sorted(waited)
+        laws.ask("facts", scenario)
+    assert laws._process is None and waited.pop() == "over" and waited == sorted(waited)

@@ -27,6 +27,7 @@ from mrs_simulator.rqt_plugin.map import ground as map_ground
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.rqt_plugin.widgets.colours import shade as team_shade
 
 POSES = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, np.pi / 2], [4.0, 3.0, np.pi]])
 NONE = Qt.NoModifier
@@ -637,7 +638,7 @@ def test_robots_of_a_large_team_have_their_colours_too(view):
     view.set_trails_shown(False)
     for row in (0, 1, 33):
         x, y, _ = poses[row]
-        wanted = drawing.colour(row + 1)
+        wanted = team_shade(row + 1, 40, QColor("white"))
         assert shade(view, x - 0.1, y) == wanted
     red, green, blue, _ = shade(view, *(poses[5, :2] - [0.1, 0.0])).getRgb()
     assert red == green == blue

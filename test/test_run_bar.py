@@ -47,10 +47,13 @@ def study(app):
     connection.snapshot.return_value = None
     connection.newest.return_value = None
     connection.is_fresh.return_value = False
+    connection.silence.return_value = None
+    connection.registered = frozenset()
     for take in (connection.take_samples, connection.take_results, connection.take_collisions):
         take.return_value = []
     processes = MagicMock()
     processes.is_running.return_value = False
+    processes.age.return_value = 0.0
     processes.take_ended.return_value = []
     widget = StudyWidget(connection, processes, scenario_from_dict({"poses": POSES}))
     for timer in widget.findChildren(QTimer):

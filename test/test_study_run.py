@@ -25,6 +25,11 @@ class Connection:
         self._snapshot, self.heard, self.asked = snapshot, heard, []
         self.controller, self.first_stamp = Interruptions(), lambda: 0.0
 
+    registered = ()
+
+    def silence(self, name):
+        return 0.0 if name in self.heard else None
+
     def newest(self, name):
         return self.heard.get(name)
 
@@ -54,8 +59,15 @@ class Processes:
     def is_ending(self, name):
         return name in self.ending
 
-    def start(self, name, *_, **__):
+    def age(self, name):
+        return 0.0
+
+    def cancel(self, name):
+        self.cancelled = name
+
+    def start(self, name, *arguments, **__):
         self.running.add(name)
+        self.arguments = arguments
 
     def stop(self, name):
         self.running.discard(name)
@@ -188,7 +200,7 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
 
 
 def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
-    run = study(connection=Connection(stage=SimpleNamespace(speed=1.0)))
+    run = study(connection=Connection(stage=SimpleNamespace(speed=1.0, lockstep=False)))
     before = run.scenario
     assert "not attached" in run.do("simulate")
     run.connection.heard["scenario"] = SimpleNamespace(data="poses: 3")
@@ -239,3 +251,93 @@ def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):
     (tmp_path / "mrs_runs").write_text("a file")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert "mrs_runs" in run.do("bag") and not run.processes.running
+
+
+# A run that nobody has saved ----------------------------------------------------------------------
+
+
+def commanded(history, seconds, command=0.1):
+    zeros, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
+    for time in np.arange(history.time[-1] + 1.0 if len(history.time) else 0.0, 1e3)[:seconds]:
+        history.append(Snapshot(time, (1, 2), zeros, zeros, np.full((2, 2), command), fresh))
+    return history
+
+
+def test_a_run_is_unsaved_as_long_as_robots_moved_after_it_was_saved():
+    history = History()
+    assert not commanded(history, 5, 0.0).is_unsaved(2.0)
+    assert commanded(history, 4).is_unsaved(2.0)
+    history.saved = history.time[-1]
+    assert not commanded(history, 60, 0.0).is_unsaved(2.0)
+    assert commanded(history, 4).is_unsaved(2.0)
+
+
+def test_an_unsaved_run_is_kept_when_another_team_or_time_begins_anew(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    run, history = study("paper_four"), History()
+    history.before_clearing = lambda: said.append(run.keep(history))
+    said = []
+    commanded(history, 4)
+    history.clear()
+    history.clear()
+    path = said[0].rpartition(" ")[2]
+    assert len(said) == 1 and len(read_run_csv(path).time) == 4
+    zeros = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 2)), np.ones(3, dtype=bool)
+    commanded(history, 4)
+    history.append(Snapshot(0.0, (1, 2, 3), *zeros))
+    assert len(said) == 2
+
+
+def test_a_run_that_nobody_controlled_is_not_judged(tmp_path):
+    connection = Connection()
+    study("paper_four", connection).save(commanded(History(), 4, 0.0), str(tmp_path))
+    connection.asked[-1][2]()
+    assert read_run_csv(str(tmp_path / "run.csv")).meta["uncommanded"]
+
+
+def test_a_run_whose_periods_were_missed_is_not_judged(tmp_path):
+    stage = SimpleNamespace(robots=2, missed_periods=0, header=None, lockstep=False)
+    control = SimpleNamespace(**dict(vars(STANDS), running=True, period=0.1))
+    connection = Connection(stage=stage, control=control)
+    run = study("paper_four", connection)
+
+    def told(seconds, missed):
+        stage.header = SimpleNamespace(stamp=SimpleNamespace(to_sec=lambda: seconds))
+        stage.missed_periods = missed
+        return run.note_timing()
+
+    assert told(10.0, 500) == "" and told(20.0, 505) == ""  # of 200
+    assert told(30.0, 600) == run.missed.text() and "25%" in run.missed.text()
+    run.save(commanded(History(), 4), str(tmp_path))
+    connection.asked[-1][2]()
+    assert "degraded" in read_run_csv(str(tmp_path / "run.csv")).meta["degraded"]
+    assert told(1.0, 0) == ""  # the stage was started again
+
+
+@pytest.mark.parametrize("speed, waits", [(1.0, "false"), (5.0, "true"), (0.0, "true")])
+def test_a_simulation_at_another_speed_than_1_waits_for_its_commands(tmp_path, speed, waits):
+    run = study(processes=Processes(directory=tmp_path))
+    assert run.do("simulate", speed) == ""
+    run.take_result("simulated_time", True, None)
+    assert "_lockstep:=" + waits in run.processes.arguments
+    run._launch_control()
+    assert "_lockstep:=" + waits in run.processes.arguments
+
+
+def test_what_is_saved_can_be_given_up(tmp_path):
+    connection = Connection()
+    run = study("paper_four", connection)
+    run.save(commanded(History(), 4), str(tmp_path))
+    run.cancel_save()
+    success, said = connection.asked[-1][2]()
+    assert not success and "cancelled" in said and run.processes.cancelled == "report"
+    assert (tmp_path / "run.csv").exists()
+
+
+def test_theory_starts_where_the_robots_of_the_run_stood():
+    run = study("paper_four")
+    first = wait_until(run.take_prediction)[0]
+    run.predict_from(run.scenario.poses)
+    assert run.take_prediction() is None
+    run.predict_from(run.scenario.poses + [1.0, 2.0, 0.0] * np.arange(4)[:, np.newaxis])
+    assert wait_until(run.take_prediction)[0].error[0] > first.error[0] + 0.5

@@ -30,6 +30,12 @@ class Link:
         self.master_online, self._snapshot, self._topics = master_online, snapshot, topics or {}
         self._heard = heard
 
+    registered = frozenset()
+    silent = None  # [s] for which the controller said nothing
+
+    def silence(self, name):
+        return self.silent if self.silent is not None else 0.0 if name in self._heard else None
+
     def newest(self, name):
         return self._heard.get(name)
 
@@ -46,7 +52,9 @@ class Link:
 def state(checking=False, started=(), ending=(), **heard):
     preflight = SimpleNamespace(running=checking, starting=checking)
     processes = SimpleNamespace(
-        is_running=lambda name: name in started, is_ending=lambda name: name in ending
+        is_running=lambda name: name in started,
+        is_ending=lambda name: name in ending,
+        age=lambda name: 30.0,
     )
     return StudyState(Link(**heard), processes, preflight)
 
@@ -157,3 +165,20 @@ def test_the_predicted_error_knows_the_faults_of_the_edges(name, known):
     if known:
         assert len(error) == len(time) and error[0] == pytest.approx(without[0])
         assert np.abs(error - without).max() > 0.05 * error[0]
+
+
+def test_a_controller_that_says_nothing_is_not_no_controller():
+    hanging = state(snapshot=snapshot(), started=["control"], control=RUNNING)
+    assert hanging.hangs() == ""
+    hanging.connection.silent = 7.4
+    hanging.connection._heard = {}
+    assert hanging.lines()["controller"] == (False, "controller: has not answered for 7 s")
+    possible, why = hanging.actions()["control"]
+    assert not possible and "has not answered for 7 s: end it first" in why
+    assert hanging.actions()["stop"][0]
+    ended = state(snapshot=snapshot())  # and its node is gone from the master
+    ended.connection.silent = 7.4
+    assert ended.hangs() == "" and ended.lines()["controller"] == (None, "no controller")
+    ended.connection.registered = {"control"}  # it was started elsewhere
+    assert "7 s" in ended.hangs()
+    assert "since it was started 30 s ago" in state(started=["control"]).hangs()

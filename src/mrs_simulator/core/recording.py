@@ -24,6 +24,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "real_time_factor": float,
     "collisions_unknown": bool,
     "uncommanded": bool,
+    "degraded": str,
 }
 
 

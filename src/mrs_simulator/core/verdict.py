@@ -53,8 +53,8 @@ def judge(run, claims=None, measures=None, limits=None, guards=()):
     """
     checks = _checks(run, claims or (), limits)
     unjudged = _unjudged(run, claims, checks)
-    if unjudged == NO_COMMANDS:
-        checks = [check._replace(passed=None, note=NO_COMMANDS) for check in checks]
+    if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
+        checks = [check._replace(passed=None, note=unjudged) for check in checks]
     checks += _checks(run, guards, limits)
     warnings = list(run.meta.get("warnings", []))
     checks.append(_collisions(run))
@@ -94,6 +94,8 @@ def _unjudged(run, claims, checks):
         return NO_PROTOCOL
     if run.meta.get("uncommanded"):
         return NO_COMMANDS
+    if run.meta.get("degraded"):
+        return run.meta["degraded"]
     told = [check for check in checks if check.predicted != HOLDS]
     if not told:
         return NO_CLAIMS

@@ -7,6 +7,7 @@ import time
 
 import rospy
 
+from mrs_simulator.ros.registration import keep_registered
 from mrs_simulator.ros.unknown_parameters import refuse_unknown, warn_of_unknown
 
 # A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
@@ -35,6 +36,7 @@ def start_node(name, parameters=(), foreign=False):
     if not rospy.has_param(NO_TOPICS_IN_LOG):
         rospy.set_param(NO_TOPICS_IN_LOG, False)
     rospy.get_param_cached(NO_TOPICS_IN_LOG)
+    keep_registered()
     for number in ENDINGS:
         signal.signal(number, _end)
     if os.environ.get(PARENT) == str(os.getppid()):

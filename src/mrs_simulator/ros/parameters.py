@@ -32,12 +32,15 @@ def number_parameter(name, default, low=None, above=None, high=None):
     return result
 
 
-def flag_parameter(name, default):
-    """Return the parameter as a bool."""
+def flag_parameter(name, default, or_text=None):
+    """Return the parameter as a bool, or as the text ``or_text`` if that is allowed too."""
     value = _given(name, default)
-    if not isinstance(value, bool):
+    if not isinstance(value, bool) and (or_text is None or value != or_text):
+        more = ", or {}".format(or_text) if or_text else ""
         raise ValueError(
-            "parameter {} = {!r}: wanted true or false".format(rospy.resolve_name(name), value)
+            "parameter {} = {!r}: wanted true or false{}".format(
+                rospy.resolve_name(name), value, more
+            )
         )
     return value
 

@@ -1,10 +1,11 @@
 """The rqt plugin: the study widget inside rqt."""
 
-from python_qt_binding.QtCore import QCoreApplication, QEvent
+from python_qt_binding.QtCore import QCoreApplication, QEvent, QTimer
 from qt_gui.plugin import Plugin
 
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -21,7 +22,7 @@ class MrsSimulator(Plugin):
         super().__init__(context)
         self.setObjectName("MrsSimulator")
         scenario = load_scenario(shipped_scenarios() + "/paper.yaml")
-        self._widget = StudyWidget(RosConnection(), Processes(), scenario)
+        self._widget = StudyWidget(RosConnection(), Processes(), scenario, Autosave())
         if context.serial_number() > 1:
             title = "{} ({})".format(self._widget.windowTitle(), context.serial_number())
             self._widget.setWindowTitle(title)
@@ -47,4 +48,6 @@ class MrsSimulator(Plugin):
     @guarded
     def restore_settings(self, _plugin_settings, instance_settings):
         """Take up scenario and layout."""
-        self._widget.restore_settings({key: instance_settings.value(key) for key in KEYS})
+        settings = {key: instance_settings.value(key) for key in KEYS}
+        # Later, as a user's law may take its time: rqt is to have its windows up by then.
+        QTimer.singleShot(0, guarded(lambda: self._widget.restore_settings(settings)))

@@ -16,6 +16,7 @@ from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
 from mrs_simulator.ros.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -84,13 +85,14 @@ def main():
         if arguments.fresh:
             settings.clear()
         processes = Processes()
-        study = StudyWidget(RosConnection(), processes, scenario)
+        study = StudyWidget(RosConnection(), processes, scenario, Autosave())
         kept = {key: settings.value(key) for key in ("across", "down", "shown")}
         if not arguments.scenario:
             kept["scenario"] = settings.value("scenario")
-        study.restore_settings(kept)
         window = Window(study, settings)
         window.show()
+        # A user's law may take its time: the window, and its emergency stop, are there meanwhile.
+        study.restore_settings(kept)
         # What is there now stays: looking it through for garbage takes 50 ms at a time.
         gc.collect()
         gc.freeze()

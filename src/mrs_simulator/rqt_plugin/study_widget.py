@@ -7,12 +7,11 @@ import os
 import time
 
 import numpy as np
-from python_qt_binding.QtCore import Qt, QTimer
+from python_qt_binding.QtCore import QEventLoop, Qt, QTimer
 from python_qt_binding.QtWidgets import (
     QApplication,
     QFrame,
     QLabel,
-    QPlainTextEdit,
     QScrollArea,
     QSizePolicy,
     QSplitter,
@@ -26,10 +25,12 @@ from mrs_simulator.core.scenario import Scenario, load_scenario, scenario_from_y
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.map.panel import MapPanel
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.run.autosave import told as time_of
 from mrs_simulator.rqt_plugin.run.bar import RunBar
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
-from mrs_simulator.rqt_plugin.run.study_run import StudyRun, reason
+from mrs_simulator.rqt_plugin.run.study_run import StudyRun
+from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
@@ -38,6 +39,7 @@ from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.messages import Faults, MessageList
 from mrs_simulator.study.law_answers import Prediction
 from mrs_simulator.study.report import from_anywhere
 
@@ -46,6 +48,7 @@ MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted
 TICK = 100  # [ms] between two looks at everything else
 GRAPH_REST = 0.3  # [s] after the controller's answer, within which an older status may still come
 SCENARIOS = "Scenarios (*.yaml *.yml)"
+SHORTEST_KEPT = 2.0  # [s] of commands, of a run that is kept though nobody has saved it
 LATCHED = (
     "EMERGENCY STOP: every controller is stopped and none can start. To release it, press RELEASE STOP; "
     "then press Start controller for the robots to move again."
@@ -56,14 +59,22 @@ TEAM_REST = 0.4  # [s] after the last change of the team until the stage is aske
 class StudyWidget(QWidget):
     """Everything a coordination study needs; ``close_study`` ends what was started here."""
 
-    def __init__(self, connection, processes, scenario, parent=None):
-        """``connection``: ``RosConnection``; ``scenario``: what to begin with."""
+    def __init__(self, connection, processes, scenario, autosave=None, parent=None):
+        """``connection``: ``RosConnection``; ``scenario``: what to begin with; ``autosave``, if any."""
         super().__init__(parent)
         self.setObjectName("MrsSimulator")
         self.setWindowTitle("Multi-robot simulator")
         self.connection = connection
         self.study = StudyRun(connection, processes, scenario)
         self.history = History()
+        self.history.before_clearing = guarded(self._keep_unsaved)
+        self._autosave, self._kept_text, self._kept = autosave, None, scenario
+        self._orphans = autosave.orphans() if autosave else []
+        self._faults = Faults()
+        self._saving_since, self._predicted_from = None, None
+        self._closed, self._given_up = False, False
+        self.study.laws.waiting = self._while_law_is_tried
+        self.study.laws.waited = self._after_law_was_tried
         self._graph_changed_at = 0.0
         self._team_changed_at, self._last_control, self._last_image = None, None, None
         self._told_trouble = ""  # by the controller
@@ -71,6 +82,7 @@ class StudyWidget(QWidget):
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._build()
         self.show_scenario(scenario)
+        self._offer_orphan()
         self._start_timer(FRAME, self._on_frame)
         self._start_timer(TICK, self._on_tick)
         self._on_tick()
@@ -143,10 +155,8 @@ class StudyWidget(QWidget):
         self.view.look_changed.connect(self._on_look)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.preflight.start_asked.connect(self._on_start_anyway)
-        self.messages = QPlainTextEdit()
-        self.messages.setReadOnly(True)
-        self.messages.setLineWrapMode(QPlainTextEdit.NoWrap)
-        self.messages.setMaximumBlockCount(500)
+        self.messages = MessageList()
+        self.messages.unseen_changed.connect(self._on_unseen)
         tabs = QTabWidget()
         for widget, title in (
             (self.curves, "Curves"),
@@ -212,6 +222,7 @@ class StudyWidget(QWidget):
 
     def _show_derived(self):
         derived = self.study.derived
+        self.banners.clear("error")  # an edit was taken up
         self.connection.set_starts(self.study.starts())
         self.protocol.set_warnings(derived.warnings)
         topology = derived.topology
@@ -229,8 +240,10 @@ class StudyWidget(QWidget):
         try:
             self.show_scenario(load_scenario(path))
         except Exception as error:  # its protocol may raise anything
-            self.say("not opened: {}".format(reason(error)))
+            self.say(Trouble("not opened: {}".format(reason(error))))
             return
+        self._begin_anew()
+        self._kept_text = self._text()
         self.say("opened {}".format(path))
         self.say(self.study.follow_protocol())
         self.say(self.study.what_the_stage_keeps())
@@ -248,7 +261,7 @@ class StudyWidget(QWidget):
 
     def _open_chosen(self, path):
         if self.study.is_controlled():  # since the dialog was opened
-            self.say("not opened: stop the controller to open another scenario")
+            self.say(Trouble("not opened: stop the controller to open another scenario"))
         else:
             self.load(path)
 
@@ -262,8 +275,9 @@ class StudyWidget(QWidget):
             with open(path, "w", encoding="utf-8") as file:
                 file.write(from_anywhere(self.scenario).to_yaml())
         except OSError as error:
-            self.say("not saved: {}".format(error))
+            self.say(Trouble("not saved: {}".format(error)))
             return
+        self._kept_text = self._text()
         self.say("saved {}".format(path))
 
     @guarded
@@ -286,8 +300,17 @@ class StudyWidget(QWidget):
             self._show_team()
             return
         self._team_changed_at = time.monotonic()
+        self._begin_anew()
         self._show_robots_to_follow()
         self._show_derived()
+
+    def _begin_anew(self):
+        """Put away what is shown of a run: the team beside it is another one now."""
+        self.verdict.clear()
+        if not self.connection.is_fresh("state"):  # else the stage begins a run with the new team
+            self.connection.forget("state")
+            self.history.clear()
+            self.map.clear_trails()
 
     @guarded
     def _on_protocol(self, name):
@@ -361,10 +384,31 @@ class StudyWidget(QWidget):
         """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``."""
         if not self._nothing_to_save():
             self.say("saving to {}".format(directory))
+            self.history.saved = self.history.moved
+            self._saving_since = time.monotonic()
             self.study.save(self.history, directory)
+            self._show_saving()
+
+    def _show_saving(self):
+        """Tell how far the saving has come."""
+        if self._saving_since is None:
+            self.banners.clear("saving")
+            return
+        text = "Saving: {}, {:.0f} s".format(
+            self.study.saving, time.monotonic() - self._saving_since
+        )
+        self.banners.tell("saving", "aside", text, ("Cancel", self.study.cancel_save))
 
     def _nothing_to_save(self):
-        return not len(self.history.time) and self.say("nothing to save: no robot has been heard")
+        if self._saving_since is not None:
+            return self.say(Trouble("not saved: the last results are still being saved"))
+        nothing = Trouble("nothing to save: no robot has been heard")
+        return not len(self.history.time) and self.say(nothing)
+
+    def _keep_unsaved(self):
+        """Keep the data of a run that nobody has saved, before it is forgotten."""
+        if self.history.is_unsaved(SHORTEST_KEPT):
+            self.say(self.study.keep(self.history))
 
     @guarded
     def _on_view(self, on):
@@ -386,10 +430,93 @@ class StudyWidget(QWidget):
         )
 
     def say(self, text):
-        """Show ``text`` among the messages; return whether there was any."""
+        """Show ``text`` among the messages, a ``Trouble`` in the bar too; return whether there was any."""
         if text:
-            self.messages.appendPlainText("{}  {}".format(time.strftime("%H:%M:%S"), text))
+            trouble = isinstance(text, Trouble)
+            self.messages.add(text, trouble)
+            if trouble:
+                buttons = ("Messages", self._show_messages), ("Close", self._close_error)
+                self.banners.tell("error", "error", text, *buttons)
         return bool(text)
+
+    def _show_messages(self):
+        self.results_tabs.setCurrentWidget(self.messages)
+
+    def _close_error(self):
+        self.banners.clear("error")
+
+    @guarded
+    def _on_unseen(self, count):
+        title = "Messages ({})".format(count) if count else "Messages"
+        self.results_tabs.setTabText(self.results_tabs.indexOf(self.messages), title)
+
+    # A law that is being tried, and edits that are kept ------------------------------------------
+
+    def _while_law_is_tried(self, seconds):
+        """Keep the window alive; nothing but the emergency stop and giving up works meanwhile."""
+        if self._across.isEnabled():
+            self._across.setEnabled(False)
+            self._given_up = False
+            self._show_possible()
+        text = "Trying the protocol: {:.0f} of at most {:g} s".format(
+            seconds, self.study.laws.limit
+        )
+        self.banners.tell("law", "aside", text, ("Give up", self._give_up))
+        QApplication.processEvents(QEventLoop.AllEvents, 20)
+        if self._given_up or self._closed:
+            raise ValueError("given up after {:.0f} s".format(seconds))
+
+    def _give_up(self):
+        self._given_up = True
+
+    def _after_law_was_tried(self):
+        self.banners.clear("law")
+        self._across.setEnabled(True)
+
+    def _text(self):
+        return from_anywhere(self.scenario).to_yaml()
+
+    def _keep_edits(self):
+        """Keep the scenario where a crash leaves it, if it is neither a file's nor the first one."""
+        if self._autosave is None or self.scenario is self._kept:
+            return
+        self._kept, text = self.scenario, self._text()
+        try:
+            if text == self._kept_text:
+                self._autosave.forget()
+            else:
+                self._autosave.keep(text)
+        except OSError as error:
+            self._autosave = None
+            self.say(Trouble("edits are not kept for the case of a crash: {}".format(error)))
+
+    def _offer_orphan(self):
+        """Offer edits that a GUI which ended without a word has left, the newest first."""
+        if not self._orphans:
+            self.banners.clear("edits")
+            return
+        text = "The GUI ended unexpectedly; edits of {} were not saved.".format(
+            time_of(self._orphans[0])
+        )
+        buttons = ("Restore", self._restore_orphan), ("Discard", self._discard_orphan)
+        self.banners.tell("edits", "warning", text, *buttons)
+
+    def _restore_orphan(self):
+        orphan = self._orphans.pop(0)
+        try:
+            self.show_scenario(scenario_from_yaml(orphan.text, "edits"))
+        except Exception as error:  # its protocol may raise anything
+            self.say(Trouble("not restored, still in {}: {}".format(orphan.path, reason(error))))
+        else:
+            self._begin_anew()
+            self._team_changed_at = time.monotonic()
+            self._keep_edits()
+            self._autosave.discard(orphan)
+        self._offer_orphan()
+
+    def _discard_orphan(self):
+        self._autosave.discard(self._orphans.pop(0))
+        self._offer_orphan()
 
     # Timers --------------------------------------------------------------------------------------
 
@@ -415,13 +542,18 @@ class StudyWidget(QWidget):
         for snapshot in self.connection.take_samples():
             if snapshot is None:  # a run begins
                 self.history.clear()
+                self.study.missed.begin()
                 self.map.clear_trails()
             else:
                 self.history.append(snapshot)
+        self._predict_from_start()
         for name, success, message in self.connection.take_results():
             self._on_result(name, success, message)
         for text in self.study.ended_processes():
             self.say(text)
+        for text in self._faults.take():
+            self.say(Trouble(text))
+        self._show_saving()
         self._follow_prediction()
         if self._team_changed_at and time.monotonic() - self._team_changed_at > TEAM_REST:
             self._team_changed_at = None
@@ -433,6 +565,13 @@ class StudyWidget(QWidget):
         self._follow_control()
         self._show_status()
 
+    def _predict_from_start(self):
+        """Let theory begin where the robots of a run that has begun really stood."""
+        begun = self.history.begun
+        if begun is not None and begun != self._predicted_from:
+            self.study.predict_from(self.history.pose[self.history.first_row()])
+        self._predicted_from = begun
+
     def _follow_prediction(self):
         """Show theory's error and settling time once they are there."""
         found = self.study.take_prediction()
@@ -443,16 +582,19 @@ class StudyWidget(QWidget):
         if found[1] is None:
             self.curves.set_prediction(when, predicted)
         else:
-            self.say("no prediction: {}".format(reason(found[1])))
+            self.say(Trouble("no prediction: {}".format(reason(found[1]))))
 
     def _on_result(self, name, success, answer):
         if name == "set_topology":
             self._graph_changed_at = time.monotonic()
         if name == "set_team":
             self._awaits_team = False
-        if name == "save" and success:
-            self._show_verdict(answer)
-            return
+        if name == "save":
+            self._saving_since = None
+            if success:
+                self._show_verdict(answer)
+                return
+            self.history.saved = -math.inf  # it is not, or not wholly
         self.say(self.study.take_result(name, success, answer))
         if name == "preflight":
             check = self.study.preflight
@@ -490,7 +632,7 @@ class StudyWidget(QWidget):
     def _tell_trouble(self, control):
         """Say once why a controller, here or elsewhere, stopped all robots or some of them."""
         if control.trouble != self._told_trouble and (not control.running or control.stopped):
-            self.say(control.trouble and "controller: {}".format(control.trouble))
+            self.say(control.trouble and Trouble("controller: {}".format(control.trouble)))
         self._told_trouble = control.trouble
 
     def _show_status(self):
@@ -509,6 +651,8 @@ class StudyWidget(QWidget):
         self._show_possible()
 
         self._show_alarm()
+        self._show_alerts()
+        self._keep_edits()
 
     def _show_alarm(self):
         """Say across the window that the emergency stop is latched, and how it is released."""
@@ -517,6 +661,27 @@ class StudyWidget(QWidget):
             self.banners.tell("emergency", "alarm", LATCHED)
         else:
             self.banners.clear("emergency")
+
+    def _show_alerts(self):
+        """Say across the window what is wrong with the controller, or with the timing."""
+        hangs = self.study.state.hangs()
+        if hangs and self.study.processes.is_running("control"):
+            text = "The controller {}: its law hangs, or takes too long.".format(hangs)
+            kill = "Kill controller", lambda: self.say(self.study.do("kill"))
+            self.banners.tell("hangs", "error", text, kill)
+        elif hangs:
+            text = "The controller {}. It was started elsewhere: end it there.".format(hangs)
+            self.banners.tell("hangs", "error", text)
+        else:
+            self.banners.clear("hangs")
+        degraded = self.study.note_timing()
+        if degraded:
+            text = "{}. This run is not judged; choose a slower speed, or begin at it.".format(
+                degraded[0].upper() + degraded[1:]
+            )
+            self.banners.tell("timing", "warning", text)
+        else:
+            self.banners.clear("timing")
 
     @guarded
     def showEvent(self, event):
@@ -529,6 +694,10 @@ class StudyWidget(QWidget):
     def _show_possible(self):
         """Offer what can be done now, and say why the rest cannot."""
         actions = self.study.state.actions()
+        if len(self.history.time) and self._saving_since is None:
+            actions["save"] = True, ""
+        if not self._across.isEnabled():
+            actions = dict.fromkeys(actions, (False, "a protocol is being tried"))
         self.view.set_possible(*actions.pop("view"))
         for name, (possible, remark) in actions.items():
             self.bar.set_enabled(name, possible, remark)
@@ -544,6 +713,11 @@ class StudyWidget(QWidget):
         """Stop the timers, of the panels too, end what was started here, withdraw from ROS."""
         for timer in self.findChildren(QTimer):
             timer.stop()
+        self._closed = True
+        self._keep_unsaved()
+        if self._autosave is not None:
+            self._autosave.forget()
+        self._faults.close()
         self.bar.forget_key()
         self.study.close()
         self.connection.close()
@@ -563,7 +737,7 @@ class StudyWidget(QWidget):
             if settings.get("scenario"):
                 self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
         except Exception as error:  # its protocol may raise anything
-            self.say("the last scenario is not taken up: {}".format(reason(error)))
+            self.say(Trouble("the last scenario is not taken up: {}".format(reason(error))))
         for key, splitter in (("across", self._across), ("down", self._right)):
             sizes = str(settings.get(key, "")).split()
             if len(sizes) == 2 and all(s.isdigit() and 20 <= int(s) <= 10000 for s in sizes):

@@ -36,16 +36,18 @@ class LawError(ValueError):
 
 
 class LawProcess:
-    """Asks laws through the functions of :mod:`law_answers`; from one thread at a time."""
+    """Asks laws through the functions of :mod:`law_answers`; from one thread at a time.
 
-    def __init__(self, limit=LIMIT, waiting=None):
-        """``limit`` [s] of wall time for one answer of a user's law.
+    ``waiting(seconds)`` is called again and again while an answer is awaited for longer than ``GRACE``;
+    what it raises ends the law's process and is raised.  ``waited()`` is called after that.
+    """
 
-        ``waiting(seconds)`` is called again and again while one is awaited for longer than ``GRACE``;
-        what it raises ends the law's process and is raised.
-        """
-        self.limit, self.waiting = limit, waiting or (lambda seconds: time.sleep(POLL))
-        self._process, self._pipe, self._lock = None, None, threading.Lock()
+    def __init__(self, limit=LIMIT):
+        """``limit`` [s] of wall time for one answer of a user's law."""
+        self.limit = limit
+        self.waiting, self.waited = lambda seconds: None, lambda: None
+        self._process, self._pipe = None, None
+        self._lock, self._busy = threading.RLock(), False
 
     def ask(self, function, scenario, *arguments):
         """Return ``law_answers.<function>(scenario, *arguments)``.
@@ -55,6 +57,8 @@ class LawProcess:
         if scenario.control.protocol in HOMES:
             return getattr(law_answers, function)(scenario, *arguments)
         with self._lock:
+            if self._busy:  # by the same thread, in ``waiting``
+                raise LawError("another law is being tried")
             try:
                 return self._ask((function, scenario) + arguments, scenario.control.protocol)
             except (EOFError, OSError):
@@ -67,22 +71,28 @@ class LawProcess:
         if self._process is None or self._process.poll() is not None:
             self._start()
         self._pipe.send(request)
-        begun = time.monotonic()
-        try:
-            ready = self._pipe.poll(GRACE)
-            while not ready:
-                taken = time.monotonic() - begun
-                if taken > self.limit:
-                    raise LawError("{}: no answer within {:g} s".format(name, self.limit))
-                self.waiting(taken)
-                ready = self._pipe.poll(POLL)
-        except BaseException:
-            self.close()
-            raise
+        if not self._pipe.poll(GRACE):
+            self._busy = True
+            try:
+                self._await(name)
+            except BaseException:
+                self.close()
+                raise
+            finally:
+                self._busy = False
+                self.waited()
         success, answer = self._pipe.recv()
         if not success:
             raise LawError(answer)
         return answer
+
+    def _await(self, name):
+        begun = time.monotonic()
+        while not self._pipe.poll(POLL):
+            taken = time.monotonic() - begun
+            if taken > self.limit:
+                raise LawError("{}: no answer within {:g} s".format(name, self.limit))
+            self.waiting(taken)
 
     def _start(self):
         self._pipe, theirs = Pipe()

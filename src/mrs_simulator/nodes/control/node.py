@@ -83,7 +83,7 @@ class ControlNode:
         self.dry_run = flag_parameter("~dry_run", False)
         self.guards = Guards(self.law.numbers, saturation, self.dry_run)
         self.motors = Motors(self.law.numbers, self.dry_run)
-        self.lockstep = lockstep_wanted(real)
+        self.lockstep = lockstep_wanted(real, scenario.speed)
         self.resumes = flag_parameter("~resume", not real)
         self.running = flag_parameter("~autostart", True)
         self.trouble = "" if self.running else "not started"

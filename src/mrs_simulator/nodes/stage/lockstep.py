@@ -2,14 +2,21 @@
 
 import time
 
-from mrs_simulator.ros.parameters import flag_parameter
+from mrs_simulator.ros.parameters import flag_parameter, number_parameter
 
 QUIET = 0.2  # [s] of wall time without an answer after which none is under way
 
 
-def lockstep_wanted(real):
-    """Return the parameter ``~lockstep``; ``ValueError`` if any robot of the rows ``real`` is real."""
-    wanted = flag_parameter("~lockstep", False)
+def lockstep_wanted(real, speed):
+    """Return the parameter ``~lockstep``; ``ValueError`` if any robot of the rows ``real`` is real.
+
+    ``auto``, as launch files say: where all robots are simulated, at another speed than 1; else a
+    control that cannot keep up would drive another experiment.  ``speed``: the scenario's, unless
+    ``~speed`` tells another.
+    """
+    wanted = flag_parameter("~lockstep", False, or_text="auto")
+    if wanted == "auto":
+        return not real and number_parameter("~speed", speed, low=0.0) != 1.0
     if wanted and real:
         numbers = ", ".join(str(row + 1) for row in real)
         raise ValueError(

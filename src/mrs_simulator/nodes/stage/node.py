@@ -71,7 +71,7 @@ class Stage:
         )
         self.mirror = Mirror(real, scenario)
         self.lockstep = None
-        if lockstep_wanted(real):
+        if lockstep_wanted(real, scenario.speed):
             self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
         self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
         self.paused = flag_parameter("~paused", False)

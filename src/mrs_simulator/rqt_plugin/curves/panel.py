@@ -121,9 +121,11 @@ class CurvesPanel(QWidget):
 
     def _take_look(self):
         """Take sizes from the font and colours from the palette."""
-        palette, pixels = self.palette(), QFontInfo(self.font()).pixelSize()
+        palette, font = self.palette(), QFontInfo(self.font())
+        pixels = font.pixelSize()
         roles = QPalette.Window, QPalette.Base, QPalette.WindowText
-        self._plot.take_look(pixels, *(palette.color(role).getRgbF()[:3] for role in roles))
+        colours = (palette.color(role).getRgbF()[:3] for role in roles)
+        self._plot.take_look(font.family(), pixels, *colours)
         self._field.setMinimumWidth(4 * pixels)
         self._field.setMaximumWidth(9 * pixels)
         self._canvas.setPalette(palette)

@@ -4,12 +4,13 @@ The style is that of the saved figures.  matplotlib's global ``rcParams`` are ne
 relied on: a thread that saves figures may have borrowed them.
 """
 
+import functools
+
 import numpy as np
-from matplotlib.cm import viridis
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, Normalize, to_hex
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
+from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.ticker import (
     FuncFormatter,
     LogFormatterMathtext,
@@ -17,6 +18,7 @@ from matplotlib.ticker import (
     NullFormatter,
     ScalarFormatter,
 )
+from python_qt_binding.QtGui import QColor
 
 from mrs_simulator.rqt_plugin.curves.quantities import (
     ERROR,
@@ -26,15 +28,21 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     thinned,
     thinned_together,
 )
-from mrs_simulator.rqt_plugin.widgets.colours import colour
-from mrs_simulator.study.figures import MANY_ROBOTS, MOST_IN_LEGEND, STYLE
+from mrs_simulator.rqt_plugin.widgets.colours import places, shade, shades
+from mrs_simulator.study.figures import MOST_IN_LEGEND
 
 MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them
 MOST_LABELLED = 40
 DASHES = ("-", (0, (4, 1, 1, 1)), (0, (2, 1)), (0, (1, 1)))  # for robots of one colour
-MANY_ON_DARK = ListedColormap(viridis(np.linspace(0.3, 1.0, 256)))
 DPI = 96
+
+
+@functools.lru_cache(maxsize=8)
+def _known(family):
+    """Return the families to draw with: the window's own where matplotlib finds it."""
+    names = {entry.name for entry in fontManager.ttflist}
+    return [name for name in (family,) if name in names] + ["DejaVu Sans"]
 
 
 class CurvesPlot:
@@ -46,30 +54,29 @@ class CurvesPlot:
         self._curves, self._numbers, self._index, self._built = [], (), 0, None
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
 
-    def take_look(self, pixels, face, base, text):
-        """Take the font's size [pixels] and the colours (r, g, b) of what is drawn on."""
+    def take_look(self, family, pixels, face, base, text):
+        """Take the font's family and size [pixels], and the colours (r, g, b) of what is drawn on."""
         self._face, self._base, self._text = face, base, text
-        self._dark = sum(base) < sum(text)
-        self._font = FontProperties(family=STYLE["font.serif"], size=72.0 * pixels / DPI)
+        self._font = FontProperties(family=_known(family), size=72.0 * pixels / DPI)
         self._width = max(1.0, pixels / 16.0)  # of a thin line [points]
         if hasattr(self._font, "set_math_fontfamily"):  # since matplotlib 3.4
-            self._font.set_math_fontfamily(STYLE["mathtext.fontset"])
+            self._font.set_math_fontfamily("dejavusans")
         self._built = None
 
     def styles(self, shown, numbers):
         """Return how to draw each of the robots ``shown`` of the team ``numbers``."""
         if len(shown) <= MOST_IN_LEGEND:
-            colours = [self._bright(colour(number)) for number in shown]
+            colours = [self._shade(number, max(numbers)) for number in shown]
             dashes = [DASHES[colours[:row].count(c) % len(DASHES)] for row, c in enumerate(colours)]
             width = 1.3 * self._width
             return [{"color": c, "ls": ls, "lw": width} for c, ls in zip(colours, dashes)]
         width = 0.8 if len(shown) <= MOST_LABELLED else 0.5
-        colours = self._map()(Normalize(min(numbers), max(numbers))(np.array(shown)))
-        return [{"color": tuple(c), "lw": width * self._width} for c in colours]
+        colours = [self._shade(number, max(numbers)) for number in shown]
+        return [{"color": c, "lw": width * self._width} for c in colours]
 
     def error_styles(self):
         """Return how to draw the error of the run, and that of theory."""
-        run = {"color": self._bright(colour(1)), "lw": 1.3 * self._width}
+        run = {"color": self._shade(1, 1), "lw": 1.3 * self._width}
         return run, {"color": self._text, "lw": self._width, "ls": (0, (4, 3))}
 
     def update(self, curves, numbers, index, message, xlim, ylim):
@@ -112,15 +119,12 @@ class CurvesPlot:
         """Return the colour of ``curve`` as Qt writes it."""
         return to_hex(curve.style["color"])
 
-    def _map(self):
-        return MANY_ON_DARK if self._dark else MANY_ROBOTS
+    def _ground(self):
+        return QColor.fromRgbF(*self._base)
 
-    def _bright(self, chosen):
-        """Return the ``QColor`` as (r, g, b), on a dark background no darker than can be seen."""
-        red, green, blue, _ = chosen.getRgbF()
-        if not self._dark or chosen.lightnessF() > 0.4:
-            return red, green, blue
-        return tuple(0.7 * part + 0.3 for part in (red, green, blue))
+    def _shade(self, number, count):
+        """Return the colour (r, g, b) of robot ``number`` of a team of ``count``."""
+        return shade(number, count, self._ground()).getRgbF()[:3]
 
     def _mixed(self, part):
         """Return a colour between the background, 0, and the text, 1."""
@@ -206,8 +210,10 @@ class CurvesPlot:
     def _add_bar(self):
         em, low, high = self.em(), min(self._numbers), max(self._numbers)
         self._bar = bar = self.figure.add_axes([0.9, 0.1, 0.05, 0.8], label="robots")
-        shades = np.linspace(0.0, 1.0, 256)[:, np.newaxis]
-        bar.imshow(shades, self._map(), aspect="auto", origin="lower", extent=(0, 1, low, high))
+        count, numbers = max(self._numbers), np.linspace(low, high, 256).round().astype(int)
+        of_team = np.array([each.getRgbF()[:3] for each in shades(count, self._ground())])
+        picture = of_team[places(numbers, count)][:, np.newaxis]
+        bar.imshow(picture, aspect="auto", origin="lower", extent=(0, 1, low, high))
         bar.set_xticks([])
         bar.set_yticks(np.unique(np.linspace(low, high, 6).round()))
         bar.yaxis.tick_right()
@@ -258,7 +264,7 @@ class CurvesPlot:
         em, axes = self.em(), self.axes
         width, height = self.figure.bbox.width, self.figure.bbox.height
         wide = self._log_ticks() if self._index == ERROR else self._widest(axes.yaxis)
-        left, right = (2.2 + wide) * em, self._side + (1.2 if self._side else 1.5) * em
+        left, right = (2.5 + wide) * em, self._side + (1.2 if self._side else 1.5) * em
         low, tall = 3.0 * em / height, max(0.1, 1.0 - (3.0 * em + self._top) / height)
         axes.set_position([left / width, low, max(0.1, 1.0 - (left + right) / width), tall])
         if self._bar is not None:

@@ -21,7 +21,7 @@ class Quantity(NamedTuple):
     """What one tab shows."""
 
     tab: str
-    label: str  # on the axis; letters of formulas are mathematical italics
+    label: str  # on the axis; formulas in $ $
     unit: str
     meaning: str
     values: Callable  # of a history: (m, n)
@@ -48,13 +48,13 @@ def heading(history):
 
 
 QUANTITIES = (
-    Quantity("x", "\U0001d465", "m", "x in the common frame [m]", lambda h: h.pose[:, :, 0]),
-    Quantity("y", "\U0001d466", "m", "y in the common frame [m]", lambda h: h.pose[:, :, 1]),
-    Quantity("\u03b8", "heading \U0001d703", "rad", "Heading, without jumps [rad]", heading),
-    Quantity("v", "\U0001d463", "m/s", "Linear velocity v [m/s]", lambda h: h.twist[:, :, 0]),
+    Quantity("x", "$x$", "m", "x in the common frame [m]", lambda h: h.pose[:, :, 0]),
+    Quantity("y", "$y$", "m", "y in the common frame [m]", lambda h: h.pose[:, :, 1]),
+    Quantity("\u03b8", r"heading $\theta$", "rad", "Heading, without jumps [rad]", heading),
+    Quantity("v", "$v$", "m/s", "Linear velocity v [m/s]", lambda h: h.twist[:, :, 0]),
     Quantity(
         "\u03c9",
-        "\U0001d714",
+        r"$\omega$",
         "rad/s",
         "Angular velocity \u03c9 [rad/s]",
         lambda h: h.twist[:, :, 2],

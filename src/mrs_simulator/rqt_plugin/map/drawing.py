@@ -4,7 +4,6 @@ Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Fra
 arrays, one point per row, in metres unless they are said to be on the screen [px].
 """
 
-import functools
 from typing import NamedTuple, Tuple
 
 import numpy as np
@@ -21,8 +20,8 @@ from mrs_simulator.rqt_plugin.map.geometry import (
     outlines,
     placed,
 )
-from mrs_simulator.rqt_plugin.widgets.colours import colour
-from mrs_simulator.study.figures import PALETTE, START_COLOUR
+from mrs_simulator.rqt_plugin.widgets import colours
+from mrs_simulator.study.figures import START_COLOUR
 from mrs_simulator.vehicles import kind
 
 DRAWN = kind(DEFAULT_KIND)
@@ -51,33 +50,30 @@ class Look(NamedTuple):
     highlight: QColor
     unit: float  # [px], 1 at the usual size of the font
     line: float  # [px], height of a line of text
-    shades: Tuple[QColor, ...]  # of robots 1, 2, ..., which repeat
+    count: int  # of robots in the team
+    shades: Tuple[QColor, ...]  # the robots' distinct colours
 
     @classmethod
-    def of(cls, widget):
-        """Return the look that the palette and font of ``widget`` ask for."""
+    def of(cls, widget, count=1):
+        """Return the look that palette and font of ``widget`` ask for, with a team of ``count`` robots."""
         palette, line = widget.palette(), widget.fontMetrics().height()
         base, text, highlight = palette.base(), palette.text(), palette.highlight()
         unit = max(1.0, line / 16.0)
         base, text, highlight = base.color(), text.color(), highlight.color()
-        return cls(base, text, highlight, unit, float(line), _shades(base.rgb(), text.rgb()))
+        look = base, text, highlight, unit, float(line), count
+        return cls(*look, colours.shades(count, base))
 
     def mixed(self, share):
         """Return the colour that is ``share`` text and the rest background."""
         return mixed(self.base, self.text, share)
 
     def shade(self, number):
-        """Return the colour of robot ``number``, lighter on a dark ground."""
-        return self.shades[(number - 1) % len(self.shades)]
+        """Return the colour of robot ``number``."""
+        return self.shades[self.places([number])[0]]
 
-
-@functools.lru_cache(maxsize=8)
-def _shades(base, text):
-    """Return the colours of the robots on a ground of the colour ``base``, as numbers of Qt."""
-    shades = [colour(number) for number in range(1, len(PALETTE) + 1)]
-    if QColor(base).lightness() < 128:
-        shades = [mixed(shade, QColor(text), 0.22) for shade in shades]
-    return tuple(shades)
+    def places(self, numbers):
+        """Return the places of the robots ``numbers`` among the ``shades``."""
+        return colours.places(numbers, self.count)
 
 
 def mixed(first, second, share):
@@ -132,7 +128,7 @@ def draw_targets(painter, look, frame, targets, numbers, sprites):
     rows = np.flatnonzero(frame.sees(screen, size))
     keys = np.full(len(rows), -1)
     if len(numbers) == len(targets):
-        keys = (np.array(numbers)[rows] - 1) % len(look.shades)
+        keys = look.places(np.array(numbers)[rows])
 
     def paint(brush, key):
         shade = look.text if key < 0 else mixed(look.shades[key], look.text, 0.25)
@@ -188,14 +184,15 @@ def draw_robots(painter, look, frame, pose, numbers, fresh, sprites):
     if len(pose) <= SOME_ROBOTS or half > MOST_SPRITE:
         _draw_each(painter, look, frame, pose, numbers, fresh)
         return
-    local, count = frame.about_origin(), len(look.shades)
+    local, many = frame.about_origin(), len(look.shades)
+    of_place = dict(zip(look.places(numbers).tolist(), numbers))
     turns = np.round(pose[:, 2] * HEADINGS / (2.0 * np.pi)).astype(int) % HEADINGS
-    keys = turns + HEADINGS * np.where(fresh, (np.array(numbers) - 1) % count, count)
+    keys = turns + HEADINGS * np.where(fresh, look.places(numbers), many)
 
     def paint(brush, key):
-        kind, turn = divmod(key, HEADINGS)
+        place, turn = divmod(key, HEADINGS)
         pose = np.array([[0.0, 0.0, turn * 2.0 * np.pi / HEADINGS]])
-        _draw_each(brush, look, local, pose, [kind + 1], [kind < count])
+        _draw_each(brush, look, local, pose, [of_place.get(place, 1)], [place < many])
 
     kind = look, frame.scale
     sprites.put(painter, kind, half, frame.to_screen(pose), keys.tolist(), paint)

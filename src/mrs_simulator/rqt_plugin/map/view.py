@@ -427,7 +427,7 @@ class MapView(QWidget):
 
     @guarded
     def paintEvent(self, event):
-        look, painter = drawing.Look.of(self), QPainter(self)
+        look, painter = drawing.Look.of(self, self._team_size()), QPainter(self)
         begun = time.perf_counter()
         try:
             self._paint_ground(painter, look)
@@ -446,6 +446,9 @@ class MapView(QWidget):
         finally:
             painter.end()
         self.cost = time.perf_counter() - begun
+
+    def _team_size(self):
+        return max(self._numbers, default=1)
 
     def _paint_ground(self, painter, look):
         """Paint the ground with the trails."""

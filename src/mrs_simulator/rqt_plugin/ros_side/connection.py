@@ -55,6 +55,7 @@ class RosConnection:
         self.do, self.take_results = self._calls.do, self._calls.take_results
         self.set_emergency = self._emergency.set
         self._ended, self.master_online = threading.Event(), False
+        self.registered = frozenset()  # of the names in KEPT: those that somebody publishes
         self._subscribers, self._camera = {}, None  # made once there is a master
         self._wanted_look, self._watching, self._pictures = None, False, None
         # It alone joins topics and leaves them: without a master rospy would wait for one, and so
@@ -88,9 +89,15 @@ class RosConnection:
             return self._newest.get(name)
 
     def forget(self, name):
-        """Count ``name`` as silent until it is heard again."""
+        """Count ``name`` as never heard until it is heard again."""
         with self._lock:
             self._heard.pop(name, None)
+            self._newest.pop(name, None)
+
+    def silence(self, name):
+        """Return the wall time [s] since ``name`` was heard, None if it never was."""
+        with self._lock:
+            return time.monotonic() - self._heard[name] if name in self._heard else None
 
     def is_fresh(self, name):
         """Return whether ``name`` was heard within the last ``SILENCE`` [s] of wall time."""
@@ -216,6 +223,9 @@ class RosConnection:
         master = rosgraph.Master(rospy.get_name())
         published, subscribed, _ = map(dict, master.getSystemState())
         self._register_again(published, subscribed)
+        self.registered = frozenset(
+            name for name, _, _ in KEPT if published.get(self._subscribers[name].resolved_name)
+        )
         self._follow_camera()
         if not self.is_fresh("state"):
             state, control = (self._subscribers[n].resolved_name for n in ("state", "control"))

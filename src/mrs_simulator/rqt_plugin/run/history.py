@@ -27,10 +27,16 @@ class History:
     """The samples of a run, bounded: when full, every other one is let go, the whole run stays."""
 
     def __init__(self):
+        self.before_clearing = lambda: None  # called while what is forgotten is still there
+        self._filled = 0
         self.clear()
 
     def clear(self):
         """Forget everything."""
+        if self._filled:
+            self.before_clearing()
+        self.saved = -np.inf  # [s] up to which the run was saved
+        self.moved = -np.inf  # [s] of the newest command that was not zero
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
@@ -45,8 +51,9 @@ class History:
             if snapshot.time == self._time[self._filled - 1]:
                 return
             self._begin(snapshot.numbers)
-        if self.begun is None and np.any(snapshot.command):
-            self.begun = snapshot.time
+        if np.any(snapshot.command):
+            self.begun = snapshot.time if self.begun is None else self.begun
+            self.moved = snapshot.time
         self.real = snapshot.real
         self._skipped += 1
         if self._filled and self._skipped < self._stride:
@@ -71,6 +78,11 @@ class History:
         self._time[:kept] = self._time[::2].copy()
         self._table[:kept] = self._table[::2].copy()
         self._filled, self._stride = kept, 2 * self._stride
+
+    def is_unsaved(self, shortest):
+        """Return whether robots were commanded for ``shortest`` [s] that are in no saved run."""
+        begun = np.inf if self.begun is None else self.begun
+        return bool(self.moved - max(begun, self.saved) >= shortest)
 
     def first_row(self):
         """Return the row where the run begins, with the first command; 0 while there was none."""

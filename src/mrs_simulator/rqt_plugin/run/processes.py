@@ -21,13 +21,14 @@ class Processes:
 
     def __init__(self):
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
-        self._running, self._jobs = {}, {}
+        self._running, self._jobs, self._begun = {}, {}, {}
         self._closing = None  # the thread that ends them all
 
     def start(self, name, script, *arguments, package="mrs_simulator"):
         """Start ``rosrun package script``; one of that name that still runs is ended first."""
         self.stop(name)
         self._running[name] = self._open(name, package, script, arguments)
+        self._begun[name] = time.monotonic()
 
     def run(self, name, script, *arguments, limit=None):
         """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
@@ -62,6 +63,10 @@ class Processes:
         """Return whether the program started as ``name`` still runs."""
         process = self._running.get(name)
         return process is not None and process.poll() is None
+
+    def age(self, name):
+        """Return the wall time [s] since the program called ``name`` was started, 0 without one."""
+        return time.monotonic() - self._begun[name] if self.is_running(name) else 0.0
 
     def is_ending(self, name):
         """Return whether one that was started as ``name`` and asked to end still runs."""

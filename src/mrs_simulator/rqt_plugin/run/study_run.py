@@ -2,23 +2,33 @@
 
 import os
 import re
+import shutil
+import threading
 import time
+
+import numpy as np
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun, who_is_real
 from mrs_simulator.rqt_plugin.run.study_state import StudyState, named
+from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
 from mrs_simulator.study.report import VERDICT_FILE, begin_run, write_scenario
 
+CANCELLED = "cancelled; what was written is in {}"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
 # What a stage has from its start.
 OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
+SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
+KEPT = "unsaved"  # the directory of runs that were not saved when another one began
+MOST_KEPT = 20  # [-] of them
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
 
 
@@ -36,7 +46,10 @@ class StudyRun:
         self.preflight = PreflightRun(connection, processes)
         self.state = StudyState(connection, processes, self.preflight)
         self.is_controlled = self.state.is_controlled
+        self.missed = MissedPeriods()
+        self.saving, self._cancelled = "", threading.Event()  # what a save is at
         self._speed = None  # at which a stage is about to start
+        self._lockstep = False  # whether the stage that was started here waits for commands
         self._swapped = None  # [what /use_sim_time was before a stage was started here]
 
     # The scenario --------------------------------------------------------------------------------
@@ -45,14 +58,24 @@ class StudyRun:
         """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
         self.derived = self.laws.ask("facts", scenario)
         self.scenario = scenario
+        self.predict(scenario)
+
+    def predict(self, scenario):
+        """Compute the prediction for ``scenario`` in the background, for ``take_prediction``."""
         self._prediction.ask(lambda: self._background.ask("prediction", scenario))
+
+    def predict_from(self, poses):
+        """Predict the run that has begun at ``poses`` (n, 3), if these are not the scenario's own."""
+        known = len(poses) == self.scenario.n and np.isfinite(poses).all()
+        if known and not np.allclose(poses, self.scenario.poses, atol=SAME_PLACE):
+            self.predict(self.scenario._replace(poses=poses.copy()))
 
     def _try(self, scenario):
         """Take up ``scenario``; return what is wrong with it, or ""."""
         try:
             self.take(scenario)
         except Exception as error:  # a file of one's own may raise anything
-            return "not taken up: {}".format(reason(error))
+            return Trouble("not taken up: {}".format(reason(error)))
         return ""
 
     def set_team(self, poses, kinds):
@@ -75,7 +98,7 @@ class StudyRun:
         try:
             checked = checked_values(self.derived.parameters, values, self.derived.protocol)
         except ValueError as error:
-            return str(error)
+            return Trouble(error)
         control = self.scenario.control._replace(parameters=checked)
         wrong = self._try(self.scenario._replace(control=control))
         if not wrong and self.state.has_control():
@@ -88,7 +111,7 @@ class StudyRun:
         try:
             parameters = self.laws.ask("parameters_with", self.scenario, topology)
         except Exception as error:  # a file of one's own may raise anything
-            return "not taken up: {}".format(reason(error))
+            return Trouble("not taken up: {}".format(reason(error)))
         changed = self.scenario.control._replace(parameters=parameters)
         wrong = self._try(self.scenario._replace(topology=topology, control=changed))
         if not wrong and self.state.has_control():
@@ -121,7 +144,7 @@ class StudyRun:
         try:
             return getattr(self, "_do_" + name)(speed)
         except OSError as error:  # a full disk, a directory that may not be written
-            return "{}: {}".format(name, error)
+            return Trouble("{}: {}".format(name, error))
 
     def _do_simulate(self, speed):
         if self.connection.is_fresh("stage"):
@@ -129,7 +152,7 @@ class StudyRun:
         try:
             scenario_from_dict(self.scenario.to_dict(), "scenario")
         except ValueError as error:
-            return str(error)
+            return Trouble(error)
         if self._speed is None:
             self.connection.begin_simulated_time()  # then take_result starts the stage
         self._speed = speed
@@ -143,9 +166,9 @@ class StudyRun:
         try:
             runs = self._stage_scenario()
         except ValueError as error:
-            return "not attached: {}".format(error)
+            return Trouble("not attached: {}".format(error))
         if runs is None:
-            return "not attached: the stage has not told its scenario yet"
+            return Trouble("not attached: the stage has not told its scenario yet")
         if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
             runs = runs._replace(control=self.scenario.control, path=self.scenario.path)
         return self._try(runs._replace(speed=self.connection.newest("stage").speed)) or attached
@@ -158,12 +181,15 @@ class StudyRun:
         return scenario_from_yaml(told.data, "stage/scenario")
 
     def _start_stage(self, success, before):
-        speed, self._speed = "_speed:={:g}".format(self._speed), None
+        speed, self._speed = self._speed, None
         if not success:
-            return "simulation not started: {}".format(before)
+            return Trouble("simulation not started: {}".format(before))
         self._swapped = [before]
         self.connection.begin_run()
-        self.processes.start("stage", "stage", "--scenario", self._written(), speed)
+        # Else a controller that cannot keep up would drive another experiment.
+        self._lockstep = speed != 1.0
+        options = ["_speed:={:g}".format(speed), _lockstep_option(self._lockstep)]
+        self.processes.start("stage", "stage", "--scenario", self._written(), *options)
         return "simulation started"
 
     def _restore_time(self):
@@ -211,13 +237,18 @@ class StudyRun:
             return ""
         if self.state.real() and self.state.started_elsewhere():
             # Its remappings and limits are not known here: it is not to be replaced.
-            return "not started: the controller that runs is for another team than this scenario's"
+            return Trouble(
+                "not started: the controller that runs is for another team than this scenario's"
+            )
         self._launch_control()
         return "controller started: {}".format(self.scenario.control.protocol)
 
     def _launch_control(self):
         self.connection.begin_run()
         arguments = ["--scenario", self._written()] + who_is_real(self.connection)
+        stage = self.connection.newest("stage")
+        waits = stage.lockstep if stage is not None else self._lockstep
+        arguments.append(_lockstep_option(waits and not self.state.real()))
         self.processes.start("control", "pioneer_control", *arguments)
 
     def _do_stop(self, _):
@@ -225,6 +256,10 @@ class StudyRun:
             return "the controller does not start"
         self.connection.ask("stop")
         return ""
+
+    def _do_kill(self, _):
+        self.processes.kill("control")
+        return "controller killed: its robots stop by themselves for want of commands"
 
     def _do_preflight(self, _):
         self.preflight.begin(self._written(), self._own_findings())
@@ -250,16 +285,17 @@ class StudyRun:
             return self._start_stage(success, answer)
         if name == "preflight":
             return self._after_preflight(success, answer)
-        return str(answer) if success else "{} failed: {}".format(name, answer)
+        return str(answer) if success else Trouble("{} failed: {}".format(name, answer))
 
     def _after_preflight(self, success, answer):
         preflight = self.preflight
         if preflight.ended(success, answer):
             why = self.state.no_start()
             preflight.outcome = "" if why else preflight.outcome
-            return "not started: {}".format(why) if why else self._start_control()
+            return Trouble("not started: {}".format(why)) if why else self._start_control()
         refused = ", the controller is not started" if preflight.outcome == "refused" else ""
-        return "robots checked, findings: {}{}".format(len(preflight.findings), refused)
+        text = "robots checked, findings: {}{}".format(len(preflight.findings), refused)
+        return Trouble(text) if refused else text
 
     def _do_bag(self, _):
         if self.processes.is_running("rosbag"):
@@ -281,13 +317,21 @@ class StudyRun:
         real = self.state.real() if speed != 1.0 else ()
         return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
 
+    def note_timing(self):
+        """Take in how many command periods were missed; return that the timing is degraded, or ""."""
+        stage, control = self.connection.newest("stage"), self.connection.newest("control")
+        if stage is not None and control is not None and self.is_controlled():
+            stamp = stage.header.stamp.to_sec()
+            self.missed.note(stamp, stage.robots, stage.missed_periods, control.period)
+        return self.missed.text()
+
     def send_team(self):
         """Ask the stage for the team as it stands; a controller of another team ends.
 
         Robots that are under way are not put elsewhere: for what was edited before they went.
         """
         if self.is_controlled():
-            return "the team is not sent: stop the controller to change it"
+            return Trouble("the team is not sent: stop the controller to change it")
         if self.processes.is_running("control") and not self._control_fits():
             self.processes.stop("control")
         self.connection.set_team(self.scenario.poses, self.scenario.kinds)
@@ -347,7 +391,7 @@ class StudyRun:
         if any(name == "stage" for name, _, _ in ended):
             self._restore_time()
         return [
-            "{} {}".format(name, _how_ended(code, output.strip()[-500:]))
+            Trouble("{} {}".format(name, _how_ended(code, output.strip()[-500:])))
             for name, code, output in ended
             if code not in (0, -2, 130)  # ended in good order
         ]
@@ -366,6 +410,46 @@ class StudyRun:
 
     def save(self, history, directory):
         """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background."""
+        write = self._writing(history, directory)
+        self._cancelled.clear()
+
+        def work():
+            self.saving = "writing run.csv"
+            path = write()
+            self.saving = "making figures and the verdict"
+            if self._cancelled.is_set():
+                return False, CANCELLED.format(directory)
+            arguments = [path, "--out", directory, "--formats", "png,pdf,svg"]
+            code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
+            if self._cancelled.is_set():
+                return False, CANCELLED.format(directory)
+            verdict = os.path.join(directory, VERDICT_FILE)
+            return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
+
+        self.saving = "preparing"
+        self.connection.do("save", work)
+
+    def cancel_save(self):
+        """Save no more than the data; the answer of ``save`` says so."""
+        self._cancelled.set()
+        self.processes.cancel("report")
+
+    def keep(self, history):
+        """Write the data of a run that nobody has saved beside the other results; return a message."""
+        folder = os.path.join(self.results_directory(), KEPT)
+        directory = os.path.join(folder, self.suggested_name())
+        try:
+            os.makedirs(directory, exist_ok=True)
+            path = self._writing(history, directory)()
+            runs = sorted(os.scandir(folder), key=lambda entry: entry.stat().st_mtime)
+            for entry in runs[:-MOST_KEPT]:
+                shutil.rmtree(entry.path, ignore_errors=True)
+        except OSError as error:
+            return Trouble("the run before was not saved, and is lost: {}".format(error))
+        return "the run before was not saved; its data is kept in {}".format(path)
+
+    def _writing(self, history, directory):
+        """Return a function that writes a run's data, and returns its path; from any thread."""
         # The run begins with the first command, as it does for the recorder.
         begin = history.first_row()
         when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
@@ -375,21 +459,20 @@ class StudyRun:
             c._replace(time=c.time - when[0]) for c in history.collisions if c.time >= when[0]
         ]
         meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
+        if history.begun is None:
+            meta["uncommanded"] = True
+        elif self.missed.text():
+            meta["degraded"] = self.missed.text()
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
 
-        def work():
+        def write():
             with begin_run(scenario, directory, numbers) as file:
                 for stamp, poses, commands in zip(when - when[0], pose, command):
                     file.sample(round(float(stamp), 9), poses, commands)
-            if file.warnings():
-                return False, "; ".join(file.warnings())
             write_facts(file.path, collisions, meta)
-            arguments = [file.path, "--out", directory, "--formats", "png,pdf,svg"]
-            code, said = self.processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
-            verdict = os.path.join(directory, VERDICT_FILE)
-            return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
+            return file.path
 
-        self.connection.do("save", work)
+        return write
 
     def _told(self, begin, end, real):
         """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
@@ -415,12 +498,10 @@ class StudyRun:
         self._restore_time()
 
 
+def _lockstep_option(waits):
+    return "_lockstep:={}".format(str(bool(waits)).lower())
+
+
 def _how_ended(code, output):
     how = "ended with {}".format(code) if code >= 0 else "killed by signal {}".format(-code)
     return "{}: {}".format(how, output) if output else how
-
-
-def reason(error):
-    """Return for a message why something was refused: the kind of an ``error`` that nobody worded."""
-    worded = isinstance(error, (ValueError, OSError))
-    return str(error) if worded else "{}: {}".format(type(error).__name__, error)

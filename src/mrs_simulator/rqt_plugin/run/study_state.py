@@ -4,6 +4,10 @@ EMERGENCY = "emergency stop"
 NO_MASTER = "no ROS master"
 NO_STAGE = "no simulation runs"
 REAL_ALONE = "the robots are real, there is no simulation to {}"
+HANGS = 3.0  # [s] of wall time without a word after which a controller hangs
+START_LIMIT = 20.0  # [s] of wall time that one which was started here has for its first word
+SILENT = "has not answered for {:.0f} s"
+NEVER = "has not answered since it was started {:.0f} s ago"
 USUAL_TOPIC = "/robot{}/odom"
 
 
@@ -25,6 +29,15 @@ class StudyState:
         """Return whether a controller takes edits: one that runs, stands or is about to start."""
         heard = self.connection.is_fresh("control") and not self.processes.is_ending("control")
         return heard or self.processes.is_running("control")
+
+    def hangs(self):
+        """Return how long a controller that is there has said nothing, in words, or ""."""
+        silence, here = self.connection.silence("control"), self.processes.is_running("control")
+        if silence is None:
+            age = self.processes.age("control") if here else 0.0
+            return NEVER.format(age) if age > START_LIMIT else ""
+        there = here or "control" in self.connection.registered
+        return SILENT.format(silence) if silence > HANGS and there else ""
 
     def is_emergency(self):
         """Return whether the emergency stop is latched."""
@@ -71,8 +84,12 @@ class StudyState:
     def _controller(self, control):
         if self.preflight.starting:
             return None, "controller: the robots are checked before it starts"
+        hangs = self.hangs()
+        if hangs:
+            return False, "controller: {}".format(hangs)
         if control is None or not self.connection.is_fresh("control"):
-            return None, "no controller"
+            starting = self.processes.is_running("control")
+            return None, "controller starting" if starting else "no controller"
         if control.running and not control.trouble:
             return True, "controller: {}".format(control.protocol)
         if control.trouble == EMERGENCY and not control.running and not self.is_emergency():
@@ -123,7 +140,7 @@ class StudyState:
             "preflight": self._no_check(),
             "control": self.no_start(),
             "stop": ""
-            if self.is_controlled() or self.preflight.starting
+            if self.is_controlled() or self.preflight.starting or self.hangs()
             else "none gives commands",
             "bag": "" if self.connection.master_online else NO_MASTER,
             "save": "" if self.connection.snapshot() is not None else "no robot has been heard",
@@ -166,6 +183,8 @@ class StudyState:
             return "no robots: start the simulation, or the robots' drivers"
         if self.is_controlled():
             return "a controller runs"
+        if self.hangs():
+            return "the controller {}: end it first".format(self.hangs())
         if self.processes.is_ending("control"):
             return "the last controller is ending"
         if self.is_emergency():

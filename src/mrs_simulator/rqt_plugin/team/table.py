@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
-from python_qt_binding.QtGui import QBrush, QColor, QKeySequence
+from python_qt_binding.QtGui import QBrush, QColor, QKeySequence, QPalette
 from python_qt_binding.QtWidgets import (
     QAbstractItemView,
     QAction,
@@ -16,7 +16,7 @@ from python_qt_binding.QtWidgets import (
 )
 
 from mrs_simulator.core.scenario import FARTHEST
-from mrs_simulator.rqt_plugin.widgets.colours import colour
+from mrs_simulator.rqt_plugin.widgets.colours import shade
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 HEADERS = ("robot", "x [m]", "y [m]", "heading [deg]", "kind")
@@ -104,7 +104,8 @@ class TeamModel(QAbstractTableModel):
         if role in (Qt.DisplayRole, Qt.EditRole):
             return self._text(row, column, exact=role == Qt.EditRole)
         if role == Qt.DecorationRole and column == 0:
-            return colour(row + 1)
+            ground = QApplication.palette().color(QPalette.Base)
+            return shade(row + 1, len(self.poses), ground)
         if role == Qt.TextAlignmentRole and column < KIND:
             return int(Qt.AlignVCenter | Qt.AlignRight)
         if role == Qt.BackgroundRole and row in self.overlapping:

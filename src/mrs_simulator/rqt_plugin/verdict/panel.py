@@ -62,6 +62,14 @@ class VerdictPanel(QWidget):
         self._more.say(_more(verdict))
         self._copy.setEnabled(True)
 
+    def clear(self):
+        """Show no verdict: the run that it was on is gone."""
+        self.verdict = None
+        self._title.say(BEFORE, "aside")
+        self._table.set_rows([])
+        self._more.say("")
+        self._copy.setEnabled(False)
+
     def title(self):
         """Return the line above the table."""
         return self._title.message

@@ -1,10 +1,54 @@
-"""Colours of robots, the same as in the saved figures."""
+"""Colours of robots: the same in curves, map and table, and, on a light ground, in saved figures."""
 
+import functools
+
+import numpy as np
+from matplotlib.cm import viridis
 from python_qt_binding.QtGui import QColor
 
-from mrs_simulator.study.figures import PALETTE
+from mrs_simulator.study.figures import MOST_IN_LEGEND, PALETTE
+
+STEPS = 24  # [-] distinct colours of a team with more than ``MOST_IN_LEGEND`` robots
+# Of viridis: without the pale end, which is too faint on white, or the dark one.
+ON_LIGHT, ON_DARK = (0.0, 0.92), (0.3, 1.0)
+DARK = 0.5  # [-] lightness, below which a ground is dark
+BRIGHTENED = 0.25  # [-] share of white in the colours of a small team on a dark ground
+DIM = 0.4  # [-] lightness, below which a colour is brightened there
 
 
-def colour(number):
-    """Return the ``QColor`` of robot ``number``, 1 for the first."""
-    return QColor(PALETTE[(number - 1) % len(PALETTE)])
+@functools.lru_cache(maxsize=16)
+def _shades(many, dark):
+    if many:
+        samples = viridis(np.linspace(*(ON_DARK if dark else ON_LIGHT), STEPS))
+        return tuple(QColor(*rgb) for rgb in (255.0 * samples[:, :3]).round().astype(int).tolist())
+    return tuple(_brightened(QColor(name)) if dark else QColor(name) for name in PALETTE)
+
+
+def _brightened(shade):
+    if shade.lightnessF() > DIM:
+        return shade
+    parts = (int(round(part + BRIGHTENED * (255 - part))) for part in shade.getRgb()[:3])
+    return QColor(*parts)
+
+
+def shades(count, ground):
+    """Return the distinct ``QColor``s of a team of ``count`` robots on the ``QColor`` ``ground``.
+
+    :func:`places` tells whose they are: those of a small team repeat, those of a large one go from
+    the first robot to the last.
+    """
+    return _shades(count > MOST_IN_LEGEND, ground.lightnessF() < DARK)
+
+
+def places(numbers, count):
+    """Return the place of each of the robots ``numbers`` in :func:`shades` of a team of ``count``."""
+    numbers = np.asarray(numbers, dtype=int).reshape(-1)
+    if count <= MOST_IN_LEGEND:
+        return (numbers - 1) % len(PALETTE)
+    steps = (numbers - 1) * (STEPS - 1) / max(1, count - 1)
+    return np.clip(np.round(steps).astype(int), 0, STEPS - 1)
+
+
+def shade(number, count, ground):
+    """Return the ``QColor`` of robot ``number`` of a team of ``count`` on ``ground``."""
+    return shades(count, ground)[places([number], count)[0]]

@@ -1,0 +1,193 @@
+"""What nobody may overlook: trouble, laws that are tried, saving, edits that a crash has left."""
+
+import os
+import threading
+from unittest.mock import MagicMock
+
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from gui_fixtures import shown as active
+from python_qt_binding.QtCore import Qt, QTimer
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication
+
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.rqt_plugin.run.autosave import Autosave
+from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+from mrs_simulator.rqt_plugin.widgets.banners import Banners
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+POSES = [[0, 0, 0], [3, 0, 0]]
+
+
+@pytest.fixture(scope="module")
+def app():
+    return QApplication.instance() or QApplication([])
+
+
+@pytest.fixture
+def make_study(app, tmp_path):
+    """Return a function that makes a GUI with nothing behind it, its edits kept in ``tmp_path``."""
+    made = []
+
+    def make():
+        connection = MagicMock(master_online=False)
+        connection.snapshot.return_value = connection.newest.return_value = None
+        connection.is_fresh.return_value, connection.silence.return_value = False, None
+        connection.registered = frozenset()
+        for take in (connection.take_samples, connection.take_results, connection.take_collisions):
+            take.return_value = []
+        processes = MagicMock()
+        processes.is_running.return_value, processes.age.return_value = False, 0.0
+        processes.take_ended.return_value = []
+        scenario = scenario_from_dict({"poses": POSES})
+        widget = StudyWidget(connection, processes, scenario, Autosave(str(tmp_path / "edits")))
+        for timer in widget.findChildren(QTimer):
+            timer.stop()
+        made.append(widget)
+        return widget
+
+    yield make
+    for widget in made:
+        widget.study.laws.close()
+        widget._faults.close()
+        widget.bar.forget_key()
+        widget.close()
+        widget.deleteLater()
+    app.processEvents()
+
+
+def test_the_heaviest_matter_is_on_top_and_a_strip_goes_with_its_matter(app):
+    banners, pressed = Banners(), []
+    banners.tell("saving", "aside", "Saving", ("Cancel", lambda: pressed.append(True)))
+    banners.tell("emergency", "alarm", "Stopped")
+    banners.tell("error", "error", "Wrong")
+    banners.tell("timing", "warning", "Late")
+    active(banners, 700, 200)
+    texts = [banners._column.itemAt(i).widget().text for i in range(banners._column.count())]
+    assert texts == ["Stopped", "Wrong", "Late", "Saving"]
+    QTest.mouseClick(banners.button("saving", "Cancel"), Qt.LeftButton)
+    assert pressed == [True]
+    for matter in ("saving", "emergency", "error", "timing", "never told"):
+        banners.clear(matter)
+    assert not banners.isVisible() and banners.text("error") == ""
+    banners.close()
+
+
+def test_trouble_is_told_in_the_bar_and_counted_on_the_tab(make_study):
+    study = make_study()
+    active(study, 1022, 700)
+    tabs, index = study.results_tabs, study.results_tabs.indexOf(study.messages)
+    study.say("done")
+    assert study.banners.text("error") == "" and tabs.tabText(index) == "Messages"
+    study.say(Trouble("first"))
+    study.say(Trouble("law.py:3: second\nwith <b> a line"))
+    assert study.banners.text("error").startswith("law.py:3") and tabs.tabText(index)[-3:] == "(2)"
+    QTest.mouseClick(study.banners.button("error", "Messages"), Qt.LeftButton)
+    assert tabs.currentWidget() is study.messages and tabs.tabText(index) == "Messages"
+    assert "with <b> a line" in study.messages.toPlainText()
+    QTest.mouseClick(study.banners.button("error", "Close"), Qt.LeftButton)
+    assert not study.banners.isVisible()
+
+
+def test_a_fault_of_the_gui_itself_is_told_too(make_study):
+    study = make_study()
+    guarded(lambda: [][1])()
+    study._on_tick()
+    assert "IndexError" in study.banners.text("error")
+
+
+@pytest.mark.parametrize("gives_up", [True, False])
+def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
+    make_study, tmp_path, gives_up
+):
+    study = make_study()
+    active(study, 1022, 700)
+    law, seen = tmp_path / "hangs.py", []
+    law.write_text("while True: pass")
+    study.study.laws.limit = 60.0 if gives_up else 1.5
+
+    def meanwhile():
+        if not study.banners.text("law"):
+            QTimer.singleShot(20, meanwhile)
+            return
+        seen.append((study.settings_tabs.isEnabled(), study.banners.text("law")))
+        QTest.mouseClick(study.bar.button("emergency"), Qt.LeftButton)
+        if gives_up:
+            QTest.mouseClick(study.banners.button("law", "Give up"), Qt.LeftButton)
+
+    QTimer.singleShot(0, meanwhile)
+    study.protocol.protocol_chosen.emit(str(law))
+    ((enabled, text),) = seen
+    assert not enabled and "Trying the protocol" in text
+    study.connection.set_emergency.assert_called_once_with(True)
+    told = "given up" if gives_up else "hangs.py: no answer within 1.5 s"
+    assert told in study.banners.text("error") and study.settings_tabs.isEnabled()
+    assert study.scenario.control.protocol == "formation" and not study.banners.text("law")
+
+
+def test_saving_shows_how_far_it_is_and_can_be_cancelled(make_study, monkeypatch, tmp_path):
+    study = make_study()
+    active(study, 1022, 700)
+    study.history.saved, cancelled = 0.0, threading.Event()
+    monkeypatch.setattr(study, "_nothing_to_save", lambda: False)
+    monkeypatch.setattr(study.study, "save", lambda *_: setattr(study.study, "saving", "run.csv"))
+    monkeypatch.setattr(study.study, "cancel_save", cancelled.set)
+    study.save_results(str(tmp_path))
+    assert study.banners.text("saving").startswith("Saving: run.csv, 0 s")
+    QTest.mouseClick(study.banners.button("saving", "Cancel"), Qt.LeftButton)
+    assert cancelled.is_set()
+    study.connection.take_results.return_value = [("save", False, "cancelled")]
+    study._on_tick()
+    assert not study.banners.text("saving") and "cancelled" in study.banners.text("error")
+
+
+def test_edits_are_offered_again_after_a_crash_and_not_after_an_end_in_good_order(make_study):
+    first = make_study()
+    first._on_tick()
+    assert not first.banners.text("edits")
+    first.team.set_pose(1, -2.0, 0.0, 0.0)
+    first.team.team_changed.emit()
+    first._on_tick()
+    assert not make_study().banners.text("edits")  # the first one lives
+    first._autosave._file.close()  # as the system does for one that is killed
+    second = make_study()
+    active(second, 1022, 700)
+    assert "ended unexpectedly" in second.banners.text("edits")
+    assert second.scenario.poses[0, 0] == 0.0
+    QTest.mouseClick(second.banners.button("edits", "Restore"), Qt.LeftButton)
+    assert second.scenario.poses[0, 0] == -2.0 and not second.banners.text("edits")
+    second.team.set_pose(1, -3.0, 0.0, 0.0)
+    second.team.team_changed.emit()
+    second._on_tick()
+    second.close_study()
+    assert not make_study().banners.text("edits")
+
+
+def test_edits_that_are_discarded_are_not_offered_again(make_study):
+    first = make_study()
+    first.team.set_pose(1, -2.0, 0.0, 0.0)
+    first.team.team_changed.emit()
+    first._on_tick()
+    first._autosave._file.close()
+    second = make_study()
+    active(second, 1022, 700)
+    QTest.mouseClick(second.banners.button("edits", "Discard"), Qt.LeftButton)
+    assert second.scenario.poses[0, 0] == 0.0
+    assert not make_study().banners.text("edits")
+
+
+def test_what_a_run_left_does_not_stay_beside_another_team(make_study):
+    study = make_study()
+    study.verdict.set_verdict(
+        dict(title="", final_gaps=None, min_distance=None, passed=True, checks=[], warnings=[])
+    )
+    cleared = []
+    study.history.clear = lambda: cleared.append(True)
+    study.team.set_pose(1, -2.0, 0.0, 0.0)
+    study.team.team_changed.emit()
+    assert study.verdict.verdict is None and "No verdict yet" in study.verdict.title()
+    assert cleared and study.connection.forget.call_args_list[-1][0] == ("state",)

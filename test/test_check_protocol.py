@@ -1,0 +1,126 @@
+"""``check_protocol``: a sound law is ok, mistakes are noticed, and claims that cannot fail are named."""
+
+import pytest
+
+from mrs_simulator import Parameter, PioneerControl
+from mrs_simulator.control.laws import shipped
+from mrs_simulator.core.claims import Condition, converges_to, invariant
+from mrs_simulator.study.check_protocol import (
+    LIMITED,
+    POINTS,
+    WHEELS,
+    assert_protocol,
+    check_protocol,
+    main,
+)
+from mrs_simulator.study.mutants import OF_COMMANDS, mutants_of
+
+SMALL = dict(graphs=["path"], robots=[3], seeds=[1], duration=10.0)
+
+
+class Agree(PioneerControl):
+    """Consensus that claims its limit alone."""
+
+    PARAMETERS = (Parameter("gain", 1.2, "1/s", low=0.0, high=10.0, meaning="of each edge"),)
+
+    def pointMassLaw(self, hand):
+        return -self.gain * self.topology.laplacian() @ hand
+
+    def claims(self, start):
+        connected = self.topology.has_spanning_tree() and not self.topology.directed
+        claims = [converges_to(start.mean(axis=0), free=True)]
+        return [Condition("undirected", connected), *claims]
+
+
+class Careless(Agree):
+    """Claims of unlimited inputs, and one that cannot fail."""
+
+    def claims(self, start):
+        always = invariant(lambda hand: 0.0 * hand[:, 0, 0], name="nothing at all")
+        return super().claims(start)[:1] + [converges_to(start.mean(axis=0), 1e-4), always]
+
+
+class Silent(Agree):
+    """Claims nothing."""
+
+    def claims(self, start):
+        return []
+
+
+class Wrong(Agree):
+    """Does other than it claims."""
+
+    def pointMassLaw(self, hand):
+        return super().pointMassLaw(hand) + [0.1, 0.0]
+
+
+def test_a_shipped_law_is_ok_and_each_mistake_noticed():
+    report = assert_protocol("consensus", **dict(SMALL, duration=20.0))
+    assert len(report.caught) == len(OF_COMMANDS) + 2 and not report.survivors and not report.blind
+    modes = {trial.setting.mode: trial for trial in report.trials}
+    assert set(modes) == {POINTS, LIMITED, WHEELS}
+    # What meets in one place touches, and is not judged.
+    assert modes[WHEELS].touched and not modes[WHEELS].judged
+    assert str(report).splitlines()[-1].startswith("OK: ")
+
+
+def test_mistakes_that_nothing_notices_are_named():
+    report = check_protocol(Agree, **SMALL)
+    assert not report.failed and not report.ok
+    survivors = {"all go at 1.4 of their speed", "gain times 1.4", "all go 30 degrees to the left"}
+    assert survivors <= set(report.survivors)
+    text = str(report)
+    assert "all stand still                  final distance from the limit [m]" in text
+    assert "NOT OK: a law with 'all go" in text and "NOTHING NOTICED IT" in text
+
+
+def test_a_claim_that_cannot_fail_and_one_for_unlimited_inputs_are_named():
+    report = check_protocol(Careless, **SMALL)
+    assert report.blind == ["nothing at all"]
+    assert {trial.setting.mode for trial in report.failed} == {LIMITED}
+    assert "'nothing at all' could not tell" in str(report) and "take free=True" in str(report)
+
+
+def test_a_law_without_claims_is_not_ok():
+    text = str(check_protocol(Silent, **SMALL))
+    assert "states no claims: write claims(start)" in text and "no claim was judged" in text
+
+
+def test_a_wrong_law_fails_with_its_numbers():
+    with pytest.raises(
+        AssertionError, match="FAILED on path, 3 robots, seed 1, points:\n.*predicted 0, mea"
+    ):
+        assert_protocol(Wrong, **SMALL)
+
+
+def test_where_the_theorem_does_not_speak_runs_are_not_judged():
+    report = check_protocol(Agree, **dict(SMALL, graphs=["chain"], duration=2.0))
+    assert not report.failed and not report.caught
+    assert "3 runs not judged: undirected does not hold" in str(report)
+
+
+def test_wrong_values_of_each_kind_of_parameter():
+    control = shipped("coverage")(range(1, 4))
+    names = [mutant.name for mutant in mutants_of(control)]
+    assert "gain times 0.7" in names and "density is gaussian" in names
+    assert "samples is one more" in names and "centre_x is 0.1 in place of 0" in names
+    assert not any(name.startswith("l ") for name in names)
+
+
+def test_the_command(tmp_path, capsys):
+    law = tmp_path / "law.py"
+    law.write_text(
+        "from mrs_simulator import PioneerControl\n\n\nclass Law(PioneerControl):\n"
+        "    def pointMassLaw(self, hand):\n        return 0.0 * hand\n"
+    )
+    given = [str(law), "--graphs", "path", "--robots", "2", "--seeds", "1", "--duration", "1"]
+    with pytest.raises(SystemExit) as ended:
+        main(given)
+    assert ended.value.code == 1 and "states no claims" in capsys.readouterr().out
+    for wrong, said in (
+        ("--robots=two", "wanted whole numbers"),
+        ("--set=gain=1", "unknown 'gain'"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(given + [wrong])
+        assert ended.value.code == 2 and said in capsys.readouterr().err

@@ -13,16 +13,23 @@ import yaml
 
 from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
-from mrs_simulator.core.layouts import LAYOUTS, extend_poses, make_layout
+from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
 from mrs_simulator.core.obstacles import Box, Cylinder, wall
 from mrs_simulator.core.reading import (
     ScenarioError,
     Section,
     load_yaml,
-    number_list,
     parse_yaml,
     shown,
+)
+from mrs_simulator.core.robots import (  # noqa: F401, names of the team that others know from here
+    DEFAULT_KIND,
+    FARTHEST,
+    KIND_FILES,
+    MOST_ROBOTS,
+    located_kinds,
+    read_team,
 )
 
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
@@ -33,14 +40,10 @@ OTHER_GRAPHS = ALWAYS_UNDIRECTED + ("k_nearest", "erdos_renyi")  # of chance, of
 LIMIT_PRESETS = ("firmware", "top", "none")
 # Keys that command lines change, beside the number of robots and the protocol.
 OVERRIDES = ("fidelity", "odometry", "limits", "duration", "seed")
-DEFAULT_KIND = "pioneer3dx"
-KIND_FILES = (".yaml", ".urdf", ".xacro")  # a kind whose name ends so is a file
 DEFAULT_PROTOCOL = "formation"
 RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
-MOST_ROBOTS = 20000
 MOST_TURNED = 4.0 * math.pi  # [rad] of a heading, beyond which degrees may have been meant
-FARTHEST = 1e6  # [m], a position beyond this is a mistake
 
 
 class LoweredLimits(NamedTuple):
@@ -84,6 +87,7 @@ class Scenario(NamedTuple):
     cmd_vel_timeout: Optional[float] = None  # [s], None: that of each robot's kind
     step: float = LONGEST_STEP  # [s]
     path: str = ""
+    own_kinds: Dict[str, Any] = {}  # of robots, as the scenario describes them by name
 
     @property
     def n(self):
@@ -184,6 +188,8 @@ class Scenario(NamedTuple):
         if self.topology is not None:
             edges = [list(edge) for edge in self.topology.edges]
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
+        if self.own_kinds:
+            result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
             result["links"] = self.links.to_plain(self.n)
         return result
@@ -204,15 +210,8 @@ def load_scenario(path):
     path = str(path)
     scenario = scenario_from_dict(load_yaml(path), path)
     directory = os.path.dirname(os.path.abspath(path))
-    kinds = tuple(_located(kind, directory) for kind in scenario.kinds)
-    return scenario._replace(kinds=kinds, path=os.path.abspath(path))
-
-
-def _located(kind, directory):
-    """Return ``kind``; if it is a file, relative to ``directory``, its absolute path."""
-    if not kind.endswith(KIND_FILES):
-        return kind
-    return os.path.abspath(os.path.join(directory, os.path.expanduser(kind)))
+    kinds, own = located_kinds(scenario.kinds, scenario.own_kinds, directory)
+    return scenario._replace(kinds=kinds, own_kinds=own, path=os.path.abspath(path))
 
 
 def scenario_from_yaml(text, where="scenario"):
@@ -226,12 +225,12 @@ def scenario_from_dict(content, where="scenario"):
         raise ScenarioError("{}: {}, wanted a mapping of keys".format(where, shown(content)))
     top = Section(content, where)
     seed = top.whole("seed", 0, low=0, high=2**32 - 1)
-    poses = _read_poses(top, seed)
+    poses, kinds, own_kinds = read_team(top, seed)
     control = _read_control(top)
     topology = _read_topology(top, poses, seed)
     scenario = Scenario(
         poses=poses,
-        kinds=_read_kinds(top, len(poses)),
+        kinds=kinds,
         title=top.text("title", ""),
         fidelity=top.text("fidelity", "kinematic", FIDELITIES),
         limits=_read_limits(top),
@@ -246,6 +245,7 @@ def scenario_from_dict(content, where="scenario"):
         record_rate=top.number("record_rate", 10.0, above=0.0),
         cmd_vel_timeout=_read_timeout(top),
         step=_read_step(top, control.rate),
+        own_kinds=own_kinds,
     )
     top.done()
     if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":
@@ -255,50 +255,6 @@ def scenario_from_dict(content, where="scenario"):
             )
         )
     return scenario
-
-
-def _read_poses(top, seed):
-    given = top.take("poses")
-    if isinstance(given, dict):
-        count = top.whole("robots", low=1, high=MOST_ROBOTS)
-        layout = Section(given, top.at("poses"))
-        name = layout.text("layout", choices=sorted(LAYOUTS))
-        values = {key: given[key] for key in given if key != "layout"}
-        try:
-            poses = make_layout(name, count, seed=seed, **values)
-        except (ValueError, TypeError) as error:
-            raise ScenarioError("{}: {}".format(top.at("poses"), error)) from None
-        return _near(poses, top.at("poses"))
-    if not isinstance(given, list) or not given or len(given) > MOST_ROBOTS:
-        raise ScenarioError(
-            "{}: {}, wanted a list of [x, y, theta] or a layout".format(
-                top.at("poses"), shown(given)
-            )
-        )
-    rows = [number_list(row, 3, "{}[{}]".format(top.at("poses"), i)) for i, row in enumerate(given)]
-    poses = _near(np.array(rows), top.at("poses"))
-    count = top.whole("robots", len(rows), low=1, high=MOST_ROBOTS)
-    if count != len(rows):
-        raise ScenarioError("{}: {}, but poses has {}".format(top.at("robots"), count, len(rows)))
-    return poses
-
-
-def _near(poses, where):
-    far = np.flatnonzero(np.abs(poses).max(axis=1) > FARTHEST)
-    if len(far):
-        text = "{}[{}]: {}, wanted within {:g} m"
-        raise ScenarioError(text.format(where, far[0], poses[far[0]].tolist(), FARTHEST))
-    return poses
-
-
-def _read_kinds(top, n):
-    kinds = top.take("model", DEFAULT_KIND)
-    kinds = [kinds] * n if isinstance(kinds, str) else kinds
-    if not isinstance(kinds, list) or len(kinds) != n or not all(isinstance(k, str) for k in kinds):
-        raise ScenarioError(
-            "{}: {}, wanted one kind or a list of {}".format(top.at("model"), shown(kinds), n)
-        )
-    return tuple(kinds)
 
 
 def _read_limits(top):

@@ -1,5 +1,6 @@
 """A team: the robots of a run, each of its kind, grouped by drive."""
 
+import os
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
@@ -52,13 +53,15 @@ class Outlines(NamedTuple):
 class Team:
     """The robots of a run; not to be changed.  Arrays hold one robot per row."""
 
-    def __init__(self, kinds, limits="firmware"):
+    def __init__(self, kinds, limits="firmware", beside="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
+
+        ``beside``, ``own``: where kinds that are not shipped are found, as in ``vehicles.kind``.
 
         Raises ``ValueError`` for an unknown kind.
         """
         found = {}
-        self.kinds = tuple(_looked_up(each, found) for each in kinds)
+        self.kinds = tuple(_looked_up(each, found, beside, own) for each in kinds)
         self.n = len(self.kinds)
         distinct = list(dict.fromkeys(self.kinds))
         known = {axis for each in distinct for axis in each.axes}
@@ -85,7 +88,9 @@ class Team:
     @classmethod
     def from_scenario(cls, scenario, limits="scenario"):
         """Return the team of ``scenario``, under its own limits or other ``limits``."""
-        return cls(scenario.kinds, scenario.limits if limits == "scenario" else limits)
+        limits = scenario.limits if limits == "scenario" else limits
+        beside = os.path.dirname(scenario.path) if scenario.path else ""
+        return cls(scenario.kinds, limits, beside, scenario.own_kinds)
 
     def __deepcopy__(self, memo):
         return self
@@ -245,7 +250,7 @@ def joined(team, parts):
     return result
 
 
-def _looked_up(name, found):
+def _looked_up(name, found, beside, own):
     if name not in found:
-        found[name] = kind(name)
+        found[name] = kind(name, beside, own)
     return found[name]

@@ -72,7 +72,7 @@ class World:
         """Return the world that ``scenario`` describes; ``options``: others than a scenario has."""
         try:
             return cls(
-                scenario.kinds,
+                _team_of(scenario),
                 scenario.poses,
                 obstacles=scenario.obstacles,
                 fidelity=scenario.fidelity,
@@ -331,6 +331,13 @@ def _read_only(array):
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+def _team_of(scenario):
+    try:
+        return Team.from_scenario(scenario)
+    except ValueError as error:
+        raise WorldError(str(error)) from None
 
 
 def checked_team(kinds, poses, limits):

@@ -15,6 +15,7 @@ from mrs_simulator.msg import Camera, TeamState
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.vehicles import Team
 from mrs_simulator.world.view import PITCH, YAW, View
 
 LARGEST = 1280  # [px] of a picture's side
@@ -68,7 +69,7 @@ class CameraNode:
         if scenario is not self._shown:
             if self._view is not None:
                 self._view.close()
-            self._view = View(scenario.kinds, poses, scenario.obstacles)
+            self._view = View(Team.from_scenario(scenario), poses, scenario.obstacles)
             self._shown = scenario
         self._view.show(poses)
         look = self._wanted

@@ -9,6 +9,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND, MOST_ROBOTS
 from mrs_simulator.msg import StageStatus
 from mrs_simulator.nodes.control.timing import RoundTrips
@@ -33,6 +34,7 @@ from mrs_simulator.ros.rivals import Rivals, wait_for_end
 from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.vehicles import Team, shipped_kinds
 from mrs_simulator.world.world import World
 
 IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
@@ -117,7 +119,7 @@ class Stage:
     def _open_view(self):
         from mrs_simulator.world.view import View  # pybullet only where it is used
 
-        self.view = View(self.world.kinds, self.world.pose, self.world.obstacles, window=True)
+        self.view = View(self.world.team, self.world.pose, self.world.obstacles, window=True)
 
     def _open_services(self):
         def service(name, kind, handler):
@@ -317,9 +319,14 @@ class Stage:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
         kinds = [robot.kind or DEFAULT_KIND for robot in request.robots]
+        # A request names no files to be read here.
+        known = {*shipped_kinds(), *self.scenario.own_kinds, *self.scenario.kinds}
+        for kind in kinds:
+            if kind not in known:
+                raise ValueError(unknown_name("kind", kind, known))
         poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in request.robots]
         team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
-        self.world.set_team(kinds, poses)
+        self.world.set_team(Team.from_scenario(team), poses)
         self.scenario = team
         self._after_change()
         if self.view is not None:

@@ -1,5 +1,9 @@
 """The stage over ROS: topics, frames, clock, services, watchdogs, any number of robots."""
 
+import contextlib
+import socket
+import xmlrpc.client
+
 import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 
@@ -114,6 +118,19 @@ def test_pause_step_reset_and_speed(ros):
     assert probe.ask("call('/stage/pause', SetBool, False)") == [True, "running"]
     probe.wait("status('real_time_factor') > 5.0")
     assert probe.ask("clock_went_back") is False
+
+
+def test_a_peer_that_connects_and_says_nothing_keeps_nobody_out(ros):
+    stage, probe = start(ros, "--robots", 1)
+    probe.wait("state('robot')")
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    node = xmlrpc.client.ServerProxy(master.lookupNode("/test", "/stage")[2])
+    _, host, port = node.requestTopic("/test", "/stage/state", [["TCPROS"]])[2]
+    with contextlib.ExitStack() as silent:
+        for _ in range(3):
+            silent.enter_context(socket.create_connection((host, port)))
+        late = ros.probe()
+        assert late.wait("state('robot')", 15.0) == [1]
 
 
 def test_the_team_is_set_all_at_once_or_not_at_all(ros):

@@ -15,6 +15,7 @@ from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
+from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
 from mrs_simulator.core.obstacles import Box, Cylinder, wall
 from mrs_simulator.core.reading import (
     ScenarioError,
@@ -79,6 +80,7 @@ class Scenario(NamedTuple):
     control: Control = Control()
     topology: Optional[Topology] = None
     links: Links = NO_FAULTS
+    mismatch: Mismatch = NO_MISMATCH
     obstacles: Tuple[Union[Box, Cylinder], ...] = ()
     duration: float = 60.0  # [s]
     seed: int = 0
@@ -124,7 +126,13 @@ class Scenario(NamedTuple):
         )
         kinds = (self.kinds + (self.kinds[-1],) * n)[:n]
         title = _title(n, self.control.protocol)
-        return self._replace(title=title, poses=poses, kinds=kinds, topology=self._topology_for(n))
+        return self._replace(
+            title=title,
+            poses=poses,
+            kinds=kinds,
+            topology=self._topology_for(n),
+            mismatch=self.mismatch.with_robots(n),
+        )
 
     def with_protocol(self, protocol):
         """Return this scenario under another protocol, with that protocol's own parameters.
@@ -149,7 +157,10 @@ class Scenario(NamedTuple):
 
     def changed(self, **values):
         """Return this scenario with top-level keys set anew, checked as in a file."""
-        content = dict(self.to_dict(), **values)
+        content = self.to_dict()
+        if "robots" in values and "mismatch" in content:
+            content["mismatch"] = self.mismatch.with_robots(values["robots"]).to_plain()
+        content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
     def doubts(self):
@@ -192,6 +203,8 @@ class Scenario(NamedTuple):
             result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
             result["links"] = self.links.to_plain(self.n)
+        if self.mismatch != NO_MISMATCH:
+            result["mismatch"] = self.mismatch.to_plain()
         return result
 
     def to_yaml(self):
@@ -238,6 +251,7 @@ def scenario_from_dict(content, where="scenario"):
         control=control,
         topology=topology,
         links=read_links(top.take("links", {}), top.at("links"), len(poses), topology),
+        mismatch=read_mismatch(top.take("mismatch", {}), top.at("mismatch"), len(poses)),
         obstacles=_read_obstacles(top),
         duration=top.number("duration", 60.0, above=0.0),
         seed=seed,

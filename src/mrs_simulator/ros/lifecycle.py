@@ -1,11 +1,14 @@
 """Start and end of a node."""
 
+import contextlib
 import os
 import signal
+import socket
 import threading
 import time
 
 import rospy
+import rospy.impl.tcpros_base
 
 from mrs_simulator.ros.registration import keep_registered
 from mrs_simulator.ros.unknown_parameters import refuse_unknown, warn_of_unknown
@@ -14,6 +17,7 @@ from mrs_simulator.ros.unknown_parameters import refuse_unknown, warn_of_unknown
 PARENT = "MRS_SIMULATOR_PARENT"
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 FAREWELL = 5.0  # [s] of wall time for the last commands and for the master's answer
+SILENT_PEERS = 86400  # [s] for which a peer that connects and says nothing is kept waiting
 NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -30,6 +34,7 @@ def start_node(name, parameters=(), foreign=False):
     """
     refuse_unknown(parameters, foreign)
     rospy.init_node(name, disable_signals=True)
+    _defer_silent_peers()
     warn_of_unknown(parameters)
     # As long as it is not set, rospy asks the master for it at each log message, and a node whose
     # master is out of reach hangs in the first.
@@ -41,6 +46,19 @@ def start_node(name, parameters=(), foreign=False):
         signal.signal(number, _end)
     if os.environ.get(PARENT) == str(os.getppid()):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+
+
+def _defer_silent_peers():
+    """Have the kernel keep connections to this node until their first bytes have come.
+
+    rospy reads each new peer's header in the thread that accepts all of them: one that connects and
+    says nothing would keep out every later subscriber.
+    """
+    server = getattr(rospy.impl.tcpros_base._tcpros_server, "tcp_ros_server", None)
+    option = getattr(socket, "TCP_DEFER_ACCEPT", None)  # Linux
+    if server is not None and option is not None:
+        with contextlib.suppress(OSError):
+            server.server_sock.setsockopt(socket.IPPROTO_TCP, option, SILENT_PEERS)
 
 
 def _end_with_parent(parent):

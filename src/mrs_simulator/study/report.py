@@ -227,7 +227,13 @@ def main(argv=None):
     parser = argparse.ArgumentParser(
         prog="report", description="Make the figures and the verdict of a recorded run."
     )
-    parser.add_argument("run", help="run.csv, or a rosbag of a ROS run")
+    parser.add_argument("run", nargs="?", help="run.csv, or a rosbag of a ROS run")
+    parser.add_argument(
+        "--compare",
+        nargs=2,
+        metavar=("REAL_RUN", "SIMULATED_RUN"),
+        help="lay a run on robots over its simulation, and estimate what differs",
+    )
     parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
     parser.add_argument(
         "--scenario",
@@ -237,6 +243,11 @@ def main(argv=None):
     add_require_verdict(parser)
     add_exports(parser)
     arguments = parser.parse_args(argv)
+    if (arguments.run is None) == (arguments.compare is None):
+        parser.error("wanted a run, or --compare REAL_RUN SIMULATED_RUN")
+    if arguments.compare:
+        _compare(arguments)
+        return
     with refusing_bad_input("report"):
         check_exports(arguments)
         given = arguments.scenario and scenario_path(arguments.scenario)
@@ -249,6 +260,18 @@ def main(argv=None):
     for path in exported:
         print("  exported: {}".format(os.path.abspath(path)))
     sys.exit(exit_code(verdict, arguments.require_verdict))
+
+
+def _compare(arguments):
+    from mrs_simulator.study.compare import comparison_text, write_comparison
+
+    with refusing_bad_input("report"):
+        given = arguments.scenario and scenario_path(arguments.scenario)
+        real, simulated = [read_run(path, given) for path in arguments.compare]
+        formats = [kind for kind in arguments.formats.split(",") if kind]
+        result = write_comparison(real, simulated, arguments.out, formats)
+    print(comparison_text(result))
+    print("  figure and values: {}".format(os.path.abspath(arguments.out)))
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ True
 import numpy as np
 
 from mrs_simulator.core.kinematics import compose, wrap_angle
+from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.vehicles import Team
@@ -45,13 +46,15 @@ class World:
         seed=0,
         watch_period=0.0,
         mirrored=(),
+        mismatch=NO_MISMATCH,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
         ``limits`` as in ``vehicles.limits.kind_limits``; ``step`` [s]; ``cmd_vel_timeout`` [s] of
         simulated time, by default that of each robot's kind, looked at every ``watch_period`` [s], 0:
         at each step.  ``mirrored``: rows of robots that obey no command and are only where ``place``
-        puts them: bodies to the others, never pushed.  Raises ``WorldError``.
+        puts them: bodies to the others, never pushed.  ``mismatch``: how they obey
+        commands.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -61,6 +64,7 @@ class World:
         self._hand_length = hand_length
         self._odometry_kind = odometry_kind
         self._seed = seed
+        self._mismatch = mismatch
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
@@ -82,6 +86,7 @@ class World:
                 hand_length=scenario.hand_length,
                 odometry_kind=scenario.odometry,
                 seed=scenario.seed,
+                mismatch=scenario.mismatch,
                 **options,
             )
         except WorldError as error:
@@ -152,6 +157,10 @@ class World:
 
     def _fresh_start(self):
         self._target = np.zeros((self.n, len(self.team.axes)), order="F")
+        self._obedience = None
+        if self._mismatch != NO_MISMATCH:
+            fitting = self._mismatch.with_robots(self.n)
+            self._obedience = Obedience(fitting, self.team.axes, self.n, self.step_size)
         self._heard = np.full(self.n, -1)  # the step of the last accepted command, -1 for none
         self._longest_silent = self._step  # no commanded robot was heard last before this step
         self.commanded = np.zeros(self.n, dtype=bool)
@@ -272,7 +281,8 @@ class World:
     def step(self):
         """Advance by one step: watchdogs, motion, odometry, collisions."""
         self._watch()
-        self._motion.advance(self._target)
+        obeyed = self._obedience.obeyed(self._target) if self._obedience else self._target
+        self._motion.advance(obeyed)
         self._step += 1
         if self._odometry_kind == "wheel":
             self._odometry.update(self._motion.wheel_travel, self._motion.joints())

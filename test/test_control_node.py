@@ -381,7 +381,7 @@ def test_a_law_that_holds_the_interpreter_is_given_up_and_started_again(ros, law
     control = ros.node("pioneer_control", "--robots", 2, "--protocol", path, "_law_limit:=4")
     probe = ros.probe()
     moving(probe, 2)
-    wait_until(lambda: "targets: UserCodeError: it tried to end" in log_of(control))
+    wait_until(lambda: "targets: SystemExit: no targets" in log_of(control))
     (tmp_path / "hang").touch()
     wait_until((tmp_path / "hangs").exists)
     # Its status tells of it before it is given up.

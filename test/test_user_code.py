@@ -12,7 +12,8 @@ from ros_fixtures import wait_until
 
 from mrs_simulator import PioneerControl, make_twist
 from mrs_simulator.control.law_apart import Law, LawService, is_shipped, speaks_ros, where_to_run
-from mrs_simulator.control.loading import load_protocol
+from mrs_simulator.control.loading import ProtocolError, load_protocol
+from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import (
     CallFailed,
     InPlace,
@@ -26,6 +27,7 @@ from mrs_simulator.control.user_code import (
 )
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.shipped import scenario_path
 
 POSE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 1.0]])
@@ -104,8 +106,9 @@ def test_what_runs_apart_answers_and_its_errors_come_back(kind):
     worker = Worker(runs)
     assert worker.ask(("hello",), LONG) == "hello"
     assert (worker.ask(("pid",), LONG) == os.getpid()) is (kind is not ProcessApart)
-    with pytest.raises(CallFailed, match="SystemExit") as raised:
+    with pytest.raises(CallFailed, match="enough") as raised:
         worker.ask(("exit",), LONG)
+    assert raised.value.kind == "SystemExit"
     assert "Traceback" in raised.value.trace and not worker.given_up
     assert worker.ask(("again",), LONG) == "again"
     worker.give_up()
@@ -203,3 +206,28 @@ def test_laws_that_use_ros_are_known(tmp_path):
     assert speaks_ros(load_protocol(str(path)))
     shipped = load_protocol("formation")
     assert is_shipped(shipped) and not speaks_ros(shipped) and not is_shipped(Odd)
+
+
+@pytest.mark.parametrize("hook", ["claims", "measures", "prediction", "start"])
+def test_a_law_that_exits_costs_a_run_no_more_than_its_part(tmp_path, hook):
+    def exits(self, *_):
+        sys.exit("no " + hook)
+
+    kind = type("Exits", (load_protocol("consensus"),), {hook: exits})
+    scenario = load_scenario(scenario_path("paper.yaml")).with_protocol("consensus")
+    verdict = run_experiment(scenario.changed(duration=0.1), str(tmp_path), kind, formats=())
+    assert not verdict["passed"]
+    if hook == "start":
+        assert "no start" in verdict["ended"]
+    else:
+        assert hook + "() returns" in [check["name"] for check in verdict["checks"]]
+
+
+def test_a_law_that_exits_when_it_is_made_is_bad_input():
+    def exits(self, *_, **__):
+        sys.exit("not made")
+
+    kind = type("Exits", (PioneerControl,), {"__init__": exits})
+    scenario = load_scenario(scenario_path("paper.yaml"))
+    with pytest.raises(ProtocolError, match="not made"):
+        make_control(scenario, kind)

@@ -14,6 +14,7 @@ import traceback
 
 from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.control.user_code import call
 from mrs_simulator.core.parameters import unknown_name
 
 _loading = 0  # how many protocols are being loaded, one within the other
@@ -128,11 +129,12 @@ def _module_from_file(path, name):
     try:
         # Registered before it runs, as import does, so that its classes can be pickled.
         sys.modules[spec.name] = module
-        spec.loader.exec_module(module)
-    except BaseException as error:
+        call(spec.loader.exec_module, module)
+    except KeyboardInterrupt:
         del sys.modules[spec.name]
-        if not isinstance(error, (Exception, SystemExit)):
-            raise
+        raise
+    except Exception as error:
+        del sys.modules[spec.name]
         raise ProtocolError(
             "protocol {}: {}{}: {}".format(name, _place(error, path), type(error).__name__, error)
         ) from error
@@ -153,7 +155,7 @@ def _place(error, path):
 
 def _module_by_name(module_name, name):
     try:
-        return importlib.import_module(module_name)
+        return call(importlib.import_module, module_name)
     except Exception as error:
         raise ProtocolError(
             "protocol {}: importing {} raised {}: {}".format(

@@ -1,6 +1,7 @@
 """Making the control of a scenario's robots."""
 
 from mrs_simulator.control.loading import ProtocolError, choose_protocol
+from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.vehicles import Team
 
 
@@ -8,7 +9,9 @@ def make_control(scenario, protocol=None):
     """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
     scenario, protocol = choose_protocol(scenario, protocol)
     try:
-        return protocol(**_construction(scenario))
+        return call(protocol, **_construction(scenario))
+    except UserCodeError as error:
+        raise ProtocolError("{}: {}".format(protocol.__name__, error)) from error
     except ValueError as error:
         if not scenario.path:
             raise

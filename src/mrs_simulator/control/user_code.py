@@ -55,6 +55,11 @@ def call(function, *arguments, **named):
         raise UserCodeError("it tried to end the program: " + text) from error
 
 
+def raised(error):
+    """Return what users' code raised, of an ``error`` that left :func:`call`."""
+    return error.__cause__ if isinstance(error, UserCodeError) else error
+
+
 class Failure(NamedTuple):
     """What users' code raised, in words that pass between processes."""
 
@@ -68,7 +73,8 @@ def _outcome(serve, request):
     try:
         return True, call(serve, *request)
     except (Exception, KeyboardInterrupt) as error:
-        return False, Failure(type(error).__name__, str(error), traceback.format_exc())
+        origin = raised(error)
+        return False, Failure(type(origin).__name__, str(origin), traceback.format_exc())
 
 
 class Worker:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.making import make_control
+from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.recording import read_run_csv, write_facts
 from mrs_simulator.core.scenario import FARTHEST
@@ -32,7 +33,7 @@ class Experiment:
         self.control = make_control(scenario, protocol)
         self.collisions = []
         self.warnings = scenario.doubts() + self.control.team.notes
-        self.warnings += self.control.warnings(scenario.poses)
+        self.warnings += call(self.control.warnings, scenario.poses)
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
@@ -42,7 +43,7 @@ class Experiment:
         Raises ``LawFailed`` after all robots were told to stop.
         """
         scenario, world = self.scenario, self.world
-        self.control.start()
+        self._asked(self.control.start)
         steps = int(round(scenario.duration / scenario.step))
         for step in range(steps + 1):
             if step % scenario.steps_per_command == 0:
@@ -65,11 +66,15 @@ class Experiment:
         return self.world.joints if self.world.team.has_joints else None
 
     def _command(self, pose):
+        return self._asked(self.control.commands, pose, self.world.time, self._joints())
+
+    def _asked(self, function, *arguments):
+        """Return what the law's ``function`` returns; ``LawFailed`` where it raises."""
         try:
-            return self.control.commands(pose, self.world.time, self._joints())
-        except (Exception, SystemExit) as error:
+            return call(function, *arguments)
+        except Exception as error:
             self.world.set_commands(EVERY, np.zeros_like(self.world.command))
-            text = "at {:.3f} s {}".format(self.world.time, failure(error))
+            text = "at {:.3f} s {}".format(self.world.time, failure(raised(error)))
             raise LawFailed(text) from error
 
 

@@ -15,6 +15,7 @@ import traceback
 from multiprocessing.connection import Connection, Pipe
 
 from mrs_simulator.control.laws import HOMES
+from mrs_simulator.control.user_code import call
 from mrs_simulator.study import law_answers
 
 LIMIT = 30.0  # [s] of wall time for one answer, the import of the law's file included
@@ -147,8 +148,8 @@ def serve(handle, parent):
         while True:
             function, *arguments = pipe.recv()
             try:
-                answer = True, getattr(law_answers, function)(*arguments)
-            except (Exception, SystemExit) as error:
+                answer = True, call(getattr(law_answers, function), *arguments)
+            except Exception as error:
                 answer = False, blamed(error)
             pipe.send(answer)
 

@@ -16,6 +16,7 @@ from mrs_simulator.control.loading import (
     located_protocol,
 )
 from mrs_simulator.control.making import make_control
+from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.recording import Recorder, RunError, read_run_csv
@@ -129,13 +130,13 @@ def judged(run, control=None):
     limits = None if control.saturation == "team" else control.limits
     faults, claims, measures, track = [], [], {}, None
     with _keeping(faults, "claims"):
-        claims = list(control.all_claims(start))
+        claims = list(call(control.all_claims, start))
     with _keeping(faults, "measures"):
-        measures = control.measures(run)
+        measures = call(control.measures, run)
     with _keeping(faults, "stability"):
-        measures.update(stability_measures(control, run))
+        measures.update(call(stability_measures, control, run))
     with _keeping(faults, "prediction"):
-        track = control.predicted_track(start, run.time - run.time[0])
+        track = call(control.predicted_track, start, run.time - run.time[0])
     verdict = judge(run, claims + faults, measures, limits, _safety_claims(control, start))
     return verdict, _end_of(run, claims) if track is None else track
 
@@ -146,7 +147,7 @@ def predicted_settling(control, start):
     A claimed settling time, or the time for which ``SETTLED`` is left at a claimed decay rate; "" where
     the protocol claims neither, or its conditions do not hold.
     """
-    proved = _proved(control.all_claims(start))
+    proved = _proved(call(control.all_claims, start))
     for claim in proved:
         if claim.name.startswith("settling time"):
             return "{:.3g} s, its settling time".format(claim.predicted)

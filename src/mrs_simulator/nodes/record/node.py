@@ -11,6 +11,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.control.making import make_control
+from mrs_simulator.control.user_code import call
 from mrs_simulator.core import recording
 from mrs_simulator.core.controller_log import Interruptions
 from mrs_simulator.core.verdict import exit_code, verdict_text
@@ -123,7 +124,7 @@ class RunRecorder:
         collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = self.control.team.notes
-        meta["warnings"] += self.control.warnings(self.scenario.poses)
+        meta["warnings"] += call(self.control.warnings, self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings()
         meta.update(self.source.meta())

@@ -112,3 +112,16 @@ def test_a_second_stage_does_not_start_and_another_ones_odometry_stops_the_robot
     probe.ask("drive([1], -0.5, 0.0)")
     probe.wait("'/pioneer_control and /probe' in status('trouble')")
     at_rest(probe)
+
+
+def test_real_robots_stand_until_they_are_started(ros, law):
+    xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/use_sim_time", False)
+    control = ros.start("control", [sys.executable, str(law), "--robots", "1"])
+    probe = ros.probe()
+    probe.ask("listen('/robot1/cmd_vel', Twist) and stand_in(1, [0.0, 0.0, 0.0])")
+    probe.wait("control('trouble') == 'not started' and control('stale') == []")
+    check = "rosrun mrs_simulator preflight --robots 1 --protocol {}:Forward".format(law)
+    wait_until(lambda: check in log_of(control))
+    assert probe.ask("[sent(1), control('running')]") in ([None, False], [[0.0, 0.0], False])
+    assert probe.ask("call('/pioneer_control/start', Trigger)") == [True, "running"]
+    probe.wait("(sent(1) or [0])[0] == 0.3")

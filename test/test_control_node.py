@@ -222,7 +222,7 @@ def test_the_nodes_last_zeros_wait_for_no_law(hung, tmp_path):
 
 
 def test_real_robots_stop_when_their_law_hangs(ros, law, tmp_path):
-    patient = ("_odom_timeout:=1000", "_stuck_time:=0", "_resume:=true")
+    patient = ("_autostart:=true", "_odom_timeout:=1000", "_stuck_time:=0", "_resume:=true")
     control, probe = hang(ros, law, tmp_path, "_real:=1,2", *patient)
     at_rest(probe)
     (tmp_path / "hang").unlink()

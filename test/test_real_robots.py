@@ -9,6 +9,7 @@ from ros_fixtures import PATIENCE, log_of, wait_until
 from test_rosaria import FORWARD
 from test_stage_node import start
 
+NEVER = "_stuck_time:=0", "_frozen_time:=0"  # what stands in for a robot stays where it is
 CARRIED = "_max_jump:=0"  # robots may be put elsewhere
 CAMERA = """
 import rospy; from geometry_msgs.msg import PoseStamped; rospy.init_node("camera")
@@ -136,9 +137,7 @@ def drive_team(ros, tmp_path, *arguments):
     probe.ask("listen('/robot2/cmd_vel', Twist)")
     (tmp_path / "law.py").write_text(FORWARD)
     team = ["--scenario", tmp_path / "team.yaml", "--protocol", tmp_path / "law.py"]
-    control = ros.node(
-        "pioneer_control", *team, "_real:=2", "_stuck_time:=0", "_frozen_time:=0", *arguments
-    )
+    control = ros.node("pioneer_control", *team, "_real:=2", "_autostart:=true", *NEVER, *arguments)
     probe.wait("sent(2) == [0.2, 0.0]")
     return stage, control, probe
 

@@ -43,6 +43,7 @@ while rospy.wait_for_message("/robot{}/motor_state".format(sys.argv[1]), kind).s
 """
 ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
 HELD = "_enable_motors:=/robot{}/held"  # by the probe, until its gate is set
+AT_ONCE = "_autostart:=true"
 STALLS = "_odom_timeout:=5"  # where silence is not the matter: a busy machine's stall is none
 START = "call('/pioneer_control/start', Trigger)"
 
@@ -141,7 +142,9 @@ class Team:
         return self.probe.wait("[said for done, said in [{}] if done]".format(START))[0]
 
     def forward(self, *arguments, n=4):
-        """Start the control node with a law that drives all straight on."""
+        """Start the control node with a law that drives all straight on, at once unless told not to."""
+        if not any("_autostart" in str(argument) for argument in arguments):
+            arguments = (AT_ONCE, *arguments)
         return self.node("pioneer_control", "--protocol", self.law, *arguments, n=n)
 
 
@@ -153,7 +156,7 @@ def team(ros, tmp_path):
 def test_four_robots_form_the_papers_line(team):
     for number in (1, 2, 3, 4):
         team.robot(number)
-    control = team.node("pioneer_control", STALLS)
+    control = team.node("pioneer_control", AT_ONCE, STALLS)
     wait_until(team.in_line, 60)
     assert len(team.probe.ask("control('command_v')")) == 4
     assert team.probe.ask("control('stopped')") == []
@@ -168,7 +171,7 @@ def test_one_disabled_and_one_late(team):
     off = "bool(rospy.ServiceProxy('/robot2/RosAria/disable_motors', Empty)())"
     assert team.probe.ask(off)
     team.probe.wait("newest['/robot2/RosAria/motors_state'].data is False")
-    team.node("pioneer_control", ENABLE, STALLS)
+    team.node("pioneer_control", AT_ONCE, ENABLE, STALLS)
     team.probe.wait("newest['/robot2/RosAria/motors_state'].data")
     wait_until(team.in_line, 60)
 
@@ -524,7 +527,7 @@ def test_p2os_drivers_need_remaps_alone_and_their_motors_on(team):
     team.ros.node(
         "pioneer_control",
         *("--scenario", team.scenario, "--robots", 2, "--odometry", "wheel"),
-        *("--protocol", team.law, "_odom_topic:=/robot{}/pose"),
+        *("--protocol", team.law, "_odom_topic:=/robot{}/pose", AT_ONCE),
     )
     probe = team.probe
     said = "control('trouble') or ''"

@@ -1,6 +1,8 @@
 """The control node: odometry in, the protocol's law, velocity commands out."""
 
 import random
+import re
+import shlex
 import signal
 import sys
 import threading
@@ -85,9 +87,11 @@ class ControlNode:
         self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real, scenario.speed)
         self.resumes = flag_parameter("~resume", not real)
-        self.running = flag_parameter("~autostart", True)
+        # Whoever only names a law at real robots is not to see them move.
+        self.running = flag_parameter("~autostart", not real)
         self.trouble = "" if self.running else "not started"
         self._lock = threading.Lock()
+        self._real = bool(real)
         self._next, self._answered, self._begun = None, None, None
         self._epoch = 0
         self._asked = None  # [s] of wall time since when the law is waited for
@@ -146,6 +150,9 @@ class ControlNode:
         )
         if self.running:
             self.motors.enable()
+        elif self._real:
+            text = "pioneer_control: real robots stand until they are started. Check them: %s"
+            rospy.loginfo(text, self._how())
         while not rospy.is_shutdown():
             self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
             with self._lock:
@@ -153,6 +160,14 @@ class ControlNode:
             if job is not None:
                 self._ask(job)
             self._meanwhile()
+
+    def _how(self):
+        """Return the commands with which real robots are checked and started."""
+        given = [argument for argument in sys.argv[1:] if not argument.startswith("__")]
+        if not any(re.match("--protocol|_protocol:=", argument) for argument in given):
+            given += ["--protocol", self.scenario.control.protocol]
+        check = " ".join(map(shlex.quote, ["rosrun", "mrs_simulator", "preflight", *given]))
+        return "{}, then: rosservice call {}".format(check, rospy.resolve_name("~start"))
 
     def _meanwhile(self):
         """To be called all the time, also while the law is waited for."""

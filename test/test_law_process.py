@@ -10,6 +10,7 @@ LAW = """
 import os, sys, time
 from mrs_simulator import PioneerControl
 class Law(PioneerControl):
+    def pointMassLaw(self, hand): return 0.0 * hand
     def targets(self, hand):
         {}
         return hand
@@ -40,7 +41,7 @@ def test_a_users_law_answers_as_a_shipped_one_does(laws, tmp_path):
 
 def test_an_error_names_the_users_line_and_the_process_goes_on(laws, tmp_path):
     scenario = of(tmp_path / "law.py", "len(3)")
-    with pytest.raises(LawError, match=r"TypeError.*\n.*law.py:6, in targets: len\(3\)"):
+    with pytest.raises(LawError, match=r"TypeError.*\n.*law.py:7, in targets: len\(3\)"):
         laws.ask("facts", scenario)
     with pytest.raises(LawError, match="SystemExit"):
         laws.ask("facts", of(tmp_path / "exits.py", "sys.exit(3)"))

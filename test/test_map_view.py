@@ -28,6 +28,7 @@ from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.widgets.colours import shade as team_shade
+from mrs_simulator.vehicles import kind
 
 POSES = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, np.pi / 2], [4.0, 3.0, np.pi]])
 NONE = Qt.NoModifier
@@ -327,11 +328,24 @@ def test_robots_of_unknown_pose_are_left_out(view):
 # Edges
 
 
-def test_an_edge_is_drawn_from_the_robot_that_hears(view):
+def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
     view.set_mode("edges")
     added = heard(view.edge_added)
     drag(view, at(view, 4.0, 3.0), at(view, 0.0, 0.0))
-    assert added == [(3, 1)]
+    assert added == [(1, 3)]
+    view.show_topology(added, True)
+    (begin,), (end,) = view._edges.segments(
+        view._numbers, view._pose, view._frame, 1.0, view._shapes
+    )[0][2:]
+    assert np.hypot(*(end - view.to_screen(0.0, 0.0))) < np.hypot(*(begin - view.to_screen(0, 0)))
+
+
+def test_the_edge_that_is_drawn_says_who_hears_whom(view):
+    view.show_topology([], True)
+    assert view._told_of_edge(2, 0) == "robot 1 hears robot 3"
+    assert view._told_of_edge(2, -1) == "... hears robot 3"
+    view.show_topology([], False)
+    assert view._told_of_edge(2, 0) == "robot 3 and robot 1 hear each other"
 
 
 def test_a_rubber_band_is_seen_while_drawing_and_escape_ends_it(view):
@@ -351,14 +365,14 @@ def test_no_edge_to_itself_to_the_ground_or_twice(view):
     added = heard(view.edge_added)
     drag(view, at(view, 0.0, 0.0), at(view, 0.05, 0.05))
     drag(view, at(view, 0.0, 0.0), at(view, 2.0, 2.0))
-    view.show_topology([(1, 2, 1.0)], True)
+    view.show_topology([(2, 1, 1.0)], True)
     drag(view, at(view, 0.0, 0.0), at(view, 4.0, 0.0))
     assert added == []
     drag(view, at(view, 4.0, 0.0), at(view, 0.0, 0.0))
-    assert added == [(2, 1)]
+    assert added == [(1, 2)]
     view.show_topology([(1, 2, 1.0)], False)
     drag(view, at(view, 4.0, 0.0), at(view, 0.0, 0.0))
-    assert added == [(2, 1)]
+    assert added == [(1, 2)]
 
 
 def test_a_click_on_an_edge_removes_it_and_only_with_the_mode(view):
@@ -539,9 +553,10 @@ def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
     view.show_team(team(n))
     view.show_topology([(i, j, 1.0) for i in range(1, n + 1) for j in range(1, i)], False)
     view.grab()
-    segments, stride = view._edges.segments(view._numbers, view._pose, view._frame, 1.0, 40000)
+    look = view._numbers, view._pose, view._frame, 1.0, view._shapes
+    segments, stride = view._edges.segments(*look, 40000)
     assert stride == 1 and len(segments.place) > drawing.MOST_EDGES
-    assert view._edges.segments(view._numbers, view._pose, view._frame, 1.0, 1000)[1] == 11
+    assert view._edges.segments(*look, 1000)[1] == 11
 
 
 @pytest.mark.parametrize("base, text", [("#ffffff", "#000000"), ("#1e1e22", "#e8e8e8")])
@@ -614,6 +629,7 @@ def test_trails_continued_bit_by_bit_are_those_painted_at_once(view, n):
 
 
 def test_a_continued_trail_begins_anew_with_the_trails(view):
+    view.set_legend_shown(False)
     view.show_snapshot(snapshot(0.0, POSES))
     view.grab()
     view.show_snapshot(snapshot(1.0, POSES + [0.0, 1.0, 0.0]))
@@ -655,8 +671,8 @@ def test_a_sprite_is_kept_until_its_kind_changes(app):
         brush.fillRect(-2, -2, 4, 4, QColor("red"))
 
     places = np.array([[20.0, 30.0], [60.2, 30.0]])
-    for kind in ("a", "a", "b"):
-        sprites.put(painter, kind, 3.0, places, [7, 7], paint)
+    for look in ("a", "a", "b"):
+        sprites.put(painter, look, 3.0, places, [7, 7], paint)
     painter.end()
     assert painted == [7, 7]
     image = canvas.toImage()
@@ -667,3 +683,71 @@ def test_a_sprite_is_kept_until_its_kind_changes(app):
 def test_numbers_that_would_cover_another_are_left_out():
     places = np.array([[0.0, 0.0], [9.0, 0.0], [11.0, 0.0], [9.0, 6.0], [-9.0, -4.9]])
     assert geometry.apart(places, 10.0, 5.0) == [0, 2, 3]
+
+
+# Kinds, legend, many robots
+
+
+def test_each_robot_is_drawn_and_found_as_its_kind_is(view):
+    kinds = [kind(name) for name in ("husky", "robotino3", "f1tenth")]
+    view.show_topology([], True)
+    poses = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+    view.show_team(poses)
+    view.show_kinds(kinds)
+    view.set_numbers_shown(False)
+    ground = shade(view, 1.13, 1.17)
+
+    def is_body(x, y):
+        return shade(view, x, y) != ground
+
+    assert is_body(0.45, 0.3) and not is_body(0.55, 0.1)  # the corner of a Husky
+    assert is_body(2.2, 0.05) and is_body(2.05, 0.2) and not is_body(2.2, 0.2)  # a disc has none
+    assert is_body(4.42, 0.1) and is_body(3.92, 0.1) and not is_body(3.82, 0.1)  # ahead of its axle
+    rows = [view._robot_at(np.array(view.to_screen(x, y))) for x, y in ((0.47, 0.3), (4.44, 0.1))]
+    assert rows == [0, 2]
+    view.show_team(np.array([[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [4.0, 0.0, 0.0]]))
+    assert view.overlapping == set()
+    view.show_team(np.array([[0.0, 0.0, 0.0], [0.7, 0.0, 0.0], [4.0, 0.0, 0.0]]))
+    assert view.overlapping == {1, 2}  # as their own bodies do
+    view.show_team(np.zeros((2, 3)))
+    assert len(view._shapes.which) == 2  # of another team than the kinds are of
+
+
+def test_sprites_of_many_robots_are_of_their_own_kinds(view):
+    poses = team(40)
+    poses[:, 2] = 0.0
+    kinds = [kind("epuck" if row % 2 else "husky") for row in range(40)]
+    view.show_team(poses)
+    view.show_kinds(kinds)
+    view.set_numbers_shown(False)
+    view.set_trails_shown(False)
+    wanted = [team_shade(row + 1, 40, QColor("white")) for row in (2, 3)]
+    assert shade(view, poses[2, 0] - 0.35, poses[2, 1]) == wanted[0]
+    assert shade(view, poses[3, 0] - 0.35, poses[3, 1]) != wanted[1]
+
+
+def test_the_legend_tells_the_signs_that_are_to_be_seen(view):
+    assert view._legend() == set()
+    view.show_topology([(1, 2)], True)
+    view.show_targets(POSES[:, :2])
+    assert view._legend() == {"hears", "target"}
+    fresh = np.array([True] * (len(POSES) - 1) + [False])
+    view.show_snapshot(snapshot(0.0, POSES, fresh)._replace(real=frozenset([1])))
+    assert view._legend() == {"hears", "target", "start", "trail", "real", "stale"}
+    told = drawn(view)
+    view.set_legend_shown(False)
+    assert (drawn(view) != told).any()
+    view.resize(220, 200)  # no room for words
+    without = drawn(view)
+    view.set_legend_shown(True)
+    assert (drawn(view) == without).all()
+
+
+def test_rings_of_collisions_do_not_bury_many_robots(view):
+    def inked(n):
+        view.show_team(team(n))
+        before = drawn(view)
+        view.flash_collision(*team(n)[n // 2, :2])
+        return (drawn(view) != before).reshape(-1, 4).any(axis=1).sum()
+
+    assert inked(200) < 0.35 * inked(9)

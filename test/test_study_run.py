@@ -104,6 +104,7 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
     law.write_text(
         "from mrs_simulator.control.pioneer_control import PioneerControl\n"
         "class Law(PioneerControl):\n"
+        "    def pointMassLaw(self, hand): return 0.0 * hand\n"
         "    def targets(self, hand): return hand\n"
         "    def {}(self, *_): return len(3)\n".format(method)
     )
@@ -111,7 +112,7 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
     before = run.scenario
     assert "TypeError: object of type 'int'" in run.set_protocol(str(law))
     assert run.scenario is before
-    with pytest.raises(ValueError, match="TypeError.*\n.*law.py:4, in {}".format(method)):
+    with pytest.raises(ValueError, match="TypeError.*\n.*law.py:5, in {}".format(method)):
         run.take(before.with_protocol(str(law)))
     assert run.scenario is before and run.derived.protocol == "Consensus"
 

@@ -361,19 +361,47 @@ def test_scenario_buttons_only_ask(panel):
     assert asked == ["open", "save"] and panel.changes == []
 
 
-def test_kinds_are_chosen_where_there_are_several(monkeypatch):
-    monkeypatch.setattr(team_panel.vehicles, "KINDS", KINDS[:1] + ("other",))
-    panel = shown_panel()
-    assert panel._model.columnCount() == 5
-    go_to(panel, 2, 4)
+def choose_kind(panel, name):
+    index = panel._kind.findData(name)
+    panel._kind.setCurrentIndex(index)
+    panel._kind.activated.emit(index)
+
+
+def test_a_kind_is_chosen_for_all_for_a_group_and_for_a_row(panel):
+    choose_kind(panel, "robotino3")
+    assert panel.kinds() == ("robotino3",) * 4 and panel._model.columnCount() == 4
+    panel._table.selectRow(2)
+    choose_kind(panel, "husky")
+    assert panel.kinds() == ("robotino3", "robotino3", "husky", "robotino3")
+    assert panel._model.columnCount() == 5 and len(panel.changes) == 2
+    panel._table.clearSelection()
+    assert panel._kind.currentText() == "several kinds"
+    go_to(panel, 1, 4)
     QTest.keyClick(panel._table, Qt.Key_F2)
     (editor,) = panel._table.viewport().findChildren(QComboBox)
-    editor.setFocus()
-    QTest.keyClick(editor, Qt.Key_Down)
+    assert set(KINDS) <= {editor.itemText(place) for place in range(editor.count())}
+    editor.setCurrentText("epuck")
     panel._table.setFocus()
-    assert panel.kinds() == (KINDS[0], "other", KINDS[0], KINDS[0])
-    assert len(panel.changes) == 1
-    panel.close()
+    assert panel.kinds() == ("epuck", "robotino3", "husky", "robotino3")
+    panel._table.clearSelection()
+    choose_kind(panel, KINDS[0])
+    assert panel.kinds() == KINDS[:1] * 4 and panel._model.columnCount() == 4
+    choose_kind(panel, KINDS[0])  # nothing new
+    assert len(panel.changes) == 4
+
+
+def test_robots_overlap_as_their_own_bodies_do(panel):
+    panel.set_team([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]], ("epuck", "epuck"))
+    assert panel.overlapping == set()
+    panel.set_team([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]], ("husky", "epuck"))
+    assert panel.overlapping == {1, 2}
+
+
+def test_a_layout_is_told_of_so_that_it_can_be_brought_into_view(panel):
+    arranged = []
+    panel.arranged.connect(lambda: arranged.append(panel.poses()))
+    press(panel, "Apply")
+    assert len(arranged) == 1
 
 
 def test_one_kind_needs_no_column(panel):

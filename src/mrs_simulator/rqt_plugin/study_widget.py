@@ -121,6 +121,7 @@ class StudyWidget(QWidget):
     def _build_settings(self):
         self.team, self.protocol, self.topology = TeamPanel(), ProtocolPanel(), TopologyPanel()
         self.team.team_changed.connect(self._on_team)
+        self.team.arranged.connect(guarded(lambda *_: self.map.fit()))
         self.team.open_requested.connect(self._on_open)
         self.team.save_requested.connect(self._on_save_scenario)
         self.protocol.set_protocols(sorted(HOMES))
@@ -209,6 +210,7 @@ class StudyWidget(QWidget):
         """Show the team in force."""
         self.team.set_team(self.scenario.poses, self.scenario.kinds)
         self.map.show_team(self.scenario.poses)
+        self.map.show_kinds(self.study.kinds())
         self._show_robots_to_follow()
 
     def _show_robots_to_follow(self):
@@ -289,6 +291,7 @@ class StudyWidget(QWidget):
     def _on_team(self):
         self._change_team()
         self.map.show_team(self.scenario.poses)
+        self.map.show_kinds(self.study.kinds())
 
     @guarded
     def _on_pose(self, number, x, y, theta):

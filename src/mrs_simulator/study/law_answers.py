@@ -67,9 +67,9 @@ def errors(scenario, pose):
     control = make_control(scenario)
     if control.targets(control.points(scenario.poses)) is None:
         return None
+    if pose.shape[1] != len(control.numbers):
+        return np.full(len(pose), np.nan)
     hands = control.points(pose)
-    if hands.shape[1] != len(control.numbers):
-        return np.full(len(hands), np.nan)
     return np.array([_largest_error(control, hand) for hand in hands])
 
 

@@ -10,21 +10,18 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
 from python_qt_binding.QtGui import QBrush, QColor, QFont, QPainterPath, QPen, QPolygonF
 
-from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.rqt_plugin.map.geometry import (
     ARROW,
-    REACH,
     apart,
     are_arrows,
     clearance,
     outlines,
     placed,
 )
+from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.widgets import colours
 from mrs_simulator.study.figures import START_COLOUR
-from mrs_simulator.vehicles import kind
 
-DRAWN = kind(DEFAULT_KIND)
 SOME_ROBOTS = 30  # [-] in view; beyond, marks and numbers are smaller, robots are sprites
 HEADINGS = 120  # [-] of a robot's sprites
 MOST_SPRITE = 40.0  # [px] that a robot may reach as a sprite
@@ -35,11 +32,18 @@ MOST_EDGES = 4000  # [-] drawn
 EDGE_WIDTHS = (0.7, 6.0)  # [px], least and most; one of weight 1 is EDGE_WIDTH wide
 EDGE_WIDTH = 1.4  # [px]
 
-NOSE = ((0.175, 0.0), (0.055, 0.095), (0.055, -0.095))  # [m], the heading mark
-TYRE = 0.05  # [m], its width
 DETAILED_ROBOT = 22.0  # [px], the least that shows its wheels
 FLASH = 2.0  # [s], how long a collision's ring is seen
 ALARM = "#e01b24"
+LEGEND = {  # in the order of the map's words
+    "start": "start",
+    "trail": "path so far",
+    "target": "wanted place",
+    "hears": "\u2192 robot that hears",
+    "edge": "robots that hear each other",
+    "real": "real robot",
+    "stale": "not heard lately",
+}
 
 
 class Look(NamedTuple):
@@ -175,45 +179,52 @@ def _draw_heads(painter, look, begin, end, widths, shade):
         painter.drawConvexPolygon(polygon(head))
 
 
-def draw_robots(painter, look, frame, pose, numbers, fresh, sprites):
+def draw_robots(painter, look, frame, pose, numbers, fresh, shapes, sprites):
     """Draw the robots of ``pose`` (n, 3), all in view, each in its colour, stale ones in grey.
 
-    Of many robots each is one of the ``sprites``: on whole pixels, at one of some headings.
+    ``shapes``: theirs.  Of many robots each is one of the ``sprites``: on whole pixels, at one of
+    some headings.
     """
-    half = max(REACH * frame.scale, ARROW * look.unit) + 2.0 * look.unit
+    half = max(shapes.farthest * frame.scale, ARROW * look.unit) + 2.0 * look.unit
     if len(pose) <= SOME_ROBOTS or half > MOST_SPRITE:
-        _draw_each(painter, look, frame, pose, numbers, fresh)
+        _draw_each(painter, look, frame, pose, numbers, fresh, shapes)
         return
-    local, many = frame.about_origin(), len(look.shades)
+    local, many = frame.about_origin(), len(look.shades) + 1
     of_place = dict(zip(look.places(numbers).tolist(), numbers))
     turns = np.round(pose[:, 2] * HEADINGS / (2.0 * np.pi)).astype(int) % HEADINGS
-    keys = turns + HEADINGS * np.where(fresh, look.places(numbers), many)
+    places = np.where(fresh, look.places(numbers), many - 1)
+    keys = turns + HEADINGS * (places + many * shapes.which)
 
     def paint(brush, key):
-        place, turn = divmod(key, HEADINGS)
+        rest, turn = divmod(key, HEADINGS)
+        which, place = divmod(rest, many)
         pose = np.array([[0.0, 0.0, turn * 2.0 * np.pi / HEADINGS]])
-        _draw_each(brush, look, local, pose, [of_place.get(place, 1)], [place < many])
+        own = Shapes.of_kinds([shapes.distinct[which]])
+        fresh = place < many - 1
+        _draw_each(brush, look, local, pose, [of_place.get(place, 1)], [fresh], own)
 
-    kind = look, frame.scale
+    kind = look, frame.scale, shapes.distinct
     sprites.put(painter, kind, half, frame.to_screen(pose), keys.tolist(), paint)
 
 
-def _draw_each(painter, look, frame, pose, numbers, fresh):
-    shapes = outlines(pose, frame, look.unit)
-    detailed = DRAWN.body.length * frame.scale >= DETAILED_ROBOT * look.unit
-    wheels = [placed(wheel, pose, frame) for wheel in _wheels()] if detailed else []
-    noses = None if are_arrows(frame, look.unit) else placed(NOSE, pose, frame)
-    for row, shape in enumerate(shapes):
-        shade = look.shade(numbers[row]) if fresh[row] else look.mixed(0.5)
-        painter.setPen(QPen(mixed(shade, look.text, 0.35), look.unit))
-        _draw_body(painter, look, polygon(shape), shade, fresh[row])
-        painter.setPen(Qt.NoPen)
-        if noses is not None:
-            painter.setBrush(QColor("white") if fresh[row] else look.mixed(0.5))
-            painter.drawConvexPolygon(polygon(noses[row]))
-        painter.setBrush(mixed(QColor("#101010"), look.text, 0.25))
-        for wheel in wheels:
-            painter.drawConvexPolygon(polygon(wheel[row]))
+def _draw_each(painter, look, frame, pose, numbers, fresh, shapes):
+    outlined = outlines(pose, frame, look.unit, shapes)
+    arrows = are_arrows(frame, look.unit, shapes)
+    detailed = shapes.length * frame.scale >= DETAILED_ROBOT * look.unit
+    for rows, shape in shapes.by_kind():
+        wheels = [placed(wheel, pose[rows], frame) for wheel in shape.wheels]
+        noses = placed(shape.nose, pose[rows], frame)
+        for place, row in enumerate(rows.tolist()):
+            shade = look.shade(numbers[row]) if fresh[row] else look.mixed(0.5)
+            painter.setPen(QPen(mixed(shade, look.text, 0.35), look.unit))
+            _draw_body(painter, look, polygon(outlined[row]), shade, fresh[row])
+            painter.setPen(Qt.NoPen)
+            if not arrows[row]:
+                painter.setBrush(QColor("white") if fresh[row] else look.mixed(0.5))
+                painter.drawConvexPolygon(polygon(noses[place]))
+            painter.setBrush(mixed(QColor("#101010"), look.text, 0.25))
+            for wheel in wheels if detailed[row] else ():
+                painter.drawConvexPolygon(polygon(wheel[place]))
 
 
 def _draw_body(painter, look, shape, shade, fresh):
@@ -226,14 +237,7 @@ def _draw_body(painter, look, shape, shade, fresh):
     painter.drawPolygon(shape)
 
 
-def _wheels():
-    radius, half = DRAWN.numbers.radius, 0.5 * TYRE
-    corners = np.array([(radius, half), (-radius, half), (-radius, -half), (radius, -half)])
-    side = np.array([0.0, 0.5 * DRAWN.numbers.track])
-    return corners + side, corners - side
-
-
-def draw_numbers(painter, look, frame, pose, numbers, sprites):
+def draw_numbers(painter, look, frame, pose, numbers, shapes, sprites):
     """Draw each number beside its robot, to the upper side of its heading, by ``sprites``.
 
     Of many robots only those numbers are drawn that do not cover another.
@@ -243,7 +247,7 @@ def draw_numbers(painter, look, frame, pose, numbers, sprites):
         font.setPointSizeF(0.8 * painter.fontInfo().pointSizeF())
     side = np.stack([-np.sin(pose[:, 2]), np.cos(pose[:, 2])], axis=1)
     side *= np.where(side[:, 1:] < 0.0, -1.0, 1.0)
-    away = clearance(pose, side, frame, look.unit) + 0.62 * look.line
+    away = clearance(pose, side, frame, look.unit, shapes) + 0.62 * look.line
     places = frame.to_screen(pose) + away[:, np.newaxis] * side * (1.0, -1.0)
 
     def paint(brush, number):
@@ -264,65 +268,117 @@ def draw_numbers(painter, look, frame, pose, numbers, sprites):
     sprites.put(painter, (look, font), half, places, numbers, paint)
 
 
-def draw_selection(painter, look, frame, pose):
-    """Draw a disc under the robot at ``pose`` (3,)."""
-    radius = max(1.35 * REACH * frame.scale, 12.0 * look.unit)
-    middle = pose[:2] + 0.5 * (DRAWN.body.front - DRAWN.body.rear) * np.array(
-        [np.cos(pose[2]), np.sin(pose[2])]
-    )
+def draw_selection(painter, look, frame, pose, shapes):
+    """Draw a disc under the robots of ``pose`` (n, 3)."""
     painter.setPen(QPen(look.highlight, 2.0 * look.unit))
     painter.setBrush(faded(look.highlight, 0.25))
-    painter.drawEllipse(QPointF(*frame.to_screen(middle)), radius, radius)
+    _draw_rings(painter, frame, pose, shapes, 1.35, 12.0 * look.unit)
 
 
-def draw_real(painter, look, frame, pose):
+def draw_real(painter, look, frame, pose, shapes):
     """Draw a ring about the robots of ``pose`` (n, 3), which are real ones."""
-    radius = max(1.15 * REACH * frame.scale, 10.0 * look.unit)
     painter.setPen(QPen(look.text, 2.0 * look.unit))
     painter.setBrush(Qt.NoBrush)
+    _draw_rings(painter, frame, pose, shapes, 1.15, 10.0 * look.unit)
+
+
+def _draw_rings(painter, frame, pose, shapes, factor, least):
+    """Draw a circle of ``factor`` times its reach, at least ``least`` [px], about each robot's middle."""
     heading = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
-    middles = frame.to_screen(pose[:, :2] + 0.5 * (DRAWN.body.front - DRAWN.body.rear) * heading)
-    for x, y in middles.tolist():
+    ahead = 0.5 * (shapes.front - shapes.rear)
+    middles = frame.to_screen(pose[:, :2] + ahead[:, np.newaxis] * heading)
+    radii = np.maximum(factor * shapes.reach * frame.scale, least)
+    for (x, y), radius in zip(middles.tolist(), radii.tolist()):
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
-def draw_legend(painter, look, frame):
-    """Say in the lower left corner what the ring about a robot means."""
-    area, line, text = frame.area, look.line, "real robot"
-    box = QRectF(area.left() + 0.4 * line, area.bottom() - 1.75 * line, 0.0, 1.35 * line)
-    box.setWidth(painter.fontMetrics().horizontalAdvance(text) + 2.2 * line)
-    painter.fillRect(box, faded(look.base, 0.85))
-    painter.setPen(QPen(look.text, 2.0 * look.unit))
+def draw_legend(painter, look, frame, shown):
+    """Say in the lower left corner what the signs of the map mean: those in ``shown``, names."""
+    area, line = frame.area, look.line
+    entries = [name for name in LEGEND if name in shown]
+    width = 2.6 * line + max(
+        [painter.fontMetrics().horizontalAdvance(LEGEND[name]) for name in entries] + [0]
+    )
+    height = (1.2 * len(entries) + 0.3) * line
+    if not entries or 3.0 * width > area.width() or 3.0 * height > area.height():
+        return  # there is no room for words
+    left, top = area.left() + 0.4 * line, area.bottom() - 0.4 * line - height
+    painter.setPen(QPen(look.mixed(0.25), 1))
+    painter.setBrush(faded(look.base, 0.85))
+    painter.drawRect(QRectF(left, top, width, height))
+    for place, name in enumerate(entries):
+        y = top + (1.2 * place + 0.75) * line
+        _draw_sign(painter, look, name, QPointF(left + 1.1 * line, y))
+        painter.setPen(look.text)
+        box = QRectF(left + 2.1 * line, y - line, width, 2.0 * line)
+        painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, LEGEND[name])
+
+
+def _draw_sign(painter, look, name, at):
+    """Draw the sign called ``name`` about the point ``at``."""
+    unit, reach = look.unit, 0.65 * look.line
+    x, y = at.x(), at.y()
     painter.setBrush(Qt.NoBrush)
-    middle = QPointF(box.left() + 0.9 * line, box.center().y())
-    painter.drawEllipse(middle, 0.45 * line, 0.45 * line)
-    painter.drawText(box.adjusted(1.7 * line, 0.0, 0.0, 0.0), Qt.AlignLeft | Qt.AlignVCenter, text)
+    if name == "start":
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(QColor(START_COLOUR))
+        painter.drawEllipse(at, 3.0 * unit, 3.0 * unit)
+    elif name == "target":
+        painter.setPen(QPen(look.mixed(0.8), 1.8 * unit))
+        size = 4.0 * unit
+        painter.drawLine(QLineF(x - size, y - size, x + size, y + size))
+        painter.drawLine(QLineF(x - size, y + size, x + size, y - size))
+    elif name == "trail":
+        painter.setPen(QPen(look.mixed(0.8), 1.4 * unit, Qt.DashLine))
+        painter.drawLine(QLineF(x - reach, y, x + reach, y))
+    elif name in ("hears", "edge"):
+        begin, end = np.array([[x - reach, y]]), np.array([[x + reach, y]])
+        painter.setPen(QPen(look.mixed(0.5), EDGE_WIDTH * unit))
+        painter.drawLine(QLineF(x - reach, y, x + reach, y))
+        if name == "hears":
+            width = np.array([EDGE_WIDTH * unit])
+            _draw_heads(painter, look, begin, end, width, look.mixed(0.5))
+    elif name == "real":
+        painter.setPen(QPen(look.text, 2.0 * unit))
+        painter.drawEllipse(at, 0.45 * look.line, 0.45 * look.line)
+    elif name == "stale":
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(QBrush(look.mixed(0.5), Qt.BDiagPattern))
+        painter.drawRect(QRectF(x - 0.5 * reach, y - 0.5 * reach, reach, reach))
 
 
-def draw_alarms(painter, look, frame, pose):
+def draw_alarms(painter, look, frame, pose, shapes):
     """Outline in red the robots of ``pose`` (n, 3)."""
     pen = QPen(QColor(ALARM), 3.0 * look.unit)
     pen.setJoinStyle(Qt.MiterJoin)
     painter.setPen(pen)
     painter.setBrush(Qt.NoBrush)
-    for shape in outlines(pose, frame, look.unit):
+    for shape in outlines(pose, frame, look.unit, shapes):
         painter.drawPolygon(polygon(shape))
 
 
 def draw_flash(painter, look, frame, place, age):
-    """Draw the ring of a collision ``age`` [s] ago at ``place`` (2,)."""
-    share = age / FLASH
-    radius = max(0.35 * frame.scale, 10.0 * look.unit) * (0.7 + 0.8 * share)
-    painter.setPen(QPen(faded(QColor(ALARM), 1.0 - share), 4.0 * look.unit))
+    """Draw the ring of a collision ``age`` [s] ago at ``place`` (2,); of many robots a small, thin one."""
+    share, few = age / FLASH, look.count <= SOME_ROBOTS
+    least, width = (10.0, 4.0) if few else (5.0, 1.5)
+    radius = max((0.35 if few else 0.2) * frame.scale, least * look.unit) * (0.7 + 0.8 * share)
+    painter.setPen(QPen(faded(QColor(ALARM), 1.0 - share), width * look.unit))
     painter.setBrush(Qt.NoBrush)
     painter.drawEllipse(QPointF(*frame.to_screen(place)), radius, radius)
 
 
-def draw_band(painter, look, begin, end, reached):
-    """Draw the edge being drawn from ``begin`` to ``end`` [px]: solid once it has a robot there."""
+def draw_band(painter, look, begin, end, reached, text):
+    """Draw the edge being drawn from ``begin`` to ``end`` [px], with its head there, and ``text``.
+
+    It is solid once it has ``reached`` a robot.
+    """
     pen = QPen(look.highlight, 2.0 * look.unit, Qt.SolidLine if reached else Qt.DashLine)
     painter.setPen(pen)
     painter.drawLine(QLineF(*begin, *end))
-    if reached:
-        ends = np.array([end]), np.array([begin])
-        _draw_heads(painter, look, *ends, np.array([2.0 * look.unit]), look.highlight)
+    ends = np.array([begin]), np.array([end])
+    _draw_heads(painter, look, *ends, np.array([2.0 * look.unit]), look.highlight)
+    width = painter.fontMetrics().horizontalAdvance(text) + 0.8 * look.line
+    box = QRectF(end[0] + 0.8 * look.line, end[1] - 1.6 * look.line, width, 1.3 * look.line)
+    painter.fillRect(box, faded(look.base, 0.9))
+    painter.setPen(look.text)
+    painter.drawText(box, Qt.AlignCenter, text)

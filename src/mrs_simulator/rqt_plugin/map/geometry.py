@@ -9,11 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from python_qt_binding.QtCore import QRectF
 
-from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.study.figures import ROBOT_SHAPE
-from mrs_simulator.vehicles import kind
 
-DRAWN = kind(DEFAULT_KIND)
 SCALES = (0.01, 5000.0)  # [px/m], least and most
 LEAST_EXTENT = 3.0  # [m], of what a fitted view shows
 MARGIN = 0.08  # around a fitted view, as a share of its larger side
@@ -23,15 +20,6 @@ TRAIL_POINTS = 3000  # [-] of one robot
 ALL_TRAIL_POINTS = 4000000  # [-] of all robots
 TRAIL_PIXELS = 2.5  # [px] between the points of a trail that are drawn
 
-BODY = (
-    (DRAWN.body.front, 0.5 * DRAWN.body.width),
-    (-DRAWN.body.rear, 0.5 * DRAWN.body.width),
-    (-DRAWN.body.rear, -0.5 * DRAWN.body.width),
-    (DRAWN.body.front, -0.5 * DRAWN.body.width),
-)
-REACH = math.hypot(
-    DRAWN.body.rear, 0.5 * DRAWN.body.width
-)  # [m] from the axle centre to a far corner
 LEAST_ROBOT = 10.0  # [px]; a smaller one is drawn as an arrow of ARROW
 ARROW = 13.0  # [px]
 GRIP = 6.0  # [px] about a robot or an edge that belongs to it
@@ -180,30 +168,32 @@ def _turned(shape, theta):
     return np.stack([x, np.outer(sin, shape[:, 0]) + np.outer(cos, shape[:, 1])], axis=2)
 
 
-def outlines(pose, frame, unit):
-    """Return the outline of each robot on the screen: its footprint, or an arrow, (n, k, 2)."""
-    if are_arrows(frame, unit):
-        size = ARROW * unit / frame.scale
-        return placed(size * np.array(ROBOT_SHAPE), pose, frame)
-    return placed(BODY, pose, frame)
+def outlines(pose, frame, unit, shapes):
+    """Return the outline of each robot on the screen: its footprint, or an arrow; (k, 2) each."""
+    result, small = [None] * len(pose), are_arrows(frame, unit, shapes)
+    for rows, shape in shapes.by_kind():
+        arrow = ARROW * unit / frame.scale * np.array(ROBOT_SHAPE)
+        outline = arrow if len(rows) and small[rows[0]] else shape.outline
+        for row, points in zip(rows.tolist(), placed(outline, pose[rows], frame)):
+            result[row] = points
+    return result
 
 
-def are_arrows(frame, unit):
-    """Return whether robots are too small to be drawn to scale."""
-    return DRAWN.body.length * frame.scale < LEAST_ROBOT * unit
+def are_arrows(frame, unit, shapes):
+    """Return which robots (n,) are too small to be drawn to scale."""
+    return shapes.length * frame.scale < LEAST_ROBOT * unit
 
 
-def clearance(pose, toward, frame, unit):
+def clearance(pose, toward, frame, unit, shapes):
     """Return how far [px] each robot's body reaches ``toward`` (n, 2), unit vectors of the plane."""
-    if are_arrows(frame, unit):
-        return np.full(len(pose), 0.55 * ARROW * unit)
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     along = cos * toward[:, 0] + sin * toward[:, 1]
     across = cos * toward[:, 1] - sin * toward[:, 0]
-    ends = np.where(along > 0.0, DRAWN.body.front, DRAWN.body.rear)
+    ends = np.where(along > 0.0, shapes.front, shapes.rear)
     with np.errstate(divide="ignore"):
-        reach = np.minimum(ends / np.abs(along), 0.5 * DRAWN.body.width / np.abs(across))
-    return reach * frame.scale + unit
+        reach = np.minimum(ends / np.abs(along), shapes.half / np.abs(across))
+    reach = np.where(shapes.round, shapes.front, reach) * frame.scale + unit
+    return np.where(are_arrows(frame, unit, shapes), 0.55 * ARROW * unit, reach)
 
 
 def apart(places, width, height):
@@ -225,7 +215,7 @@ def nice_step(least):
     return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least * 0.999999)
 
 
-def robot_at(pose, frame, unit, at):
+def robot_at(pose, frame, unit, at, shapes):
     """Return the row of the robot of ``pose`` (n, 3) at ``at`` (2,) [px], -1 for none."""
     apart = frame.to_plane(at) - pose[:, :2]
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
@@ -234,8 +224,8 @@ def robot_at(pose, frame, unit, at):
     pad, away = GRIP * unit / frame.scale, np.hypot(along, across)
     # A comparison with nan, a pose that is not known, is false.
     with np.errstate(invalid="ignore"):
-        within = (along < DRAWN.body.front + pad) & (along > -DRAWN.body.rear - pad)
-        within &= across < 0.5 * DRAWN.body.width + pad
+        within = (along < shapes.front + pad) & (along > -shapes.rear - pad)
+        within &= across < shapes.half + pad
         within |= away * frame.scale < ARROW * unit
     return int(np.argmin(np.where(within, away, np.inf))) if within.any() else -1
 
@@ -279,16 +269,17 @@ class Edges:
             self._rows = hears.astype(int), heard.astype(int), weight, place.astype(int)
         return self._rows
 
-    def segments(self, numbers, pose, frame, unit, most=None):
+    def segments(self, numbers, pose, frame, unit, shapes, most=None):
         """Return the ``Segments`` in view, and k: of more than ``most`` edges, only one in k."""
         table = self._table(numbers)
         stride = 1 if most is None else max(1, len(table[0]) // most)
         hears, heard, weight, place = (column[::stride] for column in table)
-        return _segments(pose, hears, heard, weight, place, frame, unit), stride
+        columns = hears, heard, weight, place
+        return _segments(pose, *columns, frame, unit, shapes), stride
 
-    def at(self, numbers, pose, frame, unit, at):
+    def at(self, numbers, pose, frame, unit, at, shapes):
         """Return the edge at ``at`` (2,) [px], None for none; of two, that with its head near."""
-        segments = self.segments(numbers, pose, frame, unit)[0]
+        segments = self.segments(numbers, pose, frame, unit, shapes)[0]
         if not len(segments.place):
             return None
         away = _distances(at, segments.begin, segments.end)
@@ -296,7 +287,7 @@ class Edges:
         return self.list[segments.place[best]] if away[best] <= GRIP * unit else None
 
 
-def _segments(pose, hears, heard, weight, place, frame, unit):
+def _segments(pose, hears, heard, weight, place, frame, unit, shapes):
     first, second = frame.to_screen(pose[heard]), frame.to_screen(pose[hears])
     area, low, high = frame.area, np.minimum(first, second), np.maximum(first, second)
     seen = (low <= (area.right(), area.bottom())) & (high >= (area.left(), area.top()))
@@ -305,8 +296,9 @@ def _segments(pose, hears, heard, weight, place, frame, unit):
     length = np.maximum(np.hypot(*apart.T), 1e-9)
     toward = apart / length[:, np.newaxis]
     up = toward * (1.0, -1.0)
-    gap_first = clearance(pose[heard[index]], up, frame, unit)
-    gap_second = clearance(pose[hears[index]], -up, frame, unit)
+    begins, ends = heard[index], hears[index]
+    gap_first = clearance(pose[begins], up, frame, unit, shapes.of(begins))
+    gap_second = clearance(pose[ends], -up, frame, unit, shapes.of(ends))
     apart = gap_first + gap_second < length
     index, toward = index[apart], toward[apart]
     begin = first[index] + gap_first[apart, np.newaxis] * toward

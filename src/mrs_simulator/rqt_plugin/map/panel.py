@@ -1,12 +1,20 @@
 """The map with its buttons: mouse modes and visible layers."""
 
-from python_qt_binding.QtWidgets import QToolButton, QVBoxLayout, QWidget
+from python_qt_binding.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLabel,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-# Some styles hardly tell a pressed button from another in a dark theme.
+# What the mouse does is one of a row of joined buttons, a layer is a box to tick.  Some styles hardly
+# tell a pressed button from another in a dark theme.
 CHECKED = (
     "QToolButton:checked { background: palette(highlight); color: palette(highlighted-text);"
     " border: 1px solid palette(highlight); border-radius: 2px; }"
@@ -14,13 +22,14 @@ CHECKED = (
 MODES = (
     ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
     ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
-    ("edges", "Edges", "Drag from robot i to robot j: i hears j. Click an edge to delete it"),
+    ("edges", "Edges", "Drag from robot i to robot j: j hears i. Click an edge to delete it"),
 )
 SHOWN = (
     ("trails", "Trails", "trajectories so far"),
     ("targets", "Targets", "where the protocol wants the robots"),
     ("edges", "Graph", "who hears whom"),
     ("numbers", "Numbers", "the robots' numbers"),
+    ("legend", "Legend", "what the signs mean"),
 )
 POSES_TIP = MODES[1][2]
 
@@ -47,35 +56,37 @@ class MapPanel(QWidget):
         layout.addWidget(self.map, 1)
 
     def _build_modes(self):
+        group = QWidget()
+        row = QHBoxLayout(group)
+        row.setContentsMargins(0, 0, 12, 0)
+        row.setSpacing(0)
+        row.addWidget(QLabel("Mouse "))
+        self._row.addWidget(group)
         for mode, text, tip in MODES:
-            button = self._tool(text, tip, exclusive=True)
+            button = _tool(text, tip)
+            button.setAutoExclusive(True)
+            row.addWidget(button)
             button.toggled.connect(guarded(lambda on, m=mode: on and self.map.set_mode(m)))
             self.modes[mode] = button
         self.modes["look"].setChecked(True)
 
     def _build_shown(self):
         for name, text, tip in SHOWN:
-            button = self._tool(text, "Show or hide " + tip)
+            button = QCheckBox(text)
+            button.setToolTip("Show or hide " + tip)
             button.setChecked(True)
+            self._row.addWidget(button)
             setter = getattr(self.map, "set_{}_shown".format(name))
             button.toggled.connect(guarded(lambda on, s=setter: s(on)))
             self.shown[name] = button
 
     def _build_trail(self):
-        self._trail = self._tool("Trail of ...", "Show or hide the trajectory of the robot clicked")
+        self._trail = QCheckBox("Trail of ...")
+        self._trail.setToolTip("Show or hide the trajectory of the robot clicked")
+        self._row.addWidget(self._trail)
         self._trail.setVisible(False)
         self._trail.toggled.connect(self._on_trail)
         self.map.robot_clicked.connect(self._on_robot)
-
-    def _tool(self, text, tip, exclusive=False):
-        button = QToolButton()
-        button.setText(text)
-        button.setToolTip(tip)
-        button.setCheckable(True)
-        button.setStyleSheet(CHECKED)
-        button.setAutoExclusive(exclusive)
-        self._row.addWidget(button)
-        return button
 
     def set_poses_editable(self, editable, why=""):
         """Let robots be dragged to their initial poses or not; ``why`` not, in the tooltip."""
@@ -99,3 +110,12 @@ class MapPanel(QWidget):
     def _on_trail(self, shown):
         (self._hidden.discard if shown else self._hidden.add)(self._chosen)
         self.map.set_trail_shown(self._chosen, shown)
+
+
+def _tool(text, tip):
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(tip)
+    button.setCheckable(True)
+    button.setStyleSheet(CHECKED)
+    return button

@@ -13,14 +13,16 @@ from python_qt_binding.QtWidgets import QSizePolicy, QToolTip, QWidget
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.rqt_plugin.map import axes, drawing, geometry
 from mrs_simulator.rqt_plugin.map.ground import Ground
+from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.vehicles import kind
 from mrs_simulator.world.bodies import Bodies
 
 HINTS = {
     "look": "",
     "poses": "Drag a robot to move it, with Shift or the right button to turn it",
-    "edges": "Drag from robot i to robot j: i hears j.  Click on an edge to remove it",
+    "edges": "Drag from robot i to robot j: j hears i.  Click on an edge to remove it",
 }
 CLICK = 4.0  # [px] that the mouse may move within a click
 ZOOM = 1.2  # [-] of one notch of the wheel
@@ -53,13 +55,14 @@ class MapView(QWidget):
         self._frame, self._ground = geometry.Frame(), Ground()
         self._robots, self._plates, self._crosses = Sprites(), Sprites(), Sprites()
         self._mode, self._drag, self._cursor, self._moved = "look", None, None, False
-        self._shown = {"trails": True, "targets": True, "edges": True, "numbers": True}
+        self._shown = dict.fromkeys(("trails", "targets", "edges", "numbers", "legend"), True)
         self._hidden_trails, self._selected = set(), 0
         self._targets, self._obstacles = None, ()
         self._edges = geometry.Edges()
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
         self._untouched = True  # the view is still the one that fit() chose
         self.cost = 0.0  # [s] that the last picture took
+        self._kinds = ()
         self._begin_team((), np.empty((0, 3)))
         self._timer = QTimer(self, interval=FLASH_PERIOD)
         self._timer.timeout.connect(self._fade)
@@ -68,6 +71,18 @@ class MapView(QWidget):
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
 
     # What is shown -------------------------------------------------------------------------------
+
+    def show_kinds(self, kinds):
+        """Draw robots 1..n as their ``Kind``s are; a team of another number as the first of them."""
+        self._kinds = tuple(kinds)
+        self._take_shapes()
+        self.update()
+
+    def _take_shapes(self):
+        known = len(self._kinds) == len(self._numbers)
+        usual = self._kinds[:1] or (kind(DEFAULT_KIND),)
+        self._shapes = Shapes.of_kinds(self._kinds if known else usual * len(self._numbers))
+        self._overlapping = None
 
     def show_team(self, poses):
         """Show robots 1..n at rest at ``poses`` (n, 3) [m, m, rad]; their next run begins there."""
@@ -102,6 +117,7 @@ class MapView(QWidget):
 
     def _begin_team(self, numbers, poses):
         self._numbers, self._drag = numbers, None
+        self._take_shapes()
         self._time, self._begin_anew, self._at_rest = -math.inf, False, True
         self._trails = geometry.Trails(len(numbers))
         self._flashes.clear()
@@ -171,6 +187,10 @@ class MapView(QWidget):
         """Show or hide the robots' numbers."""
         self._set_shown("numbers", shown)
 
+    def set_legend_shown(self, shown):
+        """Show or hide what the signs mean."""
+        self._set_shown("legend", shown)
+
     def _set_shown(self, what, shown):
         self._shown[what] = bool(shown)
         self.update()
@@ -196,17 +216,20 @@ class MapView(QWidget):
             rows = np.flatnonzero(self._known)
             hit = []
             if len(rows) > 1:
-                first, second = Bodies((DEFAULT_KIND,) * len(rows)).overlaps(self._pose[rows])[:2]
+                first, second = self._bodies(rows).overlaps(self._pose[rows])[:2]
                 hit = rows[np.union1d(first, second).astype(int)]
             self._overlapping = {self._numbers[row] for row in hit}
         return self._overlapping
+
+    def _bodies(self, rows):
+        return Bodies([self._shapes.distinct[which] for which in self._shapes.which[rows].tolist()])
 
     # The view ------------------------------------------------------------------------------------
 
     def fit(self):
         """Bring the whole team, its targets and trails into view."""
         self._untouched = True
-        self._look_at(self._bounds(everything=True), geometry.REACH)
+        self._look_at(self._bounds(everything=True), self._shapes.farthest)
 
     def _bounds(self, everything):
         """Return the corners (k, 2) of the team, with ``everything`` of targets and trails too."""
@@ -230,7 +253,7 @@ class MapView(QWidget):
         position = self._bounds(everything=False)
         if not self._frame.sees(self._frame.to_screen(position)).all():
             points = self._bounds(everything=True)
-            self._look_at(points, geometry.REACH + ROOM * np.ptp(points, axis=0).max())
+            self._look_at(points, self._shapes.farthest + ROOM * np.ptp(points, axis=0).max())
 
     def to_screen(self, x, y):
         """Return where the point (x, y) [m] is in the widget, (x, y) [px]."""
@@ -269,14 +292,16 @@ class MapView(QWidget):
 
     def _robot_at(self, at):
         """Return the row of the robot at ``at`` (2,) [px], -1 for none."""
-        return geometry.robot_at(self._pose, self._frame, drawing.Look.of(self).unit, at)
+        return geometry.robot_at(
+            self._pose, self._frame, drawing.Look.of(self).unit, at, self._shapes
+        )
 
     def _edge_at(self, at):
         """Return the edge (i, j, weight) at ``at`` (2,) [px], None for none."""
         if not self._shown["edges"]:
             return None
         unit = drawing.Look.of(self).unit
-        return self._edges.at(self._numbers, self._pose, self._frame, unit, at)
+        return self._edges.at(self._numbers, self._pose, self._frame, unit, at, self._shapes)
 
     # The mouse -----------------------------------------------------------------------------------
 
@@ -347,7 +372,8 @@ class MapView(QWidget):
     def _join(self, row, other):
         if other < 0 or other == row:
             return
-        pair = self._numbers[row], self._numbers[other]
+        # Drawn as it will be: from the robot that is heard to the one that hears.
+        pair = self._numbers[other], self._numbers[row]
         if not self._edges.holds(*pair):
             self.edge_added.emit(*pair)
 
@@ -440,6 +466,8 @@ class MapView(QWidget):
                 team = self._targets, self._numbers
                 drawing.draw_targets(painter, look, self._frame, *team, self._crosses)
             self._paint_robots(painter, look)
+            if self._shown["legend"]:
+                drawing.draw_legend(painter, look, self._frame, self._legend())
             self._paint_passing(painter, look)
             if remark:
                 axes.draw_remark(painter, look, self._frame, remark)
@@ -463,7 +491,7 @@ class MapView(QWidget):
         if not self._shown["edges"]:
             return ""
         segments, stride = self._edges.segments(
-            self._numbers, self._pose, self._frame, look.unit, MOST_EDGES
+            self._numbers, self._pose, self._frame, look.unit, self._shapes, MOST_EDGES
         )
         stride *= drawing.draw_edges(painter, look, segments, self._edges.directed)
         return "" if stride == 1 else "One edge in {} is drawn".format(stride)
@@ -471,23 +499,23 @@ class MapView(QWidget):
     def _paint_robots(self, painter, look):
         frame, scale = self._frame, self._frame.scale
         screen = frame.to_screen(self._pose)
-        margin = max(geometry.REACH * scale, geometry.ARROW * look.unit) + 2.0 * look.line
+        margin = max(self._shapes.farthest * scale, geometry.ARROW * look.unit) + 2.0 * look.line
         with np.errstate(invalid="ignore"):
             rows = np.flatnonzero(self._known & frame.sees(screen, margin))
         pose, numbers = self._pose[rows], [self._numbers[row] for row in rows]
-        if self._selected in numbers:
-            chosen = pose[numbers.index(self._selected)]
-            drawing.draw_selection(painter, look, frame, chosen)
-        drawing.draw_robots(painter, look, frame, pose, numbers, self._fresh[rows], self._robots)
-        if self._real:
-            real = [row for row, number in enumerate(numbers) if number in self._real]
-            drawing.draw_real(painter, look, frame, pose[real])
-            drawing.draw_legend(painter, look, frame)
+        shapes, fresh = self._shapes.of(rows), self._fresh[rows]
+
+        def of(chosen):
+            places = [row for row, number in enumerate(numbers) if number in chosen]
+            return pose[places], shapes.of(places)
+
+        drawing.draw_selection(painter, look, frame, *of({self._selected}))
+        drawing.draw_robots(painter, look, frame, pose, numbers, fresh, shapes, self._robots)
+        drawing.draw_real(painter, look, frame, *of(self._real))
         if (self._at_rest or self._mode == "poses") and self.overlapping:
-            alarmed = [row for row, number in enumerate(numbers) if number in self.overlapping]
-            drawing.draw_alarms(painter, look, frame, pose[alarmed])
+            drawing.draw_alarms(painter, look, frame, *of(self.overlapping))
         if self._shown["numbers"] and len(rows) <= drawing.MANY_ROBOTS:
-            drawing.draw_numbers(painter, look, frame, pose, numbers, self._plates)
+            drawing.draw_numbers(painter, look, frame, pose, numbers, shapes, self._plates)
 
     def _paint_passing(self, painter, look):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
@@ -499,7 +527,31 @@ class MapView(QWidget):
             begin = self._frame.to_screen(self._pose[self._drag.row])
             reached = row >= 0 and row != self._drag.row
             end = self._frame.to_screen(self._pose[row]) if reached else self._cursor
-            drawing.draw_band(painter, look, begin, end, reached)
+            text = self._told_of_edge(self._drag.row, row if reached else -1)
+            drawing.draw_band(painter, look, begin, end, reached, text)
+
+    def _told_of_edge(self, row, other):
+        """Return in words what the edge drawn from robot ``row`` to ``other``, -1 for none, means."""
+        hears = "robot {}".format(self._numbers[other]) if other >= 0 else "..."
+        between = "and {} hear each other" if not self._edges.directed else "{} hears robot {}"
+        if self._edges.directed:
+            return between.format(hears, self._numbers[row])
+        return "robot {} {}".format(self._numbers[row], between.format(hears))
+
+    def _legend(self):
+        """Return the names of the signs that are to be seen."""
+        shown = set()
+        if self._shown["trails"] and self._trails.begun:
+            shown |= {"start", "trail"}
+        if self._shown["targets"] and self._targets is not None:
+            shown.add("target")
+        if self._shown["edges"] and self._edges.list:
+            shown.add("hears" if self._edges.directed else "edge")
+        if self._real:
+            shown.add("real")
+        if not self._fresh.all():
+            shown.add("stale")
+        return shown
 
 
 def _place(event):

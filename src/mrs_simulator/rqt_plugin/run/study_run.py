@@ -20,6 +20,7 @@ from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
 from mrs_simulator.study.report import VERDICT_FILE, begin_run, write_scenario
+from mrs_simulator.vehicles import KINDS, Team
 
 CANCELLED = "cancelled; what was written is in {}"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
@@ -85,6 +86,10 @@ class StudyRun:
             edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
             topology = Topology(len(poses), edges, topology.directed)
         return self._try(self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology))
+
+    def kinds(self):
+        """Return the robots' ``Kind``s."""
+        return Team.from_scenario(self.scenario).kinds
 
     def set_protocol(self, name):
         """Take another protocol with its defaults; return what is wrong with it, or ""."""
@@ -169,6 +174,10 @@ class StudyRun:
             return Trouble("not attached: {}".format(error))
         if runs is None:
             return Trouble("not attached: the stage has not told its scenario yet")
+        if not set(runs.kinds) <= set(KINDS):  # nor does it open files
+            return Trouble(
+                "not attached: its robots are of a kind in a file; open the stage's scenario here"
+            )
         if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
             runs = runs._replace(control=self.scenario.control, path=self.scenario.path)
         return self._try(runs._replace(speed=self.connection.newest("stage").speed)) or attached

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import (
     QGroupBox,
     QHBoxLayout,
@@ -17,7 +17,7 @@ from mrs_simulator import vehicles
 from mrs_simulator.core.layouts import LAYOUTS, extend_poses, make_layout
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
-from mrs_simulator.rqt_plugin.team.table import NO_PAIRS, TeamModel, TeamTable, read_rows
+from mrs_simulator.rqt_plugin.team.table import NO_PAIRS, TeamModel, TeamTable, kind_name, read_rows
 from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, PatientSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -27,6 +27,8 @@ MOST_ROBOTS = 200
 NUMBER_TIP = (
     "<p>Number of robots, 1 to {}. New ones are put where there is room, the last ones go first.</p>"
 ).format(MOST_ROBOTS)
+KIND_TIP = "Kind of the robots that are selected in the table; of all while none is"
+MIXED = "several kinds"
 LAYOUT_ORDER = ("line", "circle", "grid", "random")
 SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")
 ROOM = (20.0, 2.5)  # [m] side of the square for new robots: at least, and times root n
@@ -37,6 +39,7 @@ class TeamPanel(QWidget):
     """Number of robots, their initial poses, and ready-made layouts."""
 
     team_changed = Signal()  # the user changed the number, a pose or a kind
+    arranged = Signal()  # all robots were put to a layout
     open_requested = Signal()
     save_requested = Signal()
 
@@ -66,6 +69,11 @@ class TeamPanel(QWidget):
         self._number.setToolTip(NUMBER_TIP)
         self._number.valueChanged.connect(self._on_number)
 
+        self._kind = PatientComboBox()
+        self._kind.setToolTip(KIND_TIP)
+        self._kind.activated.connect(self._on_kind)
+        self._table.selectionModel().selectionChanged.connect(self._on_selection)
+
     def _build_scenario_buttons(self):
         self._open = QPushButton("Open scenario...")
         self._open.setToolTip("Take team, protocol and surroundings from a scenario file")
@@ -77,9 +85,10 @@ class TeamPanel(QWidget):
         buttons, number = QHBoxLayout(), QHBoxLayout()
         buttons.addWidget(self._open, 1)
         buttons.addWidget(self._save, 1)
-        number.addWidget(QLabel("Number of robots"))
+        number.addWidget(QLabel("Robots"))
         number.addWidget(self._number)
-        number.addStretch(1)
+        number.addWidget(QLabel("Kind"))
+        number.addWidget(self._kind, 1)
         self._first_line.addLayout(buttons)
         self._first_line.addLayout(number)
 
@@ -128,10 +137,44 @@ class TeamPanel(QWidget):
         self._model.set_team(poses, kinds, pairs)
         self._tell_overlaps(pairs)
         self._message.say("")
+        self._show_kind()
         blocked = self._number.blockSignals(True)
         self._number.setRange(min(1, len(kinds)), max(MOST_ROBOTS, len(kinds)))
         self._number.setValue(len(kinds))
         self._number.blockSignals(blocked)
+
+    def _group_rows(self):
+        """Return the rows that are selected, all where none is."""
+        selected = {index.row() for index in self._table.selectionModel().selectedRows()}
+        return sorted(selected) or list(range(len(self._model.kinds)))
+
+    def _show_kind(self):
+        """Show the kind of the robots selected, or of all, among those that may be chosen."""
+        kinds = self._model.kinds
+        offered = list(dict.fromkeys(tuple(vehicles.KINDS) + kinds))
+        chosen = {kinds[row] for row in self._group_rows() if row < len(kinds)}
+        if len(chosen) > 1:
+            offered.insert(0, "")
+        self._kind.blockSignals(True)
+        self._kind.clear()
+        for name in offered:
+            self._kind.addItem(kind_name(name) or MIXED, name)
+            self._kind.setItemData(self._kind.count() - 1, _title(name), Qt.ToolTipRole)
+        shown = chosen.pop() if len(chosen) == 1 else ""
+        self._kind.setCurrentIndex(max(0, self._kind.findData(shown)))
+        self._kind.blockSignals(False)
+
+    @guarded
+    def _on_selection(self, *_):
+        self._show_kind()
+
+    @guarded
+    def _on_kind(self, index):
+        chosen, kinds = self._kind.itemData(index), list(self.kinds())
+        if chosen:
+            for row in self._group_rows():
+                kinds[row] = chosen
+            self._change(self.poses(), kinds)
 
     def set_pose(self, number, x, y, theta):
         """Put robot ``number`` elsewhere [m, m, rad], as when it is dragged; no signal."""
@@ -150,7 +193,7 @@ class TeamPanel(QWidget):
         """
         self._table.set_editable(editable)
         self._open.setEnabled(editable or may_open)
-        for widget in (self._number, self._group):
+        for widget in (self._number, self._kind, self._group):
             widget.setEnabled(editable)
         remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
         self._number.setToolTip(NUMBER_TIP + remark)
@@ -255,6 +298,7 @@ class TeamPanel(QWidget):
             self._message.say(str(error))
             return
         self._change(poses, self.kinds())
+        self.arranged.emit()
 
     @guarded
     def _on_open(self, *_):
@@ -263,3 +307,11 @@ class TeamPanel(QWidget):
     @guarded
     def _on_save(self, *_):
         self.save_requested.emit()
+
+
+def _title(name):
+    """Return what a kind is called in full, its name where it cannot be read."""
+    try:
+        return vehicles.kind(name).title if name else ""
+    except (ValueError, OSError):
+        return name

@@ -1,6 +1,7 @@
 """The table of initial poses: edited by hand, copied to and pasted from a spreadsheet."""
 
 import math
+import os
 
 import numpy as np
 from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt, Signal
@@ -60,12 +61,18 @@ class TeamModel(QAbstractTableModel):
     def set_team(self, poses, kinds, pairs):
         """Show ``poses`` (n, 3) [m, m, rad]; ``pairs``: rows (m,), (m,) of robots that overlap."""
         before = len(self.poses)
+        if (len(set(kinds)) > 1) != self.is_mixed():  # the kinds' column comes or goes
+            self.beginResetModel()
+            self.poses, self.kinds = poses, tuple(kinds)
+            self._take_pairs(pairs)
+            self.endResetModel()
+            return
         if len(poses) > before:
             self.beginInsertRows(QModelIndex(), before, len(poses) - 1)
         elif len(poses) < before:
             self.beginRemoveRows(QModelIndex(), len(poses), before - 1)
         self.poses, self.kinds = poses, tuple(kinds)
-        self._pairs, self.overlapping = pairs, frozenset(np.unique(np.concatenate(pairs)).tolist())
+        self._take_pairs(pairs)
         if len(poses) > before:
             self.endInsertRows()
         elif len(poses) < before:
@@ -74,15 +81,22 @@ class TeamModel(QAbstractTableModel):
             last = self.index(len(poses) - 1, self.columnCount() - 1)
             self.dataChanged.emit(self.index(0, 0), last)
 
+    def _take_pairs(self, pairs):
+        self._pairs, self.overlapping = pairs, frozenset(np.unique(np.concatenate(pairs)).tolist())
+
+    def is_mixed(self):
+        """Return whether the team has robots of several kinds."""
+        return len(set(self.kinds)) > 1
+
     def rowCount(self, parent=None):
         """Return the number of robots."""
         return 0 if parent is not None and parent.isValid() else len(self.poses)
 
     def columnCount(self, parent=None):
-        """Return 4, or 5 where there are several kinds of robots."""
+        """Return 4, or 5 where the robots are of several kinds."""
         if parent is not None and parent.isValid():
             return 0
-        return KIND + (len(self.kind_choices) > 1)
+        return KIND + self.is_mixed()
 
     @guarded
     def headerData(self, section, orientation, role=Qt.DisplayRole):
@@ -116,7 +130,7 @@ class TeamModel(QAbstractTableModel):
         if column == 0:
             return str(row + 1) + (" real" if row + 1 in self.real and not exact else "")
         if column == KIND:
-            return self.kinds[row]
+            return self.kinds[row] if exact else kind_name(self.kinds[row])
         value = float(self.poses[row, column - 1])
         value = math.degrees(value) if column == 3 else value
         if exact:
@@ -125,7 +139,8 @@ class TeamModel(QAbstractTableModel):
 
     def _tooltip(self, row):
         """Return what is to be said of a robot, None if nothing."""
-        told = ["robot{} is a real one".format(row + 1)] if row + 1 in self.real else []
+        told = [kind_name(self.kinds[row])] if self.is_mixed() else []
+        told += ["robot{} is a real one".format(row + 1)] if row + 1 in self.real else []
         told += [self._overlap(row)] if row in self.overlapping else []
         return "\n".join(told) or None
 
@@ -252,6 +267,11 @@ class TeamTable(QTableView):
             if editable
             else QAbstractItemView.NoEditTriggers
         )
+
+
+def kind_name(kind):
+    """Return the name of a kind for a person: of a kind's file that of the file."""
+    return os.path.basename(kind)
 
 
 def short_number(value, decimals):

@@ -336,8 +336,10 @@ def test_states_that_are_told_late_never_make_consensus_unstable(tmp_path):
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_passes_and_nothing_is_left_out(tmp_path, name):
     verdict = verdict_of(shipped(name), tmp_path)
-    assert all(one["passed"] for one in verdict["checks"]), verdict["checks"]
-    assert len(verdict["checks"]) >= 7
+    assert verdict["passed"], verdict["checks"]
+    unjudged = [one for one in verdict["checks"] if one["passed"] is None]
+    assert all("speed limit until" in one["note"] for one in unjudged)
+    assert len(verdict["checks"]) - len(unjudged) >= 7
 
 
 def test_the_prediction_over_delays_and_turns_is_exact():

@@ -25,6 +25,20 @@ def short(**changes):
     return shipped("paper_four", duration=1.0, **changes)
 
 
+def without_claims(tmp_path, duration):
+    """Return the path of a scenario under a protocol of one's own."""
+    (tmp_path / "turn.py").write_text(
+        "from mrs_simulator import PioneerControl, make_twist\n\n\n"
+        "class Turn(PioneerControl):\n"
+        "    def calculateControlLaw(self, pos_map):\n"
+        "        return {i: make_twist(0.0, 0.1) for i in pos_map}\n"
+    )
+    path = tmp_path / "scenario.yaml"
+    scenario = short().with_protocol(str(tmp_path / "turn.py"))
+    path.write_text(scenario.changed(duration=duration).to_yaml())
+    return path
+
+
 def test_a_protocol_without_claims_is_not_judged(tmp_path):
     verdict = run_experiment(short(), str(tmp_path), Stand, formats=())
     assert (verdict["outcome"], verdict["passed"]) == ("not_judged", False)
@@ -83,9 +97,7 @@ def test_verdicts_of_earlier_versions_are_read():
 
 @pytest.mark.parametrize("options, code", [([], 0), (["--require-verdict"], 3)])
 def test_programs_exit_with_it(tmp_path, monkeypatch, capsys, options, code):
-    scenario = shipped("reynolds", duration=1.0)
-    path = tmp_path / "reynolds.yaml"
-    path.write_text(scenario.to_yaml())
+    path = without_claims(tmp_path, 1.0)
     with pytest.raises(SystemExit) as ended:
         command.main([str(path), "--out", str(tmp_path / "out"), *options])
     assert ended.value.code == code
@@ -102,8 +114,7 @@ def test_programs_exit_with_it(tmp_path, monkeypatch, capsys, options, code):
 
 
 def test_a_sweep_counts_and_lists_what_was_not_judged(tmp_path):
-    path = tmp_path / "reynolds.yaml"
-    path.write_text(shipped("reynolds", duration=0.2).to_yaml())
+    path = without_claims(tmp_path, 0.2)
     runs = make_runs(str(path), [("seed", [0, 1])])
     found = run_sweep(runs, str(tmp_path / "sweep"), jobs=1)
     lines = summary(found)

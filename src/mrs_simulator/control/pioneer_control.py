@@ -27,6 +27,7 @@ RESERVED = (
     "numbers",
     "topology",
     "links",
+    "edge_seed",
     "limits",
     "team",
     "joints",
@@ -82,6 +83,7 @@ class PioneerControl:
 
     PARAMETERS = (HAND_LENGTH,)
     LOCAL_FRAMES = False
+    MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on
     TAKES_EDGES = True  # the law looks up ``self.topology`` at each command: edges may come and go
     _network = None  # of edges with faults
 
@@ -138,7 +140,7 @@ class PioneerControl:
         self.joints = np.zeros(self.team.n)  # [rad] inner ones of the drives, such as steering
         self._has_joints, self._next_joints = self.team.has_joints, self.joints
         self._given_topology = topology
-        self.links = links
+        self.links, self.edge_seed = links, seed
         self.set_parameters(parameters or {})
         if links.faults:
             self._network = Network(self, links, seed)
@@ -196,6 +198,13 @@ class PioneerControl:
     def stability(self, start):
         """Return the ``core.stability.Stability`` of a run from ``start`` (n, 2): how far its threshold is,
         or None where no theorem names one."""
+        return None
+
+    def published(self):
+        """Return the law as ``control.laws.published.Published``, written independently, or None.
+
+        With it a verdict compares each recorded command, and the motion, with the law's equation.
+        """
         return None
 
     def targets(self, hand):

@@ -59,6 +59,23 @@ def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
         near |= pushed
 
 
+def filter_acts(velocity, points, distance, period, gamma=GAMMA):
+    """Return whether the filter may have changed what was wanted to ``velocity`` (n, 2) [m/s].
+
+    A velocity that was changed lies on the bound of some pair, or some robot was turned aside.
+    """
+    margin, first, second = margins(points, distance)
+    apart = points[first] - points[second]
+    gap = np.linalg.norm(apart, axis=1)
+    bound = np.minimum(gamma * margin**3, margin / period)
+    used = 2.0 * np.einsum("ij,ij->i", apart, velocity[second] - velocity[first])
+    speed = np.linalg.norm(velocity, axis=1)
+    near = 4.0 * gap * (speed[first] + speed[second]) >= bound
+    return bool(
+        np.any((used >= 0.99 * bound) | (near & (gap < 2.0 * of_pairs(distance, first, second))))
+    )
+
+
 def _turned_aside(wanted, first, second, close, swirl):
     """Turn the wanted velocities of robots with others close by, all to the same side."""
     turned = np.zeros(len(wanted), dtype=bool)

@@ -28,7 +28,8 @@ class Claim(NamedTuple):
     ``relation``: "equal" (within ``tolerance``), "at most" or "at least" (with ``tolerance`` to
     spare).  ``free``: it holds only while no limit on the robots' speeds is reached.  ``unproved``:
     why no theorem says it of this run; it is measured all the same.  ``place``: where the hand points
-    end according to it, (n, 2) or (2,) [m], if it says so.
+    end according to it, (n, 2) or (2,) [m], if it says so.  ``own``: it compares with the exact
+    solution, and so is not asked of that itself.
     """
 
     name: str
@@ -39,14 +40,19 @@ class Claim(NamedTuple):
     free: bool = False
     unproved: str = ""
     place: Any = None
+    own: bool = False
 
 
 class Condition(NamedTuple):
-    """A condition of the theorem: whether it holds here, and why not."""
+    """A condition of the theorem: whether it holds here, and why not.
+
+    ``rules_out``: where it does not, no claim of the protocol is judged.
+    """
 
     name: str
     holds: bool
     why: str = ""
+    rules_out: bool = True
 
 
 def converges_to(points, tolerance=0.05, name="final distance from the limit [m]", free=False):
@@ -107,12 +113,15 @@ def stays_above(quantity, bound, name, tolerance=0.0):
 
 
 def decreases(quantity, name, tolerance=1e-6, free=False):
-    """Claim that the ``quantity`` never grows, by more than ``tolerance`` of its start in one sample."""
+    """Claim that the ``quantity`` never grows, by more than ``tolerance`` of itself in one sample.
+
+    Below ``RATE_FLOOR`` of its start, or of 1, it is not looked at: rounding is all there is.
+    """
 
     def growth(run):
-        values = np.asarray(quantity(run.hand), dtype=float)
-        scale = max(abs(values[0]), 1e-12)
-        return float(np.max(np.diff(values), initial=0.0) / scale)
+        values = np.abs(np.asarray(quantity(run.hand), dtype=float))
+        floor = RATE_FLOOR * max(values[0], RATE_FLOOR)
+        return float(np.max(np.diff(values) / np.maximum(values[:-1], floor), initial=0.0))
 
     return Claim(name, 0.0, tolerance, growth, relation="at most", free=free)
 

@@ -25,6 +25,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "collisions_unknown": bool,
     "uncommanded": bool,
     "degraded": str,
+    "lockstep": bool,  # commands follow from the poses of the same sample
 }
 
 

@@ -21,7 +21,6 @@ from mrs_simulator.core.writing import write_text
 from mrs_simulator.version import __version__
 
 HOLDS = "holds"  # what is predicted of a condition
-AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
 PASSED, FAILED, NOT_JUDGED = "passed", "failed", "not_judged"  # outcomes
 WORDS = {PASSED: "PASSED", FAILED: "FAILED", NOT_JUDGED: "NOT JUDGED"}
 UNJUDGED_CODE = 3  # of programs that were told to require a verdict
@@ -29,6 +28,7 @@ NO_PROTOCOL = "no protocol is known whose claims could be judged"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was told to move: the controller did not run"
 NONE_APPLY = "none of the protocol's claims applies to this run"
+MOST_COLLISIONS = 3  # [-] that are told in words
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
 
@@ -44,18 +44,32 @@ class Check(NamedTuple):
     note: str = ""
 
 
-def judge(run, claims=None, measures=None, limits=None, guards=()):
+class Late(NamedTuple):
+    """What is judged of claims for unlimited inputs where a robot was at a limit, and ``why``.
+
+    ``run``: the part of the run after that, None if nothing is judged; ``claims`` made of its start,
+    by name; ``exact``: the exact solution from there, or None.
+    """
+
+    why: str
+    run: Any = None
+    claims: Any = None
+    exact: Any = None
+
+
+def judge(run, claims=None, measures=None, guards=(), late=None, exact=None, ruled_out=""):
     """Return the verdict on ``run`` as the plain mapping that ``verdict.json`` holds.
 
     ``claims``: ``Claim``s and ``Condition``s of the protocol, None without a protocol; ``measures``:
-    further values for the verdict; ``limits``: the robots' ``Limits`` if each robot is held to them
-    for itself; ``guards``: claims of what watches over any protocol, which judge no theory of its.
+    further values for the verdict; ``guards``: claims of what watches over any protocol, which judge
+    no theory of its; ``late``: a :class:`Late` if a limit was reached; ``exact``: the exact solution
+    as a ``Run``, or None; ``ruled_out``: why no claim of the protocol applies, or "".
     """
-    checks = _checks(run, claims or (), limits)
+    checks = _checks(run, claims or (), late, exact, ruled_out)
     unjudged = _unjudged(run, claims, checks)
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
-    checks += _checks(run, guards, limits)
+    checks += _checks(run, guards)
     warnings = list(run.meta.get("warnings", []))
     checks.append(_collisions(run))
     ended = _ended(run)
@@ -119,7 +133,10 @@ def exit_code(verdict, required=False):
 def _collisions(run):
     if run.meta.get("collisions_unknown"):
         return Check("collisions", 0, None, 0, None, note="nobody told of any")
-    return _compare("collisions", 0, len(run.collisions), 0, "equal")
+    check = _compare("collisions", 0, len(run.collisions), 0, "equal")
+    told = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
+    more = ", ..." if len(told) > MOST_COLLISIONS else ""
+    return check._replace(note=", ".join(told[:MOST_COLLISIONS]) + more)
 
 
 def _ended(run):
@@ -128,22 +145,21 @@ def _ended(run):
     return "cut short" if short and ended == "complete" else ended
 
 
-def _checks(run, claims, limits):
+def _checks(run, claims, late=None, exact=None, ruled_out=""):
     conditions = [claim for claim in claims if isinstance(claim, Condition)]
-    broken = ", ".join(condition.name for condition in conditions if not condition.holds)
-    limited = _limits_reached(run, limits)
+    broken = ", ".join(c.name for c in conditions if c.rules_out and not c.holds)
+    if broken:
+        ruled_out = "{} does not hold".format(broken)
     checks = [_held(condition) for condition in conditions]
     for claim in claims:
         if isinstance(claim, Condition):
             continue
-        if broken:
-            checks.append(_measured_only(run, claim, "{} does not hold".format(broken)))
-        elif claim.free and limited:
-            checks.append(_measured_only(run, claim, "a robot was at its speed limit"))
-        elif claim.unproved:
-            checks.append(_measured_only(run, claim, claim.unproved))
+        if ruled_out or claim.unproved:
+            checks.append(_measured_only(run, claim, ruled_out or claim.unproved))
+        elif claim.free and late is not None:
+            checks.append(_judged_late(run, claim, late))
         else:
-            checks.append(_measured(run, claim))
+            checks.append(_judged(run, claim, exact))
     return checks
 
 
@@ -152,12 +168,26 @@ def _held(condition):
     return Check(condition.name, HOLDS, measured, None, bool(condition.holds), note=note)
 
 
-def _limits_reached(run, limits):
-    """Return whether a robot alone was held to its limits; after the start-up that rates ignore."""
-    if limits is None:
-        return False
-    top = AT_LIMIT * limits.velocities()
-    return bool(np.any(np.abs(run.command) >= top))
+def _judged_late(run, claim, late):
+    """Return the check of ``claim`` on the part of the run that limits left alone."""
+    if late.run is None or claim.name not in late.claims:
+        return _measured_only(run, claim, late.why)
+    check = _judged(late.run, late.claims[claim.name], late.exact)
+    return check._replace(note=", ".join(filter(None, (check.note, late.why))))
+
+
+def _judged(run, claim, exact):
+    """Return the check of ``claim``, which is not judged where the exact solution itself misses it."""
+    check = _measured(run, claim)
+    if exact is None or claim.own or check.passed is None:
+        return check
+    theory = _measured(exact, claim)
+    if theory.passed is not False:
+        return check
+    note = "run too short for this claim: the exact solution itself {}".format(
+        "does not show it" if theory.measured is None else "has {:.3g}".format(theory.measured)
+    )
+    return check._replace(passed=None, note=note)
 
 
 def _measured_only(run, claim, why):
@@ -172,7 +202,7 @@ def _skipped(claim, note):
 def _measured(run, claim):
     try:
         with np.errstate(all="ignore"):
-            measured = claim.measure(run)
+            measured = _number(claim.measure(run))
     except NothingDecays:
         return _skipped(claim, "does not apply: there is nothing to decay from this start")
     except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
@@ -182,6 +212,16 @@ def _measured(run, claim):
     if measured is not None and not math.isfinite(measured):
         measured = None
     return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)
+
+
+def _number(value):
+    """Return a measured ``value`` as a plain number or None; ``ValueError`` for anything else."""
+    if value is None or isinstance(value, (int, float)):
+        return value
+    if np.ndim(value) or not np.isrealobj(value):
+        text = "measured {} of shape {}, wanted one number"
+        raise ValueError(text.format(type(value).__name__, np.shape(value)))
+    return float(value)
 
 
 def _compare(name, predicted, measured, tolerance, relation):

@@ -108,6 +108,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
         "closest_approach": experiment.world.closest_approach,
         "warnings": experiment.warnings + recorder.warnings(),
         "ended": ended,
+        "lockstep": True,
     }
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)

@@ -5,9 +5,6 @@ import contextlib
 import math
 import os
 import sys
-import traceback
-
-import numpy as np
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.control.loading import (
@@ -17,59 +14,23 @@ from mrs_simulator.control.loading import (
 )
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.claims import Condition, stays_above
-from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.verdict import (
     add_require_verdict,
     exit_code,
-    judge,
     verdict_text,
     write_verdict,
 )
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
+from mrs_simulator.study.judging import judged, proved
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
 FIGURES = ("trajectories", "x_states", "y_states", "inputs")
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
-SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
-# [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
-SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
-
-
-def _safety_claims(control, start):
-    """Return what the safety filter claims of a run from hand points ``start`` (n, 2)."""
-    if not np.any(control.safety) or len(start) < 2:
-        return []
-    wanted = control.safe_distance
-    least, name = wanted, "least distance of two hand points [m]"
-    if np.ndim(wanted):
-        least, name = 0.0, "least distance of two hand points beyond what the pair needs [m]"
-
-    def measured(points):
-        return _least_slack(points, wanted) if np.ndim(wanted) else least_distance(points)
-
-    def closest(hand):
-        return np.array([measured(points) for points in hand])
-
-    begun = measured(start)
-    why = "{}: {:.2f} m at the start, wanted {:.2f} m".format(name[:-4], begun, least)
-    return [
-        Condition("robots start apart", begun >= least, why),
-        stays_above(closest, least, name, SAFETY_TOLERANCE[control.fidelity]),
-    ]
-
-
-def _least_slack(points, wanted):
-    """Return by how much [m] the pair that has least is farther apart than ``wanted`` (n, n)."""
-    first, second = np.triu_indices(len(points), 1)
-    apart = np.sqrt(squared(points[first] - points[second]))
-    return float((apart - wanted[first, second]).min())
 
 
 def begin_run(scenario, out, robots=None, tell=None):
@@ -118,74 +79,23 @@ def write_report(run, out, formats=("png", "pdf"), control=None):
     return verdict
 
 
-def judged(run, control=None):
-    """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
-
-    These are (m, n, 2), or where only the end is known a mapping of ``time`` and ``hand``, or None.
-    """
-    if control is None:
-        return judge(run), None
-    start = run.hand[0]
-    # A common factor for the whole team only re-times the motion: theory still speaks of it.
-    limits = None if control.saturation == "team" else control.limits
-    faults, claims, measures, track = [], [], {}, None
-    with _keeping(faults, "claims"):
-        claims = list(call(control.all_claims, start))
-    with _keeping(faults, "measures"):
-        measures = call(control.measures, run)
-    with _keeping(faults, "stability"):
-        measures.update(call(stability_measures, control, run))
-    with _keeping(faults, "prediction"):
-        track = call(control.predicted_track, start, run.time - run.time[0])
-    verdict = judge(run, claims + faults, measures, limits, _safety_claims(control, start))
-    return verdict, _end_of(run, claims) if track is None else track
-
-
 def predicted_settling(control, start):
     """Return in words how long theory says that the team takes from hand points ``start`` (n, 2).
 
     A claimed settling time, or the time for which ``SETTLED`` is left at a claimed decay rate; "" where
     the protocol claims neither, or its conditions do not hold.
     """
-    proved = _proved(call(control.all_claims, start))
-    for claim in proved:
+    claims = proved(call(control.all_claims, start))
+    for claim in claims:
         if claim.name.startswith("settling time"):
             return "{:.3g} s, its settling time".format(claim.predicted)
-    for claim in proved:
+    for claim in claims:
         if "decay rate" in claim.name and "[1/s]" in claim.name and claim.predicted > 0.0:
             seconds = -math.log(SETTLED) / claim.predicted
             return "{:.3g} s to {:g} %, at {:.3g} /s".format(
                 seconds, 100 * SETTLED, claim.predicted
             )
     return ""
-
-
-def _proved(claims):
-    """Return those of ``claims`` that theory stands for; none where a condition does not hold."""
-    if any(isinstance(claim, Condition) and not claim.holds for claim in claims):
-        return []
-    return [claim for claim in claims if not isinstance(claim, Condition) and not claim.unproved]
-
-
-@contextlib.contextmanager
-def _keeping(faults, method):
-    """Add to ``faults`` that the protocol's ``method`` raised: the run is not lost for it."""
-    try:
-        yield
-    except Exception as error:
-        traceback.print_exc()
-        text = "{}: {}".format(type(error).__name__, error)
-        faults.append(Condition("{}() returns".format(method), False, text))
-
-
-def _end_of(run, claims):
-    """Return the place where ``claims`` say that the run ends, over its last samples, or None."""
-    for claim in _proved(claims):
-        if claim.place is not None:
-            begin = len(run.time) - 1 - len(run.time) // SHOWN
-            hand = np.broadcast_to(claim.place, (2,) + run.hand.shape[1:])
-            return {"time": run.time[[begin, -1]], "hand": hand}
-    return None
 
 
 def read_run(path, scenario_file=None):

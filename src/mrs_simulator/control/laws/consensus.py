@@ -7,7 +7,6 @@ from mrs_simulator.control.laws.common import (
     DECAY,
     below,
     commands_by,
-    held_track,
     spanning_tree,
 )
 from mrs_simulator.control.laws.consensus_equations import (
@@ -17,6 +16,7 @@ from mrs_simulator.control.laws.consensus_equations import (
     largest_step,
 )
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
+from mrs_simulator.control.laws.published import Averaging, exact_motion, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Condition,
@@ -73,6 +73,11 @@ class Consensus(PioneerControl):
     """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005."""
 
     PARAMETERS = (GAIN,)
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+        return Averaging(weights_of(self.topology), self.gain)
 
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""
@@ -124,6 +129,11 @@ class DiscreteConsensus(PioneerControl):
     """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007."""
 
     PARAMETERS = (EPS,)
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+        return Averaging(weights_of(self.topology), self.eps / self.period)
 
     def pointMassLaw(self, hand):
         """Return the velocities (n, 2) [m/s] that make one step in ``self.period``."""
@@ -147,7 +157,7 @@ class DiscreteConsensus(PioneerControl):
 
     def prediction(self, start, time):
         """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]."""
-        return held_track(self._points(start), time, self.period)
+        return exact_motion(self.published(), start, self.period, time)[0]
 
     def stability(self, start):
         """Return how far ``eps`` is from ``2/lambda_max``; None over edges with faults."""
@@ -167,11 +177,6 @@ class DiscreteConsensus(PioneerControl):
     def _over_links(self, start):
         gain, places = self.eps / self.period, np.zeros_like(start)
         return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.05)
-
-    def _points(self, point):
-        while True:
-            yield point
-            point = discrete_consensus(point, self.topology, self.eps)
 
 
 def powers(step, start, counts):

@@ -89,18 +89,6 @@ def delayed_rate(topology, gain, period, steps):
     return _rate_of(largest, period)
 
 
-def delayed_points(start, topology, step, steps):
-    """Yield the points (n, 2) [m] of each command: ``p+ = p - step L p(d commands ago)``.
-
-    ``step`` [-] is gain times period; before the start the robots stood at ``start``.
-    """
-    history = [start] * (steps + 1)
-    while True:
-        yield history[-1]
-        moved = history[-1] + step * delayed_consensus(history, topology)
-        history = history[1:] + [moved]
-
-
 # Double integrators ----------------------------------------------------------------------------
 
 
@@ -130,15 +118,6 @@ def second_order_rate(topology, g, period):
     root = np.sqrt(half**2 - (1.0 - period * g * mu))
     largest = np.max(np.maximum(np.abs(half + root), np.abs(half - root)), initial=0.0)
     return _rate_of(float(largest), period)
-
-
-def second_order_points(start, velocities, topology, g, period):
-    """Yield the points (n, 2) [m] of each command, the input held for ``period`` [s]."""
-    point, speed = start, velocities
-    while True:
-        yield point
-        speed = speed + period * second_order_consensus(point, speed, topology, g)
-        point = point + period * speed
 
 
 def _rate_of(modulus, period):

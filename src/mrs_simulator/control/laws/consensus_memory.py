@@ -7,20 +7,19 @@ from mrs_simulator.control.laws.common import (
     all_hold,
     below,
     decays_as,
-    held_track,
     spanning_tree,
 )
 from mrs_simulator.control.laws.consensus import AT_LIMIT, GAIN, keeps_weighted_mean
 from mrs_simulator.control.laws.consensus_equations import (
     delayed_consensus,
-    delayed_points,
     delayed_rate,
     largest_delay,
     least_damping,
     second_order_consensus,
-    second_order_points,
     second_order_rate,
 )
+from mrs_simulator.control.laws.published import exact_motion, weights_of
+from mrs_simulator.control.laws.published_consensus import Delayed, SecondOrder
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
 from mrs_simulator.core.parameters import Parameter
@@ -85,6 +84,10 @@ class DelayedConsensus(Remembering):
 
     PARAMETERS = (GAIN, TAU)
 
+    def published(self):
+        """Return the law as published."""
+        return Delayed(weights_of(self.topology), self.gain, self.delay_steps)
+
     @property
     def delay_steps(self):
         """Return tau in command periods."""
@@ -122,9 +125,8 @@ class DelayedConsensus(Remembering):
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
-        step = self.gain * self.period
-        points = delayed_points(start, self.topology, step, self.delay_steps)
-        return held_track(points, time, self.period)
+        motion = exact_motion(self.published(), start, self.period, time)
+        return motion and motion[0]
 
     def stability(self, start):
         """Return how far tau, not rounded, is from ``pi/(2 gain lambda_max)``."""
@@ -141,6 +143,12 @@ class SecondOrderConsensus(Remembering):
     """
 
     PARAMETERS = (DAMPING, PUSH, SEED)
+
+    def published(self):
+        """Return the law as published."""
+        draw = np.random.default_rng(self.seed).random((len(self.numbers), 2))
+        first = self.push * (2.0 * draw - 1.0)
+        return SecondOrder(weights_of(self.topology), self.g, first, self.period)
 
     def begin(self, hand):
         """Draw the initial velocities."""
@@ -186,7 +194,5 @@ class SecondOrderConsensus(Remembering):
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
-        points = second_order_points(
-            start, self.initial_velocities(), self.topology, self.g, self.period
-        )
-        return held_track(points, time, self.period)
+        motion = exact_motion(self.published(), start, self.period, time)
+        return motion and motion[0]

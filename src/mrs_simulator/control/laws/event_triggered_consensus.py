@@ -10,6 +10,8 @@ from mrs_simulator.control.laws.consensus_equations import (
     laplacian_potential,
 )
 from mrs_simulator.control.laws.consensus_memory import Remembering
+from mrs_simulator.control.laws.published import exact_motion, weights_of
+from mrs_simulator.control.laws.published_consensus import EventTriggered
 from mrs_simulator.core.claims import RATE_FLOOR, Claim, Condition, converges_to, decreases
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
@@ -34,6 +36,10 @@ class EventTriggeredConsensus(Remembering):
     """
 
     PARAMETERS = (GAIN, SIGMA)
+
+    def published(self):
+        """Return the law as published."""
+        return EventTriggered(weights_of(self.topology), self.gain, self.sigma)
 
     def begin(self, hand):
         """Let every robot broadcast once."""
@@ -73,8 +79,23 @@ class EventTriggeredConsensus(Remembering):
             keeps_weighted_mean(self.topology),
             decreases(self._potential, "growth of p^T L p [-]", 1e-6, free=True),
             Claim("p^T L p over its bound [-]", 1.0, 1e-6, self._over, "at most", free=True),
-            Claim("broadcasts a robot and command [-]", FEW, 0.0, self.share, relation="at most"),
+            Claim("broadcasts a robot and command [-]", FEW, 0.0, self.share, "at most", own=True),
+            *self._broadcast_claims(),
         ]
+
+    def _broadcast_claims(self):
+        """Return that as many broadcasts are made as under the published rule, of points."""
+        if self.fidelity != "point_mass":
+            return []
+
+        def over_exact(run):
+            law = self.published()
+            time = np.arange(0.0, run.time[-1] - run.time[0] + 0.5 * self.period, self.period)
+            exact_motion(law, run.hand[0], self.period, time)
+            return self._counted(run)[0] / law.broadcasts
+
+        name = "exact share of events [-]"
+        return [Claim(name, 1.0, 0.02, over_exact, free=True, own=True)]
 
     def _potential(self, hand):
         return laplacian_potential(hand, self.topology)
@@ -84,7 +105,8 @@ class EventTriggeredConsensus(Remembering):
         slowest = (1.0 - self.sigma) * self.gain * algebraic_connectivity(self.topology)
         bound = np.exp(-slowest * (run.time - run.time[0]))
         values = self._potential(run.hand)
-        return float(np.max(values / (max(values[0], 1e-200) * np.maximum(bound, RATE_FLOOR))))
+        ratio = values / (max(values[0], 1e-200) * np.maximum(bound, RATE_FLOOR))
+        return float(np.max(ratio[1:], initial=0.0))  # the first is 1 by construction
 
     def share(self, run):
         """Return the broadcasts of ``run`` for each robot and command [-]; periodic laws have 1."""

@@ -7,6 +7,7 @@ import numpy as np
 from mrs_simulator.control.laws import formation_equations as formation
 from mrs_simulator.control.laws.common import commands_by
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
+from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology, arcs_of
@@ -35,6 +36,21 @@ class Formation(PioneerControl):
     """The paper's law (6): ``u_i = -(k/T)(alpha_i - alpha_i*)``, a line parallel to the x axis."""
 
     PARAMETERS = formation.PARAMETERS
+    MEMORYLESS = True
+
+    def published(self):
+        """Return law (6) as published."""
+        n, row = len(self.numbers), np.arange(len(self.numbers) - 1)
+        places = np.column_stack([self.c * np.arange(n)[::-1], np.zeros(n)])
+        weights = np.zeros((n, n))
+        if self.closure == "topology":
+            weights = weights_of(self.topology)
+        elif n > 1:
+            weights[row, row + 1] = 1.0
+            weights[n - 1, 0] = float(self.closure == "cycle")
+        if self.closure == "path":
+            weights = weights + weights.T
+        return Averaging(weights, self.k / self.T, places, means=True)
 
     def set_parameters(self, given):
         """Set the parameters; closures ``chain``, ``cycle`` and ``path`` are graphs of their own."""

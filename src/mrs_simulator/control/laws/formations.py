@@ -9,6 +9,12 @@ from mrs_simulator.control.laws.common import all_hold, below, commands_by, span
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
+from mrs_simulator.control.laws.published import Averaging, shape_of, weights_of
+from mrs_simulator.control.laws.published_formations import (
+    Bearings,
+    BearingsWithLeaders,
+    Distances,
+)
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Claim,
@@ -63,6 +69,11 @@ class Shaped(PioneerControl):
     """What the laws share that take a shape: its parameters and places."""
 
     PARAMETERS = (GAIN, SHAPE, SIZE)
+    MEMORYLESS = True
+
+    def published_places(self):
+        """Return where the robots stand in the shape, (n, 2) [m], reckoned independently."""
+        return shape_of(self.shape, len(self.numbers), self.size)
 
     def set_parameters(self, given):
         """Set the parameters and lay out the shape."""
@@ -120,6 +131,10 @@ def span(points):
 
 class DisplacementFormation(Shaped):
     """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``: Oh, Park, Ahn, 2015."""
+
+    def published(self):
+        """Return the law as published."""
+        return Averaging(weights_of(self.topology), self.gain, self.published_places())
 
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""
@@ -209,6 +224,10 @@ class DistanceFormation(Shaped):
         SIZE,
     )  # fmt: skip
 
+    def published(self):
+        """Return the law as published."""
+        return Distances(weights_of(self.topology), self.gain, self.published_places())
+
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""
         return self.gain * laws.distance_formation(hand, self.places(), self.topology)
@@ -276,6 +295,10 @@ class BearingFormation(Shaped):
         SIZE._replace(meaning="from one robot to the next; only the shape's bearings matter"),
     )
 
+    def published(self):
+        """Return the law as published."""
+        return Bearings(weights_of(self.topology), self.gain, self.published_places())
+
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""
         return self.gain * laws.bearing_formation(hand, self.places(), self.topology)
@@ -336,6 +359,11 @@ class BearingLeaders(Shaped):
     """``u_i = -gain sum_j a_ij P(g*_ij)(p_i - p_j)``, robots 1 and 2 still: Zhao, Zelazo, 2016."""
 
     PARAMETERS = (GAIN, SHAPE, SIZE._replace(meaning="from one robot to the next; leaders fix it"))
+
+    def published(self):
+        """Return the law as published."""
+        weights = weights_of(self.topology)
+        return BearingsWithLeaders(weights, self.gain, self.published_places(), LEADERS)
 
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""

@@ -3,8 +3,10 @@
 import numpy as np
 
 from mrs_simulator.control.laws import gathering_equations
+from mrs_simulator.control.laws import published_consensus as published
 from mrs_simulator.control.laws.common import all_hold, commands_by
 from mrs_simulator.control.laws.consensus import powers
+from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
     Claim,
@@ -40,6 +42,13 @@ class Containment(PioneerControl):
             "leaders", 3, "", low=1, meaning="how many robots stand still: the last of the team"
         ),
     )
+
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+        n = len(self.numbers)
+        return Averaging(weights_of(self.topology), self.gain, still=range(n - self.leaders, n))
 
     def checked_parameters(self, given):
         """Return all values; more leaders than robots are refused."""
@@ -125,6 +134,10 @@ class Rendezvous(PioneerControl):
     TAKES_EDGES = False
     _pairs = None
 
+    def published(self):
+        """Return the law as published."""
+        return published.Rendezvous(self.gain, self.radius)
+
     def start(self):
         """Forget the edges of the start."""
         self._pairs = None
@@ -205,6 +218,11 @@ class CyclicPursuit(PioneerControl):
         ),
     )
     TAKES_EDGES = False
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+        return published.Pursuit(self.gain, self.angle)
 
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, 2) [m/s]."""
@@ -310,6 +328,16 @@ class Coverage(PioneerControl):
         ),
     )
     TAKES_EDGES = False
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+
+        def weight(x, y):
+            away = (x - self.centre_x) ** 2 + (y - self.centre_y) ** 2
+            return np.exp(-0.5 * away / self.width**2) if self.density == "gaussian" else 1.0
+
+        return published.Coverage(self.gain, self.side, self.samples, weight)
 
     def set_parameters(self, given):
         """Set the parameters and lay out the grid."""

@@ -5,6 +5,7 @@ import functools
 import numpy as np
 
 from mrs_simulator.control.laws import marching_equations as laws
+from mrs_simulator.control.laws import published_formations as published
 from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
@@ -16,6 +17,8 @@ from mrs_simulator.control.laws.formations import (
     without_rates,
 )
 from mrs_simulator.control.laws.formations_equations import scale
+from mrs_simulator.control.laws.published import weights_of
+from mrs_simulator.control.laws.published_formations import Separations, along, on_path
 from mrs_simulator.control.twists import make_twist
 from mrs_simulator.core.claims import (
     FEWEST_FITTED,
@@ -73,6 +76,19 @@ class Marching(Shaped):
         ),
         Parameter("feed_forward", True, meaning="all know the wanted velocity, not only leaders"),
     )  # fmt: skip
+
+    MEMORYLESS = False  # it knows the time
+
+    def published(self):
+        """Return the law as published."""
+        places, weights = self.published_places(), weights_of(self._given_topology or self.topology)
+
+        def wanted(time):
+            swing = 1.0 + self.swing * np.sin(2.0 * np.pi * time / self.swing_period)
+            return along(_published_path(self)(self.speed * time), places, swing, self.turning)
+
+        blind = np.logical_and(not self.feed_forward, weights.any(axis=1))
+        return published.Marching(weights, self.gain, self.anchor, wanted, self.period, blind)
 
     def checked_parameters(self, given):
         """Return all values; waypoints that make no path are refused."""
@@ -254,6 +270,18 @@ class LeaderFollower(Shaped):
     )
 
     TAKES_EDGES = False  # a follower has no law without its leader
+    MEMORYLESS = False
+
+    def published(self):
+        """Return the law as published; None where robots hear several."""
+        weights, places = weights_of(self.topology) > 0.0, self.published_places()
+        if weights.sum(axis=1).max() > 1:
+            return None
+        leader = np.where(weights.any(axis=1), weights.argmax(axis=1), np.arange(len(places)))
+        away = (places - places[leader]) @ [1.0, 1j]
+        gains, path = (self.k1, self.k2), _published_path(self)
+        return Separations(leader, away, gains, path, self.speed, self.period)
+
     _pose = None
 
     def set_parameters(self, given):
@@ -392,6 +420,15 @@ def first_rate(time, values):
     if not len(small) or small[0] < FEWEST_FITTED:
         return None
     return float(-np.polyfit(time[: small[0]], np.log(values[: small[0]]), 1)[0])
+
+
+def _published_path(control):
+    """Return the control's path as ``on_path`` has it, a function of the way along it [m]."""
+    corners = []
+    if control.path == "polygon":
+        pairs = control.waypoints.split(",")
+        corners = [tuple(map(float, pair.split())) for pair in pairs]
+    return functools.partial(on_path, control.path, control.radius, corners)
 
 
 def _path_of(values):

@@ -158,6 +158,9 @@ def _known_claims(law, start, conditions):
     ]
     if modulus > ZERO:
         claims.append(decays_as(law.track, _from_places(disagreement, law), law.share))
+    degree = float(np.max(law.topology.in_degree()))
+    if law.links.carries == "state" and law.gain * law.period * degree < 1.0:
+        claims += _agreement_claims(law, start)
     return conditions + claims
 
 
@@ -179,6 +182,11 @@ def _chance_claims(law, start, conditions):
         conditions.append(below("loss < 1", float(np.max(law.losses, initial=0.0)), 1.0))
     if not all_hold(conditions):
         return conditions
+    return conditions + _agreement_claims(law, start) + _mean_claims(law, start)
+
+
+def _agreement_claims(law, start):
+    """Return that robots agree within the box of their starts: none ever goes beyond what it heard."""
     errors, spread = start - law.places, _from_places(extent, law)
     low, high = errors.min(axis=0), errors.max(axis=0)
 
@@ -186,11 +194,11 @@ def _chance_claims(law, start, conditions):
         away = run.hand - law.places
         return float(np.maximum(low - away, away - high).max())
 
-    claims = [
-        ends_at(spread, 0.0, law.place, "disagreement at the end, the largest [m]", free=True),
-        Claim("way out of the box of the start [m]", 0.0, law.place, outside, "at most", free=True),
+    # Limits scale each robot's gain by a factor up to 1: the theorem is of such gains too.
+    return [
+        ends_at(spread, 0.0, law.place, "disagreement at the end, the largest [m]"),
+        Claim("way out of the box of the start [m]", 0.0, law.place, outside, "at most"),
     ]
-    return conditions + claims + _mean_claims(law, start)
 
 
 def _mean_claims(law, start):

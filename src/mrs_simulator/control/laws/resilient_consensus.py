@@ -4,6 +4,8 @@ import numpy as np
 
 from mrs_simulator.control.laws.common import AGREED, all_hold, below
 from mrs_simulator.control.laws.consensus import GAIN, never_grows
+from mrs_simulator.control.laws.published import weights_of
+from mrs_simulator.control.laws.published_consensus import Resilient
 from mrs_simulator.control.laws.resilient_consensus_equations import is_robust, resilient_consensus
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Condition, ends_at, extent, stays_below
@@ -34,6 +36,11 @@ class ResilientConsensus(PioneerControl):
     """
 
     PARAMETERS = (GAIN, TRIMMED, ADVERSARIES, SPEED, TURN)
+
+    def published(self):
+        """Return the law as published, and the adversaries' circles."""
+        weights = weights_of(self.topology)
+        return Resilient(weights, self.gain, self.F, self.normal, self.speed, self.turn)
 
     @property
     def normal(self):

@@ -14,6 +14,9 @@ from mrs_simulator.control.laws.consensus_equations import switching_consensus
 from mrs_simulator.control.laws.consensus_memory import SEED, Remembering
 from mrs_simulator.control.laws.over_links import Linear
 from mrs_simulator.control.laws.over_links_equations import agreement
+from mrs_simulator.control.laws.published import exact_motion, weights_of
+from mrs_simulator.control.laws.published_consensus import Switching
+from mrs_simulator.core import links
 from mrs_simulator.core.claims import (
     Condition,
     centroid,
@@ -25,7 +28,6 @@ from mrs_simulator.core.claims import (
 )
 from mrs_simulator.core.edge_faults import turn_steps, up_in
 from mrs_simulator.core.graphs import arcs_of
-from mrs_simulator.core.links import Links, Switching
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import ZERO
 
@@ -70,9 +72,17 @@ class SwitchingConsensus(Remembering):
     PARAMETERS = (GAIN, SETS, DWELL, LOSS, SYMMETRIC, SEED)
     TAKES_EDGES = False  # it switches and drops them by itself
 
+    def published(self):
+        """Return the law as published, with the losses of this seed."""
+        turn = max(1, int(round(self.dwell / self.period)))
+        return Switching(
+            weights_of(self.topology), self.topology.edges, self.gain, turn, self.sets, self.loss,
+            self.symmetric, self.seed, self.period, self.topology.directed,
+        )  # fmt: skip
+
     @property
     def _switching(self):
-        return Switching(sets=self.sets, dwell=self.dwell)
+        return links.Switching(sets=self.sets, dwell=self.dwell)
 
     def begin(self, hand):
         """Seed the losses."""
@@ -125,9 +135,10 @@ class SwitchingConsensus(Remembering):
         return [limit] + ([decays_as(law.track, disagreement)] if modulus > ZERO else [])
 
     def prediction(self, start, time):
-        """Return the exact solution without losses, (m, n, 2) [m]; with losses there is none."""
-        return self._without_losses(start).track(start, time) if self.loss == 0.0 else None
+        """Return the exact solution under the losses of this seed, (m, n, 2) [m]."""
+        motion = exact_motion(self.published(), start, self.period, time)
+        return motion and motion[0]
 
     def _without_losses(self, start):
-        places, links = np.zeros_like(start), Links(switching=self._switching)
-        return Linear(self.topology, self.gain, places, self.period, links, AGREED, 0.05)
+        places, turns = np.zeros_like(start), links.Links(switching=self._switching)
+        return Linear(self.topology, self.gain, places, self.period, turns, AGREED, 0.05)

@@ -38,7 +38,7 @@ class StageSource:
     def __init__(self):
         """Listen to the stage."""
         self.collisions, self._closest = [], math.inf
-        self._counting = False
+        self._counting = self._lockstep = False
         self._queue = queue.Queue()
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._queue.put, tcp_nodelay=True),
@@ -73,7 +73,7 @@ class StageSource:
 
     def meta(self):
         """Return what else is known of the run."""
-        return {"closest_approach": self._closest}
+        return {"closest_approach": self._closest, "lockstep": self._lockstep}
 
     def _on_collision(self, message):
         if self._counting:
@@ -83,6 +83,7 @@ class StageSource:
             )
 
     def _on_status(self, message):
+        self._lockstep = message.lockstep
         if self._counting:
             self._closest = min(self._closest, message.closest_approach)
 

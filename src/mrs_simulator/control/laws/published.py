@@ -1,0 +1,218 @@
+"""Laws as published, a second time: what verdicts hold the commands and the motion of a run against.
+
+Nothing in the modules ``published*`` is shared with the laws that move robots: weights are dense
+matrices built from the list of edges, sums run over all pairs.  A mistake in a law is therefore not
+repeated in what its runs are compared with.
+"""
+
+import numpy as np
+
+MOST_PAIRS = (
+    2e8  # [-] pairs of robots over all commands of an exact solution: seconds of arithmetic
+)
+MOST_COMMANDS = 50000  # [-] of an exact solution
+
+
+class Published:
+    """A law for points: velocities ``u`` (n, 2) [m/s] from points ``p`` (n, 2) [m].
+
+    ``SEES`` says from what a recorded sample's command follows: "now": from its points and time;
+    "next": from its points and the velocities commanded before, which the law has as its memory;
+    "past": from more than a sample tells.  ``NARROWS``: a difference in one robot's place never grows
+    beyond itself, in the largest distance of all robots, so that small deviations add up at most.
+    ``WORK``: what a pair of robots costs in one command, as against a sum over all pairs.
+    """
+
+    SEES, NARROWS, WORK = "now", False, 1.0
+
+    def begin(self, start):
+        """Return the memory at the first command, of a team at ``start`` (n, 2) [m]."""
+        return None
+
+    def velocity(self, points, time, memory):
+        """Return ``(u, memory)`` of a team at ``points`` (n, 2) [m], ``time`` [s] after the start."""
+        raise NotImplementedError
+
+    def resumed(self, velocity, memory):
+        """Return the memory after the command ``velocity`` (n, 2) [m/s]; of laws that see "next"."""
+        return velocity
+
+    def over(self, up):
+        """Return this law over the edges that are ``up``, (n, n) bool, rows hear columns; or None."""
+        return None
+
+
+class Averaging(Published):
+    """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``; robots that are ``still`` stay.
+
+    Consensus with d = 0 (Olfati-Saber and Murray, 2004), displacement formations (Oh, Park, Ahn,
+    2015), containment with leaders that stay (Ji and others, 2008).  ``means``: each row of weights
+    is divided by its sum, as in the paper's law (6).
+    """
+
+    NARROWS = True
+
+    def __init__(self, weights, gain, places=0.0, still=(), means=False):
+        self.weights, self.gain, self.places = weights, gain, places
+        self.still, self.means = list(still), means
+
+    def velocity(self, points, time, memory):
+        """Return ``(u, None)``."""
+        weights, away = self.weights, points - self.places
+        if self.means:
+            weights = weights / np.maximum(weights.sum(axis=1), 1e-300)[:, np.newaxis]
+        u = self.gain * (weights @ away - weights.sum(axis=1)[:, np.newaxis] * away)
+        u[self.still] = 0.0
+        return u, None
+
+    def over(self, up):
+        """Return this law with the weights of edges that are down at 0."""
+        return Averaging(self.weights * up, self.gain, self.places, self.still, self.means)
+
+
+def weights_of(topology):
+    """Return ``a_ij``, (n, n), from the list of edges: rows hear columns."""
+    weights = np.zeros((topology.n, topology.n))
+    for i, j, weight in topology.edges:
+        weights[i - 1, j - 1] = weight
+        if not topology.directed:
+            weights[j - 1, i - 1] = weight
+    return weights
+
+
+def shape_of(name, n, size):
+    """Return the places of n robots, (n, 2) [m], in a ``line``, ``circle``, ``vee`` or ``grid``."""
+    rows, width = [], int(np.ceil(np.sqrt(n)))
+    for k in range(n):
+        if name == "line":
+            rows.append(complex(-k * size))
+        elif name == "circle":
+            chord = abs(np.exp(2j * np.pi / n) - 1.0) if n > 1 else 1.0
+            rows.append(size / chord * np.exp(2j * np.pi * k / n) if n > 1 else 0j)
+        elif name == "vee":
+            side = np.exp(0.75j * np.pi) if k % 2 else np.exp(-0.75j * np.pi)
+            rows.append(size * ((k + 1) // 2) * side)
+        else:
+            rows.append(-size * complex(k // width, k % width))
+    places = np.array([[z.real, z.imag] for z in rows])
+    return places - places.mean(axis=0)
+
+
+def exact_steps(law, start, period, edges=None):
+    """Yield ``(p, u)``, (n, 2) each, at each command: velocities are held for ``period`` [s].
+
+    ``edges``: a :class:`FaultyEdges` over which robots hear each other; each then runs the law on
+    what it knows.
+    """
+    points, step = np.array(start, dtype=float), 0
+    if edges is None:
+        memory = law.begin(points)
+        while True:
+            u, memory = law.velocity(points, step * period, memory)
+            yield points, u
+            points, step = points + period * u, step + 1
+    team = Listeners(law, edges, points)
+    while True:
+        u = team.velocity(points, step * period)
+        yield points, u
+        points, step = points + period * u, step + 1
+
+
+class Listeners:
+    """Robots that each run the law on what they know of the others over faulty ``edges``."""
+
+    def __init__(self, law, edges, start):
+        self.law, self.edges = law, edges
+        self.memories = [law.begin(start) for _ in start]
+        edges.begin(start)
+
+    def velocity(self, points, time):
+        """Return u (n, 2) [m/s] at the next command, each robot's by its own view."""
+        views, up = self.edges.views(points)
+        law, u = self.law if up is None else self.law.over(up), np.empty_like(points)
+        for i, view in enumerate(views):
+            wanted, self.memories[i] = law.velocity(view, time, self.memories[i])
+            u[i] = wanted[i]
+        return u
+
+
+def exact_motion(law, start, period, time, edges=None):
+    """Return the exact points and velocities at ``time`` (m,) [s], (m, n, 2) each; None if too long.
+
+    Too long: more than ``MOST_COMMANDS``, or ``MOST_PAIRS`` over the pairs of robots.
+    """
+    count = np.asarray(time) / period
+    before = np.floor(count + 1e-6).astype(int)
+    commands, n = int(before.max()) + 1, len(start)
+    work = law.WORK * commands * n * n * (1 if edges is None else n)
+    if commands > MOST_COMMANDS or work > MOST_PAIRS:
+        return None
+    steps = [pair for _, pair in zip(range(commands), exact_steps(law, start, period, edges))]
+    points, u = (np.array(values)[before] for values in zip(*steps))
+    since = period * np.maximum(count - before, 0.0)
+    return points + since[:, np.newaxis, np.newaxis] * u, u
+
+
+class FaultyEdges:
+    """What each robot knows of the others over edges that delay, lose and switch, as ``links`` say."""
+
+    def __init__(self, links, topology, period, seed):
+        self.links, self.topology, self.period, self.seed = links, topology, period, seed
+        n = topology.n
+        self.age = np.array(np.round(links.delay.matrix(n) / period), dtype=int)
+        self.loss = links.loss.matrix(n)
+
+    def begin(self, start):
+        """Begin with robots at ``start`` (n, 2) [m], where all know them to be."""
+        n = len(start)
+        self.past, self.command = [start] * (int(self.age.max(initial=0)) + 1), 0
+        self.draws = np.random.default_rng([self.seed, 1])
+        # told[i, j], seen[i, j]: j's point, and i's own at the time of what i received of j last.
+        self.told = np.repeat(start[np.newaxis], n, axis=0)
+        self.seen = np.repeat(start[:, np.newaxis], n, axis=1)
+
+    def views(self, points):
+        """Return what each robot takes for all points, (n, n, 2) [m], and the edges up or None."""
+        n, row = len(points), np.arange(len(points))
+        self.past = [points] + self.past[:-1]
+        arrived, past = self._arrived(n), np.array(self.past)
+        came = arrived[:, :, np.newaxis]
+        self.told = np.where(came, past[self.age, row], self.told)
+        self.seen = np.where(came, past[self.age, row[:, np.newaxis]], self.seen)
+        views = self.told.copy()
+        if self.links.carries == "difference":
+            views = points[:, np.newaxis] + self.told - self.seen
+        views[row, row] = points
+        up = self._up(arrived)
+        self.command += 1
+        return views, up
+
+    def _arrived(self, n):
+        if not self.loss.any():
+            return np.ones((n, n), dtype=bool)
+        chance = self.draws.random((n, n))
+        if self.links.symmetric:
+            chance = np.array([[chance[min(i, j), max(i, j)] for j in range(n)] for i in range(n)])
+        return chance >= self.loss
+
+    def _up(self, arrived):
+        links, n = self.links, self.topology.n
+        dropped = links.on_loss == "drop" and self.loss.any()
+        if not links.switches and not dropped:
+            return None
+        up = arrived.copy() if dropped else np.ones((n, n), dtype=bool)
+        return up & self._turn(n) if links.switches else up
+
+    def _turn(self, n):
+        switching, up = self.links.switching, np.zeros((n, n), dtype=bool)
+        turn = self.command // max(1, int(round(switching.dwell / self.period)))
+        graph = turn % switching.count
+        if switching.order == "random":
+            graph = int(np.random.default_rng([self.seed, 2, turn]).integers(switching.count))
+        edges = [edge[:2] for edge in self.topology.edges[graph :: switching.count]]
+        if switching.graphs:
+            edges = switching.graphs[graph]
+        for i, j in edges:
+            up[i - 1, j - 1] = True
+            up[j - 1, i - 1] |= not self.topology.directed
+        return up

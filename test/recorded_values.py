@@ -1,7 +1,8 @@
 """Values of every shipped scenario, recorded so that a change of the code cannot change them unseen.
 
-``python3 test/recorded_values.py`` runs all scenarios and writes ``test/data/recorded_values.json``
-anew: to be done only where numbers had to change, in a commit that says why.
+``python3 test/recorded_values.py`` adds scenarios that are new to ``test/data/recorded_values.json``, on
+the kind of machine that the others were recorded on, and leaves those untouched.  ``--anew`` runs and
+writes all: to be done only where numbers had to change, in a commit that says why.
 """
 
 import base64
@@ -22,7 +23,6 @@ from mrs_simulator.study.experiment import Experiment, LawFailed
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENARIOS = os.path.join(os.path.dirname(HERE), "scenarios")
 RECORDED = os.path.join(HERE, "data", "recorded_values.json")
-COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
 ELSEWHERE = 10.0  # [s] of a run at another fidelity than the scenario's own
 KEPT = (0.0, 0.02, 0.1, 0.5, 1.0)  # [-] where in a run its values are kept beside their hashes
 SMALL = 1e-9  # [-] agreement on another machine, relative above 1
@@ -74,10 +74,11 @@ def run_values(name, fidelity, directory, nudge=0.0):
         experiment = Experiment(scenario)
     except ValueError as error:
         return "refused: " + str(error).replace(SCENARIOS, "")
-    with Recorder(path, range(1, scenario.n + 1), scenario.hand_length) as recorder:
+    axes = experiment.control.team.axes
+    with Recorder(path, range(1, scenario.n + 1), scenario.hand_length, axes=axes) as recorder:
         try:
-            for sample in experiment.samples():
-                recorder.sample(*sample)
+            for stamp, pose, command in experiment.samples():
+                recorder.sample(stamp, pose, command, experiment.points(pose))
         except LawFailed as error:
             return "failed: {}".format(error)
         finally:
@@ -86,7 +87,7 @@ def run_values(name, fidelity, directory, nudge=0.0):
         header = file.readline().strip().split(",")
         table = np.array([line.split(",") for line in file], dtype=float)
     table = table.reshape(-1, scenario.n, len(header))
-    return {column: table[:, :, header.index(column)] for column in COLUMNS}
+    return {column: table[:, :, index] for index, column in enumerate(header)}
 
 
 def digests(values):
@@ -98,9 +99,9 @@ def digests(values):
 
 
 def kept(values):
-    """Return samples of ``values`` at the shares ``KEPT`` of the run, (5, n, 9)."""
+    """Return samples of ``values`` at the shares ``KEPT`` of the run, (5, n, columns)."""
     rows = [int(share * (len(values["time"]) - 1)) for share in KEPT]
-    return np.stack([values[column][rows] for column in COLUMNS], axis=-1)
+    return np.stack([column[rows] for column in values.values()], axis=-1)
 
 
 def differing(came, wanted, tolerance):
@@ -126,12 +127,24 @@ def unpacked(stored):
     return numbers.reshape(stored["shape"])
 
 
-def record(directory):
-    """Run every case and return what ``RECORDED`` holds of them on this machine."""
-    runs = {}
+def record(directory, known=None):
+    """Run every case and return what ``RECORDED`` holds of them on this machine.
+
+    ``known``: what it holds already, which stays; only for cases of which it knows nothing.
+    """
+    known = known or {"machine": machine(), "runs": {}}
+    if known["machine"] != machine():
+        raise SystemExit(
+            "recorded on {}, and this is {}: wanted the same, or --anew for all".format(
+                known["machine"], machine()
+            )
+        )
+    runs = dict(known["runs"])
     for name, fidelity in cases():
-        values = run_values(name, fidelity, directory)
         case = "{} {}".format(name, fidelity)
+        if case in runs:
+            continue
+        values = run_values(name, fidelity, directory)
         if isinstance(values, str):
             runs[case] = {"outcome": values}
         else:
@@ -152,7 +165,8 @@ if __name__ == "__main__":
     import tempfile
 
     with tempfile.TemporaryDirectory() as directory:
-        content = record(directory)
-    with open(sys.argv[1] if len(sys.argv) > 1 else RECORDED, "w", encoding="utf-8") as file:
+        content = record(directory, None if "--anew" in sys.argv[1:] else load())
+    paths = [argument for argument in sys.argv[1:] if argument != "--anew"]
+    with open(paths[0] if paths else RECORDED, "w", encoding="utf-8") as file:
         json.dump(content, file, indent=1, sort_keys=True)
         file.write("\n")

@@ -55,6 +55,7 @@ def test_links_and_pictures_exist():
         "README.md",
         "docs/protocols.md",
         "docs/scenarios.md",
+        "docs/kinds.md",
         "docs/robots_of_your_own.md",
         "docs/nodes.md",
         "docs/benchmarks.md",

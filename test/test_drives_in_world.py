@@ -1,9 +1,15 @@
 """The drives in the world: mixed teams, outlines, odometry and point masses."""
 
+import os
+
 import numpy as np
 import pytest
 
 from mrs_simulator.core.kinematics import Limits
+from mrs_simulator.core.recording import Run
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.report import judged
 from mrs_simulator.vehicles import Team, kind, shipped_kinds
 from mrs_simulator.world.world import EVERY, World, WorldError
 
@@ -139,3 +145,51 @@ def test_every_shipped_kind_can_be_loaded():
         "omnidirectional",
         "car",
     }
+
+
+SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
+
+
+def run_of(name):
+    """Return the ``Run`` of a shipped scenario and its control."""
+    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    experiment = Experiment(scenario)
+    samples = [
+        (stamp, pose, experiment.points(pose), command)
+        for stamp, pose, command in experiment.samples()
+    ]
+    time, pose, hand, command = map(np.array, zip(*samples))
+    run = Run(time, np.arange(1, scenario.n + 1), pose, hand, command, experiment.collisions,
+              scenario, {"ended": "complete"}, experiment.control.team.axes)  # fmt: skip
+    return run, experiment.control
+
+
+@pytest.mark.parametrize(
+    "name, track",
+    [
+        ("formation_omnidirectional", 1e-10),  # [m] from theory's track: exact
+        ("formation_mixed", 0.2),  # a start with ramps, 0.5 s late
+        ("formation_cars", 2.0),  # three cars take wider turns
+    ],
+)
+def test_shipped_formations_pass_and_follow_theory_as_far_as_it_goes(name, track):
+    run, control = run_of(name)
+    verdict, prediction = judged(run, control)
+    assert verdict["passed"], verdict["checks"]
+    apart = np.linalg.norm(run.hand - prediction, axis=2).max(axis=0)
+    assert apart.max() < track
+    reached = control.team.at_limits(run.command, 0.999).any(axis=0)
+    if name == "formation_cars":
+        # Whoever steered within the limits followed theory; who did not is known to have not.
+        np.testing.assert_array_equal(reached, [True, True, True, False, False, False, False])
+        assert apart[3:].max() < 0.4  # the start with ramps
+    else:
+        assert not reached.any()
+
+
+def test_at_a_limit_is_who_has_reached_one():
+    team = Team(("pioneer3dx", "robotino3", "f1tenth", "f1tenth"))
+    free = np.array([[0.7, 0.0, 0.0], [0.5, 0.0, 0.0], [5.0, 0.0, 5.0], [-4.0, 0.0, 1.0]])
+    full = np.array([[0.75, 0.0, 0.0], [0.0, 0.589, 0.0], [1.0, 0.0, 1.4], [-5.0, 0.0, 0.0]])
+    reached = team.at_limits(np.stack([free, full]), 0.999)
+    np.testing.assert_array_equal(reached, [[False] * 4, [True] * 4])

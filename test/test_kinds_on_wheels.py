@@ -1,6 +1,8 @@
 """The shipped kinds on wheels: closed forms with typed-out numbers, and their models."""
 
 import math
+import os
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -9,6 +11,11 @@ import pytest
 from mrs_simulator.vehicles import kind, shipped_kinds
 from mrs_simulator.vehicles.drives import car, differential
 from mrs_simulator.vehicles.drives import omnidirectional as omni
+from mrs_simulator.world.world import World
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+with open(os.path.join(ROOT, "docs", "kinds.md"), encoding="utf-8") as page:
+    PAGE = page.read()
 
 DIFFERENTIAL = {
     # kind: forward m/s, turn on the spot deg/s, track m, wheel radius m, and the wheels' rad/s at
@@ -208,3 +215,47 @@ def test_dry_friction_gives_a_skid_steers_effective_track(name):
     numbers = kind(name).numbers
     x, y = 0.5 * numbers.wheelbase, 0.5 * numbers.spacing
     assert 2.0 * (x * x + y * y) / y == pytest.approx(numbers.track, rel=1e-3)
+
+
+def numbers_in(text):
+    return {float(found) for found in re.findall(r"\d+(?:\.\d+)?", text)}
+
+
+@pytest.mark.parametrize("name", shipped_kinds())
+def test_the_page_of_kinds_has_the_numbers_of_each(name):
+    each = kind(name)
+    row = re.search(r"^\| `{}` \|.*$".format(name), PAGE, re.M).group()
+    title, drive, outline, mass, speeds, ramps, wheels = (
+        cell.strip() for cell in row.split("|")[2:-1]
+    )
+    assert title == each.title
+    assert drive.startswith(each.drive)
+    body = [each.body.front] if each.body.round else [each.body.length, each.body.width]
+    assert numbers_in(outline) == {round(value, 6) for value in body}
+    assert numbers_in(mass) == {each.mass}
+    forward, turn = each.limits["firmware"][0], each.limits["firmware"][-1]
+    said = numbers_in(speeds)
+    if name != "robotino3":  # its rims are slower than that
+        assert forward.top in said
+    if math.isfinite(turn.top):
+        assert any(min(abs(v - turn.top), abs(math.radians(v) - turn.top)) < 1e-6 for v in said)
+    if math.isinf(forward.acceleration):
+        assert ramps == "none"
+    else:
+        assert forward.acceleration in numbers_in(ramps)
+    lengths = {"differential": ["track", "radius"], "car": ["wheelbase", "steering_max"]}
+    known = {getattr(each.numbers, key) for key in lengths.get(each.drive, ["radius"])}
+    assert (known if each.drive != "omnidirectional" or name == "robotino3" else set()) <= (
+        numbers_in(wheels)
+    )
+
+
+@pytest.mark.parametrize("text", re.findall(r"```yaml\n(.*?)```", PAGE, re.S))
+def test_the_kinds_written_on_the_page_drive(text, tmp_path):
+    name = text.split()[1]
+    (tmp_path / name).write_text(text)
+    world = World((kind(str(tmp_path / name)),), [[0.0, 0.0, 0.0]])
+    world.set_commands([0], np.full((1, len(world.team.axes)), 0.2))
+    for _ in range(25):
+        world.step()
+    assert world.pose[0, 0] > 0.01

@@ -50,6 +50,39 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
         assert file.readline() == "time,robot,x,y,theta,alpha_x,alpha_y,v,omega\n"
 
 
+AXES = ("linear.x", "linear.y", "angular.z")
+
+
+def test_a_run_of_other_robots_keeps_all_axes_and_their_own_points(tmp_path):
+    path = str(tmp_path / "run.csv")
+    draw = np.random.default_rng(0)
+    poses, commands, points = (draw.normal(size=(3, 2, width)) for width in (3, 3, 2))
+    with Recorder(path, (1, 2), 0.05, axes=AXES) as recorder:
+        for index in range(3):
+            recorder.sample(0.1 * index, poses[index], commands[index], points[index])
+    run = read_run_csv(path)
+    assert run.axes == AXES
+    np.testing.assert_array_equal(run.command, commands)
+    np.testing.assert_array_equal(run.hand, points)
+    np.testing.assert_array_equal(run.pose, poses)
+    with open(path) as file:
+        assert file.readline() == (
+            "time,robot,x,y,theta,alpha_x,alpha_y,linear.x,linear.y,angular.z\n"
+        )
+
+
+@pytest.mark.parametrize(
+    "columns",
+    ["", ",linear.y,linear.x", ",linear.x,linear.x", ",speed", ",linear.x,angular.z", ",v"],
+)
+def test_columns_that_are_no_axes_are_refused(tmp_path, columns):
+    path = tmp_path / "run.csv"
+    header = "time,robot,x,y,theta,alpha_x,alpha_y" + columns
+    path.write_text(header + "\n" + ",".join(["0.0", "1"] + ["0.0"] * header.count(",")) + "\n")
+    with pytest.raises(RunError, match="line 1: .*wanted the columns"):
+        read_run_csv(str(path))
+
+
 def test_a_run_cut_off_anywhere_keeps_its_whole_samples(tmp_path):
     path, poses, _ = recorded(tmp_path)
     with open(path, "rb") as file:

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
+UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicycle obeys: v, omega
 DEFAULT_HAND_LENGTH = 0.05  # [m], the paper's l
 
 

@@ -5,17 +5,23 @@ import json
 import math
 import os
 from array import array
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.kinematics import (
+    DEFAULT_HAND_LENGTH,
+    TWIST_AXES,
+    UNICYCLE_AXES,
+    hand_points,
+)
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
 from mrs_simulator.core.writing import Blocks, write_text
 
-COLUMNS = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y", "v", "omega")
+PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
+COLUMNS = PLACE + ("v", "omega")  # of a team of unicycles
 BLOCK = 1 << 22  # [characters] of a file read at once
 FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "ended": str,
@@ -45,11 +51,12 @@ class Run(NamedTuple):
     time: np.ndarray  # (m,) [s]
     robots: np.ndarray  # (n,) robots' numbers
     pose: np.ndarray  # (m, n, 3) [m, m, rad], common frame
-    hand: np.ndarray  # (m, n, 2) [m], hand points
-    command: np.ndarray  # (m, n, 2) [m/s, rad/s], control input held after the sample
+    hand: np.ndarray  # (m, n, 2) [m], controlled points: hand points of unicycles
+    command: np.ndarray  # (m, n, a) [m/s, rad/s], control input held after the sample
     collisions: List[Collision] = []
     scenario: Optional[Scenario] = None
     meta: Dict[str, Any] = {}
+    axes: Tuple[str, ...] = UNICYCLE_AXES  # the columns of ``command``
 
 
 class RunError(ValueError):
@@ -59,9 +66,12 @@ class RunError(ValueError):
 class Recorder:
     """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
 
-    def __init__(self, path, robots, hand_length=DEFAULT_HAND_LENGTH, tell=None):
+    def __init__(
+        self, path, robots, hand_length=DEFAULT_HAND_LENGTH, tell=None, axes=UNICYCLE_AXES
+    ):
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
+        ``axes``: the columns of commands; of a team of unicycles the file is one of the first version.
         What is told there of an earlier run is taken away.  ``tell`` is called with a text when
         samples find no room on the disk, and when they do again: a run goes on all the same.
         """
@@ -71,17 +81,18 @@ class Recorder:
         self.path = path
         self._robots = [str(robot) for robot in robots]
         self._hand_length = hand_length
-        self._file = Blocks(path, ",".join(COLUMNS) + "\n")
+        self._file = Blocks(path, ",".join(columns_of(axes)) + "\n")
         self._tell = tell or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
         self._trouble, self._warnings = "", []
 
-    def sample(self, stamp, pose, command):
-        """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, 2).
+    def sample(self, stamp, pose, command, points=None):
+        """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
 
-        Numbers are written with the fewest digits that read back to the same value.
+        ``points`` (n, 2) [m]: the controlled ones, by default hand points.  Numbers are written with the
+        fewest digits that read back to the same value.
         """
-        hand = hand_points(pose, self._hand_length)
+        hand = hand_points(pose, self._hand_length) if points is None else points
         table = np.concatenate([pose, hand, command], axis=1).tolist()
         self._stamp = float(stamp)
         stamp = repr(self._stamp)
@@ -117,6 +128,11 @@ class Recorder:
 
     def __exit__(self, *_):
         self.close()
+
+
+def columns_of(axes):
+    """Return the names of the columns of a file whose commands have these ``axes``."""
+    return COLUMNS if tuple(axes) == UNICYCLE_AXES else PLACE + tuple(axes)
 
 
 def facts_path(path):
@@ -166,12 +182,12 @@ def read_run_csv(path, scenario=None):
     try:
         refuse_special(path)
         with open(path, encoding="ascii") as file:
-            table = _number_table(file, path)
+            axes, table = _number_table(file, path)
     except (OSError, UnicodeDecodeError) as error:
         raise RunError("{}: cannot be read: {}".format(path, reason(error))) from None
     robots, samples = _shape_of(table, path)
     collisions, meta = _read_facts(path)
-    table = table[: samples * len(robots)].reshape(samples, len(robots), len(COLUMNS))
+    table = table[: samples * len(robots)].reshape(samples, len(robots), -1)
     if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
         raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
     return Run(
@@ -179,43 +195,56 @@ def read_run_csv(path, scenario=None):
         robots=robots.astype(int),
         pose=table[:, :, 2:5],
         hand=table[:, :, 5:7],
-        command=table[:, :, 7:9],
+        command=table[:, :, 7:],
         collisions=collisions,
         scenario=scenario,
         meta=meta,
+        axes=axes,
     )
 
 
-def _number_table(file, path):
-    """Return all rows of ``file``, (m, 9), read in blocks: never is all of its text held at once."""
-    header = file.readline()
-    if header.rstrip("\n") != ",".join(COLUMNS):
+def _axes_in(header, path):
+    """Return the axes of the commands in a file whose first line is ``header``."""
+    names = header[:1000].rstrip("\n").split(",")
+    axes = UNICYCLE_AXES if names == list(COLUMNS) else tuple(names[len(PLACE) :])
+    known = axes and axes == tuple(axis for axis in TWIST_AXES if axis in axes)
+    if not known or names != list(columns_of(axes)):
         raise RunError(
-            "{}, line 1: {!r}, wanted the columns {}".format(
+            "{}, line 1: {!r}, wanted the columns {}, or axes of a Twist instead of v and omega".format(
                 path, header[:100].rstrip("\n"), ",".join(COLUMNS)
             )
         )
+    return axes
+
+
+def _number_table(file, path):
+    """Return the axes of the commands, and all rows of ``file``, (m, 7 + axes).
+
+    It is read in blocks: never is all of its text held at once.
+    """
+    axes = _axes_in(file.readline(), path)
+    width = len(PLACE) + len(axes)
     numbers, begin = array("d"), 2
     for lines in iter(lambda: file.readlines(BLOCK), []):
         try:
-            numbers.frombytes(_numbers(lines).tobytes())
+            numbers.frombytes(_numbers(lines, width).tobytes())
         except ValueError:
-            bad = next(index for index, line in enumerate(lines) if not _is_row(line))
+            bad = next(index for index, line in enumerate(lines) if not _is_row(line, width))
             # The last line of a run that was killed may be half written.
             if bad < len(lines) - 1 or begin + bad == 2 or file.readline():
                 raise RunError(
                     "{}, line {}: {}, wanted {} finite numbers".format(
-                        path, begin + bad, lines[bad].rstrip("\n")[:60], len(COLUMNS)
+                        path, begin + bad, lines[bad].rstrip("\n")[:60], width
                     )
                 ) from None
-            numbers.frombytes(_numbers(lines[:bad]).tobytes() if bad else b"")
+            numbers.frombytes(_numbers(lines[:bad], width).tobytes() if bad else b"")
         begin += len(lines)
-    return np.frombuffer(numbers).reshape(-1, len(COLUMNS))
+    return axes, np.frombuffer(numbers).reshape(-1, width)
 
 
-def _numbers(lines):
-    """Return the numbers in ``lines``, (9 m,); ``ValueError`` if one line is not nine finite ones."""
-    if any(line.count(",") != len(COLUMNS) - 1 for line in lines):
+def _numbers(lines, width):
+    """Return the numbers in ``lines``, (width m,); ``ValueError`` if a line is another row."""
+    if any(line.count(",") != width - 1 for line in lines):
         raise ValueError
     numbers = np.fromiter(map(float, ",".join(lines).split(",")), float)
     if not np.isfinite(numbers).all():
@@ -223,9 +252,9 @@ def _numbers(lines):
     return numbers
 
 
-def _is_row(line):
+def _is_row(line, width):
     try:
-        _numbers([line])
+        _numbers([line], width)
     except ValueError:
         return False
     return True

@@ -55,6 +55,13 @@ class Experiment:
                 world.step()
                 self.collisions.extend(world.take_collisions())
 
+    def points(self, pose):
+        """Return the controlled points (n, 2) [m] of robots now at ``pose``; None for hand points."""
+        control = self.control
+        if control.team.is_of_unicycles:
+            return None
+        return control.team.point(pose, self.world.joints, control.l)
+
     def _check_near(self, world):
         far = np.flatnonzero(~(np.abs(world.pose[:, :2]) <= FARTHEST).all(axis=1))
         if len(far):
@@ -88,17 +95,19 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    with begin_run(scenario, out, tell=_tell) as recorder:
+    axes = experiment.control.team.axes
+    with begin_run(scenario, out, tell=_tell, axes=axes) as recorder:
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
-                recorder.sample(stamp, pose, command)
+                recorder.sample(stamp, pose, command, experiment.points(pose))
         except KeyboardInterrupt:
             ended = "interrupted"
         except LawFailed as error:
             ended = str(error)
             world = experiment.world
             if world.time == 0.0:  # where the robots stand is known all the same
-                recorder.sample(world.time, world.pose, world.command)
+                points = experiment.points(world.pose)
+                recorder.sample(world.time, world.pose, world.command, points)
             if error.__cause__:
                 cause = error.__cause__
                 traceback.print_exception(type(cause), cause, cause.__traceback__)

@@ -26,6 +26,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import MaxNLocator
 
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.writing import write_bytes
 
@@ -210,18 +211,26 @@ def draw_states(figure, run, component, prediction=None):
 
 @styled
 def draw_inputs(figure, run):
-    """Draw the control inputs v and omega of every robot against time; return the two axes."""
+    """Draw the control inputs of every robot against time, v and omega of unicycles; return the axes."""
     figure.clear()
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    for column, axes in enumerate((upper, lower)):
+    rows = figure.subplots(len(run.axes), 1, sharex=True, squeeze=False)[:, 0]
+    for column, (axes, axis) in enumerate(zip(rows, run.axes)):
         _draw_curves(axes, run, run.command[:, :, column], drawstyle="steps-post")
         _frame_time(axes, run.time)
-    upper.set_ylabel("$v$ [m/s]")
-    upper.set_xlabel("")
-    lower.set_ylabel(r"$\omega$ [rad/s]")
-    figure.align_ylabels([upper, lower])
-    _name_robots(figure, [upper, lower], run.robots)
-    return upper, lower
+        axes.set_ylabel(_input_label(axis, run.axes))
+        if axes is not rows[-1]:
+            axes.set_xlabel("")
+    figure.align_ylabels(rows)
+    _name_robots(figure, list(rows), run.robots)
+    return tuple(rows)
+
+
+def _input_label(axis, axes):
+    """Return the label of one of the ``axes`` of commands: symbol and unit."""
+    part, component = axis.split(".")
+    if part == "linear":
+        return "$v$ [m/s]" if axes == UNICYCLE_AXES else "$v_{}$ [m/s]".format(component)
+    return r"$\omega$ [rad/s]" if component == "z" else r"$\omega_{}$ [rad/s]".format(component)
 
 
 # Curves against time

@@ -12,7 +12,6 @@ import numpy as np
 
 from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
-from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml, read_json
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
@@ -147,8 +146,8 @@ def theorem_boundary(path, given=None):
             values = {**others, y: rows[place[0]].item(), x: columns[place[1]].item()}
             try:
                 scenario = _scenario_with(content, path, values, given)
-                hand = hand_points(scenario.poses, scenario.hand_length)
-                known = make_control(scenario).stability(hand)
+                control = make_control(scenario)
+                known = control.stability(control.points(scenario.poses))
             except (ValueError, OSError):  # beyond what the scenario or the protocol allows
                 continue
             if known is not None:

@@ -5,12 +5,12 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
 from mrs_simulator.vehicles.drives import drive_module
 from mrs_simulator.vehicles.kind import AxisLimit
 from mrs_simulator.vehicles.limits import AxisLimits, kind_limits, stacked
 from mrs_simulator.vehicles.registry import kind
 
-TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 NO_LIMIT = AxisLimit(np.inf, np.inf)
 EVERY = slice(None)
 
@@ -140,6 +140,11 @@ class Team:
         """Return whether a drive has an inner joint that moves, such as a steering angle."""
         return any(group.drive.JOINTS for group in self.groups)
 
+    @property
+    def is_of_unicycles(self):
+        """Return whether all robots obey ``(v, omega)`` and have hand points."""
+        return self.axes == UNICYCLE_AXES and not self.has_joints
+
     def lead(self, l):
         """Return how far [m] the controlled points are from the centres at most, () or (n,)."""
         leads = self._each(
@@ -189,6 +194,14 @@ class Team:
                 g.of(command), joints[rows], g.limits.top, g.numbers, period
             )
         )
+
+    def at_limits(self, command, share=1.0):
+        """Return where a ``command`` (..., n, a) has reached ``share`` of a limit, (..., n) bool."""
+        result = np.zeros(command.shape[:-1], dtype=bool)
+        for g in self.groups:
+            own = command[..., g.rows, :][..., g.columns]
+            result[..., g.rows] = g.drive.at_limits(own, g.limits.top, g.numbers, share)
+        return result
 
     def slowed(self, command, factor, joints):
         """Return ``command`` (n, a) with the speeds divided by ``factor`` (n,), at least 1.

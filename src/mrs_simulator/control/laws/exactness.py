@@ -221,7 +221,7 @@ def limited(control, command):
 
 def at_limit(control, command):
     """Return which robots are at a limit of theirs, (..., n) bool, under ``command`` (..., n, a)."""
-    return (np.abs(command) >= AT_LIMIT * control.limits.top).any(axis=-1)
+    return control.team.at_limits(command, AT_LIMIT)
 
 
 def by_wheels(control):

@@ -211,6 +211,20 @@ def excess(command, joints, top, numbers, period):
     return np.maximum(share, turn / (numbers.steering_rate * period))
 
 
+def at_limits(command, top, numbers, share):
+    """Return where a ``command`` (..., m, 2) has reached ``share`` of its limits, (..., m) bool.
+
+    Of speed, turn rate and steering angle; the steering rate shows in no single command.
+    """
+    v, omega = command[..., 0], command[..., 1]
+    fast = v >= share * top[..., 0]
+    fast |= -v >= share * np.minimum(numbers.backward, top[..., 0])
+    # |tan(delta)| >= tan(share delta_max), also at v = 0 and omega = 0
+    steepest = np.tan(share * numbers.steering_max)
+    steered = (omega != 0.0) & (np.abs(numbers.wheelbase * omega) >= steepest * np.abs(v))
+    return fast | steered | (np.abs(omega) >= share * top[..., 1])
+
+
 def slowed(command, factor, joints, numbers):
     """Return ``command`` (m, 2) with speed and steering rate divided by ``factor``, a number or (m,).
 

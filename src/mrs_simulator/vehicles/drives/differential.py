@@ -169,6 +169,11 @@ def excess(command, joints, top, numbers, period):
     return np.maximum(share[:, 0], share[:, 1])
 
 
+def at_limits(command, top, numbers, share):
+    """Return where a ``command`` (..., m, 2) has reached ``share`` of its limits, (..., m) bool."""
+    return (np.abs(command) >= share * top).any(axis=-1)
+
+
 def slowed(command, factor, joints, numbers):
     """Return the commands (m, 2) divided by ``factor`` (m,): the path keeps its shape."""
     return command / factor[:, np.newaxis]

@@ -159,6 +159,12 @@ def excess(command, joints, top, numbers, period):
     return np.maximum((np.abs(command) / top).max(axis=1), share)
 
 
+def at_limits(command, top, numbers, share):
+    """Return where a ``command`` (..., m, 3) has reached ``share`` of its limits, (..., m) bool."""
+    rims = np.abs(rim_speeds(command, None, numbers)).max(axis=-1)
+    return (np.abs(command) >= share * top).any(axis=-1) | (rims >= share * numbers.rim_max)
+
+
 def slowed(command, factor, joints, numbers):
     """Return the commands (m, 3) divided by ``factor``, a number or (m,)."""
     return command / np.reshape(factor, (-1, 1))

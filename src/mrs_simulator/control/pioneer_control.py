@@ -207,6 +207,18 @@ class PioneerControl:
         """
         return None
 
+    def energy(self, start):
+        """Return the ``core.curves.Energy`` that falls along the law from ``start`` (n, 2), or None."""
+        return None
+
+    def graph_at(self, hand):
+        """Return the graph that the places ``hand`` (n, 2) make, where it is of them, or None."""
+        return None
+
+    def curves(self, run):
+        """Return a list of ``core.curves.Curve`` to draw of ``run`` beside theory."""
+        return []
+
     def targets(self, hand):
         """Return where the hand points ``hand`` (n, 2) are wanted now, (n, 2) [m], or None."""
         return None

@@ -22,6 +22,10 @@ class NothingDecays(ValueError):
     """A rate was to be measured of a quantity that is zero from the start: it has none."""
 
 
+class TooShort(NothingDecays):
+    """A run in which a claim cannot be measured yet; the message says how long a run it wants."""
+
+
 class Claim(NamedTuple):
     """One prediction of a theorem and how to measure it in a run.
 

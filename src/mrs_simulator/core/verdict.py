@@ -203,8 +203,9 @@ def _measured(run, claim):
     try:
         with np.errstate(all="ignore"):
             measured = _number(claim.measure(run))
-    except NothingDecays:
-        return _skipped(claim, "does not apply: there is nothing to decay from this start")
+    except NothingDecays as error:
+        why = str(error) or "there is nothing to decay from this start"
+        return _skipped(claim, "does not apply: {}".format(why))
     except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
         traceback.print_exc()
         note = "measuring it failed: {}: {}".format(type(error).__name__, error)

@@ -20,6 +20,8 @@ HOMES = {
     "formation": "formation:Formation",
     "leader_follower": "marching:LeaderFollower",
     "marching": "marching:Marching",
+    "noisy_consensus": "noisy_consensus:NoisyConsensus",
+    "platoon": "platoon:Platoon",
     "rendezvous": "gathering:Rendezvous",
     "resilient_consensus": "resilient_consensus:ResilientConsensus",
     "reynolds": "flocking:Reynolds",

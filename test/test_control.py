@@ -7,9 +7,10 @@ from geometry_msgs.msg import Twist
 from mrs_simulator import Parameter, PioneerControl, make_twist
 from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.control.loading import ProtocolError, load_protocol
-from mrs_simulator.control.pioneer_control import ControlError
+from mrs_simulator.control.pioneer_control import ControlError, Position
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import Limits, hand_points, unicycle_from_point_mass
+from mrs_simulator.vehicles import Team
 
 POSE = np.array([[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0]])
 LIMITS = Limits(0.75, 1.745, 0.3, 1.745)
@@ -241,3 +242,57 @@ def test_local_frames_show_neighbours_as_the_robot_sees_them():
     assert theta == 0.0 and neighbour.number == 2
     assert (neighbour.x, neighbour.y) == pytest.approx((0.0, 2.0))
     assert seen[2] == (0.0, ())
+
+
+MIXED = ("pioneer3dx", "robotino3", "f1tenth")
+
+
+def twist_with(**components):
+    twist = Twist()
+    for name, value in components.items():
+        setattr(getattr(twist, name[:-2]), name[-1], value)
+    return twist
+
+
+@pytest.mark.parametrize(
+    "twists, said",
+    [
+        ([twist_with(linear_y=0.1), Twist(), Twist()],
+         r"robot 1 linear.y = 0.1, which a Pioneer 3-DX does not obey; wanted 0 \(it obeys linear.x"),
+        ([Twist(), twist_with(linear_y=0.1), twist_with(linear_y=float("nan"))],
+         "robot 3 linear.y = nan, which a"),
+        ([Twist(), twist_with(linear_z=-2.0), Twist()], "robot 2 linear.z = -2, which a"),
+        ([Twist(), twist_with(angular_x=1.0), Twist()], "robot 2 angular.x = 1, which a"),
+    ],
+)  # fmt: skip
+def test_a_component_that_a_robot_does_not_obey_is_refused_by_name(twists, said):
+    control = returning(twists)
+    control.__init__(range(1, 4), team=Team(MIXED))
+    with pytest.raises(ControlError, match=said):
+        control.commands(POSE)
+
+
+def test_a_mixed_team_has_a_column_for_each_axis():
+    given = [make_twist(0.1, 0.2), twist_with(linear_x=0.1, linear_y=0.2), make_twist(0.5, 0.1)]
+    control = returning(given)
+    control.__init__(range(1, 4), team=Team(MIXED), period=0.1)
+    wanted = [[0.1, 0.0, 0.2], [0.1, 0.2, 0.0], [0.5, 0.0, 0.1]]
+    np.testing.assert_allclose(control.commands(POSE), wanted)
+
+
+def test_points_of_a_mixed_team_move_as_the_law_wants():
+    class Drift(PioneerControl):
+        def pointMassLaw(self, points):
+            return np.full((3, 2), 0.05)
+
+    control = Drift(range(1, 4), team=Team(MIXED), parameters={"l": 0.2})
+    command = control.commands(POSE)
+    moved = control.team.velocity(command, POSE, np.zeros(3), control.l, control.period)
+    np.testing.assert_allclose(moved, 0.05)
+    steered = control.commands(POSE, 0.02)  # by now the car's wheel is known to have turned
+    assert control.joints[2] > 0.0 and not np.allclose(steered[2], command[2])
+
+
+def test_a_position_unpacks_to_three_and_knows_its_height():
+    x, y, theta = position = Position(1.0, 2.0, 3.0)
+    assert (x, y, theta) == (1.0, 2.0, 3.0) and position.z == 0.0

@@ -172,3 +172,47 @@ def test_every_robot_is_commanded_at_once_and_by_one_bad_row_no_other_is_lost():
     world.set_commands(EVERY, np.array([[0.1, 0.0], [np.nan, 0.0], [0.3, 0.0]]))
     assert world.command[:, 0].tolist() == [0.1, 0.0, 0.3]
     assert world.refused.tolist() == [0, 1, 0] and world.commanded.tolist() == [True, False, True]
+
+
+def test_a_run_after_a_reset_is_the_same_run():
+    world = World(ONE * 2, [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], odometry_kind="wheel", seed=4)
+    first = drive(world, [0.4, 0.2], 2.0).odometry().copy()
+    world.reset()
+    np.testing.assert_array_equal(drive(world, [0.4, 0.2], 2.0).odometry(), first)
+
+
+def test_what_the_world_hands_out_cannot_be_changed():
+    world = drive(World(ONE, [[0.0, 0.0, 0.0]]), [0.4, 0.2], 0.1)
+    for array in (world.pose, world.twist, world.command, world.joints, world.odometry()):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_odometry_noise_of_a_robot_in_a_mixed_team_is_its_own():
+    places = [[3.0 * row, 0.0, 0.0] for row in range(4)]
+    kinds = ("pioneer3dx", "robotino3", "f1tenth", "pioneer3dx")
+
+    def told(count):
+        world = World(kinds[:count], places[:count], odometry_kind="wheel", seed=2)
+        for _ in range(100):
+            world.set_commands(EVERY, np.broadcast_to([0.2, 0.0, 0.1], (count, 3)))
+            world.step()
+        return world.odometry().copy()
+
+    np.testing.assert_array_equal(told(4)[:3], told(3))
+    assert np.abs(told(4)[3] - told(4)[0]).max() > 1e-6  # nor is it another's
+
+
+def test_each_kind_is_stopped_after_its_own_silence():
+    world = World(("pioneer3dx", "husky"), [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]], limits=None)
+    world.set_commands(EVERY, np.full((2, 2), 0.1))
+    when = [None, None]
+    for _ in range(50):
+        world.step()
+        for row in np.flatnonzero(world.timed_out):
+            when[row] = when[row] or world.time
+    # Seen one step after the last in which it still drove.
+    np.testing.assert_allclose(when, world.timeouts + 0.02, atol=0.011)
+    assert world.timeouts[1] == 0.25
+    given = World(("pioneer3dx", "husky"), world.pose, cmd_vel_timeout=1.0)
+    assert given.timeouts.tolist() == [1.0, 1.0]

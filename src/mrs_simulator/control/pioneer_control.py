@@ -364,6 +364,10 @@ class PioneerControl:
             )
         return self.commands_for(u, pose)
 
+    def velocities(self, run):
+        """Return the points' commanded velocities, (m, n, 2) [m/s], from the samples of ``run`` on."""
+        return self.team.velocities_in(run.command, run.pose, run.hand, self.l, self.period)
+
     def commands_for(self, velocity, pose):
         """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s]: eq. (7)."""
         return self.team.command(velocity, pose, self.joints, self.l, self.period)

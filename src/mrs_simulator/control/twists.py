@@ -3,9 +3,7 @@
 import numpy as np
 from geometry_msgs.msg import Twist
 
-from mrs_simulator.vehicles.team import TWIST_AXES
-
-PLANAR = ("linear.x", "angular.z")
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
 
 
 class ControlError(ValueError):
@@ -22,7 +20,7 @@ def make_twist(v, omega):
 
 def twists_of(command, axes):
     """Return a list of the Twists of ``command`` (n, a), whose columns are ``axes``."""
-    if axes == PLANAR:
+    if axes == UNICYCLE_AXES:
         return [make_twist(v, omega) for v, omega in command.tolist()]
     places = [axis.split(".") for axis in axes]
     twists = []
@@ -107,7 +105,7 @@ def check_finite(command, numbers, axes):
     if finite.all():
         return
     row = np.flatnonzero(~finite.all(axis=1))[0]
-    names = ("v", "omega") if axes == PLANAR else axes
+    names = ("v", "omega") if axes == UNICYCLE_AXES else axes
     given = ", ".join(
         "{} = {} {}".format(name, value, "m/s" if axis.startswith("linear") else "rad/s")
         for name, axis, value in zip(names, axes, command[row])

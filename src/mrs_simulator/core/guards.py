@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import NO_LIMITS, Limits, saturate, wrap_angle
+from mrs_simulator.core.kinematics import NO_LIMITS, UNICYCLE_AXES, scaled, wrap_angle
 from mrs_simulator.core.neighbours import close_pairs, squared
 from mrs_simulator.core.scenario import LoweredLimits
 
+PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
@@ -66,16 +67,43 @@ def limited(limits, v_max=math.inf, omega_max=math.inf):
     )
 
 
-def slowed(command, v_max, omega_max, scope="robot"):
-    """Return ``command`` (n, 2) within the top speeds [m/s, rad/s], each pair scaled by one factor.
+def slowed(command, v_max, omega_max, scope="robot", axes=UNICYCLE_AXES):
+    """Return ``command`` (n, a) within the top speeds [m/s, rad/s], each row scaled by one factor.
 
-    ``v_max``, ``omega_max``: one number for all robots each, or of each robot, (n,).
-
-    ``scope``: that of ``core.kinematics.saturate``; "none" would leave robots too fast, so there each
-    robot is scaled by itself.
+    ``v_max``, ``omega_max``: one number for all robots each, or of each robot, (n,); ``axes``: the
+    columns of ``command``.  ``scope``: that of ``core.kinematics.saturate``; "none" would leave robots
+    too fast, so there each robot is scaled by itself.
     """
-    scope = "team" if scope == "team" else "robot"
-    return saturate(command, Limits(v_max, omega_max, math.inf, math.inf), scope)
+    speed, turn = np.abs(speed_and_turn(command, axes)).T
+    excess = np.maximum(speed / v_max, turn / omega_max)
+    return scaled(command, excess, "team" if scope == "team" else "robot")
+
+
+def planar(command, axes):
+    """Return what ``command`` (n, a) means on the ground: itself for unicycles, else (n, 3).
+
+    The three are vx, vy and omega, as far as ``axes`` has them.
+    """
+    if axes == UNICYCLE_AXES:
+        return command
+    result = np.zeros((len(command), len(PLANAR_AXES)))
+    for column, axis in enumerate(PLANAR_AXES):
+        if axis in axes:
+            result[:, column] = command[:, axes.index(axis)]
+    return result
+
+
+def speed_and_turn(command, axes):
+    """Return speed and turn rate of ``command`` (n, a), (n, 2) [m/s, rad/s]; of unicycles signed."""
+    values = planar(command, axes)
+    if values is command:
+        return command
+    return np.stack([np.hypot(values[:, 0], values[:, 1]), values[:, 2]], axis=1)
+
+
+def _for(columns, pair):
+    """Return the ``pair``, of translation and turn, for each of 2 or 3 ``columns``."""
+    return pair if columns == 2 else pair[[0, 0, 1]]
 
 
 class Violations:
@@ -124,7 +152,7 @@ class Violations:
 class Standstill:
     """Finds robots that are told to move and do not: motors off, stuck, miswired, or a dead link.
 
-    Forward speed and turn rate are told and done each for itself; a robot that does either moves.
+    Speeds along the axes and turn rate are told and done each for itself; a robot that does either moves.
     """
 
     def __init__(self, patience):
@@ -139,15 +167,17 @@ class Standstill:
     def stuck(self, now, pose, command):
         """Return the rows of the robots that have failed to move for longer than their patience.
 
-        ``pose`` (n, 3) at ``now`` [s]; ``command`` (n, 2) [m/s, rad/s] in force since the last call.
+        ``pose`` (n, 3) at ``now`` [s]; ``command`` (n, 2), v and omega, or (n, 3), vx, vy and omega
+        [m/s, rad/s], in force since the last call.
         """
-        told = np.where(np.abs(command) >= LEAST_TOLD, np.sign(command), 0.0)
+        columns = command.shape[1]
+        told = np.where(np.abs(command) >= _for(columns, LEAST_TOLD), np.sign(command), 0.0)
         if self._time is None or not 0.0 <= now - self._time <= LONGEST_GAP:
             self._speed, self._since = np.zeros_like(told), np.full(told.shape, float(now))
             self._told = told
         else:
             fade = math.exp((self._time - now) / SMOOTHING)
-            self._speed = fade * self._speed + body_motion(self._pose, pose) / SMOOTHING
+            self._speed = fade * self._speed + self._moved(pose, columns) / SMOOTHING
         self._time, self._pose = now, pose.copy()
         # Whichever way: one that is told to turn back takes seconds to slow down.
         moves = (told != 0.0) & (np.abs(self._speed) >= LEAST_DONE * np.abs(command))
@@ -155,6 +185,10 @@ class Standstill:
         self._told = told
         late = (now - self._since).max(axis=1) > self._patience
         return np.flatnonzero(late & ~moves.any(axis=1)).tolist()
+
+    def _moved(self, pose, columns):
+        moved = body_motion(self._pose, pose)
+        return moved[:, [0, 2]] if columns == 2 else moved
 
 
 class Repetition:
@@ -173,7 +207,7 @@ class Repetition:
     def forget(self):
         """Watch from the next call on, as if for the first time."""
         n = len(self._patience)
-        self._total = np.zeros((n, 2))  # [m, rad] that each was told to move so far
+        self._total = np.zeros((n, 1))  # [m, rad] that each was told to move so far
         self._totals = deque()  # (time, total) over the window
         self._begun, self._told = np.full(n, -math.inf), np.full(n, -math.inf)
         self._time = None
@@ -182,11 +216,13 @@ class Repetition:
         """Return the rows of the robots that should have moved and tell the very same as before.
 
         ``changed`` (n,) [s]: when the odometry of each last changed, by the clock of ``now`` [s];
-        ``command`` (n, 2) [m/s, rad/s] in force since the last call.
+        ``command`` (n, 2), v and omega, or (n, 3), vx, vy and omega [m/s, rad/s], in force since the
+        last call.
         """
         if not self._window:
             return []
-        told = np.floor(np.abs(command) / COMMAND_UNIT + 0.5) * COMMAND_UNIT
+        unit = _for(command.shape[1], COMMAND_UNIT)
+        told = np.floor(np.abs(command) / unit + 0.5) * unit
         before = now if self._time is None else self._time
         self._time, self._total = now, self._total + told * (now - before)
         self._totals.append((now, self._total))
@@ -198,15 +234,19 @@ class Repetition:
         self._told[moving] = now
         late = now - np.maximum(changed, self._begun) >= self._patience
         wanted = self._total - self._totals[0][1]
-        return np.flatnonzero(late & (wanted > FROZEN_AFTER).any(axis=1)).tolist()
+        return np.flatnonzero(
+            late & (wanted > _for(command.shape[1], FROZEN_AFTER)).any(axis=1)
+        ).tolist()
 
 
 def body_motion(before, after):
-    """Return how far robots went forward [m] and turned [rad], (n, 2), from ``before`` to ``after``."""
+    """Return how far robots went forward and left [m] and turned [rad], (n, 3), till ``after``."""
     turn = wrap_angle(after[:, 2] - before[:, 2])
     heading = before[:, 2] + 0.5 * turn
     step = after[:, :2] - before[:, :2]
-    return np.array([step[:, 0] * np.cos(heading) + step[:, 1] * np.sin(heading), turn]).T
+    cos, sin = np.cos(heading), np.sin(heading)
+    forward, left = step[:, 0] * cos + step[:, 1] * sin, step[:, 1] * cos - step[:, 0] * sin
+    return np.array([forward, left, turn]).T
 
 
 class JumpBounds(NamedTuple):

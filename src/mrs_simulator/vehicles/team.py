@@ -172,6 +172,24 @@ class Team:
             (2,),
         )
 
+    def velocities_in(self, command, pose, points, l, period):
+        """Return the points' velocities (k, n, 2) [m/s] under recorded commands (k, n, a).
+
+        ``pose`` (k, n, 3) and ``points`` (k, n, 2) as recorded, from which inner joints follow.
+        """
+        result = np.empty(points.shape)
+        for g in self.groups:
+            shape = (-1, self.n) if g.rows is EVERY else (-1, len(g.rows))
+            own = command[:, g.rows][..., g.columns], pose[:, g.rows], points[:, g.rows]
+            numbers = g.numbers._replace(**{
+                key: _tiled(getattr(g.numbers, key), len(command)) for key in g.drive.COLUMNS
+            })  # fmt: skip
+            flat = [values.reshape(-1, values.shape[-1]) for values in own]
+            joints = g.drive.joints_seen(flat[1], flat[2], l, numbers)
+            found = g.drive.velocity(flat[0], flat[1], joints, l, period, numbers)
+            result[:, g.rows] = found.reshape(shape + (2,))
+        return result
+
     def command(self, velocity, pose, joints, l, period):
         """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s]."""
         if len(self.groups) == 1:
@@ -245,6 +263,13 @@ def columns_of(kinds, module):
     first = kinds[0].numbers
     given = {key: shared([getattr(each.numbers, key) for each in kinds]) for key in module.COLUMNS}
     return first._replace(**given)
+
+
+def _tiled(number, count):
+    """Return a column of numbers ``count`` times over; one number, or one matrix, as it is."""
+    if not isinstance(number, np.ndarray):
+        return number
+    return np.tile(number, (count,) + (1,) * (number.ndim - 1))
 
 
 def shared(values):

@@ -12,7 +12,6 @@ from mrs_simulator.control.laws.published_flocking import (
 )
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
-from mrs_simulator.core.kinematics import point_mass_from_unicycle
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.parameters import Parameter
 
@@ -144,7 +143,7 @@ class Flocking(DoubleIntegrator):
 
         def growth(run):
             # A velocity held for a period is that of its middle, where the energy is exact.
-            half, held = 0.5 * self.period, velocities(run, self.l)
+            half, held = 0.5 * self.period, self.velocities(run)
             rows = zip(run.hand + half * held, held, run.time - run.time[0] + half)
             values = np.array([energy(*row) for row in rows])
             return float(np.diff(values).max(initial=0.0) / values[0])
@@ -154,7 +153,7 @@ class Flocking(DoubleIntegrator):
             return float(np.linalg.norm(run.hand - leader[:, np.newaxis], axis=2).max())
 
         def slip(run):
-            return float(np.linalg.norm(velocities(run, self.l)[-1] - moving, axis=1).max())
+            return float(np.linalg.norm(self.velocities(run)[-1] - moving, axis=1).max())
 
         begin = energy(start, self.first_velocity(len(start)), 0.0)
         ball = np.sqrt(2.0 * begin / self.c1) if self.c1 > 0.0 else np.inf
@@ -176,7 +175,7 @@ class Flocking(DoubleIntegrator):
 
         That a flock keeps together was seen by Olfati-Saber in simulations, not proved.
         """
-        return dict(flock_measures(run, self.l), most_groups=self._most_groups(run))
+        return dict(flock_measures(self, run), most_groups=self._most_groups(run))
 
 
 class CuckerSmale(DoubleIntegrator):
@@ -234,7 +233,7 @@ class CuckerSmale(DoubleIntegrator):
         slowest = self.gain * float(flocking_equations.communication(bound, self.beta, self.reach))
 
         def spreads(run):
-            return np.array([flocking_equations.diameter(v) for v in velocities(run, self.l)])
+            return np.array([flocking_equations.diameter(v) for v in self.velocities(run)])
 
         def over_bound(run):
             allowed = np.exp(-slowest * (run.time - run.time[0]))
@@ -245,7 +244,7 @@ class CuckerSmale(DoubleIntegrator):
             return max(flocking_equations.diameter(hand) for hand in run.hand)
 
         def drift(run):
-            mean = velocities(run, self.l).mean(axis=1)
+            mean = self.velocities(run).mean(axis=1)
             return float(np.linalg.norm(mean - first.mean(axis=0), axis=1).max())
 
         claims = [
@@ -268,12 +267,12 @@ class CuckerSmale(DoubleIntegrator):
 
     def measures(self, run):
         """Return order and least distance of the flock, and the spread of velocities [m/s]."""
-        first, last = velocities(run, self.l)[[0, -1]]
+        first, last = self.velocities(run)[[0, -1]]
         spread = {
             "velocity_spread_at_start": flocking_equations.diameter(first),
             "velocity_spread_at_end": flocking_equations.diameter(last),
         }
-        return dict(flock_measures(run, self.l), **spread)
+        return dict(flock_measures(self, run), **spread)
 
 
 class Vicsek(PioneerControl):
@@ -325,7 +324,7 @@ class Vicsek(PioneerControl):
         wanted = flocking_equations.vicsek_order(self.noise, len(start))
 
         def root_mean_square(run, samples=None):
-            values = flocking_equations.order(velocities(run, self.l)[:samples])
+            values = flocking_equations.order(self.velocities(run)[:samples])
             return float(np.sqrt(np.mean(values**2)))
 
         def while_all_hear_all(run):
@@ -344,7 +343,7 @@ class Vicsek(PioneerControl):
 
     def measures(self, run):
         """Return order and least distance of the flock."""
-        return flock_measures(run, self.l)
+        return flock_measures(self, run)
 
 
 class Reynolds(DoubleIntegrator):
@@ -387,19 +386,12 @@ class Reynolds(DoubleIntegrator):
 
     def measures(self, run):
         """Return order and least distance of the flock."""
-        return flock_measures(run, self.l)
+        return flock_measures(self, run)
 
 
-def velocities(run, l):
-    """Return the hand points' commanded velocities, (m, n, 2) [m/s], from the samples on."""
-    shape = run.command.shape
-    rows = run.command.reshape(-1, 2), run.pose[:, :, 2].ravel()
-    return point_mass_from_unicycle(*rows, l).reshape(shape)
-
-
-def flock_measures(run, l):
+def flock_measures(control, run):
     """Return the order parameter at start and end, and the least distance [m] of two hand points."""
-    first, last = flocking_equations.order(velocities(run, l)[[0, -1]]).tolist()
+    first, last = flocking_equations.order(control.velocities(run)[[0, -1]]).tolist()
     least = min(least_distance(hand) for hand in run.hand)
     found = {"order_at_start": first, "order_at_end": last}
     return dict(found, least_distance=least if np.isfinite(least) else None)

@@ -19,7 +19,7 @@ from mrs_simulator.control.laws.formations import (
 from mrs_simulator.control.laws.formations_equations import scale
 from mrs_simulator.control.laws.published import weights_of
 from mrs_simulator.control.laws.published_formations import Separations, along, on_path
-from mrs_simulator.control.twists import make_twist
+from mrs_simulator.control.twists import twists_of
 from mrs_simulator.core.claims import (
     FEWEST_FITTED,
     NOTHING,
@@ -28,7 +28,7 @@ from mrs_simulator.core.claims import (
     NothingDecays,
     decay_rate,
 )
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
 
@@ -294,20 +294,20 @@ class LeaderFollower(Shaped):
         pose = self._pose = np.array([pos_map[number] for number in self.numbers])
         leader, levels = tree(self.topology)
         separation, bearing = self.wanted()
-        command = np.zeros((len(pose), 2))
+        axes = self.team.axes
+        columns = [axes.index(axis) for axis in UNICYCLE_AXES]
+        command, every = np.zeros((len(pose), 2)), np.zeros((len(pose), len(axes)))
         for depth, rows in enumerate(levels):
             chosen = self._leader_command() if depth == 0 else laws.leader_follower(
                 pose[rows], pose[leader[rows]], command[leader[rows]],
                 separation[rows], bearing[rows], self.k1, self.k2, self.l,
             )  # fmt: skip
+            every[np.ix_(rows, columns)] = chosen
             # What a leader cannot do, its followers need not follow.
             scope = "robot" if self.saturation == "robot" else "none"
-            command[rows] = chosen
-            command[rows] = self.saturated(command, scope)[rows]
-        return {
-            number: make_twist(v, omega)
-            for number, (v, omega) in zip(self.numbers, command.tolist())
-        }
+            every[rows] = self.saturated(every, scope)[rows]
+            command[rows] = every[np.ix_(rows, columns)]
+        return dict(zip(self.numbers, twists_of(every, axes)))
 
     def _leader_command(self):
         """Return the ``(v, omega)`` with which a leader follows the path, (1, 2)."""

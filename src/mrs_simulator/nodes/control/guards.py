@@ -12,8 +12,11 @@ from mrs_simulator.core.guards import (
     Standstill,
     Violations,
     limited,
+    planar,
     slowed,
+    speed_and_turn,
 )
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.parameters import number_parameter, numbers_parameter, robots_parameter
 
@@ -63,8 +66,11 @@ def patience(n, name="~stuck_time", default=PATIENCE):
 class Guards(Violations):
     """Lets commands pass: slowed, and zero for robots that broke a bound."""
 
-    def __init__(self, numbers, scope, dry_run=False):
-        """``numbers``: the robots' numbers; ``scope`` of the scaling; in a dry run nobody moves."""
+    def __init__(self, numbers, scope, dry_run=False, axes=UNICYCLE_AXES):
+        """``numbers``: the robots' numbers; ``scope`` of the scaling; in a dry run nobody moves.
+
+        ``axes``: the columns of commands.
+        """
         super().__init__(
             numbers,
             numbers_parameter("~geofence", 4),
@@ -75,7 +81,8 @@ class Guards(Violations):
         self._patience = np.full(n, math.inf) if dry_run else patience(n)
         never = np.full(n, math.inf)
         self._frozen_time = never if dry_run else patience(n, "~frozen_time", FROZEN)
-        self._standstill, self._passed = Standstill(self._patience), np.zeros((n, 2))
+        self._standstill, self._passed = Standstill(self._patience), np.zeros((n, len(axes)))
+        self._axes = axes
         self._repetition = Repetition(self._frozen_time)
 
     @property
@@ -85,15 +92,14 @@ class Guards(Violations):
 
     def _stuck(self, pose, now, changed):
         """Return ``{row: text}`` of the robots that do not move as they are told."""
+        told, shown = planar(self._passed, self._axes), speed_and_turn(self._passed, self._axes)
         stuck = {
-            row: STUCK.format(*self._passed[row], self._patience[row])
-            for row in self._standstill.stuck(now, pose, self._passed)
+            row: STUCK.format(*shown[row], self._patience[row])
+            for row in self._standstill.stuck(now, pose, told)
         }
         # In wall time, as the drivers' silence is.
-        frozen = self._repetition.frozen(time.monotonic(), changed, self._passed)
-        repeating = {
-            row: REPEATS.format(*self._passed[row], self._frozen_time[row]) for row in frozen
-        }
+        frozen = self._repetition.frozen(time.monotonic(), changed, told)
+        repeating = {row: REPEATS.format(*shown[row], self._frozen_time[row]) for row in frozen}
         return {**stuck, **repeating}
 
     def release(self, pose):
@@ -103,7 +109,7 @@ class Guards(Violations):
         self._repetition.forget()
 
     def passed(self, command, pose, now, changed, motors_off=()):
-        """Return ``command`` (n, 2) as the guards let it pass at ``pose`` (n, 3) and ``now`` [s].
+        """Return ``command`` (n, a) as the guards let it pass at ``pose`` (n, 3) and ``now`` [s].
 
         ``changed`` (n,) [s] of ``time.monotonic``: when each robot's odometry last said something
         else; ``motors_off``: rows of the robots that say that their motors are off.
@@ -111,7 +117,7 @@ class Guards(Violations):
         others = {**self._stuck(pose, now, changed), **dict.fromkeys(motors_off, MOTORS_OFF)}
         for text in self.check(pose, others):
             rospy.logerr("pioneer_control: %s", text)
-        command = slowed(command, *self._speeds, scope=self._scope)
+        command = slowed(command, *self._speeds, scope=self._scope, axes=self._axes)
         if self.reasons:
             command = command.copy()
             command[sorted(self.reasons)] = 0.0

@@ -44,6 +44,7 @@ from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.ros.team_topics import COMMAND, TeamCommands
 from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.vehicles import Team
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 STATUS_PERIOD = 0.5  # [s] of wall time
@@ -83,7 +84,9 @@ class ControlNode:
         apart = where_to_run(protocol, nursery)
         self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = flag_parameter("~dry_run", False)
-        self.guards = Guards(self.law.numbers, saturation, self.dry_run)
+        self.guards = Guards(
+            self.law.numbers, saturation, self.dry_run, Team.from_scenario(scenario).axes
+        )
         self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real, scenario.speed)
         self.resumes = flag_parameter("~resume", not real)

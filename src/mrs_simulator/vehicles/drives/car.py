@@ -299,6 +299,14 @@ def point(pose, joints, l, numbers):
     return result
 
 
+def joints_seen(pose, point, l, numbers):
+    """Return the steering angles (m,) [rad] of cars at ``pose`` (m, 3) with points ``point`` (m, 2)."""
+    cos, sin = cos_sin(pose[:, 2])
+    x = point[:, 0] - pose[:, 0] - numbers.wheelbase * cos
+    y = point[:, 1] - pose[:, 1] - numbers.wheelbase * sin
+    return wrap_angle(np.arctan2(y, x) - pose[:, 2])
+
+
 def inputs(velocity, pose, joints, l, numbers):
     """Return speed [m/s] and steering rate [rad/s], (m,) each, that move the points with ``velocity``
     (m, 2) [m/s] of the common frame: the mapping derived above."""

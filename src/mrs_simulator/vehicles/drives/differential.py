@@ -224,6 +224,11 @@ def lead(l, numbers):
     return l
 
 
+def joints_seen(pose, point, l, numbers):
+    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
+    return np.zeros(len(pose))
+
+
 def point(pose, joints, l, numbers):
     """Return the hand points (..., m, 2) [m], eq. (2)."""
     return hand_points(pose, l)

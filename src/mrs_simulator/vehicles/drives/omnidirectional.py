@@ -289,6 +289,11 @@ def lead(l, numbers):
     return 0.0
 
 
+def joints_seen(pose, point, l, numbers):
+    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
+    return np.zeros(len(pose))
+
+
 def point(pose, joints, l, numbers):
     """Return the controlled points, (..., m, 2) [m]: the centres themselves, whatever ``l``."""
     return pose[..., :2].copy(order="F")

@@ -1,11 +1,15 @@
 """Nothing old, impossible or doubled is believed: asserted from what the robots are sent."""
 
+import json
 import sys
 import xmlrpc.client
 
+import numpy as np
 import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 from test_control_node import FORWARD, at_rest, moving
+
+from mrs_simulator.core.recording import read_run_csv
 
 RELAY = """
 import collections, sys, time, rospy
@@ -125,3 +129,20 @@ def test_real_robots_stand_until_they_are_started(ros, law):
     assert probe.ask("[sent(1), control('running')]") in ([None, False], [[0.0, 0.0], False])
     assert probe.ask("call('/pioneer_control/start', Trigger)") == [True, "running"]
     probe.wait("(sent(1) or [0])[0] == 0.3")
+
+
+def test_a_reset_ends_the_recorded_run(ros, law, tmp_path):
+    ros.node("stage", "--robots", 2, "_wait_for_recorders:=1")
+    ros.node("pioneer_control", "--robots", 2, "--protocol", law)
+    given = ["--robots", 2, "--protocol", law, "--duration", 60, "--out", tmp_path / "run"]
+    record = ros.node("record", *given)
+    probe = ros.probe()
+    moving(probe, 2)
+    probe.wait("abs(state('x')[0] - 9.95) > 0.5")
+    assert probe.ask("call('/stage/reset', Trigger)")[0]
+    assert record.wait(PATIENCE) == 1
+    verdict = json.loads((tmp_path / "run" / "verdict.json").read_text())
+    assert verdict["ended"] == "the stage was reset, or given another team"
+    assert not verdict["passed"]
+    run = read_run_csv(str(tmp_path / "run" / "run.csv"))
+    assert abs(np.diff(run.pose[:, :, 0], axis=0)).max() < 0.1

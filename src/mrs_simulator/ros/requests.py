@@ -9,26 +9,47 @@ ANSWER_LIMIT = 10.0  # [s] of wall time a caller waits for the main loop
 class Requests:
     """A queue of functions, run one after another by whoever calls ``serve``."""
 
-    def __init__(self):
-        self._queue = queue.Queue()
+    def __init__(self, limit=ANSWER_LIMIT):
+        """``limit`` [s] of wall time that a caller waits."""
+        self._queue, self._limit = queue.Queue(), limit
+        self._lock = threading.Lock()
 
     def ask(self, function):
-        """Have ``function`` run in the main loop; return its ``(success, message)``."""
-        done, answer = threading.Event(), []
-        self._queue.put((function, done, answer))
-        if not done.wait(ANSWER_LIMIT):
-            return False, "no answer within {:g} s".format(ANSWER_LIMIT)
-        return answer[0]
+        """Have ``function`` run in the main loop; return its ``(success, message)``.
+
+        What has not begun within the time limit is never carried out: its caller was told so.
+        """
+        request = _Request(function)
+        self._queue.put(request)
+        if request.done.wait(self._limit):
+            return request.answer
+        with self._lock:
+            if not request.begun:
+                request.withdrawn = True
+                return False, "no answer within {:g} s: it is not carried out".format(self._limit)
+        if request.done.is_set():
+            return request.answer
+        return False, "not done within {:g} s, and still under way".format(self._limit)
 
     def serve(self):
         """Run what was asked for.  An error becomes the answer; it never leaves the loop."""
         while True:
             try:
-                function, done, answer = self._queue.get_nowait()
+                request = self._queue.get_nowait()
             except queue.Empty:
                 return
+            with self._lock:
+                if request.withdrawn:
+                    continue
+                request.begun = True
             try:
-                answer.append((True, function() or "done"))
+                request.answer = True, request.function() or "done"
             except Exception as error:  # the caller is told; the stage goes on
-                answer.append((False, str(error) or type(error).__name__))
-            done.set()
+                request.answer = False, str(error) or type(error).__name__
+            request.done.set()
+
+
+class _Request:
+    def __init__(self, function):
+        self.function, self.done, self.answer = function, threading.Event(), None
+        self.begun = self.withdrawn = False

@@ -86,13 +86,15 @@ def _scenario_in(bag):
 
 
 def _from_states(bag, _topics):
-    rows, robots = [], None
+    rows, robots, part = [], None, None
     for _, state, _ in bag.read_messages([STATE]):
         if not rows and not any(state.commanded):
             continue
         robots = robots or list(state.robot)
-        if list(state.robot) != robots:
-            break  # another team: another run
+        now = getattr(state, "stage", 0), getattr(state, "run", 0)  # earlier versions tell none
+        part = part or now
+        if list(state.robot) != robots or now != part:
+            break  # another team, a reset, another stage: another run
         columns = (state.x, state.y, state.theta, state.command_v, state.command_omega)
         rows.append((state.header.stamp.to_sec(), np.array(columns).T))
     return _tables(rows, robots)

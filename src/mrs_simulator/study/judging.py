@@ -17,6 +17,7 @@ from mrs_simulator.core.claims import Claim, Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.verdict import Late, judge
+from mrs_simulator.study.possible_runs import impossibilities
 
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
 # [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
@@ -31,7 +32,7 @@ def judged(run, control=None):
     ``time`` and ``hand``, or None.
     """
     if control is None:
-        return judge(run), None
+        return judge(run, guards=impossibilities(run)), None
     faults, measures = [], {}
     claims, exact = _claims(control, run, faults)
     with _keeping(faults, "measures"):
@@ -44,7 +45,7 @@ def judged(run, control=None):
         run,
         claims + faults,
         measures,
-        _safety_claims(control, run.hand[0]),
+        _safety_claims(control, run.hand[0]) + impossibilities(run),
         _late(control, run),
         exact,
         ruled_out,

@@ -9,11 +9,13 @@ from typing import NamedTuple
 import numpy as np
 import rospy
 
+from mrs_simulator.core.possible import jump
 from mrs_simulator.core.recording import Collision as RunCollision
 from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.ros.planar_messages import PlanarTwist
+from mrs_simulator.vehicles import Team
 
 
 class Sample(NamedTuple):
@@ -27,16 +29,19 @@ class Sample(NamedTuple):
 
 def make_source(scenario):
     """Return the stage in simulated time, else the real robots."""
-    return StageSource() if rospy.get_param("/use_sim_time", False) else RobotsSource(scenario)
+    simulated = rospy.get_param("/use_sim_time", False)
+    return (StageSource if simulated else RobotsSource)(scenario)
 
 
 class StageSource:
-    """Every state of the stage."""
+    """Every state of the stage, until it begins another run: what comes then is no part of this one."""
 
     PACED = False  # whether samples come at the scenario's rate
 
-    def __init__(self):
-        """Listen to the stage."""
+    def __init__(self, scenario):
+        """Listen to the stage, whose robots are those of ``scenario``."""
+        self._speeds = Team.from_scenario(scenario).speeds[:, 0]
+        self._newest, self._part, self._broken = None, None, ""  # since the run began
         self.collisions, self._closest = [], math.inf
         self._counting = self._lockstep = False
         self._queue = queue.Queue()
@@ -52,11 +57,34 @@ class StageSource:
             state = self._queue.get(timeout=seconds)
         except queue.Empty:
             return None
-        return Sample(
+        sample = Sample(
             state.header.stamp.to_sec(),
             np.array([state.x, state.y, state.theta]).T,
             np.array([state.command_v, state.command_omega]).T,
             any(state.commanded),
+        )
+        part = (state.stage, state.run, len(state.x))
+        self._broken = self._broken or self._break(sample, part)
+        self._newest, self._part = sample, part
+        return None if self._broken else sample
+
+    def _break(self, sample, part):
+        """Return why ``sample`` is no part of the run, or ""."""
+        if not self._counting:
+            return ""
+        if part[0] != self._part[0]:
+            return "the stage was started again"
+        if part[1:] != self._part[1:]:
+            return "the stage was reset, or given another team"
+        last, dt = self._newest, sample.stamp - self._newest.stamp
+        if dt < 0.0:
+            return "simulated time went back"
+        speeds = self._speeds if len(self._speeds) == len(sample.pose) else math.inf
+        found = jump(last.pose, sample.pose, dt, speeds)
+        return (
+            "robot{} jumped by {:.2f} m within {:.3f} s".format(found[0] + 1, found[1], dt)
+            if found
+            else ""
         )
 
     def begin(self):
@@ -65,7 +93,7 @@ class StageSource:
 
     def broken(self):
         """Return why the run cannot go on, or ""."""
-        return ""
+        return self._broken
 
     def silence(self):
         """Return who it is that says nothing."""
@@ -100,7 +128,9 @@ class RobotsSource:
     def __init__(self, scenario):
         """Listen to the robots' odometry, and whatever else makes the common frame, and commands."""
         self._period, self._due = 1.0 / scenario.record_rate, time.monotonic()
-        self._watchdog = scenario.cmd_vel_timeout
+        # Of each robot, (n,) [s], as its driver has it.
+        given, usual = scenario.cmd_vel_timeout, Team.from_scenario(scenario).timeouts
+        self._watchdog = usual if given is None else np.full(scenario.n, given)
         self._frame = make_common_frame(scenario)
         self._lock = threading.Lock()
         self._command = np.zeros((scenario.n, 2))

@@ -79,6 +79,8 @@ class RosConnection:
             self._newest["state"], self._heard["state"] = message, time.monotonic()
             # The curves need less than every step of a fast simulation.
             kept = self._newest.get("kept", -1.0)
+            if last is not None and (last.stage, last.run) != (message.stage, message.run):
+                self._samples.append(None)  # a reset, another team, another stage: another run
             if last is None or stamp < kept or stamp >= kept + SAMPLE_PERIOD - 1e-9:
                 self._newest["kept"] = stamp
                 self._samples.append(message)

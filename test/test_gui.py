@@ -216,6 +216,7 @@ def test_a_scenario_that_is_not_opened_is_not_in_force(gui, tmp_path):
     law.write_text(
         "from mrs_simulator.control.pioneer_control import PioneerControl\n"
         "class Law(PioneerControl):\n"
+        "    def pointMassLaw(self, hand): return 0.0 * hand\n"
         "    def targets(self, hand): raise KeyError('nowhere')\n"
     )
     text = "poses: [[0, 0, 0], [2, 0, 0]]\ncontrol: {{protocol: {}}}\n"
@@ -247,7 +248,8 @@ def test_a_scenario_saved_elsewhere_finds_the_law_beside_the_first(gui, tmp_path
     (tmp_path / "other").mkdir()
     (tmp_path / "law.py").write_text(
         "from mrs_simulator.control.pioneer_control import PioneerControl\n"
-        "class Law(PioneerControl): pass\n"
+        "class Law(PioneerControl):\n"
+        "    def pointMassLaw(self, hand): return 0.0 * hand\n"
     )
     (tmp_path / "mine.yaml").write_text(
         "poses: [[0, 0, 0], [2, 0, 0]]\ncontrol: {protocol: law.py}\n"

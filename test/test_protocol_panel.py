@@ -156,7 +156,7 @@ def test_values_in_force_that_cannot_be_are_said(panel):
     panel._form.set_values({"k": None, "T": float("nan"), "unknown": 3, "c": 3.0})
     assert field(panel, "k").text() == "0.02"
     assert field(panel, "c").text() == "3"
-    assert [note[:5] for note in notes(panel)] == ["k = N", "T = n"]
+    assert [note[:5] for note in notes(panel)] == ["k = n", "T = n"]
     assert panel.values() == dict(DEFAULTS, c=3.0)
     panel._form.set_values(DEFAULTS)
     assert notes(panel) == []

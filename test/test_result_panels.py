@@ -14,6 +14,7 @@ from python_qt_binding.QtWidgets import QApplication
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
+from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 
 APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]
@@ -171,3 +172,32 @@ def test_a_check_that_fails_or_is_called_off_starts_nothing():
     run.begin("scenario.yaml", accepted=frozenset())
     assert run.cancel() and not run.ended(True, (9, []))
     assert run.outcome == "" and not run.cancel()
+
+
+@pytest.mark.parametrize(
+    "plain, printed",
+    [
+        ("lambda_2 >= 0", "\u03bb\u2082 \u2265 0"),
+        ("eps above 0", "\u03b5 above 0"),
+        ("p^T L p over its bound [-]", "p\u1d40 L p over its bound [-]"),
+        ("|1 - gain Tc lambda(L_ff)| < 1", "|1 - gain Tc \u03bb(L_ff)| < 1"),
+        ("a_ij in m/s^2", "a\u1d62\u2c7c in m/s\u00b2"),
+        ("the pipe of my_law.py, robot_1 and max_speed", None),
+        ("adversaries <= F", "adversaries \u2264 F"),
+    ],
+)
+def test_symbols_are_mathematics(plain, printed):
+    assert symbolic(plain) == (printed or plain)
+
+
+def test_failed_rows_come_first_and_those_that_do_not_apply_last():
+    QApplication.instance() or QApplication([])
+    panel = VerdictPanel()
+    names = {"good": True, "none": None, "bad": False, "better": True}
+    empty = dict.fromkeys(("predicted", "measured", "difference", "tolerance"))
+    checks = [dict(empty, name=name, passed=passed, note="") for name, passed in names.items()]
+    panel.set_verdict(
+        dict(title="", passed=False, checks=checks, final_gaps=None, min_distance=None, warnings=[])
+    )
+    order = [panel._table.text(row, 0) for row in range(4)]
+    assert order == ["bad", "good", "better", "none"]

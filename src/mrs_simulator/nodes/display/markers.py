@@ -18,9 +18,10 @@ from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.figures import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles import kind
+from mrs_simulator.vehicles import KINDS, kind
+from mrs_simulator.vehicles.top_view import TYRE, wheel_places
 
-DRAWN = kind(DEFAULT_KIND)
+MOST_PARTS = 10  # [-] of a robot, and one more
 RATE = 10.0  # [Hz] of wall time
 TRAIL_STEP = 0.05  # [m] between two points of a trajectory
 TRAIL_MOST = 2000  # [-] points of one trajectory
@@ -28,7 +29,6 @@ TRAILS_MOST = 20000  # [-] points of all trajectories: they are sent whole each 
 TRAIL_WIDTH = 0.06  # [m]
 JUMP = 1.0  # [m] farther than it can have driven: the robot was put there
 BLACK, GREY = ColorRGBA(0.1, 0.1, 0.1, 1.0), ColorRGBA(0.55, 0.55, 0.6, 1.0)
-WHEEL_WIDTH = 0.05  # [m]
 LABEL_HEIGHT, LABEL_OFFSET = 0.6, 0.6  # [m] of letters; from the robot to its number
 
 
@@ -38,6 +38,7 @@ class Markers:
     def __init__(self):
         self._hand_length = number_parameter("~l", DEFAULT_HAND_LENGTH, above=0.0)
         self._newest, self._obstacles, self._shown = None, (), {}
+        self._kinds = ()  # the robots' ``Kind``s
         self._trails, self._lock = Trails(), threading.Lock()
         self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
         self._subscribers = [
@@ -47,13 +48,16 @@ class Markers:
 
     def _begin(self, message):
         try:
-            obstacles = scenario_from_yaml(message.data, "stage/scenario").obstacles
+            scenario = scenario_from_yaml(message.data, "stage/scenario")
         except ScenarioError as error:
             rospy.logerr_throttle(5.0, "markers: {}".format(error))
             return
         with self._lock:
             # The stage tells its scenario anew after a reset too.
-            self._obstacles, self._trails = obstacles, Trails()
+            self._obstacles, self._trails = scenario.obstacles, Trails()
+            # A topic opens no files: a kind in a file is drawn as the default one.
+            shipped = [name if name in KINDS else DEFAULT_KIND for name in scenario.kinds]
+            self._kinds = tuple(map(kind, shipped))
 
     def _keep(self, state):
         hand = hand_points(np.array([state.x, state.y, state.theta]).T, self._hand_length)
@@ -71,11 +75,14 @@ class Markers:
     def _markers(self):
         with self._lock:
             state, obstacles, trails = self._newest, self._obstacles, self._trails.lines()
+            kinds = self._kinds
         markers = []
+        if len(kinds) != len(state.robot):  # the scenario of this team is still to come
+            kinds = (kind(DEFAULT_KIND),) * len(state.robot)
         for row, number in enumerate(state.robot):
-            parts = _robot(number, state.x[row], state.y[row], state.theta[row])
+            parts = _robot(kinds[row], number, state.x[row], state.y[row], state.theta[row])
             parts += trails[row : row + 1]
-            markers += _named("robots", number * (len(parts) + 1), parts)
+            markers += _named("robots", number * MOST_PARTS, parts)
         markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
         for marker in markers:
             marker.header = state.header
@@ -133,24 +140,27 @@ def _put_elsewhere(before, after):
     return bool(np.any(moved > JUMP + elapsed * speed))
 
 
-def _robot(number, x, y, theta):
-    length, height = DRAWN.body.length, 0.6 * DRAWN.body.height
-    body = _marker(Marker.CUBE, (length, 0.75 * DRAWN.body.width, height), _colour(number))
-    ahead = 0.5 * (DRAWN.body.front - DRAWN.body.rear)
-    _place(body, x, y, theta, ahead, 0.0, height)
-    wheels = []
-    for side in (0.5, -0.5):
-        diameter = 2.0 * DRAWN.numbers.radius
-        wheel = _marker(Marker.CUBE, (diameter, WHEEL_WIDTH, diameter), BLACK)
-        _place(wheel, x, y, theta, 0.0, side * DRAWN.numbers.track, DRAWN.numbers.radius)
-        wheels.append(wheel)
+def _robot(kind, number, x, y, theta):
+    """Return the markers of one robot: body, wheels, heading and number."""
+    shape, height = kind.body, 0.6 * kind.body.height
+    solid = Marker.CYLINDER if shape.round else Marker.CUBE
+    wheels = [_wheel(kind.numbers.radius, x, y, theta, *at) for at in wheel_places(kind)]
+    inside = 0.75 if wheels and not shape.round else 1.0  # of the width, between the wheels
+    body = _marker(solid, (shape.length, inside * shape.width, height), _colour(number))
+    _place(body, x, y, theta, 0.5 * (shape.front - shape.rear), 0.0, height)
     heading = _marker(Marker.ARROW, (0.05, 0.16, 0.18), BLACK)  # shaft, head, length of head
-    heading.points = [Point(0.0, 0.0, 0.0), Point(length, 0.0, 0.0)]
+    heading.points = [Point(0.0, 0.0, 0.0), Point(shape.length, 0.0, 0.0)]
     _place(heading, x, y, theta, 0.0, 0.0, 1.6 * height)
     label = _marker(Marker.TEXT_VIEW_FACING, (0.0, 0.0, LABEL_HEIGHT), BLACK)
     label.text = str(number)
-    _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * DRAWN.body.height)
+    _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * shape.height)
     return [body] + wheels + [heading, label]
+
+
+def _wheel(radius, x, y, theta, ahead, left):
+    wheel = _marker(Marker.CUBE, (2.0 * radius, TYRE * radius, 2.0 * radius), BLACK)
+    _place(wheel, x, y, theta, ahead, left, radius)
+    return wheel
 
 
 def _obstacle(obstacle):

@@ -39,7 +39,7 @@ LEGEND = {  # in the order of the map's words
     "start": "start",
     "trail": "path so far",
     "target": "wanted place",
-    "hears": "\u2192 robot that hears",
+    "hears": "to the robot that hears",
     "edge": "robots that hear each other",
     "real": "real robot",
     "stale": "not heard lately",
@@ -300,7 +300,7 @@ def draw_legend(painter, look, frame, shown):
         [painter.fontMetrics().horizontalAdvance(LEGEND[name]) for name in entries] + [0]
     )
     height = (1.2 * len(entries) + 0.3) * line
-    if not entries or 3.0 * width > area.width() or 3.0 * height > area.height():
+    if not entries or 2.5 * width > area.width() or 2.0 * height > area.height():
         return  # there is no room for words
     left, top = area.left() + 0.4 * line, area.bottom() - 0.4 * line - height
     painter.setPen(QPen(look.mixed(0.25), 1))

@@ -5,6 +5,7 @@ from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, Q
 from mrs_simulator.core.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 
 HEADERS = (
     ("claim", "What theory, or good order, says of the run"),
@@ -18,6 +19,7 @@ HEADERS = (
 RESULT = 5  # column
 WORDS = {True: "passed", False: "FAILED", None: "does not apply"}
 TINTS = {True: "good", False: "error", None: "aside"}
+ORDER = (False, True, None)  # of the rows
 OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results are
 TITLES = {PASSED: "passed", FAILED: "FAILED", NOT_JUDGED: "not judged"}
 BEFORE = "No verdict yet. Save results of a run: it is judged against its protocol's theory."
@@ -47,7 +49,8 @@ class VerdictPanel(QWidget):
 
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
-        self.verdict, checks = verdict, verdict["checks"]
+        self.verdict = verdict
+        checks = sorted(verdict["checks"], key=lambda check: ORDER.index(check["passed"]))
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
         told = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
         outcome = outcome_of(verdict)
@@ -78,14 +81,14 @@ class VerdictPanel(QWidget):
         """Return the texts of the row of ``claim``, by column."""
         names = [name for name, _ in HEADERS]
         for row in range(self._table.rowCount()):
-            if self._table.text(row, 0) == claim:
+            if self._table.text(row, 0) == symbolic(claim):
                 return {name: self._table.text(row, c) for c, name in enumerate(names)}
         raise KeyError(claim)
 
 
 def _cells(check):
     numbers = [shown(check[key]) for key in ("predicted", "measured", "difference", "tolerance")]
-    return [check["name"], *numbers, WORDS[check["passed"]], check["note"]]
+    return [symbolic(check["name"]), *numbers, WORDS[check["passed"]], symbolic(check["note"])]
 
 
 def _tip(check):

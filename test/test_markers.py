@@ -85,12 +85,12 @@ def test_obstacles_are_shown(ros, tmp_path):
 def test_each_robot_is_shown_as_its_kind_is(ros, tmp_path):
     scenario = tmp_path / "mixed.yaml"
     scenario.write_text(
-        "poses: [[0, 0, 0], [2, 0, 0], [4, 0, 0]]\nmodel: [husky, robotino3, f1tenth]\n"
+        "poses: [[0, 0, 0], [2, 0, 0], [4, 0, 0]]\nmodel: [husky, epuck, f1tenth]\n"
     )
     probe = start(ros, "--scenario", scenario)
     probe.wait("len(shown('CYLINDER')) == 1")
     assert probe.ask("marker_repeated") is False
-    assert probe.ask("len(shown('CUBE'))") == 2 + 4 + 4  # bodies and wheels
+    assert probe.ask("len(shown('CUBE'))") == 2 + 4 + 2 + 4  # bodies and wheels
     assert probe.ask("sorted(m.scale.x for m in markers.values() if m.type == m.CYLINDER)") == [
         0.45
     ]

@@ -357,9 +357,8 @@ class Stage:
         silent = set(np.flatnonzero(self.world.timed_out).tolist())
         new = sorted(silent - self._silent)
         if new:
-            rospy.logwarn(
-                "stage: %s stopped: no command for %g s", named(new), self.world.cmd_vel_timeout
-            )
+            waited = float(self.world.timeouts[new].max())
+            rospy.logwarn("stage: %s stopped: no command for %g s", named(new), waited)
         self._silent = silent
         refused = np.flatnonzero(self.world.refused > self._refused).tolist()
         if refused:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+MOST_PAIRS = 5000000  # [-] pairs of robots that a graph is made from
 # Names of graphs that the number of robots alone decides, and whether they are directed by default.
 BY_ORDER = {
     "chain": True,
@@ -32,6 +33,7 @@ def ordered_pairs(name, n, directed):
     if name == "star":
         return [(i, 1) if directed else (1, i) for i in range(2, n + 1)]
     if name == "complete":
+        refuse_many(n * (n - 1) // 2)
         every = range(1, n + 1)
         return [(i, j) for i in every for j in every if i < j or (directed and i > j)]
     side = math.ceil(math.sqrt(n))
@@ -47,6 +49,7 @@ def nearest_pairs(points, k):
     points = np.asarray(points, dtype=float)
     if not 1 <= k < len(points):
         raise ValueError("k = {}: wanted from 1 to {}".format(k, len(points) - 1))
+    refuse_many(len(points) * (len(points) - 1) // 2)
     apart = np.linalg.norm(points[:, np.newaxis] - points[np.newaxis], axis=2)
     np.fill_diagonal(apart, np.inf)
     nearest = np.argsort(apart, axis=1, kind="stable")[:, :k]
@@ -58,10 +61,19 @@ def chance_pairs(n, probability, seed, directed):
 
     Each direction by itself where it is ``directed``.  It may fall apart.  Gilbert, 1959.
     """
+    refuse_many(n * (n - 1) // 2)
     chosen = np.random.default_rng(seed).random((n, n)) < probability
     np.fill_diagonal(chosen, False)
     chosen = chosen if directed else np.triu(chosen)
     return [(int(i) + 1, int(j) + 1) for i, j in zip(*np.nonzero(chosen))]
+
+
+def refuse_many(pairs):
+    """Raise ``ValueError`` where a graph would be made from more than ``MOST_PAIRS`` pairs."""
+    if pairs > MOST_PAIRS:
+        raise ValueError(
+            "{} pairs of robots: wanted at most {}; fewer robots or edges".format(pairs, MOST_PAIRS)
+        )
 
 
 def both_ways(pairs):

@@ -12,12 +12,12 @@ from mrs_simulator.core.graph_presets import (
     chance_pairs,
     nearest_pairs,
     ordered_pairs,
+    refuse_many,
 )
 from mrs_simulator.core.neighbours import close_pairs, squared
 from mrs_simulator.core.parameters import shown
 
 PRESETS = tuple(BY_ORDER)  # decided by the number of robots alone
-MOST_PAIRS = 5000000  # [-] pairs of robots that a graph is made from
 
 
 class Topology:
@@ -84,7 +84,7 @@ class Topology:
     @classmethod
     def random(cls, n, probability=0.3, seed=0):
         """Return a connected undirected graph: a random tree, and each other pair with ``probability``."""
-        _refuse_many(n * (n - 1) // 2)
+        refuse_many(n * (n - 1) // 2)
         draw = np.random.default_rng(seed)
         order = draw.permutation(n) + 1
         pairs = {tuple(sorted((int(order[k]), int(order[draw.integers(k)])))) for k in range(1, n)}
@@ -100,7 +100,7 @@ class Topology:
         reach = max(radius * (1.0 + 1e-9), 1e-6 * np.ptp(points, axis=0).max(), 1e-9)
         first, second = close_pairs(points, reach)
         near = np.sqrt(squared(points[first] - points[second])) <= radius
-        _refuse_many(np.count_nonzero(near))
+        refuse_many(np.count_nonzero(near))
         pairs = np.column_stack([first[near], second[near]]) + 1
         pairs = [tuple(pair) for pair in pairs.tolist()]
         return cls(len(points), pairs, directed=False)
@@ -172,13 +172,6 @@ class Topology:
     def out_degree(self):
         """Return ``sum_i a_ij``, shape (n,): how much each robot is heard."""
         return np.bincount(self._heard, self._weight, self.n)
-
-
-def _refuse_many(pairs):
-    if pairs > MOST_PAIRS:
-        raise ValueError(
-            "{} pairs of robots: wanted at most {}; fewer robots or edges".format(pairs, MOST_PAIRS)
-        )
 
 
 def _reach(following, start, seen):

@@ -11,11 +11,19 @@ import yaml
 from mrs_simulator.core.parameters import shown, unknown_name
 
 LARGEST_FILE = 4 * 1024 * 1024  # [bytes], far above any scenario; guards against a wrong file
+LONGEST_MESSAGE = 1000  # [characters]
 MOST_ALIASED = 100000  # [-] values that all aliases of a text may stand for
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be used: says where, what came and what was wanted."""
+    """A scenario that cannot be used: says where, what came and what was wanted.
+
+    Names in it may be as long as a file: the message ends after ``LONGEST_MESSAGE``.
+    """
+
+    def __init__(self, message):
+        cut = message[:LONGEST_MESSAGE] + "..."
+        super().__init__(message if len(message) <= LONGEST_MESSAGE else cut)
 
 
 class _Loader(yaml.SafeLoader):

@@ -58,6 +58,9 @@ def merged(name, beside, own, others=(), above=()):
     content = _loaded(where) if content is None else content
     if not isinstance(content, dict):
         raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
+    for key in content:
+        if not isinstance(key, str):
+            raise ScenarioError("{}: key {}, wanted a text".format(where, shown(key)))
     content = _with_absolute_model(content, directory)
     base, request = content.pop("base", None), content.pop("import", None)
     default_name = os.path.basename(str(name)).split(".")[0] if _is_file(name) else name

@@ -28,6 +28,7 @@ NO_PROTOCOL = "no protocol is known whose claims could be judged"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was told to move: the controller did not run"
 NONE_APPLY = "none of the protocol's claims applies to this run"
+BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
 MOST_COLLISIONS = 3  # [-] that are told in words
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
@@ -179,10 +180,10 @@ def _judged_late(run, claim, late):
 def _judged(run, claim, exact):
     """Return the check of ``claim``, which is not judged where the exact solution itself misses it."""
     check = _measured(run, claim)
-    if exact is None or claim.own or check.passed is None:
+    if exact is None or claim.own or check.passed is None or check.note.startswith(BROKEN):
         return check
     theory = _measured(exact, claim)
-    if theory.passed is not False:
+    if theory.passed is not False or theory.note.startswith(BROKEN):
         return check
     note = "run too short for this claim: the exact solution itself {}".format(
         "does not show it" if theory.measured is None else "has {:.3g}".format(theory.measured)
@@ -208,7 +209,7 @@ def _measured(run, claim):
         return _skipped(claim, "does not apply: {}".format(why))
     except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
         traceback.print_exc()
-        note = "measuring it failed: {}: {}".format(type(error).__name__, error)
+        note = "{}: {}: {}".format(BROKEN, type(error).__name__, error)
         return _skipped(claim, note)._replace(passed=False)
     if measured is not None and not math.isfinite(measured):
         measured = None

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.published import FaultyEdges, Listeners, exact_motion
+from mrs_simulator.control.laws.published import FaultyEdges, Listeners, exact_motion, exact_poses
 from mrs_simulator.control.safety_filter import filter_acts
 from mrs_simulator.core.claims import Claim
 from mrs_simulator.core.recording import Run
@@ -26,8 +26,10 @@ def exact_run(control, run):
     None where no law is published, or the solution is too long to compute.
     """
     law = _law(control)
-    if law is None or law.SEES == "pose":
+    if law is None:
         return None
+    if law.SEES == "pose":
+        return _exact_robots(control, law, run)
     edges = faulty_edges(control)
     if control.links.changes_edges and law.over(np.ones((1, 1), dtype=bool)) is None:
         return None
@@ -41,6 +43,21 @@ def exact_run(control, run):
     return Run(run.time, run.robots, pose, hand, velocity / [1.0, control.l], [], run.scenario)
 
 
+def _exact_robots(control, law, run):
+    """Return the exact ``Run`` of unicycles under a law that sees poses, or None."""
+    if control.fidelity == "point_mass" or not by_wheels(control):
+        return None
+    with np.errstate(all="ignore"):
+        time = run.time - run.time[0]
+        motion = exact_poses(law, run.pose[0], control.period, time, control.l)
+    if motion is None or not np.isfinite(motion[0]).all():
+        return None
+    pose, command = motion
+    theta = pose[:, :, 2, np.newaxis]
+    hand = pose[:, :, :2] + control.l * np.concatenate([np.cos(theta), np.sin(theta)], axis=2)
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario)
+
+
 def _law(control):
     """Return the published law; None for teams too large for it."""
     return control.published() if len(control.numbers) <= MOST_ROBOTS else None
@@ -49,7 +66,8 @@ def _law(control):
 def exactness_claims(control, run, exact):
     """Return the claims on commands and motion, as far as the published law and ``run`` allow.
 
-    The motion of robots is not compared where what held commands leave may grow, or wheels slip.
+    The motion of robots is not compared where what held commands leave may grow, where they speed up
+    in ramps, or where wheels slip.
     """
     law, claims = _law(control), []
     if law is None:
@@ -60,6 +78,7 @@ def exactness_claims(control, run, exact):
     if by_wheels(control) and len(rows) > 1 and (by_one or (every and law.SEES != "pose")):
         claims.append(_commands(control, law, run))
     robots = law.NARROWS and control.fidelity == "kinematic" and by_wheels(control)
+    robots = robots and np.isinf(control.limits.acceleration).all()  # no ramps
     if exact is not None and (robots or control.fidelity == "point_mass"):
         claims.append(_distance(exact))
     return claims

@@ -136,7 +136,16 @@ class Formation(PioneerControl):
         steps = formation.predicted_settling(start, self._offsets, self._closure, self.k, SETTLED)
         if steps is not None:
             allowed = max(tolerance.settling * steps, SETTLE_STEPS) * self.T
-            claims.append(Claim("settling time [s]", steps * self.T, allowed, self._settling))
+            # One factor for the whole team re-times the motion.
+            claims.append(
+                Claim(
+                    "settling time [s]",
+                    steps * self.T,
+                    allowed,
+                    self._settling,
+                    free=self.saturation == "team",
+                )
+            )
         place = formation.limit(start, self._offsets, self._closure)
         # Robot n anchors the chain whatever the limits; the other closures keep a mean of all robots,
         # which limits on each robot do not.

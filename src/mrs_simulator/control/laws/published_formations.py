@@ -143,6 +143,10 @@ class Separations(Published):
         """``leader`` (n,) rows, its own for the leader; ``wanted`` (n,) complex [m], beside it."""
         self.leader, self.wanted, self.gains = leader, wanted, gains
         self.path, self.speed, self.period = path, speed, period
+        self.depth, above = 1, np.array(leader)
+        while self.depth < len(leader) and not np.array_equal(above, above[np.array(leader)]):
+            self.depth, above = self.depth + 1, above[np.array(leader)]
+        self.depth += 1
 
     def commands(self, pose, hand, command, time, l):
         """Return the wanted ``(v, omega)``, (n, 2), given what the leaders' ``command`` (n, 2) is."""

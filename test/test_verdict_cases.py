@@ -1,0 +1,131 @@
+"""Correct runs are never failed, and wrong ones are, whatever hid them: limits, short runs, starts."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import as_points, check, failed, shipped, verdict_of
+
+from mrs_simulator import PioneerControl
+from mrs_simulator.control.laws.consensus import Consensus
+from mrs_simulator.control.laws.gathering import Containment
+from mrs_simulator.core.claims import Claim, converges_to, decreases
+from mrs_simulator.core.recording import Run
+
+PENTAGRAM = [
+    [5.0 * np.cos(4 * np.pi * k / 5), 5.0 * np.sin(4 * np.pi * k / 5), 0.0] for k in range(5)
+]
+RING = {"edges": [[1, 2], [2, 3], [3, 4], [4, 5], [5, 1]], "directed": False}
+CHAIN = {"edges": [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6]]}
+LINE = [[4.0 * k, 0.0, 0.0] for k in range(6)]
+
+
+def controlled(scenario, **changes):
+    return scenario.changed(control=dict(scenario.control._asdict(), **changes))
+
+
+CORRECT = {
+    "the paper's path for 110 s": lambda: shipped("paper", {"closure": "path"}, duration=110.0),
+    "points for 80 s": lambda: shipped("paper_theory", duration=80.0),
+    "a delay near its bound": lambda: shipped("delayed_consensus", {"tau": 0.76}),
+    "little damping": lambda: shipped("second_order_consensus", {"g": 1.5}),
+    "a short run": lambda: shipped("consensus", duration=6.0),
+    "a start without the slowest mode": lambda: shipped(
+        "consensus", robots=5, poses=PENTAGRAM, topology=RING
+    ),
+    "no simple modes": lambda: as_points(
+        shipped("containment", {"leaders": 1}, robots=6, poses=LINE, topology=CHAIN, duration=150.0)
+    ),
+    "one factor for the team": lambda: controlled(
+        shipped("paper_four", {"closure": "cycle"}), saturation="team"
+    ),
+    "a safety filter that acts": lambda: controlled(
+        shipped("consensus", fidelity="kinematic", limits="top", duration=10.0),
+        safety=True,
+        saturation="robot",
+    ),
+    "a flock from a line": lambda: shipped("flocking", robots=6, poses=LINE, duration=20.0),
+    "a leader's first seconds": lambda: shipped("leader_follower", duration=4.0),
+    "firmware's ramps": lambda: shipped("displacement_formation", limits="firmware", duration=30.0),
+}
+
+
+@pytest.mark.parametrize("name", sorted(CORRECT))
+def test_a_correct_run_is_not_failed(tmp_path, name):
+    verdict = verdict_of(CORRECT[name](), tmp_path)
+    assert verdict["outcome"] != "failed", (failed(verdict), verdict["checks"])
+
+
+def test_a_run_too_short_for_a_claim_says_so(tmp_path):
+    verdict = verdict_of(CORRECT["a short run"](), tmp_path)
+    limit = check(verdict, "distance from agreement")
+    assert limit["passed"] is None and limit["measured"] > limit["tolerance"]
+    assert limit["note"].startswith("run too short for this claim: the exact solution itself has ")
+    assert verdict["outcome"] == "passed"  # its commands and its motion were judged
+
+
+def test_a_filter_that_acts_rules_the_claims_out(tmp_path):
+    verdict = verdict_of(CORRECT["a safety filter that acts"](), tmp_path)
+    notes = {one["note"] for one in verdict["checks"] if one["passed"] is None}
+    assert notes == {"does not apply: the safety filter acted"}
+    assert verdict["outcome"] == "not_judged" and check(verdict, "least distance")["passed"]
+
+
+class Hasty(Containment):
+    def pointMassLaw(self, hand):
+        return 1.1 * super().pointMassLaw(hand)
+
+
+def test_a_moment_at_a_limit_hides_no_wrong_gain(tmp_path):
+    given = shipped("containment", limits={"v_max": 1.2, "omega_max": 6.2832}, duration=140.0)
+    right = verdict_of(given, tmp_path)
+    rate = check(right, "decay rate")
+    assert rate["passed"] and "after the last time at a speed limit" in rate["note"], rate
+    assert right["outcome"] == "passed"
+    wrong = verdict_of(given, tmp_path, Hasty)
+    assert {"commands off the published law [-]", rate["name"]} <= set(failed(wrong))
+
+
+def run_of(values):
+    """A run of one point whose distance from the origin is each of ``values``."""
+    hand = np.zeros((len(values), 1, 2))
+    hand[:, 0, 0] = values
+    return Run(0.1 * np.arange(len(values)), np.array([1]), None, hand, None)
+
+
+def test_growth_is_seen_far_below_the_start():
+    claim = decreases(lambda hand: hand[:, 0, 0], "growth")
+    falling = np.exp(-np.arange(60.0) / 3.0)
+    assert claim.measure(run_of(falling)) == 0.0
+    falling[50] *= 2.0  # 1e-7 of the start
+    assert claim.measure(run_of(falling)) > 0.4
+
+
+class Shapeless(Consensus):
+    def prediction(self, start, time):
+        return np.zeros((3, 2))
+
+    def claims(self, start):
+        pair = Claim("a pair [m]", 0.0, 1.0, lambda run: run.hand[-1, 0])
+        return [*super().claims(start), "no claim", pair, converges_to(np.zeros((2, 2)))]
+
+
+def test_wrong_shapes_are_told_and_the_rest_is_judged(tmp_path):
+    verdict = verdict_of(shipped("consensus"), tmp_path, Shapeless)
+    assert verdict["outcome"] == "failed"
+    told = {one["name"]: one["note"] for one in verdict["checks"] if one["passed"] is False}
+    assert "shape (3, 2), wanted (201, 6, 2)" in told["prediction() returns"]
+    assert "'no claim' among them, wanted Claims and Conditions" in told["claims() returns"]
+    assert "of shape (2,), wanted one number" in told["a pair [m]"]
+    assert "operands could not be broadcast" in told["final distance from the limit [m]"]
+    assert check(verdict, "decay rate")["passed"] and check(verdict, "drift of w^T p")["passed"]
+
+
+class TwoMeet(PioneerControl):
+    def pointMassLaw(self, hand):
+        return hand[::-1] - hand
+
+
+def test_collisions_say_who_and_when(tmp_path):
+    given = shipped("reynolds", robots=2, poses=[[0, 0, 0], [1.5, 0, 0]], duration=3.0)
+    given = controlled(given, parameters={"l": 0.1})
+    collisions = check(verdict_of(given, tmp_path, TwoMeet), "collisions")
+    assert collisions["note"].startswith("robot1 and robot2 at ") and "s" in collisions["note"]

@@ -94,7 +94,7 @@ def test_a_new_connection_to_a_real_robot_that_was_driven_begins_with_zeros(monk
     commands = RobotCommands(["/robot1/cmd_vel", "/robot2/cmd_vel"], real=[1])
     assert firsts[0] is None and firsts[1]() is None
     commands.publish(FORWARD)
-    assert firsts[1]().command == (0.0, 0.0)
+    assert firsts[1]().values == (0.0,) * 6
 
 
 def test_it_shuts_itself_when_a_moving_robot_is_told_nothing(topics):

@@ -238,8 +238,9 @@ def bag_of(path, text=None, poses=((0.0, 0.0, 0.0),)):
         for k in range(3):
             x, y, theta = zip(*poses)
             state = TeamState(robot=range(1, len(poses) + 1), x=x, y=y, theta=theta)
-            state.commanded = [True] * len(poses)
-            state.command_v = state.command_omega = [0.0] * len(poses)
+            still = [0.0] * len(poses)
+            state.vx = state.vy = state.omega = state.command_v = state.command_omega = still
+            state.commanded, state.real = [True] * len(poses), [False] * len(poses)
             state.header.stamp = rospy.Time(1 + k)
             bag.write("/stage/state", state, state.header.stamp)
     return path

@@ -8,7 +8,7 @@ import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
 
 COVARIANCE = [float(value) for value in range(36)]
 
@@ -52,15 +52,16 @@ def test_odometry_is_read_alike():
 
 
 def test_twist_both_ways():
-    message = PlanarTwist()
-    message.command = 0.3, -0.2
+    message = QuickTwist()
+    message.values = 0.3, 0.1, 0.0, 0.0, 0.5, -0.2
     plain = Twist().deserialize(wire(message))
-    assert (plain.linear.x, plain.angular.z) == (0.3, -0.2)
-    assert PlanarTwist().deserialize(wire(plain)).command == (0.3, -0.2)
-    assert (PlanarTwist._type, PlanarTwist._md5sum) == (Twist._type, Twist._md5sum)
+    assert (plain.linear.x, plain.linear.y, plain.angular.y) == (0.3, 0.1, 0.5)
+    assert plain.angular.z == -0.2
+    assert QuickTwist().deserialize(wire(plain)).values == (0.3, 0.1, 0.0, 0.0, 0.5, -0.2)
+    assert (QuickTwist._type, QuickTwist._md5sum) == (Twist._type, Twist._md5sum)
 
 
-@pytest.mark.parametrize("kind, whole", [(PlanarOdometry, standard()), (PlanarTwist, Twist())])
+@pytest.mark.parametrize("kind, whole", [(PlanarOdometry, standard()), (QuickTwist, Twist())])
 def test_a_message_cut_short_is_refused(kind, whole):
     data = wire(whole)
     for length in (0, 5, 20, len(data) // 3):

@@ -1,5 +1,6 @@
 """Imports keep to the direction of the rooms."""
 
+import ast
 import os
 
 import pytest
@@ -28,6 +29,8 @@ APART = {
     ("nodes", "rqt_plugin"),
     ("rqt_plugin", "nodes"),
 }
+# Who reads rosbags reads messages.
+ALLOWED = {("study/bag.py", "mrs_simulator.ros.messages")}
 # Outside packages that a room may not import.
 FORBIDDEN = {
     "core": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
@@ -39,6 +42,12 @@ FORBIDDEN = {
     "nodes": QT | {"pybullet", "matplotlib"},
     "rqt_plugin": {"pybullet"},
     "": ROS | MESSAGES | QT | {"pybullet", "matplotlib", "numpy"},  # the package itself
+}
+# Fields that no other thing is called like: whoever names one takes a message apart.
+OWN_FIELDS = {
+    "TeamState": ("command_v", "command_omega", "command_vy"),
+    "ControlStatus": ("target_x", "target_y"),
+    "StageStatus": ("round_trip_median", "round_trip_p99"),
 }
 ROS_SIDE = {"ros_side", "plugin.py", "standalone.py"}  # of the GUI: the only ones that know ROS
 
@@ -79,6 +88,7 @@ def test_imports_keep_to_the_order_of_the_rooms(room):
         if parts[0] == "mrs_simulator" and len(parts) > 1 and parts[1] in ROOMS:
             other = parts[1]
             wrong = ROOMS.index(other) > ROOMS.index(room) or (room, other) in APART
+            wrong = wrong and (os.path.relpath(path, ROOT), name) not in ALLOWED
             assert not wrong, "{} imports {}".format(path, name)
 
 
@@ -91,6 +101,21 @@ def test_the_widgets_of_the_gui_know_no_ros():
                 ("mrs_simulator.msg", "mrs_simulator.srv")
             )
             assert not known, "{} imports {}".format(path, name)
+
+
+def test_one_module_alone_knows_the_fields_of_messages():
+    fields = {field for name in OWN_FIELDS for field in OWN_FIELDS[name]}
+    for room in ROOMS:
+        for path in modules(room):
+            if os.path.relpath(path, ROOT) in ("ros/messages.py",):
+                continue
+            for name in imported(path):
+                assert name != "mrs_simulator.msg", "{} imports {}".format(path, name)
+            with open(path, encoding="utf-8") as file:
+                tree = ast.parse(file.read())
+            for node in ast.walk(tree):
+                named = getattr(node, "attr", None) or getattr(node, "arg", None)
+                assert named not in fields, "{}, line {}: {}".format(path, node.lineno, named)
 
 
 def test_core_imports_without_ros_or_pybullet():

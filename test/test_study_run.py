@@ -145,7 +145,7 @@ def test_the_settling_is_what_the_protocol_claims(name, parameters, told):
 
 # What runs follows -------------------------------------------------------------------------------
 
-STANDS = SimpleNamespace(running=False, trouble="stopped", stale=[], command_v=[0.0] * 6)
+STANDS = SimpleNamespace(running=False, trouble="stopped", stale=[], command=[[0.0, 0.0]] * 6)
 
 
 @pytest.mark.parametrize(
@@ -297,13 +297,13 @@ def test_a_run_that_nobody_controlled_is_not_judged(tmp_path):
 
 
 def test_a_run_whose_periods_were_missed_is_not_judged(tmp_path):
-    stage = SimpleNamespace(robots=2, missed_periods=0, header=None, lockstep=False)
+    stage = SimpleNamespace(robots=2, missed_periods=0, stamp=0.0, lockstep=False)
     control = SimpleNamespace(**dict(vars(STANDS), running=True, period=0.1))
     connection = Connection(stage=stage, control=control)
     run = study("paper_four", connection)
 
     def told(seconds, missed):
-        stage.header = SimpleNamespace(stamp=SimpleNamespace(to_sec=lambda: seconds))
+        stage.stamp = seconds
         stage.missed_periods = missed
         return run.note_timing()
 

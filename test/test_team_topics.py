@@ -70,13 +70,18 @@ publisher = rospy.Publisher("/stage/command", TeamCommand, queue_size=10, latch=
 publisher.publish(TeamCommand({}))
 rospy.sleep(1.0)
 """
-    ros.python(code.format("[1, 2, 3], [0.5, 0.5], [0.0, 0.0, 0.0]"))
-    wait_until(lambda: "3 robots, 2 v, 3 omega" in log_of(stage))
-    ros.python(code.format("[0, 2], [0.5, 0.5], [0.0, 0.0]"))
-    ros.python(code.format("[2, 9], [float('nan'), 0.5], [0.0, 0.0]"))
+    ros.python(code.format("robot=[1, 2, 3], v=[0.5, 0.5], omega=[0.0, 0.0, 0.0]"))
+    wait_until(lambda: "3 robots, 2 v; wanted as many of each" in log_of(stage))
+    ros.python(code.format("robot=[0, 2], v=[0.5, 0.5], omega=[0.0, 0.0]"))
+    ros.python(code.format("robot=[2, 9], v=[float('nan'), 0.5], omega=[0.0, 0.0]"))
     probe.wait("status('refused') == [0, 1, 0]")
     assert probe.ask("any(state('commanded'))") is False
     assert probe.ask("max(map(abs, state('vx')))") == 0.0
+    # A component that the robot does not obey is left out, counted, and said once.
+    ros.python(code.format("robot=[3], v=[0.0], omega=[0.0], vy=[0.4]"))
+    probe.wait("status('unobeyed') == [0, 0, 1]")
+    told = "robot3 was told linear.y, which a Pioneer 3-DX does not obey"
+    assert log_of(stage).count("[WARN") >= 1 and told in log_of(stage)
 
 
 @pytest.mark.parametrize("bounds", [None, [JumpBounds(0.3, 1.0, 1.0)] * 3])

@@ -13,7 +13,7 @@ import yaml
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
 from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.study.report import judged, read_run
 from mrs_simulator.vehicles import kind
@@ -108,10 +108,10 @@ def odometry(content):
 
 def twist(content):
     """Read the bytes of a geometry_msgs/Twist, and obey it."""
-    message = PlanarTwist()
+    message = QuickTwist()
     _deserialize(message, content)
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]], limits=None)
-    world.set_commands([0], np.array([message.command[:2]], dtype=float))
+    world.set_commands([0], np.array([message.values])[:, [0, 5]])
     for _ in range(STEPS):
         world.step()
     _wanted_finite(world.pose)

@@ -11,7 +11,7 @@ from mrs_simulator.core.guards import Tracks
 from mrs_simulator.core.intake import FARTHEST_REAL, Intake
 from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.core.scenario import FARTHEST
-from mrs_simulator.msg import TeamOdometry
+from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
 from mrs_simulator.ros.parameters import pattern_parameter, text_parameter
 from mrs_simulator.ros.planar_messages import PlanarOdometry
 from mrs_simulator.ros.senders import Senders
@@ -243,10 +243,11 @@ class TeamInbox(Inbox):
 
     def put(self, message):
         """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
-        if not len(message.robot) == len(message.x) == len(message.y) == len(message.theta):
+        try:
+            numbers, poses, _ = read_odometry(message)
+        except MessageError:
             return
-        poses = np.array([message.x, message.y, message.theta]).T
-        rows = np.array([self._rows.get(number, -1) for number in message.robot], dtype=int)
+        rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
         poses, rows = poses[rows >= 0], rows[rows >= 0]
         good = np.isfinite(poses).all(axis=1) & (np.abs(poses[:, :2]) < FARTHEST).all(axis=1)
         now, stamp = rospy.get_time(), message.header.stamp

@@ -79,24 +79,22 @@ class PlanarOdometry(Odometry):
         return self
 
 
-class PlanarTwist(Twist):
-    """A velocity command of which ``linear.x`` and ``angular.z`` count, as ``command``."""
+class QuickTwist(Twist):
+    """A velocity command as its six numbers, ``values``: linear x, y, z, angular x, y, z."""
 
-    __slots__ = ("command",)
+    __slots__ = ("values",)
 
     def __init__(self):
         """Make an empty message, without the nested fields."""
 
     def serialize(self, buff):
-        """Write the message; ``command`` is (v, omega) [m/s, rad/s]."""
-        v, omega = self.command
-        buff.write(_TWIST.pack(v, 0.0, 0.0, 0.0, 0.0, omega))
+        """Write the message; ``values`` are its contents."""
+        buff.write(_TWIST.pack(*self.values))
 
     def deserialize(self, data):
         """Read the message; ``genpy.DeserializationError`` if it is cut short."""
         try:
-            values = _TWIST.unpack_from(data, 0)
+            self.values = _TWIST.unpack_from(data, 0)
         except struct.error as error:
             raise genpy.DeserializationError(error) from None
-        self.command = values[0], values[5]
         return self

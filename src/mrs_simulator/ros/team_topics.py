@@ -6,11 +6,11 @@ what is said is the same.
 
 import time
 
-import numpy as np
 import rosgraph
 import rospy
 
-from mrs_simulator.msg import TeamCommand
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.ros.messages import TeamCommand, team_command
 from mrs_simulator.ros.parameters import text_parameter
 
 ODOMETRY, COMMAND = "stage/odometry", "stage/command"  # names as the control node resolves them
@@ -51,12 +51,11 @@ def _stage_offers():
 class TeamCommands:
     """Publishes the commands of all robots in one message."""
 
-    def __init__(self, numbers):
-        """``numbers``: the robots' numbers."""
-        self._message = TeamCommand(robot=list(numbers))
+    def __init__(self, numbers, axes=UNICYCLE_AXES):
+        """``numbers``: the robots' numbers; ``axes`` of their commands."""
+        self._numbers, self._axes = list(numbers), axes
         self._publisher = rospy.Publisher(COMMAND, TeamCommand, queue_size=1, tcp_nodelay=True)
 
     def publish(self, command):
-        """Publish ``command`` (n, 2) [m/s, rad/s]."""
-        self._message.v, self._message.omega = np.asarray(command, dtype=float).T.tolist()
-        self._publisher.publish(self._message)
+        """Publish ``command`` (n, a) [m/s, rad/s]."""
+        self._publisher.publish(team_command(self._numbers, command, self._axes))

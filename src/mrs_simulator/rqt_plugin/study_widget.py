@@ -6,7 +6,6 @@ import math
 import os
 import time
 
-import numpy as np
 from python_qt_binding.QtCore import QEventLoop, Qt, QTimer
 from python_qt_binding.QtWidgets import (
     QApplication,
@@ -623,13 +622,12 @@ class StudyWidget(QWidget):
             return
         self._last_control = control
         self._tell_trouble(control)
-        targets = np.array([control.target_x, control.target_y]).T
-        self.map.show_targets(targets if len(targets) else None)
+        self.map.show_targets(control.targets if len(control.targets) else None)
         # What it said before it took in the graph drawn here is out of date.
         if time.monotonic() > self._graph_changed_at + GRAPH_REST:
-            edges = list(zip(control.hears, control.heard, control.weight))
+            edges = list(control.edges)
             self.map.show_topology(edges, control.directed)
-            if len(control.command_v) == self.scenario.n:  # the panel edits the scenario's graph
+            if len(control.command) == self.scenario.n:  # the panel edits the scenario's graph
                 self.topology.set_topology(edges, control.directed)
 
     def _tell_trouble(self, control):

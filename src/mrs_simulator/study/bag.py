@@ -5,10 +5,25 @@ import re
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, compose, hand_points, yaw
+from mrs_simulator.core.kinematics import (
+    DEFAULT_HAND_LENGTH,
+    UNICYCLE_AXES,
+    compose,
+    hand_points,
+    yaw,
+)
+from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.reading import reason, refuse_special
-from mrs_simulator.core.recording import Collision, Run, RunError
-from mrs_simulator.core.scenario import MOST_ROBOTS, ScenarioError, scenario_from_yaml
+from mrs_simulator.core.recording import Run, RunError
+from mrs_simulator.core.scenario import (
+    MOST_ROBOTS,
+    ScenarioError,
+    scenario_from_yaml,
+)
+from mrs_simulator.ros.messages import read_collision, read_state
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.registry import file_named
+from mrs_simulator.vehicles.team import on_axes
 
 # As the stage has them, and as RosAria and p2os drivers in namespaces do.
 ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
@@ -32,8 +47,10 @@ def read_bag(path, scenario=None):
         with rosbag.Bag(path) as bag:
             topics = bag.get_type_and_topic_info().topics
             scenario = scenario or _scenario_in(bag)
+            team = _team_of(scenario)
             reader = _from_states if STATE in topics else _from_robots
-            time, robots, pose, command = reader(bag, topics)
+            taken = reader(bag, topics, team.axes if team else UNICYCLE_AXES)
+            time, robots, pose, command, joints = taken
             if reader is _from_robots:
                 pose = _in_common_frame(pose, scenario)
             collisions = _collisions(bag)
@@ -56,11 +73,12 @@ def read_bag(path, scenario=None):
         time=np.round(time[keep] - start, 9),
         robots=np.array(robots),
         pose=pose[keep],
-        hand=hand_points(pose[keep], l),
+        hand=_points(team, pose[keep], joints[keep], l),
         command=command[keep],
         collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
         scenario=scenario,
         meta=_meta(command[keep], unknown),
+        axes=team.axes if team else UNICYCLE_AXES,
     )
 
 
@@ -85,42 +103,73 @@ def _scenario_in(bag):
     return None
 
 
-def _from_states(bag, _topics):
+def _team_of(scenario):
+    """Return the ``Team`` of ``scenario``, None without one.
+
+    A scenario that came in a bag may have come from anybody: no file that it names is opened.
+    """
+    if scenario is None:
+        return None
+    named = "" if scenario.path else file_named(scenario)
+    if named:
+        raise ScenarioError(
+            "{}: {}: wanted the scenario's file, by --scenario".format(SCENARIO, shown(named))
+        )
+    return Team.from_scenario(scenario)
+
+
+def _points(team, pose, joints, l):
+    """Return the controlled points (m, n, 2) [m]; without a team hand points."""
+    if team is None or team.n != pose.shape[1]:
+        return hand_points(pose, l)
+    if not team.has_joints:
+        return team.point(pose, joints[0] if len(joints) else joints, l)
+    return np.array([team.point(*sample, l) for sample in zip(pose, joints)])
+
+
+def _from_states(bag, _topics, axes):
     rows, robots, part = [], None, None
-    for _, state, _ in bag.read_messages([STATE]):
-        if not rows and not any(state.commanded):
+    for _, message, _ in bag.read_messages([STATE]):
+        state = read_state(message)
+        if not rows and not state.commanded.any():
             continue
-        robots = robots or list(state.robot)
-        now = getattr(state, "stage", 0), getattr(state, "run", 0)  # earlier versions tell none
-        part = part or now
-        if list(state.robot) != robots or now != part:
+        robots = robots or list(state.robots)
+        part = part or state.part
+        if list(state.robots) != robots or state.part != part:
             break  # another team, a reset, another stage: another run
-        columns = (state.x, state.y, state.theta, state.command_v, state.command_omega)
-        rows.append((state.header.stamp.to_sec(), np.array(columns).T))
-    return _tables(rows, robots)
+        command = on_axes(state.command, state.axes, axes)
+        table = np.concatenate([state.pose, state.joints[:, np.newaxis], command], axis=1)
+        rows.append((state.stamp, table))
+    return _tables(rows, robots, axes)
 
 
-def _from_robots(bag, topics):
+def _from_robots(bag, topics, axes):
     """Read the robots' own topics; the time base is the odometry of the first robot."""
     odometry = {t: int(m.group(1)) for t, m in ((t, ODOMETRY.match(t)) for t in topics) if m}
     commands = {t: int(m.group(1)) for t, m in ((t, COMMANDS.match(t)) for t in topics) if m}
     robots = sorted(set(odometry.values()))
-    newest, commanded, rows = {n: [math.nan] * 5 for n in robots}, False, []
+    blank = [math.nan] * 3 + [0.0] + [math.nan] * len(axes)
+    newest, commanded, rows = {n: list(blank) for n in robots}, False, []
     for topic, message, _ in bag.read_messages(list(odometry) + list(commands)):
         if topic in commands:
             if commands[topic] in newest:
-                newest[commands[topic]][3:] = [message.linear.x, message.angular.z]
+                given = [getattr(getattr(message, part), x) for part, x in map(_split, axes)]
+                newest[commands[topic]][4:] = given
                 # Zeros are also what a node says that has not begun or is stopped.
-                commanded = commanded or any(newest[commands[topic]][3:])
+                commanded = commanded or any(given)
             continue
         position, turn = message.pose.pose.position, message.pose.pose.orientation
         newest[odometry[topic]][:3] = position.x, position.y, yaw(turn.x, turn.y, turn.z, turn.w)
         if commanded and odometry[topic] == robots[0]:
             table = np.array([newest[n] for n in robots])
-            table[:, 3:] = np.nan_to_num(table[:, 3:])
+            table[:, 4:] = np.nan_to_num(table[:, 4:])
             if np.isfinite(table).all():
                 rows.append((message.header.stamp.to_sec(), table))
-    return _tables(rows, robots)
+    return _tables(rows, robots, axes)
+
+
+def _split(axis):
+    return axis.split(".")
 
 
 def _in_common_frame(pose, scenario):
@@ -130,17 +179,15 @@ def _in_common_frame(pose, scenario):
     return np.array([compose(scenario.poses, sample) for sample in pose])
 
 
-def _tables(rows, robots):
-    time = np.array([stamp for stamp, _ in rows])
-    table = np.array([values for _, values in rows]).reshape(len(rows), len(robots or ()), 5)
-    return time, robots, table[:, :, :3], table[:, :, 3:]
+def _tables(rows, robots, axes):
+    """Return times (m,), robots, poses (m, n, 3), commands (m, n, a) and joints (m, n)."""
+    time, width = np.array([stamp for stamp, _ in rows]), 4 + len(axes)
+    table = np.array([values for _, values in rows]).reshape(len(rows), len(robots or ()), width)
+    return time, robots, table[:, :, :3], table[:, :, 4:], table[:, :, 3]
 
 
 def _collisions(bag):
-    return [
-        Collision(m.header.stamp.to_sec(), m.first, m.second, m.x, m.y)
-        for _, m, _ in bag.read_messages([COLLISIONS])
-    ]
+    return [read_collision(message) for _, message, _ in bag.read_messages([COLLISIONS])]
 
 
 def _every(time, rate, slack=0.0):

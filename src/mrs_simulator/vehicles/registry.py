@@ -83,6 +83,22 @@ def merged(name, beside, own, others=(), above=()):
     return _over(beneath, content), where, directory
 
 
+def file_named(scenario):
+    """Return what in the ``scenario``'s kinds names a file, "" if nothing does.
+
+    A scenario that came over a topic or in a bag may have come from anybody: it opens no files.
+    """
+    for name in scenario.kinds:
+        if name not in scenario.own_kinds and _is_file(name):
+            return name
+    for name, content in scenario.own_kinds.items():
+        keys = content if isinstance(content, dict) else {}
+        for key in ("import", "model", "base"):
+            if key in keys and (key != "base" or _is_file(keys[key])):
+                return "kinds.{}.{}".format(name, key)
+    return ""
+
+
 def _imported(request, content, where, directory):
     """Return ``content`` over that of the robot which ``request`` describes, as ``merged`` does."""
     request = read_request(request, "{}: import".format(where), directory)

@@ -15,6 +15,20 @@ NO_LIMIT = AxisLimit(np.inf, np.inf)
 EVERY = slice(None)
 
 
+def on_all_axes(command, axes):
+    """Return ``command`` (n, a), whose columns are ``axes``, as all components of Twist, (n, 6)."""
+    result = np.zeros((len(command), len(TWIST_AXES)))
+    result[:, [TWIST_AXES.index(axis) for axis in axes]] = command
+    return result
+
+
+def on_axes(command, axes, wanted):
+    """Return ``command`` (n, a), whose columns are ``axes``, with the columns ``wanted``; 0 for more."""
+    if axes == wanted:
+        return command
+    return on_all_axes(command, axes)[:, [TWIST_AXES.index(axis) for axis in wanted]]
+
+
 class Group(NamedTuple):
     """The robots of one drive."""
 

@@ -6,9 +6,11 @@ import time
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.parameters import pattern_parameter
-from mrs_simulator.ros.planar_messages import PlanarTwist
+from mrs_simulator.ros.planar_messages import QuickTwist
+from mrs_simulator.vehicles.team import on_all_axes
 
 INSISTING = 3.0  # [s] of wall time for which real robots that stand are told so again and again
 AGAIN = 0.05  # [s] of wall time between two times
@@ -17,8 +19,8 @@ AGAIN = 0.05  # [s] of wall time between two times
 class CommandGate:
     """Publishes commands; while it is shut they are zeros, and shutting it waits for no law."""
 
-    def __init__(self, topics, n, insists=False, clock=time.monotonic):
-        """``topics``: what publishes, None in a dry run; commands of ``n`` robots.
+    def __init__(self, topics, n, insists=False, clock=time.monotonic, axes=UNICYCLE_AXES):
+        """``topics``: what publishes, None in a dry run; commands of ``n`` robots, of ``axes``.
 
         ``insists``: a stop is said again and again; ``clock`` gives wall time in s.
         """
@@ -27,7 +29,7 @@ class CommandGate:
         self._moved = self._sent = -math.inf
         self._open, self.emergency = False, False
         self.stalled = False  # whether it shut itself since it was opened
-        self.command = np.zeros((n, 2))  # [m/s, rad/s] the last that was sent
+        self.command = np.zeros((n, len(axes)))  # [m/s, rad/s] the last that was sent
 
     def open(self):
         """Let commands pass, unless there is an emergency."""
@@ -87,26 +89,26 @@ def command_topics(numbers):
 class RobotCommands:
     """Publishes the command of each robot on its own topic."""
 
-    def __init__(self, names, real=()):
-        """``names`` of the topics; ``real``: rows of the robots that are real."""
-        self._driven = False
+    def __init__(self, names, real=(), axes=UNICYCLE_AXES):
+        """``names`` of the topics; ``real``: rows of the robots that are real; ``axes`` of commands."""
+        self._driven, self._axes = False, axes
         self._publishers = [
-            prompt_publisher(name, PlanarTwist, self._first if row in real else None)
+            prompt_publisher(name, QuickTwist, self._first if row in real else None)
             for row, name in enumerate(names)
         ]
 
     def publish(self, command):
-        """Publish ``command`` (n, 2) [m/s, rad/s]."""
+        """Publish ``command`` (n, a) [m/s, rad/s]."""
         self._driven = True
-        for publisher, pair in zip(self._publishers, command.tolist()):
-            publisher.publish(_twist(pair))
+        for publisher, values in zip(self._publishers, on_all_axes(command, self._axes).tolist()):
+            publisher.publish(_twist(values))
 
     def _first(self):
         # What a robot heard before its connection broke may be older than a stop.
-        return _twist((0.0, 0.0)) if self._driven else None
+        return _twist((0.0,) * 6) if self._driven else None
 
 
-def _twist(pair):
-    message = PlanarTwist()
-    message.command = pair
+def _twist(values):
+    message = QuickTwist()
+    message.values = values
     return message

@@ -8,8 +8,8 @@ from geometry_msgs.msg import PoseStamped
 
 from mrs_simulator.core.guards import JumpBounds
 from mrs_simulator.core.kinematics import compose, origins
-from mrs_simulator.msg import TeamOdometry
 from mrs_simulator.nodes.real.real_robots import real_among
+from mrs_simulator.ros.messages import TeamOdometry, read_odometry, team_odometry
 from mrs_simulator.ros.odometry_inbox import OdometryInbox, make_inbox, silence
 from mrs_simulator.ros.parameters import number_parameter, pattern_parameter, text_parameter
 from mrs_simulator.vehicles import Team
@@ -171,12 +171,11 @@ class FirstFrame(ScenarioFrame):
     def _tell(self, first):
         if first.tobytes() != self._told.tobytes():
             self._told = first
-            message = TeamOdometry(robot=list(self.numbers))
-            message.x, message.y, message.theta = first.T.tolist()
-            self._teller.publish(message)
+            self._teller.publish(team_odometry(self.numbers, first))
 
     def _on_told(self, message):
-        told = dict(zip(message.robot, zip(message.x, message.y, message.theta)))
+        numbers, poses, _ = read_odometry(message)
+        told = dict(zip(numbers, poses))
         self._told = np.array([told.get(number, (np.nan,) * 3) for number in self.numbers])
 
 

@@ -26,7 +26,6 @@ from mrs_simulator.control.user_code import CallFailed, Nursery, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.scenario import RATES
-from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
 from mrs_simulator.nodes.control.guards import Guards, slower
@@ -37,6 +36,7 @@ from mrs_simulator.nodes.stage.lockstep import lockstep_wanted
 from mrs_simulator.ros import lifecycle
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.clock_watch import ClockWatch
+from mrs_simulator.ros.messages import ControlStatus, control_status
 from mrs_simulator.ros.odometry_inbox import TeamInbox
 from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.ros.rivals import Rivals
@@ -118,13 +118,14 @@ class ControlNode:
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
         topics, numbers, self.rivals = None, self.law.numbers, None
+        self._axes = axes = Team.from_scenario(self.scenario).axes
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
             # Before this node is one of those who drive.
             self.rivals = Rivals([*names, COMMAND] if self._simulated else names)
-            topics = TeamCommands(numbers) if team else RobotCommands(names, real)
-        self.outlet = CommandGate(topics, len(numbers), insists=bool(real))
+            topics = TeamCommands(numbers, axes) if team else RobotCommands(names, real, axes)
+        self.outlet = CommandGate(topics, len(numbers), insists=bool(real), axes=axes)
         if self.running:
             self.outlet.open()
         # Odometry may come before the clock that makes its command due.
@@ -424,17 +425,17 @@ class ControlNode:
             return
         self._last["status"], self._told = time.monotonic(), told
         topology = self.law.topology
-        hears, heard, weight = zip(*topology.edges) if topology.edges else ((), (), ())
         refused, refusal = self.frame.refused()
-        message = ControlStatus(
+        message = control_status(
+            self.outlet.command,
+            self._axes,
+            topology.edges,
+            self._targets(),
             refused=refused,
             refusal=refusal,
             controller=self._id,
             protocol=self.law.name,
             warnings=self._warnings,
-            hears=hears,
-            heard=heard,
-            weight=weight,
             directed=topology.directed,
             running=self.running,
             trouble=trouble,
@@ -446,8 +447,6 @@ class ControlNode:
             latency=self._latency,
             missed_periods=self._missed,
         )
-        message.command_v, message.command_omega = self.outlet.command.T.tolist()
-        message.target_x, message.target_y = self._targets()
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
 
@@ -460,18 +459,16 @@ class ControlNode:
     def _targets(self):
         pose = self.frame.pose()
         if self.law.lost or not np.isfinite(pose).all():
-            return [], []
+            return None
         try:
-            targets = self.law.targets(pose, self.law_limit, self._meanwhile)
+            return self.law.targets(pose, self.law_limit, self._meanwhile)
         except CallFailed as error:  # a display's places never stop the control
             text = "pioneer_control: targets: %s: %s"
             rospy.logerr_throttle(REPORT_PERIOD, text % (error.kind, error))
-            return [], []
         except TimedOut as error:
             with self._lock:
                 self._lose(error)
-            return [], []
-        return ([], []) if targets is None else targets.T.tolist()
+        return None
 
 
 def run(protocol=None, argv=None):

@@ -11,8 +11,8 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
-from mrs_simulator.msg import Camera, TeamState
 from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team
@@ -40,7 +40,7 @@ class CameraNode:
         self._newest = message
 
     def _on_look(self, message):
-        self._wanted = message
+        self._wanted = read_look(message)
 
     def _on_scenario(self, message):
         try:
@@ -56,16 +56,16 @@ class CameraNode:
             state, scenario = self._newest, self._scenario
             if time.monotonic() < due or state is None or scenario is None:
                 continue
-            if self._publisher.get_num_connections() and len(state.robot) == scenario.n:
+            poses = read_state(state).pose
+            if self._publisher.get_num_connections() and len(poses) == scenario.n:
                 begun = time.monotonic()
-                self._publisher.publish(self._picture(state, scenario))
+                self._publisher.publish(self._picture(poses, state.header, scenario))
                 # At most half of a core, however slow the renderer is here.
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)
         if self._view is not None:
             self._view.close()
 
-    def _picture(self, state, scenario):
-        poses = np.array([state.x, state.y, state.theta]).T
+    def _picture(self, poses, header, scenario):
         if scenario is not self._shown:
             if self._view is not None:
                 self._view.close()
@@ -75,20 +75,19 @@ class CameraNode:
         look = self._wanted
         width, height = 640, 480
         if look is not None:
-            width = int(np.clip(look.width, 64, LARGEST))
-            height = int(np.clip(look.height, 64, LARGEST))
+            width, height = np.clip(look.size, 64, LARGEST).tolist()
             self._aim(look, poses)
         pixels = self._view.picture(width, height)
         image = Image(height=height, width=width, encoding="rgb8", step=3 * width)
-        image.header = state.header
+        image.header = header
         image.data = pixels.tobytes()
         return image
 
     def _aim(self, look, poses):
-        numbers = (look.x, look.y, look.distance, look.yaw, look.pitch)
+        numbers = (*look.target, look.distance, look.yaw, look.pitch)
         if not np.isfinite(numbers).all() or look.distance <= 0.0:
             return
-        target = (look.x, look.y)
+        target = look.target
         if 1 <= look.follow <= len(poses):
             target = poses[look.follow - 1, :2]
         self._view.look_at(target, look.distance, look.yaw or YAW, look.pitch or PITCH)

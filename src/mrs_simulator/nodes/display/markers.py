@@ -13,8 +13,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.scenario import DEFAULT_KIND, ScenarioError, scenario_from_yaml
-from mrs_simulator.msg import TeamState
 from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.messages import TeamState, read_state
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.figures import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
@@ -37,7 +37,7 @@ class Markers:
 
     def __init__(self):
         self._hand_length = number_parameter("~l", DEFAULT_HAND_LENGTH, above=0.0)
-        self._newest, self._obstacles, self._shown = None, (), {}
+        self._newest, self._header, self._obstacles, self._shown = None, None, (), {}
         self._kinds = ()  # the robots' ``Kind``s
         self._trails, self._lock = Trails(), threading.Lock()
         self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
@@ -59,11 +59,12 @@ class Markers:
             shipped = [name if name in KINDS else DEFAULT_KIND for name in scenario.kinds]
             self._kinds = tuple(map(kind, shipped))
 
-    def _keep(self, state):
-        hand = hand_points(np.array([state.x, state.y, state.theta]).T, self._hand_length)
+    def _keep(self, message):
+        state = read_state(message)
+        hand = hand_points(state.pose, self._hand_length)
         with self._lock:
             self._trails.add(state, hand)
-            self._newest = state
+            self._newest, self._header = state, message.header
 
     def spin(self):
         """Run until ROS shuts down; naps are of wall time, a display does not stop with the clock."""
@@ -74,18 +75,18 @@ class Markers:
 
     def _markers(self):
         with self._lock:
-            state, obstacles, trails = self._newest, self._obstacles, self._trails.lines()
-            kinds = self._kinds
+            state, header, kinds = self._newest, self._header, self._kinds
+            obstacles, trails = self._obstacles, self._trails.lines()
         markers = []
-        if len(kinds) != len(state.robot):  # the scenario of this team is still to come
-            kinds = (kind(DEFAULT_KIND),) * len(state.robot)
-        for row, number in enumerate(state.robot):
-            parts = _robot(kinds[row], number, state.x[row], state.y[row], state.theta[row])
+        if len(kinds) != len(state.robots):  # the scenario of this team is still to come
+            kinds = (kind(DEFAULT_KIND),) * len(state.robots)
+        for row, (number, pose) in enumerate(zip(state.robots, state.pose.tolist())):
+            parts = _robot(kinds[row], number, *pose)
             parts += trails[row : row + 1]
             markers += _named("robots", number * MOST_PARTS, parts)
         markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
         for marker in markers:
-            marker.header = state.header
+            marker.header = header
         return markers + self._gone(markers)
 
     def _gone(self, markers):
@@ -108,7 +109,7 @@ class Trails:
     def add(self, state, hand):
         """Go on to the hand points ``hand`` (n, 2) of ``state``."""
         if self._last is None or _put_elsewhere(self._last, state):
-            n = len(state.robot)
+            n = len(state.robots)
             most = min(TRAIL_MOST, max(2, TRAILS_MOST // max(1, n)))
             self._ways = [deque(maxlen=most) for _ in range(n)]
             self._ends = np.full((n, 2), np.inf)
@@ -122,7 +123,7 @@ class Trails:
         """Return a marker for each robot of the newest state."""
         lines = []
         for row, (x, y) in enumerate(self._hand.tolist()):
-            colour = _colour(self._last.robot[row])
+            colour = _colour(self._last.robots[row])
             line = _marker(Marker.LINE_STRIP, (TRAIL_WIDTH, 0.0, 0.0), colour)
             line.points = list(self._ways[row]) + [Point(x, y, 0.01)]
             lines.append(line)
@@ -131,11 +132,11 @@ class Trails:
 
 def _put_elsewhere(before, after):
     """Return whether no drive leads from the state ``before`` to ``after``."""
-    elapsed = (after.header.stamp - before.header.stamp).to_sec()
-    if before.robot != after.robot or elapsed < 0.0:
+    elapsed = after.stamp - before.stamp
+    if before.robots != after.robots or elapsed < 0.0:
         return True
-    moved = np.hypot(np.subtract(after.x, before.x), np.subtract(after.y, before.y))
-    speed = np.maximum(np.hypot(before.vx, before.vy), np.hypot(after.vx, after.vy))
+    moved = np.hypot(*(after.pose - before.pose)[:, :2].T)
+    speed = np.maximum(*(np.hypot(*state.twist[:, :2].T) for state in (before, after)))
     # At high speeds of simulation not every state gets here.
     return bool(np.any(moved > JUMP + elapsed * speed))
 

@@ -15,11 +15,11 @@ from mrs_simulator.control.user_code import call
 from mrs_simulator.core import recording
 from mrs_simulator.core.controller_log import Interruptions
 from mrs_simulator.core.verdict import exit_code, verdict_text
-from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.messages import ControlStatus, read_control_status
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.report import begin_run, write_report
@@ -43,7 +43,7 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = number_parameter("~silence", SILENCE, above=0.0)
-        self._file = begin_run(scenario, out, tell=_tell)
+        self._file = begin_run(scenario, out, tell=_tell, axes=self.control.team.axes)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was told to
         self._wall_start = None
@@ -56,7 +56,8 @@ class RunRecorder:
         )
 
     def _on_status(self, message):
-        self.controller.note(message.header.stamp.to_sec(), message.running, message.trouble)
+        told = read_control_status(message)
+        self.controller.note(told.stamp, told.running, told.trouble)
 
     def spin(self):
         """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
@@ -102,7 +103,8 @@ class RunRecorder:
                 "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
-        self._file.sample(self.elapsed, sample.pose, sample.command)
+        points = self.control.team.point(sample.pose, sample.joints, self.control.l)
+        self._file.sample(self.elapsed, sample.pose, sample.command, points)
         self._moved = self._moved or bool(np.any(sample.command))
 
     def _begin(self, sample):

@@ -9,13 +9,21 @@ from typing import NamedTuple
 import numpy as np
 import rospy
 
+from mrs_simulator.core.kinematics import TWIST_AXES
 from mrs_simulator.core.possible import jump
-from mrs_simulator.core.recording import Collision as RunCollision
-from mrs_simulator.msg import Collision, StageStatus, TeamState
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
-from mrs_simulator.ros.planar_messages import PlanarTwist
+from mrs_simulator.ros.messages import (
+    Collision,
+    StageStatus,
+    TeamState,
+    read_collision,
+    read_stage_status,
+    read_state,
+)
+from mrs_simulator.ros.planar_messages import QuickTwist
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.team import on_axes
 
 
 class Sample(NamedTuple):
@@ -23,14 +31,16 @@ class Sample(NamedTuple):
 
     stamp: float  # [s]
     pose: np.ndarray  # (n, 3) [m, m, rad], common frame
-    command: np.ndarray  # (n, 2) [m/s, rad/s], in force from the stamp on
+    command: np.ndarray  # (n, a) [m/s, rad/s], in force from the stamp on
     commanded: bool  # whether any robot is
+    joints: np.ndarray  # (n,) [rad], 0 where they are not known
 
 
 def make_source(scenario):
     """Return the stage in simulated time, else the real robots."""
+    team = Team.from_scenario(scenario)
     simulated = rospy.get_param("/use_sim_time", False)
-    return (StageSource if simulated else RobotsSource)(scenario)
+    return StageSource(team) if simulated else RobotsSource(scenario, team)
 
 
 class StageSource:
@@ -38,9 +48,9 @@ class StageSource:
 
     PACED = False  # whether samples come at the scenario's rate
 
-    def __init__(self, scenario):
-        """Listen to the stage, whose robots are those of ``scenario``."""
-        self._speeds = Team.from_scenario(scenario).speeds[:, 0]
+    def __init__(self, team):
+        """Listen to the stage of the robots of ``team``."""
+        self._axes, self._speeds = team.axes, team.speeds[:, 0]
         self._newest, self._part, self._broken = None, None, ""  # since the run began
         self.collisions, self._closest = [], math.inf
         self._counting = self._lockstep = False
@@ -57,13 +67,11 @@ class StageSource:
             state = self._queue.get(timeout=seconds)
         except queue.Empty:
             return None
-        sample = Sample(
-            state.header.stamp.to_sec(),
-            np.array([state.x, state.y, state.theta]).T,
-            np.array([state.command_v, state.command_omega]).T,
-            any(state.commanded),
-        )
-        part = (state.stage, state.run, len(state.x))
+        state = read_state(state)
+        command = on_axes(state.command, state.axes, self._axes)
+        commanded = bool(state.commanded.any())
+        sample = Sample(state.stamp, state.pose, command, commanded, state.joints)
+        part = (*state.part, len(state.pose))
         self._broken = self._broken or self._break(sample, part)
         self._newest, self._part = sample, part
         return None if self._broken else sample
@@ -105,15 +113,13 @@ class StageSource:
 
     def _on_collision(self, message):
         if self._counting:
-            stamp = message.header.stamp.to_sec()
-            self.collisions.append(
-                RunCollision(stamp, message.first, message.second, message.x, message.y)
-            )
+            self.collisions.append(read_collision(message))
 
     def _on_status(self, message):
-        self._lockstep = message.lockstep
+        stage = read_stage_status(message)
+        self._lockstep = stage.lockstep
         if self._counting:
-            self._closest = min(self._closest, message.closest_approach)
+            self._closest = min(self._closest, stage.closest_approach)
 
 
 class RobotsSource:
@@ -125,20 +131,21 @@ class RobotsSource:
     PACED = True
     collisions = ()
 
-    def __init__(self, scenario):
+    def __init__(self, scenario, team):
         """Listen to the robots' odometry, and whatever else makes the common frame, and commands."""
         self._period, self._due = 1.0 / scenario.record_rate, time.monotonic()
         # Of each robot, (n,) [s], as its driver has it.
-        given, usual = scenario.cmd_vel_timeout, Team.from_scenario(scenario).timeouts
-        self._watchdog = usual if given is None else np.full(scenario.n, given)
+        given = scenario.cmd_vel_timeout
+        self._watchdog = team.timeouts if given is None else np.full(scenario.n, given)
         self._frame = make_common_frame(scenario)
         self._lock = threading.Lock()
-        self._command = np.zeros((scenario.n, 2))
+        self._columns = [TWIST_AXES.index(axis) for axis in team.axes]
+        self._command = np.zeros((scenario.n, len(team.axes)))
         self._told = np.full(scenario.n, -math.inf)  # [s] of wall time
         self._subscribers = [
             rospy.Subscriber(
                 name,
-                PlanarTwist,
+                QuickTwist,
                 self._on_command,
                 callback_args=row,
                 queue_size=1,
@@ -162,7 +169,8 @@ class RobotsSource:
             fresh = time.monotonic() - self._told <= self._watchdog
             command = np.where(fresh[:, np.newaxis], self._command, 0.0)
         # Zeros are also what a node says that has not begun or is stopped.
-        return Sample(now, self._frame.pose(), command, bool(command.any()))
+        still = np.zeros(len(command))
+        return Sample(now, self._frame.pose(), command, bool(command.any()), still)
 
     def begin(self):
         """Nothing was counted before."""
@@ -181,5 +189,5 @@ class RobotsSource:
 
     def _on_command(self, message, row):
         with self._lock:
-            self._command[row] = np.nan_to_num(message.command)
+            self._command[row] = np.nan_to_num(message.values)[self._columns]
             self._told[row] = time.monotonic()

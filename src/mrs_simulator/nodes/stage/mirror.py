@@ -6,9 +6,9 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.scenario import FARTHEST
-from mrs_simulator.msg import ControlStatus
 from mrs_simulator.nodes.control.common_frame import make_common_frame
-from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+from mrs_simulator.ros.messages import ControlStatus, read_control_status
+from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
 
 REST = (0.0, 0.0, 0.0)  # a body's twist
 
@@ -64,9 +64,10 @@ class Mirror:
             self.frame.accept()
 
     def _on_control(self, status):
-        if status.running and not self._running:
+        running = read_control_status(status).running
+        if running and not self._running:
             self.frame.accept()
-        self._running = status.running
+        self._running = running
 
 
 class RealTopics:
@@ -88,7 +89,7 @@ class RealTopics:
             )
             for topic, kind, put in (
                 ("odom", PlanarOdometry, mirror.put),
-                ("cmd_vel", PlanarTwist, inbox.put),
+                ("cmd_vel", QuickTwist, inbox.put),
             )
         ]
 

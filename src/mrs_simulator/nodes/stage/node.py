@@ -11,7 +11,6 @@ from std_srvs.srv import SetBool, Trigger
 
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND, MOST_ROBOTS
-from mrs_simulator.msg import StageStatus
 from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
@@ -25,9 +24,11 @@ from mrs_simulator.nodes.stage.rosaria import (
     behind_rosaria,
     chosen_preset,
 )
+from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.messages import StageStatus, read_robot_specs, stage_status
 from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
 from mrs_simulator.ros.requests import Requests
 from mrs_simulator.ros.rivals import Rivals, wait_for_end
@@ -93,7 +94,7 @@ class Stage:
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
         self._real_silent, self._jumped = [], frozenset()
         self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
-        self.inbox = Inbox()
+        self.inbox, self.unobeyed = Inbox(), Unobeyed()
         self.requests = Requests()
         self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
         self.frames = Frames(
@@ -107,6 +108,7 @@ class Stage:
         )
         self._status = publisher("~status", StageStatus, queue_size=1)
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
+        self.unobeyed.begin(self.world.team)
         self._follow_team()
         self._open_services()
         self.view = None
@@ -222,10 +224,11 @@ class Stage:
         self.trouble = trouble
 
     def _take_commands(self):
-        rows, commands, times = self.inbox.take(self.world.n)
-        if self.trouble:
-            commands = np.zeros_like(commands)
+        rows, twists, times = self.inbox.take(self.world.n)
         if len(rows):
+            commands = self.unobeyed.taken(rows, twists)
+            if self.trouble:
+                commands = np.zeros_like(commands)
             (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
             self.round_trips.answered(rows, times)
             if self.lockstep:
@@ -318,13 +321,12 @@ class Stage:
         if len(request.robots) > self._most_robots:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
-        kinds = [robot.kind or DEFAULT_KIND for robot in request.robots]
+        kinds, poses = read_robot_specs(request.robots, DEFAULT_KIND)
         # A request names no files to be read here.
         known = {*shipped_kinds(), *self.scenario.own_kinds, *self.scenario.kinds}
         for kind in kinds:
             if kind not in known:
                 raise ValueError(unknown_name("kind", kind, known))
-        poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in request.robots]
         team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
         self.world.set_team(Team.from_scenario(team), poses)
         self.scenario = team
@@ -341,6 +343,7 @@ class Stage:
         # What was said to the robots before is not meant for these.
         self.inbox.take(self.world.n)
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
+        self.unobeyed.begin(self.world.team)
         self.round_trips.begin(self.world.n)
         # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
         # back between two different states.
@@ -390,7 +393,9 @@ class Stage:
         world = self.world
         self._say_what_changed()
         waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
-        message = StageStatus(
+        message = stage_status(
+            self.topics.stamp(),
+            self.round_trips.median_and_p99(),
             fidelity=self.scenario.fidelity,
             stage=self.id,
             run=self.run,
@@ -403,13 +408,12 @@ class Stage:
             waiting_for=[row + 1 for row in waiting],
             timed_out=[row + 1 for row in sorted(self._silent)],
             refused=world.refused.tolist(),
+            unobeyed=self.unobeyed.counts.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
             missed_periods=self.round_trips.missed,
             collisions=self.topics.collisions,
             closest_approach=world.measure_closest_approach(),
         )
-        message.round_trip_median, message.round_trip_p99 = self.round_trips.median_and_p99()
-        message.header.stamp = self.topics.stamp()
         self._status.publish(message)
 
 

@@ -8,10 +8,17 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, TransformStamped
 
-from mrs_simulator.msg import TeamCommand, TeamOdometry
+from mrs_simulator.ros.messages import (
+    MessageError,
+    TeamCommand,
+    TeamOdometry,
+    read_team_command,
+    team_odometry,
+)
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.planar_messages import PlanarOdometry, PlanarTwist
+from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
 from mrs_simulator.ros.senders import Senders
+from mrs_simulator.vehicles.team import on_all_axes
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
 # them; what a planar robot does not measure is marked as unknown by a very large value.
@@ -28,32 +35,33 @@ class Inbox:
         self._commands, self._senders = {}, Senders()
 
     def put(self, twist, row):
-        """Keep ``twist``, a ``PlanarTwist``, as the newest command of robot ``row``."""
+        """Keep ``twist``, a ``QuickTwist``, as the newest command of robot ``row``."""
         self._senders.note("/robot{}/cmd_vel".format(row + 1), twist)
         with self._lock:
-            self._commands[row] = twist.command, time.monotonic()
+            self._commands[row] = twist.values, time.monotonic()
 
     def doubled(self):
         """Return ``{topic: [nodes]}`` of the commands that several nodes publish."""
         return self._senders.doubled()
 
     def put_all(self, rows, commands, message=None):
-        """Keep ``commands`` (v, omega) of the robots ``rows``, which came in ``message``."""
+        """Keep ``commands`` (m, 6) of the robots ``rows``, which came in ``message``."""
         self._senders.note("stage/command", message)
         now = time.monotonic()
         with self._lock:
-            self._commands.update((row, (pair, now)) for row, pair in zip(rows, commands))
+            self._commands.update((row, (values, now)) for row, values in zip(rows, commands))
 
     def take(self, n):
         """Return ``(rows, commands, times)`` of the first n robots, ascending, and forget all.
 
-        Shapes (m,), (m, 2) [m/s, rad/s] and (m,) [s]: when each came, by ``time.monotonic``.
+        Shapes (m,), (m, 6) [m/s, rad/s], all components of Twist, and (m,) [s]: when each came, by
+        ``time.monotonic``.
         """
         with self._lock:
             taken, self._commands = self._commands, {}
         # A late message may still come for a robot that has been taken away.
         rows = sorted(row for row in taken if row < n)
-        commands = np.array([taken[row][0] for row in rows]).reshape(-1, 2)
+        commands = np.array([taken[row][0] for row in rows], dtype=float).reshape(-1, 6)
         return rows, commands, np.array([taken[row][1] for row in rows])
 
 
@@ -85,7 +93,7 @@ class RobotTopics(Link):
         self._publisher = prompt_publisher(name + "/odom", PlanarOdometry)
         self._subscriber = rospy.Subscriber(
             name + "/cmd_vel",
-            PlanarTwist,
+            QuickTwist,
             inbox.put,
             callback_args=row,
             queue_size=1,
@@ -147,25 +155,18 @@ class TeamTopics(Link):
         """Publish ``poses`` and body ``twists``, (n, 3) each, if anybody listens."""
         if not self.listened_to:
             return
-        message = TeamOdometry(robot=list(range(1, len(poses) + 1)))
-        message.header.stamp = stamp
-        message.x, message.y, message.theta = poses.T.tolist()
-        message.vx, message.vy, message.omega = twists.T.tolist()
-        self._publisher.publish(message)
+        numbers = range(1, len(poses) + 1)
+        self._publisher.publish(team_odometry(numbers, poses, twists, stamp))
 
     def _on_command(self, message):
-        numbers, wanted = message.robot, len(message.robot)
-        if len(message.v) != wanted or len(message.omega) != wanted or 0 in numbers:
-            rospy.logerr_throttle(
-                5.0,
-                "stage: refused a command on {}: {} robots, {} v, {} omega; wanted as many of each "
-                "and robots numbered from 1".format(
-                    self._subscriber.resolved_name, wanted, len(message.v), len(message.omega)
-                ),
-            )
+        try:
+            numbers, axes, command = read_team_command(message)
+        except MessageError as error:
+            name = self._subscriber.resolved_name
+            rospy.logerr_throttle(5.0, "stage: refused a command on {}: {}".format(name, error))
             return
         rows = [number - 1 for number in numbers]
-        self._inbox.put_all(rows, zip(message.v, message.omega), message)
+        self._inbox.put_all(rows, on_all_axes(command, axes).tolist(), message)
 
 
 class Frames:

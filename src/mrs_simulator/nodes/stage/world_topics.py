@@ -2,13 +2,12 @@
 
 import time
 
-import numpy as np
 import rospy
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.msg import Collision, TeamState
 from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, transform
+from mrs_simulator.ros.messages import Collision, TeamState, collision_message, team_state
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.parameters import pattern_parameter
 
@@ -119,25 +118,15 @@ class WorldTopics:
         """Publish the true state of all robots, if anybody listens; ``stage``, ``run``: its numbers."""
         if not self._state.get_num_connections():
             return
-        world, message = self._world, TeamState()
-        message.header.stamp, message.header.frame_id = self.stamp(), self._frames.world
-        message.stage, message.run = stage, run
-        message.robot = list(range(1, world.n + 1))
-        message.x, message.y, message.theta = world.pose.T.tolist()
-        message.vx, message.vy, message.omega = world.twist.T.tolist()
-        message.command_v, message.command_omega = world.command.T.tolist()
-        message.commanded = world.commanded.tolist()
-        message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
+        message = team_state(self._world, self.stamp(), self._frames.world, (stage, run))
         self._state.publish(message)
 
     def publish_collisions(self):
         """Publish and log the collisions that began since the last call."""
         for collision in self._world.take_collisions():
             self.collisions += 1
-            message = Collision(first=collision.first, second=collision.second)
-            message.header.stamp = stamp_at(collision.time)
-            message.header.frame_id = self._frames.world
-            message.x, message.y = collision.x, collision.y
+            stamp = stamp_at(collision.time)
+            message = collision_message(collision, stamp, self._frames.world)
             self._collision.publish(message)
             rospy.logwarn(
                 "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m",

@@ -7,14 +7,24 @@ from collections import deque
 import numpy as np
 import rosgraph
 import rospy
-from geometry_msgs.msg import Pose2D
 from rospy.impl.registration import Registration, get_registration_listeners
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
 
 from mrs_simulator.core.controller_log import Interruptions
-from mrs_simulator.core.recording import Collision as RunCollision
-from mrs_simulator.msg import Camera, Collision, ControlStatus, RobotSpec, StageStatus, TeamState
+from mrs_simulator.ros.messages import (
+    Camera,
+    Collision,
+    ControlStatus,
+    StageStatus,
+    TeamState,
+    look_message,
+    read_collision,
+    read_control_status,
+    read_stage_status,
+    read_state,
+    robot_specs,
+)
 from mrs_simulator.rqt_plugin.ros_side import service_calls
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, ServiceCalls
@@ -34,6 +44,7 @@ KEPT = (
     ("control", "pioneer_control/status", ControlStatus),
     ("emergency", "emergency_stop", Bool),
 )
+READERS = {"stage": read_stage_status, "control": read_control_status}
 
 
 class RosConnection:
@@ -66,11 +77,11 @@ class RosConnection:
     # What came in --------------------------------------------------------------------------------
 
     def _keep(self, message, name):
+        told = READERS[name](message) if name in READERS else message
         with self._lock:
             if name == "control":
-                stamp = message.header.stamp.to_sec()
-                self.controller.note(stamp, message.running, message.trouble)
-            self._newest[name], self._heard[name] = message, time.monotonic()
+                self.controller.note(told.stamp, told.running, told.trouble)
+            self._newest[name], self._heard[name] = told, time.monotonic()
 
     def _on_state(self, message):
         stamp = message.header.stamp.to_sec()
@@ -142,9 +153,7 @@ class RosConnection:
         """Return the ``core.recording.Collision``s since the last call."""
         taken = []
         while self._collisions:
-            told = self._collisions.popleft()
-            stamp = told.header.stamp.to_sec()
-            taken.append(RunCollision(stamp, told.first, told.second, told.x, told.y))
+            taken.append(read_collision(self._collisions.popleft()))
         return taken
 
     # What is asked for ---------------------------------------------------------------------------
@@ -155,10 +164,7 @@ class RosConnection:
 
     def set_team(self, poses, kinds):
         """Ask the stage for a new team; ``poses`` (n, 3)."""
-        robots = [
-            RobotSpec(kind=kind, pose=Pose2D(*map(float, p))) for kind, p in zip(kinds, poses)
-        ]
-        self.ask("set_team", robots)
+        self.ask("set_team", robot_specs(kinds, poses))
 
     def set_topology(self, edges, directed):
         """Ask the controller for another topology; ``edges``: ``(i, j, weight)``."""
@@ -181,7 +187,7 @@ class RosConnection:
 
     def look(self, **values):
         """Tell the camera where to look from: the fields of ``Camera``."""
-        self._wanted_look = Camera(**values)
+        self._wanted_look = look_message(**values)
         if self._camera is not None:
             self._camera.publish(self._wanted_look)
 
@@ -277,16 +283,15 @@ class RosConnection:
 
 
 def _from_state(message, fresh, silent=()):
-    table = np.array(
-        [message.x, message.y, message.theta, message.vx, message.vy, message.omega]
-        + [message.command_v, message.command_omega]
-    ).T.reshape(len(message.robot), 8)
+    state = read_state(message)
     return Snapshot(
-        message.header.stamp.to_sec(),
-        tuple(message.robot),
-        table[:, :3],
-        table[:, 3:6],
-        table[:, 6:],
-        np.array([fresh and number not in silent for number in message.robot], dtype=bool),
-        frozenset(number for number, real in zip(message.robot, message.real) if real),
+        state.stamp,
+        state.robots,
+        state.pose,
+        state.twist,
+        state.command,
+        np.array([fresh and number not in silent for number in state.robots], dtype=bool),
+        frozenset(number for number, real in zip(state.robots, state.real) if real),
+        state.axes,
+        state.joints,
     )

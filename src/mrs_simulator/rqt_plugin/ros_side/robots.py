@@ -8,7 +8,7 @@ import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
 
-from mrs_simulator.core.kinematics import compose
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, compose
 from mrs_simulator.ros.odometry_inbox import planar
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 
@@ -45,7 +45,7 @@ class RobotsConnection:
     def snapshot(self, silence, control=None):
         """Return the ``Snapshot`` of the robots heard, None if there is none.
 
-        One silent for ``silence`` [s] of wall time is stale; ``control``: the controller's status,
+        One silent for ``silence`` [s] of wall time is stale; ``control``: what the controller says,
         which tells the commands.
         """
         with self._lock:
@@ -54,15 +54,17 @@ class RobotsConnection:
             return None
         numbers, now = tuple(sorted(robots)), time.monotonic()
         stamps, poses, twists, heard = zip(*(robots[number] for number in numbers))
+        axes, commands = _commands(numbers, control)
         return Snapshot(
             # Wall time counts from 1970; a stage's own robots go on with its time.
             max(stamps) if self._simulated else max(stamps) - self._first,
             numbers,
             self._in_common_frame(numbers, np.array(poses)),
             np.array(twists),
-            _commands(numbers, control),
+            commands,
             now - np.array(heard) < silence,
             frozenset(numbers) - self._simulated,
+            axes,
         )
 
     def _in_common_frame(self, numbers, poses):
@@ -117,10 +119,10 @@ class RobotsConnection:
 
 
 def _commands(numbers, control):
-    """Return the commands (n, 2) [m/s, rad/s] as ``control`` says, zero where it says nothing."""
-    result = np.zeros((len(numbers), 2))
-    if control is not None:
-        given = np.array([control.command_v, control.command_omega]).T.reshape(-1, 2)
-        rows = [row for row, number in enumerate(numbers) if number <= len(given)]
-        result[rows] = given[[numbers[row] - 1 for row in rows]]
-    return result
+    """Return axes and commands (n, a) as ``control`` says, zero where it says nothing."""
+    if control is None:
+        return UNICYCLE_AXES, np.zeros((len(numbers), len(UNICYCLE_AXES)))
+    result = np.zeros((len(numbers), len(control.axes)))
+    rows = [row for row, number in enumerate(numbers) if number <= len(control.command)]
+    result[rows] = control.command[[numbers[row] - 1 for row in rows]]
+    return control.axes, result

@@ -1,14 +1,16 @@
 """Newest state and history of a run, without Qt and ROS."""
 
 from collections import deque
-from typing import FrozenSet, NamedTuple, Tuple
+from typing import FrozenSet, NamedTuple, Tuple, Union
 
 import numpy as np
+
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
 FEWEST_SAMPLES = 500
 MOST_COLLISIONS = 10000
-COLUMNS = 8  # time is held apart: pose 3, twist 3, command 2
+STATE = 7  # [-] columns of a sample before those of the command: pose 3, twist 3, joint
 
 
 class Snapshot(NamedTuple):
@@ -18,9 +20,11 @@ class Snapshot(NamedTuple):
     numbers: Tuple[int, ...]
     pose: np.ndarray  # (n, 3) [m, m, rad], common frame
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robot's frame
-    command: np.ndarray  # (n, 2) [m/s, rad/s]
+    command: np.ndarray  # (n, a) [m/s, rad/s]
     fresh: np.ndarray  # (n,) bool, whether the robot was heard lately
     real: FrozenSet[int] = frozenset()  # numbers of the robots that are not simulated
+    axes: Tuple[str, ...] = UNICYCLE_AXES  # the components of Twist that commands have
+    joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]
 
 
 class History:
@@ -37,20 +41,21 @@ class History:
             self.before_clearing()
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
+        self.axes = UNICYCLE_AXES
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
-        self._time, self._table = np.empty(0), np.empty((0, 0, COLUMNS))
+        self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))
 
     def append(self, snapshot):
         """Add ``snapshot``; another team, or a time that went back, begins anew."""
-        if snapshot.numbers != self.numbers:
-            self._begin(snapshot.numbers)
+        if (snapshot.numbers, snapshot.axes) != (self.numbers, self.axes):
+            self._begin(snapshot.numbers, snapshot.axes)
         elif self._filled and snapshot.time <= self._time[self._filled - 1]:
             if snapshot.time == self._time[self._filled - 1]:
                 return
-            self._begin(snapshot.numbers)
+            self._begin(snapshot.numbers, snapshot.axes)
         if np.any(snapshot.command):
             self.begun = snapshot.time if self.begun is None else self.begun
             self.moved = snapshot.time
@@ -63,15 +68,16 @@ class History:
             self._thin()
         self._time[self._filled] = snapshot.time
         row = self._table[self._filled]
-        row[:, :3], row[:, 3:6], row[:, 6:] = snapshot.pose, snapshot.twist, snapshot.command
+        row[:, :3], row[:, 3:6], row[:, 6] = snapshot.pose, snapshot.twist, snapshot.joints
+        row[:, STATE:] = snapshot.command
         self._filled += 1
 
-    def _begin(self, numbers):
+    def _begin(self, numbers, axes):
         self.clear()
-        self.numbers = numbers
-        most = max(FEWEST_SAMPLES, MOST_VALUES // (COLUMNS * max(1, len(numbers))))
+        self.numbers, self.axes, columns = numbers, axes, STATE + len(axes)
+        most = max(FEWEST_SAMPLES, MOST_VALUES // (columns * max(1, len(numbers))))
         self._time = np.empty(min(most, 40000))
-        self._table = np.empty((len(self._time), len(numbers), COLUMNS))
+        self._table = np.empty((len(self._time), len(numbers), columns))
 
     def _thin(self):
         kept = len(self._time[::2])
@@ -104,6 +110,11 @@ class History:
         return self._table[: self._filled, :, 3:6]
 
     @property
+    def joints(self):
+        """Return the drives' inner joints (m, n) [rad]."""
+        return self._table[: self._filled, :, 6]
+
+    @property
     def command(self):
-        """Return the commands (m, n, 2) [m/s, rad/s]."""
-        return self._table[: self._filled, :, 6:]
+        """Return the commands (m, n, a) [m/s, rad/s], a column for each of ``axes``."""
+        return self._table[: self._filled, :, STATE:]

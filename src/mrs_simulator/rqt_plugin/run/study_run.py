@@ -21,6 +21,7 @@ from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
 from mrs_simulator.study.report import VERDICT_FILE, begin_run, write_scenario
 from mrs_simulator.vehicles import KINDS, Team
+from mrs_simulator.vehicles.team import on_axes
 
 CANCELLED = "cancelled; what was written is in {}"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
@@ -330,8 +331,7 @@ class StudyRun:
         """Take in how many command periods were missed; return that the timing is degraded, or ""."""
         stage, control = self.connection.newest("stage"), self.connection.newest("control")
         if stage is not None and control is not None and self.is_controlled():
-            stamp = stage.header.stamp.to_sec()
-            self.missed.note(stamp, stage.robots, stage.missed_periods, control.period)
+            self.missed.note(stage.stamp, stage.robots, stage.missed_periods, control.period)
         return self.missed.text()
 
     def send_team(self):
@@ -349,7 +349,7 @@ class StudyRun:
 
     def _control_fits(self):
         control = self.connection.newest("control")
-        size = 0 if control is None else len(control.command_v)
+        size = 0 if control is None else len(control.command)
         return size == self.scenario.n and not control.stale
 
     def follow_protocol(self):
@@ -462,7 +462,8 @@ class StudyRun:
         # The run begins with the first command, as it does for the recorder.
         begin = history.first_row()
         when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
-        command = history.command[begin:].copy()
+        command, joints = history.command[begin:].copy(), history.joints[begin:].copy()
+        axes = history.axes
         numbers, scenario = history.numbers, self.scenario
         collisions = [
             c._replace(time=c.time - when[0]) for c in history.collisions if c.time >= when[0]
@@ -473,11 +474,14 @@ class StudyRun:
         elif self.missed.text():
             meta["degraded"] = self.missed.text()
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
+        team = Team.from_scenario(scenario._replace(kinds=_kinds_of(scenario, numbers)))
 
         def write():
-            with begin_run(scenario, directory, numbers) as file:
-                for stamp, poses, commands in zip(when - when[0], pose, command):
-                    file.sample(round(float(stamp), 9), poses, commands)
+            with begin_run(scenario, directory, numbers, axes=team.axes) as file:
+                for stamp, poses, given, inner in zip(when - when[0], pose, command, joints):
+                    points = team.point(poses, inner, scenario.hand_length)
+                    given = on_axes(given, axes, team.axes)
+                    file.sample(round(float(stamp), 9), poses, given, points)
             write_facts(file.path, collisions, meta)
             return file.path
 
@@ -514,3 +518,13 @@ def _lockstep_option(waits):
 def _how_ended(code, output):
     how = "ended with {}".format(code) if code >= 0 else "killed by signal {}".format(-code)
     return "{}: {}".format(how, output) if output else how
+
+
+def _kinds_of(scenario, numbers):
+    """Return the kinds of the robots ``numbers`` of ``scenario``."""
+    kinds = scenario.kinds
+    return (
+        kinds
+        if len(kinds) == len(numbers)
+        else tuple(kinds[min(n, len(kinds)) - 1] for n in numbers)
+    )

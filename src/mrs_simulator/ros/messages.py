@@ -1,0 +1,319 @@
+"""Packing and unpacking the package's own messages: no other module knows their fields.
+
+Arrays hold one robot per row.  Messages of the first version, as old bags have them, are read too:
+they lack what a planar team of unicycles does not need.
+
+Commands have one column for each component of ``geometry_msgs/Twist`` in ``axes``.  In messages
+forward speed and turn rate are always there, any other component only where a robot obeys it.
+"""
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+from geometry_msgs.msg import Pose2D
+
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.recording import Collision as RunCollision
+from mrs_simulator.msg import (
+    Camera,
+    Collision,
+    ControlStatus,
+    RobotSpec,
+    StageStatus,
+    TeamCommand,
+    TeamOdometry,
+    TeamState,
+)
+
+__all__ = ["Camera", "Collision", "ControlStatus", "StageStatus"]
+__all__ += ["TeamCommand", "TeamOdometry", "TeamState"]
+
+# Fields of commands by component of Twist.
+FIELDS = {
+    "linear.x": "v",
+    "linear.y": "vy",
+    "linear.z": "vz",
+    "angular.x": "wx",
+    "angular.y": "wy",
+    "angular.z": "omega",
+}
+
+
+class State(NamedTuple):
+    """True state of all robots."""
+
+    stamp: float  # [s]
+    robots: Tuple[int, ...]
+    pose: np.ndarray  # (n, 3) [m, m, rad], common frame
+    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], the robots' frames
+    axes: Tuple[str, ...]
+    command: np.ndarray  # (n, a) [m/s, rad/s]
+    commanded: np.ndarray  # (n,) bool
+    real: np.ndarray  # (n,) bool
+    kinds: Tuple[str, ...]  # names, () where they are not told
+    joints: np.ndarray  # (n,) [rad]
+    part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
+
+
+class Controller(NamedTuple):
+    """What a control node says of itself."""
+
+    stamp: float  # [s]
+    protocol: str
+    period: float  # [s]
+    running: bool
+    trouble: str
+    stale: Tuple[int, ...]
+    stopped: Tuple[int, ...]
+    axes: Tuple[str, ...]
+    command: np.ndarray  # (n, a) [m/s, rad/s]
+    edges: Tuple[Tuple[int, int, float], ...]  # (i, j, weight): robot i hears robot j
+    directed: bool
+    targets: np.ndarray  # (n, 2) [m] where each controlled point is wanted, (0, 2) for nowhere
+
+
+class Stage(NamedTuple):
+    """What a stage says of itself."""
+
+    stamp: float  # [s]
+    fidelity: str
+    robots: int
+    speed: float  # [-] wanted
+    real_time_factor: float  # [-]
+    paused: bool
+    lockstep: bool
+    trouble: str
+    missed_periods: int
+    real_silent: Tuple[int, ...]
+    closest_approach: float  # [m]
+
+
+class Look(NamedTuple):
+    """Where the 3D view looks from."""
+
+    target: Tuple[float, float]  # [m]
+    distance: float  # [m]
+    yaw: float  # [deg]
+    pitch: float  # [deg]
+    follow: int  # number of a robot, 0: none
+    size: Tuple[int, int]  # [px] width, height
+
+
+class MessageError(ValueError):
+    """A message whose arrays do not fit together; says which."""
+
+
+def commands_of(command, axes, prefix=""):
+    """Return the fields of a message for ``command`` (n, a), by name with ``prefix``."""
+    columns = dict(zip(axes, np.asarray(command, dtype=float).T.tolist()))
+    n = len(command)
+    told = {axis: columns.get(axis) for axis in FIELDS}
+    for axis in UNICYCLE_AXES:
+        told[axis] = [0.0] * n if told[axis] is None else told[axis]
+    return {prefix + FIELDS[axis]: column for axis, column in told.items() if column is not None}
+
+
+def read_commands(message, n, prefix=""):
+    """Return axes and commands (n, a) in ``message``; ``MessageError`` where an array is not as long."""
+    columns = {axis: _array(message, prefix + name) for axis, name in FIELDS.items()}
+    axes = tuple(axis for axis, column in columns.items() if axis in UNICYCLE_AXES or len(column))
+    for axis in axes:
+        if len(columns[axis]) != n:
+            raise MessageError(
+                "{} robots, {} {}; wanted as many of each".format(
+                    n, len(columns[axis]), prefix + FIELDS[axis]
+                )
+            )
+    return axes, np.array([columns[axis] for axis in axes], dtype=float).reshape(len(axes), n).T
+
+
+def _array(message, name):
+    """Return the array ``name``; an empty one where the message's version has none."""
+    return getattr(message, name, ())
+
+
+def team_state(world, stamp, frame, run):
+    """Return the ``TeamState`` of ``world``; ``run``: numbers of the stage and of its run."""
+    team = world.team
+    message = TeamState(robot=list(range(1, world.n + 1)), kind=[kind.name for kind in team.kinds])
+    message.header.stamp, message.header.frame_id = stamp, frame
+    message.stage, message.run = run
+    _put_planar(message, world.pose, world.twist)
+    for name, column in commands_of(world.command, team.axes, "command_").items():
+        setattr(message, name, column)
+    message.joint = world.joints.tolist() if team.has_joints else []
+    message.commanded = world.commanded.tolist()
+    message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
+    return message
+
+
+def _put_planar(message, pose, twist):
+    message.x, message.y, message.theta = pose.T.tolist()
+    message.vx, message.vy, message.omega = twist.T.tolist()
+
+
+def read_planar(message):
+    """Return poses and body twists, (n, 3) each, of a ``TeamState`` or ``TeamOdometry``.
+
+    Raises ``MessageError`` where an array is not as long as the others.
+    """
+    n = len(message.robot)
+    names = ("x", "y", "theta", "vx", "vy", "omega")
+    columns = [getattr(message, name) for name in names]
+    for name, column in zip(names, columns):
+        if len(column) != n:
+            raise MessageError(
+                "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
+            )
+    table = np.array(columns, dtype=float).reshape(6, n).T
+    return table[:, :3], table[:, 3:]
+
+
+def read_state(message):
+    """Return the ``State`` in a ``TeamState``; ``MessageError`` where its arrays do not fit."""
+    n = len(message.robot)
+    pose, twist = read_planar(message)
+    axes, command = read_commands(message, n, "command_")
+    kinds, joints = tuple(_array(message, "kind")), _array(message, "joint")
+    return State(
+        stamp=message.header.stamp.to_sec(),
+        robots=tuple(message.robot),
+        pose=pose,
+        twist=twist,
+        axes=axes,
+        command=command,
+        commanded=_flags(message.commanded, n, "commanded"),
+        real=_flags(message.real, n, "real"),
+        kinds=kinds if len(kinds) == n else (),
+        joints=np.array(joints, dtype=float) if len(joints) == n else np.zeros(n),
+        part=(getattr(message, "stage", 0), getattr(message, "run", 0)),
+    )
+
+
+def _flags(values, n, name):
+    if len(values) != n:
+        raise MessageError("{} robots, {} {}; wanted as many of each".format(n, len(values), name))
+    return np.array(values, dtype=bool)
+
+
+def read_odometry(message):
+    """Return the robots' numbers, poses and body twists, (n, 3) each, of a ``TeamOdometry``.
+
+    Raises ``MessageError`` where its arrays do not fit.
+    """
+    return (message.robot, *read_planar(message))
+
+
+def team_odometry(numbers, pose, twist=None, stamp=None):
+    """Return the ``TeamOdometry`` of the robots ``numbers`` at ``pose`` (n, 3), with ``twist`` (n, 3)."""
+    message = TeamOdometry(robot=list(numbers))
+    if stamp is not None:
+        message.header.stamp = stamp
+    _put_planar(message, pose, np.zeros_like(pose) if twist is None else twist)
+    return message
+
+
+def team_command(numbers, command, axes=UNICYCLE_AXES):
+    """Return the ``TeamCommand`` of the robots ``numbers``: ``command`` (n, a)."""
+    return TeamCommand(robot=list(numbers), **commands_of(command, axes))
+
+
+def read_team_command(message):
+    """Return the robots' numbers, the axes and the commands (n, a) in a ``TeamCommand``.
+
+    Raises ``MessageError`` where its arrays do not fit, or a robot's number is 0.
+    """
+    if 0 in message.robot:
+        raise MessageError("robot 0, wanted robots numbered from 1")
+    return (message.robot, *read_commands(message, len(message.robot)))
+
+
+def stage_status(stamp, round_trips, **facts):
+    """Return the ``StageStatus`` of ``facts``, other fields by name; ``round_trips``: median and 99 %."""
+    median, p99 = round_trips
+    message = StageStatus(round_trip_median=median, round_trip_p99=p99, **facts)
+    message.header.stamp = stamp
+    return message
+
+
+def read_stage_status(message):
+    """Return the ``Stage`` in a ``StageStatus``."""
+    values = {name: getattr(message, name) for name in Stage._fields[1:]}
+    values["real_silent"] = tuple(message.real_silent)
+    return Stage(stamp=message.header.stamp.to_sec(), **values)
+
+
+def control_status(command, axes, edges, targets, **facts):
+    """Return the ``ControlStatus`` of commands (n, a), edges (i, j, weight), targets and ``facts``.
+
+    ``targets`` (n, 2) [m], None for nowhere; ``facts``: other fields by name.
+    """
+    hears, heard, weight = zip(*edges) if edges else ((), (), ())
+    message = ControlStatus(hears=hears, heard=heard, weight=weight, **facts)
+    for name, column in commands_of(command, axes, "command_").items():
+        setattr(message, name, column)
+    if targets is not None:
+        message.target_x, message.target_y = np.asarray(targets, dtype=float).T.tolist()
+    return message
+
+
+def read_control_status(message):
+    """Return the ``Controller`` in a ``ControlStatus``; ``MessageError`` where arrays do not fit."""
+    axes, command = read_commands(message, len(message.command_v), "command_")
+    return Controller(
+        stamp=message.header.stamp.to_sec(),
+        protocol=message.protocol,
+        period=message.period,
+        running=message.running,
+        trouble=message.trouble,
+        stale=tuple(message.stale),
+        stopped=tuple(message.stopped),
+        axes=axes,
+        command=command,
+        edges=tuple(zip(message.hears, message.heard, message.weight)),
+        directed=message.directed,
+        targets=np.array(list(zip(message.target_x, message.target_y))).reshape(-1, 2),
+    )
+
+
+def collision_message(collision, stamp, frame):
+    """Return the message of a ``core.recording.Collision``."""
+    message = Collision(
+        first=collision.first, second=collision.second, x=collision.x, y=collision.y
+    )
+    message.header.stamp, message.header.frame_id = stamp, frame
+    return message
+
+
+def read_collision(message):
+    """Return the ``core.recording.Collision`` in ``message``, its time that of the stamp [s]."""
+    stamp = message.header.stamp.to_sec()
+    return RunCollision(stamp, message.first, message.second, message.x, message.y)
+
+
+def look_message(**values):
+    """Return the ``Camera`` message with the fields ``values``: x, y, distance, yaw and so on."""
+    return Camera(**values)
+
+
+def read_look(message):
+    """Return the ``Look`` in a ``Camera``."""
+    return Look(
+        (message.x, message.y),
+        message.distance,
+        message.yaw,
+        message.pitch,
+        message.follow,
+        (message.width, message.height),
+    )
+
+
+def robot_specs(kinds, poses):
+    """Return the ``RobotSpec`` of each robot: its kind's name and pose (n, 3)."""
+    return [RobotSpec(kind=kind, pose=Pose2D(*map(float, p))) for kind, p in zip(kinds, poses)]
+
+
+def read_robot_specs(robots, default):
+    """Return kinds and poses [x, y, theta] of ``RobotSpec``s; an empty kind is ``default``."""
+    kinds = [robot.kind or default for robot in robots]
+    return kinds, [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in robots]

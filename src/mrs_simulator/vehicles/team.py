@@ -33,8 +33,8 @@ class Group(NamedTuple):
     """The robots of one drive."""
 
     drive: Any  # the module
-    rows: Any  # of the robots in the team: a slice if that is all of them, else indices (m,)
-    columns: Any  # of the drive's axes among the team's: a slice if those are all, else indices
+    rows: Any  # of the robots in the team: EVERY, another slice where that does, else indices (m,)
+    columns: Any  # of the drive's axes among the team's, likewise
     kinds: Tuple[Any, ...]
     numbers: (
         Any  # the drive's ``Numbers``: a number is a float if it is the same for all, else (m,)
@@ -48,7 +48,7 @@ class Group(NamedTuple):
 
     def put(self, values, part):
         """Write the group's ``part`` into ``values`` (n, axes of the team)."""
-        if self.rows is EVERY or self.columns is EVERY:
+        if isinstance(self.rows, slice) or isinstance(self.columns, slice):
             values[self.rows, self.columns] = part
         else:
             values[self.rows[:, np.newaxis], self.columns] = part
@@ -129,8 +129,8 @@ class Team:
         numbers = columns_of(kinds, module)
         return Group(
             module,
-            EVERY if len(rows) == self.n else np.array(rows),
-            EVERY if len(columns) == len(self.axes) else np.array(columns),
+            EVERY if len(rows) == self.n else _places(rows),
+            EVERY if len(columns) == len(self.axes) else _places(columns),
             kinds,
             numbers if limits is not None else module.unlimited(numbers),
             stacked([of_kind[each] for each in kinds]),
@@ -193,7 +193,7 @@ class Team:
         """
         result = np.empty(points.shape)
         for g in self.groups:
-            shape = (-1, self.n) if g.rows is EVERY else (-1, len(g.rows))
+            shape = (-1, len(g.kinds))
             own = command[:, g.rows][..., g.columns], pose[:, g.rows], points[:, g.rows]
             numbers = g.numbers._replace(**{
                 key: _tiled(getattr(g.numbers, key), len(command)) for key in g.drive.COLUMNS
@@ -243,17 +243,21 @@ class Team:
         if len(self.groups) == 1:
             (g,) = self.groups
             return g.drive.slowed(command, factor, joints, g.numbers)
-        result = np.zeros_like(command)
+        result = command.copy(order="K")
         for g in self.groups:
-            own = g.drive.slowed(g.of(command), factor[g.rows], joints[g.rows], g.numbers)
-            g.put(result, own)
+            by = factor[g.rows]
+            if g.drive.JOINTS or np.maximum.reduce(by) > 1.0:
+                g.put(result, g.drive.slowed(g.of(command), by, joints[g.rows], g.numbers))
         return result
 
     def joints_after(self, command, joints, period):
         """Return the drives' inner joints, (n,) [rad], after ``period`` [s] of ``command`` (n, a)."""
-        return self._each(
-            lambda g, rows: g.drive.joints_after(g.of(command), joints[rows], g.numbers, period)
-        )
+        result = joints.copy()
+        for g in self.groups:
+            if g.drive.JOINTS:
+                after = g.drive.joints_after(g.of(command), joints[g.rows], g.numbers, period)
+                result[g.rows] = after
+        return result
 
     def _each(self, of_group, width=()):
         """Return what ``of_group`` gives for each group, as one array (n,) + ``width``."""
@@ -263,6 +267,14 @@ class Team:
         for group in self.groups:
             result[group.rows] = of_group(group, group.rows)
         return result
+
+
+def _places(indices):
+    """Return ascending ``indices`` as a slice if they are evenly spaced, which is quicker, else (m,)."""
+    steps = set(np.diff(indices).tolist()) or {1}
+    if len(steps) == 1:
+        return slice(indices[0], indices[-1] + 1, steps.pop())
+    return np.array(indices)
 
 
 def _length(values):

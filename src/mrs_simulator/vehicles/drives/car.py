@@ -120,9 +120,11 @@ def steering_of(command, joints, numbers):
 
     Where ``v = 0`` the present angle.
     """
-    v, omega = command[:, 0], command[:, 1]
+    v, asked = command[:, 0], numbers.wheelbase * command[:, 1]
+    if np.logical_and.reduce(v):
+        return np.arctan(asked / v)
     ratio = np.zeros(len(command))
-    np.divide(numbers.wheelbase * omega, v, out=ratio, where=v != 0.0)
+    np.divide(asked, v, out=ratio, where=v != 0.0)
     return np.where(v != 0.0, np.arctan(ratio), joints)
 
 
@@ -205,9 +207,9 @@ def excess(command, joints, top, numbers, period):
     ``joints`` to the angle asked for within ``period`` [s].
     """
     v, omega = command[:, 0], command[:, 1]
-    fastest = np.where(v < 0.0, np.minimum(numbers.backward, top[..., 0]), top[..., 0])
+    ahead, back = v / top[..., 0], v / -np.minimum(numbers.backward, top[..., 0])
     turn = np.abs(steering_of(command, joints, numbers) - joints)
-    share = np.maximum(np.abs(v) / fastest, np.abs(omega) / top[..., 1])
+    share = np.maximum(np.maximum(ahead, back), np.abs(omega) / top[..., 1])
     return np.maximum(share, turn / (numbers.steering_rate * period))
 
 

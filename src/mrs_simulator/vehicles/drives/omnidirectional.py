@@ -10,6 +10,7 @@ free rollers transmit no force, so wheel forces f [N] along the rims push the bo
 ``rolling.T @ f``.  Kinematics after Lynch and Park, Modern Robotics (2017), section 13.2.
 """
 
+import functools
 from typing import NamedTuple, Tuple
 
 import numpy as np
@@ -92,6 +93,16 @@ def _read_mecanum(section):
     )
 
 
+@functools.lru_cache(maxsize=None)
+def _array(rows):
+    return np.array(rows)
+
+
+def _matrix(numbers):
+    """Return one matrix, in tuples, or those of many robots, (m, ...), as an array."""
+    return _array(numbers) if isinstance(numbers, tuple) else numbers
+
+
 def _plain(matrix):
     return tuple(map(tuple, matrix.tolist()))
 
@@ -124,12 +135,12 @@ def mecanum_wheels(wheelbase, track):
 
 def rim_speeds(mean, joints, numbers):
     """Return the speeds of the wheels' rims, (m, 4) [m/s], at body twists ``mean`` (m, 3)."""
-    return np.einsum("...wk,...k->...w", np.asarray(numbers.rolling), mean)
+    return np.einsum("...wk,...k->...w", _matrix(numbers.rolling), mean)
 
 
 def body_twist(rims, numbers):
     """Return the body twists (m, 3) that fit rim speeds (m, 4) best, by least squares."""
-    return np.einsum("...kw,...w->...k", np.asarray(numbers.inverse), rims)
+    return np.einsum("...kw,...w->...k", _matrix(numbers.inverse), rims)
 
 
 def residual(rims, numbers):
@@ -155,8 +166,8 @@ def excess(command, joints, top, numbers, period):
     ``top`` (3,) or (m, 3): of the axes; the rims have theirs.  Divided by a factor above 1, a command
     is within all limits and moves the robot along the same path.
     """
-    share = np.abs(rim_speeds(command, joints, numbers)).max(axis=1) / numbers.rim_max
-    return np.maximum((np.abs(command) / top).max(axis=1), share)
+    rims = np.maximum.reduce(np.abs(rim_speeds(command, joints, numbers)), axis=1)
+    return np.maximum(np.maximum.reduce(np.abs(command) / top, axis=1), rims / numbers.rim_max)
 
 
 def at_limits(command, top, numbers, share):
@@ -174,8 +185,8 @@ def limited(command, top, numbers):
     """Return commands (m, 3) as the base carries them out: each axis clipped to ``top``, then the
     twist slowed as a whole until no rim is beyond its limit."""
     clipped = clip_commands(command, top)
-    share = np.abs(rim_speeds(clipped, None, numbers)).max(axis=1) / numbers.rim_max
-    return clipped / np.maximum(share, 1.0)[:, np.newaxis]
+    rims = np.maximum.reduce(np.abs(rim_speeds(clipped, None, numbers)), axis=1)
+    return clipped / np.maximum(rims / numbers.rim_max, 1.0)[:, np.newaxis]
 
 
 def displaced(pose, twist, duration):

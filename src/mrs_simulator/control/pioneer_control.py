@@ -84,6 +84,7 @@ class PioneerControl:
     PARAMETERS = (HAND_LENGTH,)
     LOCAL_FRAMES = False
     MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on
+    KEEPS_CONNECTED = False  # theory says that the graph of ``graph_at`` never falls apart
     TAKES_EDGES = True  # the law looks up ``self.topology`` at each command: edges may come and go
     _network = None  # of edges with faults
 
@@ -211,8 +212,9 @@ class PioneerControl:
         """Return the ``core.curves.Energy`` that falls along the law from ``start`` (n, 2), or None."""
         return None
 
-    def graph_at(self, hand):
-        """Return the graph that the places ``hand`` (n, 2) make, where it is of them, or None."""
+    def graph_at(self, start, hand):
+        """Return the graph that the places ``hand`` (n, 2) make in a run from ``start``, or None where it
+        does not depend on them.  With ``KEEPS_CONNECTED`` theory says that it never falls apart."""
         return None
 
     def curves(self, run):

@@ -38,7 +38,7 @@ def _draw(axes, curve):
         axes.axhline(curve.bound, color=BOUND, ls=":", lw=1.2, label="Bound")
     if curve.log and np.all(measured > 0.0):
         axes.set_yscale("log")
-    if curve.predicted_at is not None:
+    if curve.points and curve.predicted_at is not None:
         axes.set_xlim(np.min(curve.predicted_at), np.max(curve.predicted_at))
     elif curve.points:
         axes.set_xticks(at)

@@ -17,6 +17,7 @@ from mrs_simulator.core.claims import Claim, Condition, stays_above
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.verdict import Late, judge
+from mrs_simulator.study.certificates import certificate_claims
 from mrs_simulator.study.possible_runs import impossibilities
 
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
@@ -58,6 +59,8 @@ def _claims(control, run, faults):
     claims, exact = [], None
     with _keeping(faults, "claims"):
         claims = _checked(call(control.all_claims, run.hand[0]), faults)
+    with _keeping(faults, "energy"):
+        claims = claims + call(certificate_claims, control, run)
     with _keeping(faults, "published"):
         exact = call(exact_run, control, run)
         claims = claims + [

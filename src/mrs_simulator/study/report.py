@@ -5,6 +5,7 @@ import contextlib
 import math
 import os
 import sys
+import traceback
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.control.loading import (
@@ -24,13 +25,15 @@ from mrs_simulator.core.verdict import (
     write_verdict,
 )
 from mrs_simulator.core.writing import write_text
+from mrs_simulator.study.certificates import certificate_curves
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.judging import judged, proved
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
-FIGURES = ("trajectories", "x_states", "y_states", "inputs")
+CERTIFICATES = "certificates"
+FIGURES = ("trajectories", "x_states", "y_states", "inputs", CERTIFICATES)
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 
 
@@ -77,7 +80,24 @@ def write_report(run, out, formats=("png", "pdf"), control=None):
     os.makedirs(out, exist_ok=True)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))
     figures(run, out, formats, prediction)
+    if control is not None and formats:
+        _draw_certificates(run, out, formats, control)
     return verdict
+
+
+def _draw_certificates(run, out, formats, control):
+    """Draw what the protocol shows beside theory, if it does; a fault of its is printed, and no more."""
+    from mrs_simulator.study.certificate_figure import certificate_figure
+    from mrs_simulator.study.figures import save
+
+    try:
+        curves = call(certificate_curves, control, run)
+        figure = certificate_figure(curves) if curves else None
+    except Exception:
+        traceback.print_exc()
+        return
+    for kind in formats if figure is not None else ():
+        save(figure, os.path.join(out, "{}.{}".format(CERTIFICATES, kind)))
 
 
 def predicted_settling(control, start):

@@ -15,6 +15,7 @@ from mrs_simulator.control.laws.consensus_equations import (
     has_simple_modes,
     largest_step,
 )
+from mrs_simulator.control.laws.energies import laplacian_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, exact_motion, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -83,6 +84,12 @@ class Consensus(PioneerControl):
         """Return the hand points' velocities, (n, 2) [m/s]."""
         return self.gain * consensus(hand, self.topology)
 
+    def energy(self, start):
+        """Return ``p^T L p/2`` on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        return laplacian_energy(self.topology, self.gain)
+
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
         conditions = [
@@ -138,6 +145,12 @@ class DiscreteConsensus(PioneerControl):
     def pointMassLaw(self, hand):
         """Return the velocities (n, 2) [m/s] that make one step in ``self.period``."""
         return (discrete_consensus(hand, self.topology, self.eps) - hand) / self.period
+
+    def energy(self, start):
+        """Return ``p^T L p/2`` on an undirected graph."""
+        if self.topology.directed or self.eps <= 0.0:
+            return None
+        return laplacian_energy(self.topology, self.eps / self.period)
 
     def claims(self, start):
         """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""

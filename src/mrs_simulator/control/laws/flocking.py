@@ -12,6 +12,7 @@ from mrs_simulator.control.laws.published_flocking import (
 )
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.parameters import Parameter
 
@@ -170,6 +171,10 @@ class Flocking(DoubleIntegrator):
     def _most_groups(self, run):
         return max(flocking_equations.groups(hand, self.reach) for hand in run.hand)
 
+    def graph_at(self, start, hand):
+        """Return the graph of all within the reach of each other."""
+        return Topology.proximity(hand, self.reach)
+
     def measures(self, run):
         """Return order and least distance of the flock, and into how many groups it ever split.
 
@@ -319,6 +324,10 @@ class Vicsek(PioneerControl):
         """Return the new headings, (n,) [rad]."""
         return flocking_equations.vicsek(hand, self._headings, self.radius, disturbance)
 
+    def graph_at(self, start, hand):
+        """Return the graph of all within the radius of each other."""
+        return Topology.proximity(hand, self.radius)
+
     def claims(self, start):
         """Return the bound on the order parameter, its exact mean where all hear all."""
         wanted = flocking_equations.vicsek_order(self.noise, len(start))
@@ -383,6 +392,10 @@ class Reynolds(DoubleIntegrator):
         free = super().pointMassLaw(hand)
         self._velocity = flocking_equations.within_speeds(free, 0.5 * self.speed, self.speed)
         return self._velocity
+
+    def graph_at(self, start, hand):
+        """Return the graph of all within the radius of each other."""
+        return Topology.proximity(hand, self.radius)
 
     def measures(self, run):
         """Return order and least distance of the flock."""

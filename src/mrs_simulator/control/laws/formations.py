@@ -8,6 +8,7 @@ from mrs_simulator.control.laws import formations_equations as laws
 from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
+from mrs_simulator.control.laws.energies import laplacian_energy, length_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, shape_of, weights_of
 from mrs_simulator.control.laws.published_formations import (
@@ -147,6 +148,12 @@ class DisplacementFormation(Shaped):
         places = self.places()
         return places + left_null_vector(self.topology) @ (hand - places)
 
+    def energy(self, start):
+        """Return ``e^T L e/2``, ``e = p - d``, on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        return laplacian_energy(self.topology, self.gain, self.places())
+
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
         conditions = [spanning_tree(self.topology)]
@@ -237,6 +244,12 @@ class DistanceFormation(Shaped):
         places, middle = self.places(), hand.mean(axis=0)
         left, _, right = np.linalg.svd(places.T @ (hand - middle))
         return middle + places @ (left @ right)
+
+    def energy(self, start):
+        """Return the sum over edges of ``a_ij (|p_ij|^2 - d_ij^2)^2/4`` on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        return length_energy(self.topology, self.places(), self.gain)
 
     def claims(self, start):
         """Return that the potential falls, the centroid stays and lengths are reached at their rate."""

@@ -6,6 +6,7 @@ from mrs_simulator.control.laws import gathering_equations
 from mrs_simulator.control.laws import published_consensus as published
 from mrs_simulator.control.laws.common import all_hold, commands_by
 from mrs_simulator.control.laws.consensus import powers
+from mrs_simulator.control.laws.energies import coverage_energy, laplacian_energy, tension_energy
 from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
@@ -74,6 +75,12 @@ class Containment(PioneerControl):
             [gathering_equations.containment_limit(leaders, self.topology), leaders]
         )
 
+    def energy(self, start):
+        """Return ``p^T L p/2`` on an undirected graph, of which the leaders' places are held."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        return laplacian_energy(self.topology, self.gain, standing=self.leaders)
+
     def claims(self, start):
         """Return the followers' limit, its place in the leaders' hull, and the rate of ``L_ff``."""
         own = self.gain * gathering_equations.follower_blocks(self.topology, self.leaders)[0]
@@ -131,6 +138,7 @@ class Rendezvous(PioneerControl):
             meaning="D: robots closer than this at the start are neighbours for ever",
         ),
     )
+    KEEPS_CONNECTED = True
     TAKES_EDGES = False
     _pairs = None
 
@@ -160,6 +168,22 @@ class Rendezvous(PioneerControl):
 
     def _edges(self, pairs):
         return Topology(len(self.numbers), (pairs + 1).tolist(), directed=False)
+
+    def energy(self, start):
+        """Return the tension of the edges of the start, ``sum d^2/(D - d)``."""
+        pairs = gathering_equations.pairs_within(start, self.radius)
+        return (
+            None
+            if self.gain <= 0.0 or not len(pairs)
+            else tension_energy(pairs, self.radius, self.gain)
+        )
+
+    def graph_at(self, start, hand):
+        """Return those edges of the start that are shorter than D still."""
+        pairs = gathering_equations.pairs_within(start, self.radius)
+        first, second = pairs.T
+        whole = np.linalg.norm(hand[first] - hand[second], axis=1) < self.radius
+        return self._edges(pairs[whole])
 
     def claims(self, start):
         """Return that edges of the start stay below D, tension falls, and all meet in the mean."""
@@ -376,6 +400,12 @@ class Coverage(PioneerControl):
                 for points in hand
             ]
         )
+
+    def energy(self, start):
+        """Return the locational cost."""
+        if self.gain <= 0.0:
+            return None
+        return coverage_energy(self._samples, self._density, self.gain)
 
     def claims(self, start):
         """Return that the cost never grows and that each robot ends at its centroid."""

@@ -115,8 +115,12 @@ def test_the_emergency_stop_holds_until_it_is_released(ros):
     assert probe.ask("call('/pioneer_control/start', Trigger)")[0] is False
     # Released, the robots still stand until they are told to go on.
     probe.ask("press(False)")
-    wait_until(lambda: probe.ask("call('/pioneer_control/start', Trigger)")[0])
-    probe.wait("max(map(abs, state('vx'))) > 0.1")
+    probe.wait("control('trouble').startswith('the emergency stop was released, then call')")
+    assert not probe.ask("control('running')")
+    start = "call('/pioneer_control/start', Trigger)"
+    assert probe.ask(start) == [True, "running"]
+    probe.wait("max(map(abs, state('vx'))) > 0.1 and control('trouble') == ''")
+    assert probe.ask(start) == [True, "running already"]
 
 
 def test_a_law_runs_as_a_script_of_its_own(ros, law):

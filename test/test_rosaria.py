@@ -541,6 +541,17 @@ def test_p2os_drivers_need_remaps_alone_and_their_motors_on(team):
     probe.wait("min({}, {}) > 0.1".format(moved.format(1), moved.format(2)))
 
 
+def test_a_start_waits_for_motors_that_answer(team):
+    team.robot(1)
+    wait_until(lambda: team.odometry(1) is not None)
+    team.forward(ENABLE, "_motors_state:=/robot{}/RosAria/motors_state", "_autostart:=false", n=1)
+    assert team.probe.ask("switch('/robot1/RosAria/disable_motors')")
+    team.trouble("not started")
+    assert team.go() == "running"
+    team.drives((1,))
+    assert team.go() == "running already"
+
+
 def n_robots(n):
     return "_robots:={}".format(n)
 

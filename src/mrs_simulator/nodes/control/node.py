@@ -52,6 +52,10 @@ REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
 STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
 STALLED = "the law took too long for its command: see to it"
+EMERGENCY = "emergency stop"
+GOES_ON = "running already"
+MOTORS_LIMIT = 1.0  # [s] of wall time that the answer to a start waits for the robots' motors
+MOTORS_NAP = 0.02  # [s] of wall time
 STILL = 1.0  # [s] of wall time after which the status tells that the law is waited for
 SIMULATED_LIMIT = 30.0  # [s] of wall time for a law while nothing real moves
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
@@ -348,12 +352,17 @@ class ControlNode:
 
     def _on_emergency_stop(self, message):
         pressed = message.data and not self.outlet.emergency
+        released = self.outlet.emergency and not message.data
         self.outlet.alarm(message.data)
         if pressed:
             rospy.logerr("pioneer_control: emergency stop")
             self.motors.forget()
             with self._lock:
-                self._stop("emergency stop")
+                self._stop(EMERGENCY)
+        elif released and self.trouble == EMERGENCY:
+            self.trouble = "the emergency stop was released, " + START.format(
+                rospy.resolve_name("~start")
+            )
 
     def _on_start(self, _):
         if self.law.lost:
@@ -362,7 +371,18 @@ class ControlNode:
             except (ValueError, TimedOut) as error:
                 return False, "{}: {}".format(LAW_FAILED, error)
             self._begun = None
+        done, said = self._start()
+        end = time.monotonic() + MOTORS_LIMIT
+        while done and self.running and self.motors.missing() and time.monotonic() < end:
+            time.sleep(MOTORS_NAP)  # most answer at once: whoever asked is told how it ended
+        if done and said != GOES_ON:
+            said = self._who_is_silent() or self.motors.missing() or self.guards.text() or "running"
+        return done, said
+
+    def _start(self):
         with self._lock:
+            if self._goes_on():
+                return True, GOES_ON
             if self.outlet.emergency:
                 return False, "emergency stop: release it first"
             silent = self._who_is_silent()
@@ -379,7 +399,12 @@ class ControlNode:
             self.trouble = silent or self.motors.missing()
             self.guards.release(self.frame.pose())
             self.trouble = self.trouble or self.guards.text()
-            return True, self.trouble or "running"
+            return True, "running"
+
+    def _goes_on(self):
+        """Return whether the robots are driven already, with nothing to be released."""
+        waits = self.trouble or self.outlet.emergency or self._who_is_silent()
+        return self.running and not waits and self._begun is not None
 
     def _on_stop(self, _):
         self.outlet.shut()

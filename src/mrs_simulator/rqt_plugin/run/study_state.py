@@ -1,6 +1,7 @@
 """Status texts and enabled actions, without Qt and ROS."""
 
-EMERGENCY = "emergency stop"
+EMERGENCY = "emergency stop"  # how a controller says so
+RELEASED = "the emergency stop was released"
 NO_MASTER = "no ROS master"
 NO_STAGE = "no simulation runs"
 REAL_ALONE = "the robots are real, there is no simulation to {}"
@@ -92,7 +93,11 @@ class StudyState:
             return None, "controller starting" if starting else "no controller"
         if control.running and not control.trouble:
             return True, "controller: {}".format(control.protocol)
-        if control.trouble == EMERGENCY and not control.running and not self.is_emergency():
+        if (
+            control.trouble.startswith((EMERGENCY, RELEASED))
+            and not control.running
+            and not self.is_emergency()
+        ):
             return None, "controller: stopped; emergency stop released: press Start"
         return False, "controller: {}".format(control.trouble or "stopped")
 

@@ -101,6 +101,7 @@ class ControlNode:
         self._real = bool(real)
         self._next, self._answered, self._begun = None, None, None
         self._epoch = 0
+        self._recovers = False  # whether the next command is the first after a trouble
         self._asked = None  # [s] of wall time since when the law is waited for
         self._all_heard = False  # with ~autostart it is waited for once
         self._acted = 0.0  # [s] the time of the last command
@@ -257,6 +258,8 @@ class ControlNode:
         begins = self._begun is None or now < self._acted
         self._acted = now
         since = 0.0 if begins else now - self._begun
+        # What was missing is there; the law may take its time all the same.
+        self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
         return Job(self._epoch, self.frame.pose(), now, since, begins)
 
     def _ask(self, job):
@@ -296,7 +299,7 @@ class ControlNode:
             self._stop("{}, {}".format(STALLED, START.format(rospy.resolve_name("~start"))))
             return
         self._compute_time = took
-        if (self.trouble or job.begins) and not self.guards.stopped:
+        if self._recovers and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", self.law.name)
         self.trouble = self.guards.text()
         self._send(command)

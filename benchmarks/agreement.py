@@ -31,9 +31,10 @@ HEADER = """# How far from theory
 
 What each shipped scenario's claims measure on point masses and on robots; made by
 `python3 benchmarks/agreement.py > docs/agreement.md`. The robots are kinematic Pioneers with speeds
-limited to 1.5 m/s and 360 deg/s. A dash: the theorem says nothing of that run (a robot was at its
-limit, or a condition does not hold). Bold: outside the claim's tolerance, or nothing to measure by (a
-decay that is over within a few samples). Collisions are those of bodies, which point masses do not have.
+limited to 1.5 m/s and 360 deg/s. In brackets: how much of the claim's tolerance the difference uses up;
+where a robot was at a limit, of the part of the run after that. A dash: not judged (a condition does not
+hold, the law has a memory and a robot was at its limit, or the run is too short for the claim). Bold:
+outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
 """
 
 
@@ -66,7 +67,17 @@ def cell(check):
     if value is None:
         return "**not measurable**"
     text = "{:.3g}".format(value) if isinstance(value, float) else str(value)
+    if check["tolerance"] and check["difference"] is not None:
+        text += " ({})".format(share(check))
     return text if check["passed"] else "**{}**".format(text)
+
+
+def share(check):
+    """Return how much of its tolerance a check used up, in percent, or that a bound was not reached."""
+    difference = check["difference"]
+    bound = {"at most": 1.0, "at least": -1.0}.get(check["note"].split(",")[0])
+    used = abs(difference) if bound is None else bound * difference
+    return "below" if used < 0.0 else "{:.2g} %".format(100.0 * used / check["tolerance"])
 
 
 def main():
@@ -78,6 +89,7 @@ def main():
     with concurrent.futures.ProcessPoolExecutor() as pool:
         verdicts = list(pool.map(run, tasks))
     print(HEADER)
+    print("How well wrong laws are told apart is in [verdict.md](verdict.md).\n")
     print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in CASES)))
     print("|---|---|---|" + "---|" * len(CASES))
     for row, name in enumerate(names):

@@ -19,7 +19,8 @@ def page(name):
         return file.read()
 
 
-EXAMPLES = re.findall(r"```python\n(.*?)```", page("docs/protocols.md"), re.S)
+PAGES = page("docs/protocols.md") + page("docs/verdict.md")
+EXAMPLES = re.findall(r"```python\n(.*?)```", PAGES, re.S)
 
 
 @pytest.mark.parametrize("number", range(len(EXAMPLES)))
@@ -54,6 +55,7 @@ def test_links_and_pictures_exist():
     for name in (
         "README.md",
         "docs/protocols.md",
+        "docs/verdict.md",
         "docs/scenarios.md",
         "docs/kinds.md",
         "docs/robots_of_your_own.md",

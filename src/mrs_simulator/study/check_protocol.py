@@ -247,7 +247,7 @@ def _run(experiment, scenario):
     experiment.world.close()
     hand = hand_points(poses, scenario.hand_length)
     numbers = np.arange(1, scenario.n + 1)
-    meta = {"ended": ended}
+    meta = {"ended": ended, "lockstep": True}
     return Run(stamps, numbers, poses, hand, commands, experiment.collisions, scenario, meta)
 
 

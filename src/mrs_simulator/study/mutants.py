@@ -33,9 +33,9 @@ class Mutated:
         """Begin anew."""
         self._control.start()
 
-    def commands(self, pose, time=0.0):
+    def commands(self, pose, time=0.0, joints=None):
         """Return the wrong commands, (n, 2) [m/s, rad/s]."""
-        command = np.array(self._control.commands(pose, time))
+        command = np.array(self._control.commands(pose, time, joints))
         return self._change(command, np.asarray(pose)[:, 2], self._control.l)
 
 

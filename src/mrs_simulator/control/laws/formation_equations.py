@@ -18,8 +18,9 @@ from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")
-MOST_STEPS = 10**6  # [-] of the law that are looked ahead for when it settles
-MOST_ROBOT_STEPS = 10**8  # [-] the same times robots: some seconds of arithmetic
+MOST_STEPS = 10**9  # [-] of the law that are looked ahead for when it settles
+SMALL_TEAM = 200  # [-] robots, whose powers of a matrix cost little
+MOST_ROBOT_STEPS = 10**7  # [-] the same times robots: some seconds of arithmetic
 
 
 HAND_LENGTH = Parameter(
@@ -140,9 +141,12 @@ def settling_index(errors, share):
 def predicted_settling(hand, offsets, topology, k, share):
     """Return the number of steps of (5) until the largest error is below ``share`` of its start.
 
-    It stays there: (5) replaces errors by means of errors.  Returns ``None`` if that takes more than
-    ``MOST_STEPS``, or ``MOST_ROBOT_STEPS`` over the number of robots.
+    It stays there: (5) replaces errors by means of errors.  So small teams need few powers of its matrix
+    only, found by bisection.  Returns ``None`` if it takes more than ``MOST_STEPS``, in larger teams
+    ``MOST_ROBOT_STEPS`` over the number of robots.
     """
+    if len(hand) <= SMALL_TEAM:
+        return _settling_by_powers(hand - offsets, topology, k, share)
     errors = target_errors(hand, offsets, topology)
     first = _largest(errors)
     if first == 0.0:
@@ -153,6 +157,26 @@ def predicted_settling(hand, offsets, topology, k, share):
         if _largest(errors) < share * first:
             return step
     return None
+
+
+def _settling_by_powers(away, topology, k, share):
+    """Return the same by squaring ``I - k M``, with ``M away`` the errors of ``away`` (n, 2) [m]."""
+    errors = np.eye(len(away)) - topology.neighbour_mean(np.eye(len(away)))
+    wanted = share * _largest(errors @ away)
+    if wanted == 0.0:
+        return 0
+    powers = [np.eye(len(away)) - k * errors]
+    while _largest(errors @ powers[-1] @ away) >= wanted:
+        if 2 ** len(powers) > MOST_STEPS:
+            return None
+        powers.append(powers[-1] @ powers[-1])
+    # The last power is far enough; of the others those are taken after which it is not yet.
+    step = 0
+    for exponent in reversed(range(len(powers) - 1)):
+        ahead = powers[exponent] @ away
+        if _largest(errors @ ahead) >= wanted:
+            away, step = ahead, step + 2**exponent
+    return step + 1
 
 
 def largest_stable_period(k, T, l, e_max, omega_max):

@@ -12,6 +12,8 @@ from mrs_simulator.control.laws.noise_equations import (
     modes,
     sampling_error,
 )
+from mrs_simulator.control.laws.published import weights_of
+from mrs_simulator.control.laws.published_consensus import Noisy
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.parameters import Parameter
 
@@ -57,6 +59,11 @@ class NoisyConsensus(Remembering):
         ),
         SEED,
     )
+
+    def published(self):
+        """Return the law as published, with the noise of this seed."""
+        noise = (self.velocity_noise, self.robot_noise, self.listener_noise)
+        return Noisy(weights_of(self.topology), self.gain, noise, self.seed, self.period)
 
     def begin(self, hand):
         """Begin the noise anew."""

@@ -1,10 +1,13 @@
 """A chain behind a leader that sways: string stability with delay."""
 
+import math
+
 import numpy as np
 
 from mrs_simulator.control.laws.common import below
 from mrs_simulator.control.laws.consensus import GAIN
 from mrs_simulator.control.laws.consensus_memory import TAU, Remembering
+from mrs_simulator.control.laws.published_consensus import Chain
 from mrs_simulator.control.laws.string_equations import (
     amplitudes,
     held_link_gain,
@@ -42,6 +45,15 @@ class Platoon(Remembering):
             "frequency", 1.0, "rad/s", low=0.0, open_low=True, high=100.0, meaning="of the leader"
         ),
     )
+
+    def published(self):
+        """Return the law as published."""
+        steps, both = int(round(self.tau / self.period)), self.delayed == "difference"
+
+        def sway(time):
+            return self.amplitude * math.sin(self.frequency * time)
+
+        return Chain(self.gain, steps, both, sway, self.period)
 
     @property
     def delay_steps(self):

@@ -190,5 +190,58 @@ class Coverage(Published):
         return u, None
 
 
+class Noisy(Published):
+    """``u = -gain (L (p + nu) + nu_heard) + w`` with the noise of this seed: Xiao, Boyd, Kim, 2007."""
+
+    NARROWS, WORK = True, 10.0
+
+    def __init__(self, weights, gain, noise, seed, period):
+        """``noise``: of velocities [m/s^0.5], of robots' and of listeners' positions [m]."""
+        self.weights, self.gain, self.noise, self.period = weights, gain, noise, period
+        self.arcs = sorted(zip(*np.nonzero(weights)))
+        self.draws, self.drawn = np.random.default_rng(seed), []
+
+    def velocity(self, points, time, memory):
+        """Return ``(u, None)``."""
+        command = int(round(time / self.period))
+        while len(self.drawn) <= command:
+            sizes = (len(points), len(self.arcs), len(points))
+            self.drawn.append([self.draws.standard_normal((size, 2)) for size in sizes])
+        robots, listeners, pushes = self.drawn[command]
+        u = self.noise[0] / np.sqrt(self.period) * pushes
+        seen = points + self.noise[1] * robots
+        for (i, j), error in zip(self.arcs, listeners):
+            u[i] += self.gain * self.weights[i, j] * (seen[j] - seen[i] + self.noise[2] * error)
+        return u, None
+
+
+class Chain(Published):
+    """``u_i = gain (e_(i+1) - e_i)``, late by tau, behind robot n, which sways along x.
+
+    ``e`` is how far a robot is from its start; of the state alone ``e_i`` is not late.
+    """
+
+    SEES = "past"
+
+    def __init__(self, gain, steps, both_late, sway, period):
+        self.gain, self.steps, self.both_late = gain, steps, both_late
+        self.sway, self.period = sway, period
+
+    def begin(self, start):
+        """Return the points of the last ``steps + 1`` commands, the oldest first, and the start."""
+        return [start] * (self.steps + 1), start
+
+    def velocity(self, points, time, memory):
+        """Return ``(u, memory)``."""
+        past, start = memory
+        past = past[1:] + [points]
+        late, u = past[0] - start, np.zeros_like(points)
+        for i in range(len(points) - 1):
+            own = late[i] if self.both_late else points[i] - start[i]
+            u[i] = self.gain * (late[i + 1] - own)
+        u[-1, 0] = (self.sway(time + self.period) - self.sway(time)) / self.period
+        return u, (past, start)
+
+
 def _distances(points):
     return np.linalg.norm(points[:, np.newaxis] - points, axis=2)

@@ -10,12 +10,14 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
+from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.registry import file_named
 from mrs_simulator.world.view import PITCH, YAW, View
 
 LARGEST = 1280  # [px] of a picture's side
@@ -44,9 +46,16 @@ class CameraNode:
 
     def _on_scenario(self, message):
         try:
-            self._scenario = scenario_from_yaml(message.data, "stage/scenario")
+            scenario = scenario_from_yaml(message.data, "stage/scenario")
         except ScenarioError as error:
             rospy.logerr_throttle(5.0, "camera: {}".format(error))
+            return
+        named = file_named(scenario)  # which a topic does not open
+        if named:
+            text = "camera: no pictures of robots whose kind is in a file: {}"
+            rospy.logerr_throttle(5.0, text.format(shown(named)))
+            return
+        self._scenario = scenario
 
     def spin(self):
         """Render until ROS shuts down; naps are of wall time, a picture does not wait for the clock."""

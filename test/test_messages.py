@@ -1,0 +1,108 @@
+"""The package's messages: what is packed comes back, old ones are read, broken ones are refused."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import rospy
+
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.msg import ControlStatus, TeamCommand, TeamState
+from mrs_simulator.ros import messages
+from mrs_simulator.vehicles.registry import file_named
+from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.world.world import World
+
+PLANAR = ("linear.x", "angular.z")
+ALL = ("linear.x", "linear.y", "angular.z")
+TWO = [[0.0, 0.0, 0.1], [5.0, 0.0, -0.2]]
+
+
+def told(kinds, command):
+    """Return the ``TeamState`` of a world of two robots under ``command``, and what is read of it."""
+    world = World(kinds, TWO)
+    world.set_commands([0, 1], command)
+    message = messages.team_state(world, rospy.Time(3), "world", (7, 2))
+    world.close()
+    return message, messages.read_state(message)
+
+
+def test_a_team_of_unicycles_tells_no_more_than_it_needs():
+    message, state = told(("pioneer3dx",) * 2, [[0.2, 0.1], [0.3, -0.1]])
+    empty = ("z", "orientation", "vz", "wx", "wy", "joint", "command_vy", "command_wx")
+    assert all(len(getattr(message, name)) == 0 for name in empty)
+    assert state.axes == PLANAR and state.part == (7, 2) and state.stamp == 3.0
+    assert state.kinds == ("pioneer3dx",) * 2 and state.robots == (1, 2)
+    np.testing.assert_array_equal(state.command, [[0.2, 0.1], [0.3, -0.1]])
+    np.testing.assert_array_equal(state.pose, TWO)
+    assert state.commanded.all() and not state.real.any()
+
+
+def test_a_mixed_team_tells_the_commands_of_every_axis():
+    _, state = told(("robotino3", "pioneer3dx"), [[0.2, 0.4, 0.1], [0.3, 0.0, -0.1]])
+    assert state.axes == ALL and state.kinds == ("robotino3", "pioneer3dx")
+    np.testing.assert_array_equal(state.command, [[0.2, 0.4, 0.1], [0.3, 0.0, -0.1]])
+    np.testing.assert_array_equal(on_axes(state.command, ALL, PLANAR), [[0.2, 0.1], [0.3, -0.1]])
+
+
+def test_a_message_of_the_first_version_is_read():
+    names = ("x", "y", "theta", "vx", "vy", "omega", "command_v", "command_omega")
+    fields = {name: [float(place)] for place, name in enumerate(names)}
+    stamp = SimpleNamespace(stamp=rospy.Time(1))
+    old = SimpleNamespace(header=stamp, robot=[4], commanded=[True], real=[False], **fields)
+    state = messages.read_state(old)
+    assert state.pose.tolist() == [[0.0, 1.0, 2.0]] and state.twist.tolist() == [[3.0, 4.0, 5.0]]
+    assert state.command.tolist() == [[6.0, 7.0]] and state.axes == PLANAR
+    assert state.kinds == () and state.joints.tolist() == [0.0] and state.part == (0, 0)
+
+
+def test_commands_there_and_back():
+    message = messages.team_command([1, 3], [[0.1, 0.2, 0.3], [0.4, 0.0, 0.6]], ALL)
+    assert message.vy == [0.2, 0.0] and message.vz == []
+    numbers, axes, command = messages.read_team_command(message)
+    assert list(numbers) == [1, 3] and axes == ALL
+    np.testing.assert_array_equal(command, [[0.1, 0.2, 0.3], [0.4, 0.0, 0.6]])
+
+
+@pytest.mark.parametrize(
+    "read, message, said",
+    [
+        (messages.read_team_command, TeamCommand(robot=[0], v=[0.0], omega=[0.0]), "robot 0"),
+        (messages.read_team_command, TeamCommand(robot=[1, 2], v=[0.0]), "2 robots, 1 v"),
+        (
+            messages.read_team_command,
+            TeamCommand(robot=[1], v=[0.0], omega=[0.0], vy=[0.0, 0.0]),
+            "1 robots, 2 vy; wanted as many",
+        ),
+        (messages.read_state, TeamState(robot=[1]), "1 robots, 0 x"),
+        (messages.read_control_status, ControlStatus(command_v=[1.0]), "0 command_omega"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused_by_name(read, message, said):
+    with pytest.raises(messages.MessageError, match=said):
+        read(message)
+
+
+def test_what_a_controller_says_comes_back():
+    message = messages.control_status(
+        [[0.1, 0.2]], PLANAR, [(1, 2, 0.5)], [[3.0, 4.0]], protocol="Law", running=True, period=0.1
+    )
+    controller = messages.read_control_status(message)
+    assert controller.edges == ((1, 2, 0.5),) and controller.targets.tolist() == [[3.0, 4.0]]
+    assert controller.command.tolist() == [[0.1, 0.2]] and controller.protocol == "Law"
+    assert messages.read_control_status(messages.control_status([], PLANAR, [], None)).edges == ()
+
+
+@pytest.mark.parametrize(
+    "content, named",
+    [
+        ({"model": "pioneer3dx"}, ""),
+        ({"model": "/tmp/a.xacro"}, "/tmp/a.xacro"),
+        ({"model": "b", "kinds": {"b": {"base": "pioneer3dx", "mass": 3}}}, ""),
+        ({"model": "b", "kinds": {"b": {"base": "a.yaml"}}}, "kinds.b.base"),
+        ({"model": "b", "kinds": {"b": {"import": {"urdf": "a.urdf"}}}}, "kinds.b.import"),
+        ({"model": "b", "kinds": {"b": {"base": "husky", "model": "a.urdf"}}}, "kinds.b.model"),
+    ],
+)
+def test_a_scenario_from_elsewhere_is_searched_for_files(content, named):
+    assert file_named(scenario_from_dict({"poses": TWO, **content})) == named

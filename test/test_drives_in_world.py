@@ -112,12 +112,13 @@ def test_a_base_pushed_sideways_against_another_is_stopped_and_reported():
     assert world.pose[1, 1] - world.pose[0, 1] > 0.225 + 0.180 - 0.01
 
 
-@pytest.mark.parametrize("name", ["robotino3", "pioneer3dx"])
+@pytest.mark.parametrize("name", ["robotino3", "pioneer3dx", "f1tenth"])
 def test_a_point_mass_moves_as_its_command_says(name):
-    world = World((name,), [[1.0, 2.0, 0.7]], fidelity="point_mass", hand_length=0.2)
+    options = dict(fidelity="point_mass", hand_length=0.2, command_period=0.05)
+    world = World((name,), [[1.0, 2.0, 0.7]], **options)
     team, wanted = world.team, np.array([[0.3, -0.4]])
     before = team.point(world.pose, np.zeros(1), 0.2)
-    world.set_commands([0], team.command(wanted, world.pose, np.zeros(1), 0.2, 0.02))
+    world.set_commands([0], team.command(wanted, world.pose, np.zeros(1), 0.2, 0.05))
     world.step()
     after = team.point(world.pose, np.zeros(1), 0.2)
     np.testing.assert_allclose(after - before, 0.02 * wanted, atol=1e-15)

@@ -179,12 +179,13 @@ class PointMassMotion:
     by exactly ``step * alpha'``.
     """
 
-    def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=()):
+    def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=(), period=0.0):
         """``kinds``: the ``Team``, or its kinds; ``hand_length`` [m] is l, as the drives' points take it.
 
-        ``mirrored``: rows of robots that ``place`` alone moves.
+        ``mirrored``: rows of robots that ``place`` alone moves; ``period`` [s] for which a command is
+        held, by default ``step``: a car's tells the steering angle at its end.
         """
-        self.step = step
+        self.step, self._period = step, period or step
         self.team = Team.of(kinds, None)
         self._hand_length = hand_length
         self._mirrored = np.array(mirrored, dtype=int)
@@ -212,7 +213,7 @@ class PointMassMotion:
         mirrored_twist = self.twist[self._mirrored]
         command = np.array(command, dtype=float)
         command[self._mirrored] = 0.0
-        u = self.team.velocity(command, self.pose, self.joints(), self._hand_length, self.step)
+        u = self.team.velocity(command, self.pose, self.joints(), self._hand_length, self._period)
         cos, sin = cos_sin(self.pose[:, 2])
         self.pose[:, :2] += self.step * u
         self.twist[:, 0] = cos * u[:, 0] + sin * u[:, 1]

@@ -47,6 +47,7 @@ class World:
         watch_period=0.0,
         mirrored=(),
         mismatch=NO_MISMATCH,
+        command_period=0.0,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -54,7 +55,8 @@ class World:
         simulated time, by default that of each robot's kind, looked at every ``watch_period`` [s], 0:
         at each step.  ``mirrored``: rows of robots that obey no command and are only where ``place``
         puts them: bodies to the others, never pushed.  ``mismatch``: how they obey
-        commands.  Raises ``WorldError``.
+        commands; ``command_period`` [s] for which one is held, by default ``step``.  Raises
+        ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -65,6 +67,7 @@ class World:
         self._odometry_kind = odometry_kind
         self._seed = seed
         self._mismatch = mismatch
+        self._command_period = command_period
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
@@ -87,6 +90,7 @@ class World:
                 odometry_kind=scenario.odometry,
                 seed=scenario.seed,
                 mismatch=scenario.mismatch,
+                command_period=1.0 / scenario.control.rate,
                 **options,
             )
         except WorldError as error:
@@ -120,7 +124,14 @@ class World:
         mirrored = {"mirrored": self.mirrored}
         if self.fidelity == "point_mass":
             team = Team(team.kinds, None)
-            return PointMassMotion(team, poses, self._hand_length, self.step_size, **mirrored)
+            return PointMassMotion(
+                team,
+                poses,
+                self._hand_length,
+                self.step_size,
+                **mirrored,
+                period=self._command_period,
+            )
         bodies = team, poses, self.obstacles, self._limits, self.step_size
         if self.fidelity == "kinematic":
             return KinematicMotion(*bodies, **mirrored, encoders=self._odometry_kind == "wheel")

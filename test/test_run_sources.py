@@ -7,6 +7,7 @@ from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.msg import TeamState
 from mrs_simulator.nodes.record import run_sources
 from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.vehicles import Team
 
 PERIOD = 0.02  # [s]
 
@@ -14,15 +15,18 @@ PERIOD = 0.02  # [s]
 @pytest.fixture
 def source(monkeypatch):
     monkeypatch.setattr(run_sources.rospy, "Subscriber", lambda *_, **__: None)
-    return run_sources.StageSource(load_scenario(scenario_path("paper.yaml")).with_robots(2))
+    scenario = load_scenario(scenario_path("paper.yaml")).with_robots(2)
+    return run_sources.StageSource(Team.from_scenario(scenario))
 
 
 def state(stamp, x=(0.0, 2.0), stage=7, run=0):
     n = len(x)
     message = TeamState(stage=stage, run=run, robot=list(range(1, n + 1)), x=list(x))
     message.header.stamp = rospy.Time.from_sec(stamp)
-    message.y = message.theta = message.command_v = message.command_omega = [0.0] * n
-    message.commanded = [True] * n
+    for name in ("y", "theta", "vx", "vy", "omega", "command_v", "command_omega"):
+        setattr(message, name, [0.0] * n)
+    message.commanded, message.real = [True] * n, [False] * n
+    message.kind = ["pioneer3dx"] * n
     return message
 
 

@@ -9,6 +9,7 @@ other simulators' figures.  With ``--keep`` the figures go to benchmarks/history
 """
 
 import argparse
+import itertools
 import math
 import os
 import statistics
@@ -23,7 +24,7 @@ from history import Report
 from mrs_simulator import PioneerControl, load_scenario, make_twist
 from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.core.scenario import Control, Scenario
+from mrs_simulator.core.scenario import DEFAULT_KIND, Control, Scenario
 from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.world.world import EVERY, World
 
@@ -53,23 +54,25 @@ class ByHook(PioneerControl):
         return twists
 
 
-def scenario_of(n, fidelity):
-    """Return the paper's scenario for 7 robots, else n robots scattered about the line they form."""
-    if n == 7:
+def scenario_of(n, fidelity, kinds=()):
+    """Return the paper's scenario for 7 robots, else n robots scattered about the line they form.
+
+    ``kinds``: those of the robots by turns, by default one.
+    """
+    if n == 7 and not kinds:
         paper = load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
         return paper._replace(fidelity=fidelity, duration=1e6)
     draw = np.random.default_rng(0)
     poses = np.zeros((n, 3))
     poses[:, 0] = 3.0 * np.arange(n - 1, -1, -1)
     poses[:, 1] = draw.uniform(-5.0, 5.0, n)
-    return Scenario(
-        poses, ("pioneer3dx",) * n, fidelity=fidelity, limits="top", control=Control(), duration=1e6
-    )
+    kinds = tuple(itertools.islice(itertools.cycle(kinds or (DEFAULT_KIND,)), n))
+    return Scenario(poses, kinds, fidelity=fidelity, limits="top", control=Control(), duration=1e6)
 
 
-def real_time_factor(n, fidelity, protocol):
+def real_time_factor(n, fidelity, protocol, kinds=()):
     """Return simulated over wall time of one experiment."""
-    experiment = Experiment(scenario_of(n, fidelity), protocol)
+    experiment = Experiment(scenario_of(n, fidelity, kinds), protocol)
     samples = experiment.samples()
     next(samples)
     begin, simulated = time.process_time(), experiment.world.time
@@ -144,6 +147,10 @@ CASES = (
     (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
     ("dynamic, by arrays", "dynamic", Formation, (7, 100)),
 )
+MIXED = (  # name, kinds by turns
+    ("four kinds of one drive", (DEFAULT_KIND, "pioneer3at", "amigobot", "turtlebot3_burger")),
+    ("three drives", (DEFAULT_KIND, "robotino3", "f1tenth")),
+)
 COMPILED = "MRS_SIMULATOR_COMPILED"
 
 
@@ -167,6 +174,11 @@ def main():
     for case, fidelity, protocol, sizes in CASES:
         for n in sizes:
             factors[case, n] = note(case, n, real_time_factor, fidelity, protocol)
+    for name, kinds in MIXED:
+        case = "{}, {}".format(ARRAYS, name)
+        factor = note(case, 100, real_time_factor, "kinematic", Formation, kinds)
+        share = factor / factors[ARRAYS, 100]
+        report.note("{}, of 100 robots of the default kind".format(name), 100, share, "-")
     for n in (100, 1000):
         note("kinematic, a crowd in contact", n, crowd_factor)
     if find_spec("numba"):

@@ -24,6 +24,9 @@ def move_function(drive):
     return compiled_move()
 
 
+SHORT = 0.05  # [m] in a step: a bound that is worth more than the time to look at every robot
+
+
 class GroupMotion:
     """The inner state of the robots of one drive, and their exact motion."""
 
@@ -31,7 +34,7 @@ class GroupMotion:
         """``group``: a ``vehicles.team.Group``; ``step`` [s]; ``encoders``: keep ``travel``."""
         self.group, self._step = group, step
         self._move, self._encoders = move_function(group.drive), encoders
-        self._top_speed = group.drive.top_speed(group.limits)
+        self._reach = step * group.drive.top_speed(group.limits)
         self.reset()
 
     def reset(self):
@@ -54,8 +57,9 @@ class GroupMotion:
 
     def farthest(self):
         """Return a distance [m] that no robot's centre exceeded in the last step."""
-        known = self._top_speed < np.inf
-        return self._step * (self._top_speed if known else self.group.drive.farthest(self._mean))
+        if self._reach < SHORT:
+            return self._reach
+        return self._step * self.group.drive.farthest(self._mean)
 
     def feel(self, pushed, theta, moved):
         """Let the robots in ``pushed`` (m,) bool be as fast as contacts let them.
@@ -84,12 +88,15 @@ class KinematicMotion:
         self._bodies = Bodies(self.team, obstacles, mirrored)
         self._mirrored = np.array(mirrored, dtype=int)
         self._simulated = None if not len(mirrored) else ~self._bodies.mirrored
+        self._order, self._parts = _order_of(self.team)
+        self._place = None if self._order is None else np.argsort(self._order)
         self.reset(np.asarray(poses, dtype=float))
 
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float, order="F")
         self.twist = np.zeros_like(self.pose)
+        self._by_group = np.zeros_like(self.pose)
         for each in self._groups:
             each.reset()
         self._contacts = []
@@ -123,29 +130,27 @@ class KinematicMotion:
         self._fill_twist()
 
     def _moved(self, before, command):
-        if len(self._groups) == 1:
-            return self._groups[0].advance(before, self._groups[0].group.of(command))
+        if self._order is None:
+            return self._groups[0].advance(before, command)
+        # Rows are put together by group once, so that a group's are a slice.
+        before, command = _taken(before, self._order), _taken(command, self._order)
         free = np.empty_like(before)
-        for each in self._groups:
-            rows = each.group.rows
-            free[rows] = each.advance(before[rows], each.group.of(command))
-        return free
+        for each, part in zip(self._groups, self._parts):
+            free[part] = each.advance(before[part], command[part][:, each.group.columns])
+        return _taken(free, self._place)
 
     def _fill_twist(self):
-        whole = len(self._groups) == 1 and self._simulated is None
-        for each in self._groups:
+        twist = self.twist if self._order is None and self._simulated is None else self._by_group
+        for each, part in zip(self._groups, self._parts):
             group = each.group
-            part = self.twist if whole else np.zeros((len(group.kinds), 3))
-            group.drive.fill_twist(part, each.velocity, each.joints, group.numbers)
-            if not whole:
-                self._put_twist(group.rows, part)
-
-    def _put_twist(self, rows, part):
-        if self._simulated is None:
-            self.twist[rows] = part
+            group.drive.fill_twist(twist[part], each.velocity, each.joints, group.numbers)
+        if twist is self.twist:
             return
-        own = self._simulated[rows]
-        self.twist[np.arange(len(self.twist))[rows][own]] = part[own]
+        twist = twist if self._order is None else _taken(twist, self._place)
+        if self._simulated is None:
+            self.twist = twist
+        else:
+            self.twist[self._simulated] = twist[self._simulated]
 
     def _farthest(self):
         """Return a distance [m] that no robot exceeds in a step."""
@@ -170,6 +175,23 @@ class KinematicMotion:
 
     def close(self):
         """Nothing is held."""
+
+
+def _order_of(team):
+    """Return the rows of the team's groups one after the other, and the slice of each group in it.
+
+    The order of a team of one drive is None: that in which its robots are.
+    """
+    ends = np.cumsum([len(group.kinds) for group in team.groups]).tolist()
+    parts = [slice(begin, end) for begin, end in zip([0, *ends], ends)]
+    if len(team.groups) == 1:
+        return None, parts
+    return np.concatenate([group.rows for group in team.groups]), parts
+
+
+def _taken(values, rows):
+    """Return ``values[rows]`` (n, ...), column by column in memory."""
+    return values.T.take(rows, axis=1).T
 
 
 class PointMassMotion:

@@ -114,7 +114,8 @@ def move(pose, velocity, joints, command, limits, numbers, step):
     The velocities are those of :func:`ramped`; the arc is that of the mean velocity, exact while the
     velocity holds.
     """
-    velocity, joints, mean = ramped(velocity, joints, command, limits, numbers, step)
+    top, acceleration = limits
+    velocity, mean = ramp(velocity, clip_commands(command, top), acceleration, step)
     after = arc(pose, mean, step)
     after[:, 2] = wrap_angle(after[:, 2])
     return velocity, joints, mean, after

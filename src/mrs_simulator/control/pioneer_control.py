@@ -16,12 +16,13 @@ from mrs_simulator.control.twists import (
 )
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import NO_LIMITS
+from mrs_simulator.core.kinematics import NO_LIMITS, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.parameters import Parameter, checked_values, shown
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.vehicles import Team
 
+OF_POINTS = "of_points"  # in the meta of a run that theory gives
 HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
 RESERVED = (
     "numbers",
@@ -368,6 +369,9 @@ class PioneerControl:
 
     def velocities(self, run):
         """Return the points' commanded velocities, (m, n, 2) [m/s], from the samples of ``run`` on."""
+        if run.meta.get(OF_POINTS):  # whose points are hand points, whatever the robots are
+            rows = run.command.reshape(-1, 2), run.pose[:, :, 2].ravel()
+            return point_mass_from_unicycle(*rows, self.l).reshape(run.hand.shape)
         return self.team.velocities_in(run.command, run.pose, run.hand, self.l, self.period)
 
     def commands_for(self, velocity, pose):

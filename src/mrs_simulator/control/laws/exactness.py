@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.control.laws.published import FaultyEdges, Listeners, exact_motion, exact_poses
+from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.control.safety_filter import filter_acts
 from mrs_simulator.core.claims import Claim
 from mrs_simulator.core.recording import Run
@@ -40,7 +41,9 @@ def exact_run(control, run):
     hand, velocity = motion
     pose = np.zeros(hand.shape[:2] + (3,))
     pose[:, :, :2] = hand - [control.l, 0.0]
-    return Run(run.time, run.robots, pose, hand, velocity / [1.0, control.l], [], run.scenario)
+    command = velocity / [1.0, control.l]
+    facts = {OF_POINTS: True}
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
 
 
 def _exact_robots(control, law, run):

@@ -186,7 +186,8 @@ def _order_of(team):
     parts = [slice(begin, end) for begin, end in zip([0, *ends], ends)]
     if len(team.groups) == 1:
         return None, parts
-    return np.concatenate([group.rows for group in team.groups]), parts
+    rows = np.arange(team.n)
+    return np.concatenate([rows[group.rows] for group in team.groups]), parts
 
 
 def _taken(values, rows):

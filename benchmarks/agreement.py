@@ -3,6 +3,8 @@
 
     python3 benchmarks/agreement.py > docs/agreement.md
 
+The table of mistakes at the page's end is that of benchmarks/mutants.py.
+
 Every shipped scenario runs as point masses, and on kinematic Pioneers within speed limits of 1.5 m/s
 and 360 deg/s, with commands at 50 Hz and at the 10 Hz of RosAria's odometry.
 """
@@ -89,7 +91,9 @@ def main():
     with concurrent.futures.ProcessPoolExecutor() as pool:
         verdicts = list(pool.map(run, tasks))
     print(HEADER)
-    print("How well wrong laws are told apart is in [verdict.md](verdict.md).\n")
+    print(
+        "How well wrong laws are told apart is in [the last table](#mistakes-put-into-the-laws).\n"
+    )
     print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in CASES)))
     print("|---|---|---|" + "---|" * len(CASES))
     for row, name in enumerate(names):

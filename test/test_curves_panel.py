@@ -459,3 +459,22 @@ def test_colours_are_those_of_the_theme(panel):
     assert panel._plot.figure.get_facecolor()[0] == pytest.approx(0x20 / 255.0, abs=0.01)
     assert axes.get_facecolor()[0] == pytest.approx(0x10 / 255.0, abs=0.01)
     assert axes.xaxis.label.get_color()[0] == pytest.approx(0xF0 / 255.0, abs=0.01)
+
+
+def test_the_lateral_speed_is_shown_of_robots_that_have_one(panel):
+    def tabs():
+        return [panel._tabs.tabText(tab) for tab in range(panel._tabs.count())]
+
+    history = make_history(20)
+    history._table[:, :, 4] = 0.25
+    panel.set_history(history)
+    assert "v\u1d67" not in tabs()
+    panel._tabs.setCurrentIndex(tabs().index("\u03c9"))
+    panel.set_axes(("linear.x", "linear.y", "angular.z"))
+    assert panel._tabs.tabText(panel._tabs.currentIndex()) == "\u03c9"  # what was looked at
+    panel._tabs.setCurrentIndex(tabs().index("v\u1d67"))
+    settle(panel)
+    assert set(lines(panel)[0].get_ydata()) == {0.25}
+    assert "lateral" in panel._plot.axes.get_ylabel()
+    panel.set_axes(("linear.x", "angular.z"))
+    assert tabs()[panel._tabs.currentIndex()] == "x" and "v\u1d67" not in tabs()

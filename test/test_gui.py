@@ -308,8 +308,7 @@ edges = list(gui.scenario.topology.edges)
 click("control")
 until(lambda: gui.study.is_controlled())
 assert rospy.get_param("/pioneer_control/k") == 0.5
-control = gui.connection.newest("control")
-assert list(control.edges) == edges
+until(lambda: list(gui.connection.newest("control").edges) == edges)
 assert gui.topology.edges() == edges and (1, 3, 1.0) in edges
 # Another scenario: its team on the stage that runs, its law at the next start.
 click("stop")

@@ -91,6 +91,4 @@ def test_each_robot_is_shown_as_its_kind_is(ros, tmp_path):
     probe.wait("len(shown('CYLINDER')) == 1")
     assert probe.ask("marker_repeated") is False
     assert probe.ask("len(shown('CUBE'))") == 2 + 4 + 2 + 4  # bodies and wheels
-    assert probe.ask("sorted(m.scale.x for m in markers.values() if m.type == m.CYLINDER)") == [
-        0.45
-    ]
+    assert [marker["size"][:2] for marker in probe.ask("shown('CYLINDER')")] == [[0.07, 0.07]]

@@ -191,3 +191,30 @@ def test_what_a_run_left_does_not_stay_beside_another_team(make_study):
     study.team.team_changed.emit()
     assert study.verdict.verdict is None and "No verdict yet" in study.verdict.title()
     assert cleared and study.connection.forget.call_args_list[-1][0] == ("state",)
+
+
+def test_what_a_controller_said_of_its_graph_before_an_edit_does_not_undo_the_edit(make_study):
+    study = make_study()
+
+    def says(edges):
+        weighted = [edge + (1.0,) for edge in edges]
+        status = MagicMock(
+            edges=weighted, directed=True, command=[0.0, 0.0], targets=[], trouble=""
+        )
+        study.connection.newest.side_effect = lambda name: status if name == "control" else None
+        study._follow_control()
+        return [edge[:2] for edge in study.topology.edges()]
+
+    study.connection.is_fresh.side_effect = lambda name: name == "control"
+    study.study.processes.is_ending.return_value = False
+    assert says([(1, 2)]) == [(1, 2)]
+    study.map.edge_added.emit(2, 1)
+    both = [(1, 2), (2, 1)]
+    assert says([(1, 2)]) == both
+    study._on_result("set_topology", True, "2 edges")
+    assert says([(1, 2)]) == both  # however long it was under way
+    assert says(both) == both
+    assert says([(2, 1)]) == [(2, 1)]  # another one has changed it
+    study.map.edge_added.emit(1, 2)
+    study._on_result("set_topology", False, "no")
+    assert says([(2, 1)]) == [(2, 1)]

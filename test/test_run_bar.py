@@ -166,6 +166,24 @@ def test_a_scenario_chosen_while_a_controller_runs_is_not_opened(app, study, tmp
     assert "not opened: stop the controller" in study.messages.toPlainText()
 
 
+def test_files_open_where_the_gui_was_started_and_then_where_the_last_one_was(app, tmp_path, study):
+    def directory():
+        (dialog,) = [d for d in study.findChildren(FileDialog) if d.isVisible()]
+        place = dialog.directory().absolutePath()
+        return place, dialog
+
+    study._directory = str(tmp_path)
+    study._on_open()
+    place, dialog = directory()
+    assert place == str(tmp_path)
+    (tmp_path / "deeper").mkdir()
+    dialog.fileSelected.emit(str(tmp_path / "deeper" / "none.yaml"))
+    dialog.close()
+    study._on_save_scenario()
+    assert directory()[0] == str(tmp_path / "deeper")
+    assert StudyWidget.sizeHint(study).width() >= 1000
+
+
 def stops(study):
     """Return how often the emergency stop was pressed; it is then released."""
     pressed = study.connection.set_emergency.call_args_list.count(call(True))

@@ -6,7 +6,7 @@ import math
 import os
 import time
 
-from python_qt_binding.QtCore import QEventLoop, Qt, QTimer
+from python_qt_binding.QtCore import QEventLoop, QSize, Qt, QTimer
 from python_qt_binding.QtWidgets import (
     QApplication,
     QFrame,
@@ -42,10 +42,13 @@ from mrs_simulator.rqt_plugin.widgets.messages import Faults, MessageList
 from mrs_simulator.study.law_answers import Prediction
 from mrs_simulator.study.report import from_anywhere
 
+SIZE = (1180, 720)  # [px] that shows everything
 FRAME = 33  # [ms] of wall time between two pictures of the map
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
 TICK = 100  # [ms] between two looks at everything else
-GRAPH_REST = 0.3  # [s] after the controller's answer, within which an older status may still come
+GRAPH_REST = (
+    5.0  # [s] after the controller's answer, beyond which its graph is shown whatever it is
+)
 SCENARIOS = "Scenarios (*.yaml *.yml)"
 SHORTEST_KEPT = 2.0  # [s] of commands, of a run that is kept though nobody has saved it
 LATCHED = (
@@ -72,9 +75,10 @@ class StudyWidget(QWidget):
         self._faults = Faults()
         self._saving_since, self._predicted_from = None, None
         self._closed, self._given_up = False, False
+        self._directory = os.getcwd()  # where files are opened
         self.study.laws.waiting = self._while_law_is_tried
         self.study.laws.waited = self._after_law_was_tried
-        self._graph_changed_at = 0.0
+        self._graph_wanted, self._graph_changed_at = None, 0.0  # (edges, directed) asked for
         self._team_changed_at, self._last_control, self._last_image = None, None, None
         self._told_trouble = ""  # by the controller
         self._awaits_team = False  # whether the stage has not answered yet
@@ -85,6 +89,10 @@ class StudyWidget(QWidget):
         self._start_timer(FRAME, self._on_frame)
         self._start_timer(TICK, self._on_tick)
         self._on_tick()
+
+    def sizeHint(self):
+        """Return the size that a dock of rqt, or a window, begins with."""
+        return QSize(*SIZE)
 
     def _start_timer(self, period, slot):
         timer = QTimer(self)
@@ -209,8 +217,13 @@ class StudyWidget(QWidget):
         """Show the team in force."""
         self.team.set_team(self.scenario.poses, self.scenario.kinds)
         self.map.show_team(self.scenario.poses)
-        self.map.show_kinds(self.study.kinds())
+        self._show_kinds()
         self._show_robots_to_follow()
+
+    def _show_kinds(self):
+        team = self.study.team()
+        self.map.show_kinds(team.kinds)
+        self.curves.set_axes(team.axes)
 
     def _show_robots_to_follow(self):
         self.view.set_team(range(1, self.scenario.n + 1), self.scenario.poses[:, :2])
@@ -254,7 +267,14 @@ class StudyWidget(QWidget):
         """Open a dialog in place of one that is open; ``chosen`` is called with the path."""
         for dialog in self.findChildren(FileDialog):
             dialog.close()
-        FileDialog(self, title, start, kinds, chosen, saves)
+        # Where the GUI was started, or where the last file was: not where Qt has been last.
+        start = os.path.join(self._directory, start)
+
+        def taken(path):
+            self._directory = os.path.dirname(path)
+            chosen(path)
+
+        FileDialog(self, title, start, kinds, taken, saves)
 
     @guarded
     def _on_open(self):
@@ -290,7 +310,7 @@ class StudyWidget(QWidget):
     def _on_team(self):
         self._change_team()
         self.map.show_team(self.scenario.poses)
-        self.map.show_kinds(self.study.kinds())
+        self._show_kinds()
 
     @guarded
     def _on_pose(self, number, x, y, theta):
@@ -331,8 +351,9 @@ class StudyWidget(QWidget):
 
     @guarded
     def _on_topology(self, edges, directed):
-        self._graph_changed_at = math.inf if self.study.state.has_control() else 0.0
-        self.say(self.study.set_topology(edges, directed))
+        refused = self.say(self.study.set_topology(edges, directed))
+        if not refused and self.study.state.has_control():
+            self._graph_wanted, self._graph_changed_at = (sorted(edges), directed), math.inf
         self._show_protocol()
 
     @guarded
@@ -588,7 +609,7 @@ class StudyWidget(QWidget):
 
     def _on_result(self, name, success, answer):
         if name == "set_topology":
-            self._graph_changed_at = time.monotonic()
+            self._graph_changed_at = time.monotonic() if success else -math.inf
         if name == "set_team":
             self._awaits_team = False
         if name == "save":
@@ -623,12 +644,19 @@ class StudyWidget(QWidget):
         self._last_control = control
         self._tell_trouble(control)
         self.map.show_targets(control.targets if len(control.targets) else None)
-        # What it said before it took in the graph drawn here is out of date.
-        if time.monotonic() > self._graph_changed_at + GRAPH_REST:
-            edges = list(control.edges)
-            self.map.show_topology(edges, control.directed)
-            if len(control.command) == self.scenario.n:  # the panel edits the scenario's graph
-                self.topology.set_topology(edges, control.directed)
+        self._follow_graph(control)
+
+    def _follow_graph(self, control):
+        """Show the controller's graph; what it said before it took in the one drawn here is old."""
+        edges = list(control.edges)
+        if self._graph_wanted is not None:
+            taken_in = (sorted(edges), control.directed) == self._graph_wanted
+            if not taken_in and time.monotonic() < self._graph_changed_at + GRAPH_REST:
+                return
+            self._graph_wanted = None
+        self.map.show_topology(edges, control.directed)
+        if len(control.command) == self.scenario.n:  # the panel edits the scenario's graph
+            self.topology.set_topology(edges, control.directed)
 
     def _tell_trouble(self, control):
         """Say once why a controller, here or elsewhere, stopped all robots or some of them."""

@@ -18,12 +18,19 @@ from python_qt_binding.QtWidgets import (
 
 from mrs_simulator.rqt_plugin.curves import quantities
 from mrs_simulator.rqt_plugin.curves.plot import CurvesPlot
-from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES, Curve, ErrorCurve
+from mrs_simulator.rqt_plugin.curves.quantities import (
+    ERROR,
+    QUANTITIES,
+    Curve,
+    ErrorCurve,
+    shown_quantities,
+)
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
 MOST_DRAWING = 0.15  # of the time that redraws may take; beyond, they come less often
+USUAL_AXES = ("linear.x", "angular.z")
 ZOOM = 0.8  # of one step of the wheel
 ALL = "Robots whose curves are drawn, such as 1-3, 7; empty: all"
 FOLLOW = (
@@ -83,11 +90,29 @@ class CurvesPanel(QWidget):
         """
         self._error, self._dirty = ErrorCurve(function, background), True
 
+    def set_axes(self, axes):
+        """Offer what a team has whose robots obey the command ``axes``, names of Twist components."""
+        shown = shown_quantities(tuple(axes))
+        if shown == [self._tabs.tabData(tab) for tab in range(self._tabs.count())]:
+            return
+        chosen, blocked = self._index(), self._tabs.blockSignals(True)
+        while self._tabs.count():
+            self._tabs.removeTab(0)
+        for tab, index in enumerate(shown):
+            self._tabs.addTab(QUANTITIES[index].tab)
+            self._tabs.setTabToolTip(tab, QUANTITIES[index].meaning)
+            self._tabs.setTabData(tab, index)
+        self._tabs.setCurrentIndex(shown.index(chosen) if chosen in shown else 0)
+        self._tabs.blockSignals(blocked)
+        self._dirty = True
+
+    def _index(self):
+        """Return the place in ``QUANTITIES`` of what is shown."""
+        return self._tabs.tabData(max(0, self._tabs.currentIndex())) if self._tabs.count() else 0
+
     def _make_controls(self):
         self._tabs, self._field, self._follow = QTabBar(), QLineEdit(), QCheckBox("Follow")
-        for index, quantity in enumerate(QUANTITIES):
-            self._tabs.addTab(quantity.tab)
-            self._tabs.setTabToolTip(index, quantity.meaning)
+        self.set_axes(USUAL_AXES)
         self._tabs.setExpanding(False)
         self._tabs.setDrawBase(False)
         self._tabs.currentChanged.connect(self._on_tab)
@@ -155,7 +180,7 @@ class CurvesPanel(QWidget):
     @guarded
     def _on_tab(self, *_):
         self._ylim = None
-        self._field.setEnabled(self._tabs.currentIndex() != ERROR)
+        self._field.setEnabled(self._index() != ERROR)
         self._renew()
 
     @guarded
@@ -210,7 +235,7 @@ class CurvesPanel(QWidget):
             self._xlim, self._ylim = None, None
             self._on_field()
         self._dirty, self._drawn = False, stamp
-        index, (found, message) = self._tabs.currentIndex(), self._data()
+        index, (found, message) = self._index(), self._data()
         limits = self._time_limits(), self._ylim
         self._plot.update(found, stamp[0], index, message, *limits)
         self._point_out()
@@ -218,12 +243,12 @@ class CurvesPanel(QWidget):
     def _data(self):
         """Return the curves to draw, and what there is to say."""
         time, numbers = self._history.time, self._history.numbers
-        if self._tabs.currentIndex() == ERROR:
+        if self._index() == ERROR:
             return self._error_data(numbers, time)
         rows = [row for row, number in enumerate(numbers) if self._chosen(number)]
         if not rows or not len(time):
             return [], "No robot of the team is chosen" if len(time) else "No samples yet"
-        table = QUANTITIES[self._tabs.currentIndex()].values(self._history)
+        table = QUANTITIES[self._index()].values(self._history)
         styles = self._plot.styles([numbers[row] for row in rows], numbers)
         names = ["Robot {}".format(numbers[row]) for row in rows]
         pairs = zip(names, rows, styles)
@@ -247,7 +272,7 @@ class CurvesPanel(QWidget):
     def _time_limits(self):
         """Return the ends of the time axis [s]."""
         time = self._history.time
-        if not len(time) and self._theory is not None and self._tabs.currentIndex() == ERROR:
+        if not len(time) and self._theory is not None and self._index() == ERROR:
             time = self._theory[0]
         begin, end = (time[0], time[-1]) if len(time) else (0.0, 1.0)
         if end <= begin:
@@ -273,7 +298,7 @@ class CurvesPanel(QWidget):
             return
         curve, place, time = found
         value = np.interp(time, curve.time, curve.values)
-        unit = QUANTITIES[self._tabs.currentIndex()].unit
+        unit = QUANTITIES[self._index()].unit
         self._label.setText("{}:  {:.2f} s,  {:.4g} {}".format(curve.name, time, value, unit))
         self._set_signs(place, self._plot.colour_of(curve))
 
@@ -297,7 +322,7 @@ class CurvesPanel(QWidget):
         """Show what lies between these pixels now."""
         follow, data = self._follow.isChecked(), self._plot.axes.transData.inverted()
         x, y = data.transform([[left, low], [right, high]]).T
-        log = self._tabs.currentIndex() == ERROR
+        log = self._index() == ERROR
         fine = np.isfinite([x, y]).all() and 1e-3 < x[1] - x[0] < 1e8
         if not fine or y[1] - y[0] < 1e-9 * np.abs(y).max() or np.abs(y).max() > 1e15:
             return

@@ -60,8 +60,22 @@ QUANTITIES = (
         lambda h: h.twist[:, :, 2],
     ),
     Quantity("error", "formation error", "m", "Formation error of the team and theory [m]", None),
+    Quantity(
+        "v\u1d67",
+        r"lateral $v_y$",
+        "m/s",
+        "Velocity to the left of the heading [m/s]",
+        lambda h: h.twist[:, :, 1],
+    ),
 )
-ERROR = len(QUANTITIES) - 1
+ERROR, LATERAL = 5, 6
+ORDER = (0, 1, 2, 3, LATERAL, 4, ERROR)  # of the tabs
+OF_AXES = {LATERAL: "linear.y"}  # what only robots that obey an axis have
+
+
+def shown_quantities(axes):
+    """Return the places in ``QUANTITIES`` of what a team that obeys the command ``axes`` has."""
+    return [index for index in ORDER if OF_AXES.get(index, axes[0]) in axes]
 
 
 def parse_robots(text):

@@ -88,9 +88,9 @@ class StudyRun:
             topology = Topology(len(poses), edges, topology.directed)
         return self._try(self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology))
 
-    def kinds(self):
-        """Return the robots' ``Kind``s."""
-        return Team.from_scenario(self.scenario).kinds
+    def team(self):
+        """Return the ``Team`` of the scenario's robots."""
+        return Team.from_scenario(self.scenario)
 
     def set_protocol(self, name):
         """Take another protocol with its defaults; return what is wrong with it, or ""."""

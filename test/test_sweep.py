@@ -151,7 +151,7 @@ def test_a_cluster_gives_the_same_table_and_resumes(tmp_path, cluster, monkeypat
     axes = ["--sweep", "seed=0..1", "--sweep", "duration=1.0,2.0"]
     with pytest.raises(SystemExit):
         main(arguments + axes)
-    assert "0 of 4 runs passed" in capsys.readouterr().out
+    assert "4 of 4 runs passed" in capsys.readouterr().out
     assert done.stat().st_mtime_ns == stamp
     assert tidy(tmp_path / "cluster") == tidy(tmp_path / "cores") and len(tidy("cluster")) == 4
     for name, _, _ in runs:
@@ -278,9 +278,9 @@ def test_the_command(tmp_path, capsys):
     arguments = [FOUR, "--out", str(tmp_path), "--sweep", "seed=0..1", "--sweep", "duration=1"]
     with pytest.raises(SystemExit) as ended:
         main(arguments + ["--jobs", "2"])
-    assert ended.value.code == 1  # too short to form
+    assert ended.value.code == 0  # as far as theory has come by then
     said = capsys.readouterr().out
-    assert "0 of 2 runs passed\n  2 x " in said and "figure: " in said
+    assert "2 of 2 runs passed\n" in said and "figure: " in said
     with pytest.raises(SystemExit):
         main([*arguments[:-2], "--duration", "2", "--protocol", "consensus"])
     assert len(list(tmp_path.glob("*/verdict.json"))) == 4
@@ -302,8 +302,10 @@ def test_the_command_says_why_runs_failed_and_no_figure_where_there_is_none(tmp_
     )
     (tmp_path / "sweep.png").write_text("of an earlier sweep")
     given = [FOUR, "--out", str(tmp_path), "--protocol", str(tmp_path / "law.py") + ":Wrong"]
-    with pytest.raises(SystemExit):
+    with pytest.raises(SystemExit) as ended:
         main(given + ["--sweep", "fidelity=kinematic,point_mass", "--jobs", "1"])
+    assert ended.value.code == 1
     said = capsys.readouterr().out
+    assert "0 of 2 runs passed\n" in said
     assert "  2 x at 0.000 s the law failed: RuntimeError: never" in said
     assert "table: " in said and "figure" not in said

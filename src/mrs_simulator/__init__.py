@@ -1,4 +1,4 @@
-"""Verify coordination protocols of multi-robot systems, in simulation and on Pioneer robots.
+"""Verify coordination protocols of multi-robot systems, in simulation and on real robots.
 
 The names below are loaded when first used, so that the core can be imported without ROS.
 """

@@ -1,7 +1,8 @@
 """The world: n robots, their commands and watchdogs, moved step by step.
 
 >>> import numpy as np
->>> world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]], limits=None)
+>>> from mrs_simulator.core.robots import DEFAULT_KIND
+>>> world = World((DEFAULT_KIND,), [[0.0, 0.0, 0.0]], limits=None)
 >>> world.set_commands([0], np.array([[0.5, 0.0]]))
 >>> for _ in range(25): world.step()
 >>> bool(abs(world.pose[0, 0] - 0.25) < 1e-12)

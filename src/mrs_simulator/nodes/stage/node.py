@@ -49,7 +49,7 @@ MOST_BY_SERVICE = 1000  # [-] robots of a team that comes by service
 MOST_STEPS = 1000000  # [-] of one request
 LOCAL = dict(
     RUN_ARGUMENTS,
-    preset="rosaria: the robots behave as Pioneers behind RosAria (default: none)",
+    preset="rosaria: the robots behave as those behind RosAria (default: none)",
     real="numbers of the robots that are real, such as 2,4 (default: none)",
 )
 

@@ -1,4 +1,4 @@
-"""The preset ``rosaria``: simulated robots behave like Pioneers behind the RosAria driver."""
+"""The preset ``rosaria``: simulated robots behave like those behind the RosAria driver."""
 
 import math
 
@@ -25,7 +25,7 @@ def chosen_preset(argument):
 
 
 def behind_rosaria(scenario):
-    """Return ``scenario`` with the odometry, limits and watchdog of Pioneers behind RosAria."""
+    """Return ``scenario`` with the odometry, limits and watchdog of robots behind RosAria."""
     if scenario.fidelity == "point_mass":
         raise ValueError("preset rosaria: fidelity point_mass, wanted kinematic or dynamic")
     return scenario.changed(odometry="wheel", limits="firmware", cmd_vel_timeout=CMD_VEL_TIMEOUT)

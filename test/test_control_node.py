@@ -180,8 +180,8 @@ def test_a_broken_law_never_moves_a_robot(ros, law, name, said):
 
 def test_a_law_that_breaks_on_the_way_stops_the_robots(ros, law):
     ros.node("stage", "--robots", 2)
+    probe = ros.probe()  # before the law begins: it breaks after a second
     control = ros.node("pioneer_control", "--robots", 2, "--protocol", law(BROKEN) + ":TurnsNan")
-    probe = ros.probe()
     moving(probe, 2)
     probe.wait("'the law failed' in (control('trouble') or '')")
     at_rest(probe)

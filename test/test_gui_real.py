@@ -138,6 +138,9 @@ assert poses[-1].tolist() == [3.0, 0.0, 0.0]
 
 
 def test_a_team_that_is_partly_real(gui, ros):
+    # What stands in for robot2 does not move: its link is not to count as frozen here.
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.setParam("/test", "/pioneer_control/frozen_time", 1000.0)
     probe = ros.probe()
     probe.ask("stand_in(2, {})".format(poses()[1]))
     stage = ros.node("stage", "--scenario", FOUR.partition("/")[2], "--real", 2, "_speed:=2")

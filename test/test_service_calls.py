@@ -1,6 +1,7 @@
 """What the GUI asks for in the background: a server that hangs keeps nobody else waiting."""
 
 import os
+import signal
 import sys
 import threading
 import time
@@ -87,7 +88,9 @@ def test_the_close_of_programs_does_not_wait_for_one_that_takes_its_time(monkeyp
     rosrun.write_text(PROGRAM.format(sys.executable, may_end))
     rosrun.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.setattr("mrs_simulator.rqt_plugin.run.processes.STOP_LIMIT", PATIENCE)
+    monkeypatch.setattr(
+        "mrs_simulator.rqt_plugin.run.processes.ENDINGS", ((signal.SIGINT, PATIENCE),)
+    )
     processes = Processes()
     processes.start("stage", "stage")
     program = processes._running["stage"]

@@ -76,18 +76,20 @@ class Blocks:
 
     def flush(self):
         """Write what waits, as far as there is room."""
-        # After a full disk one by one: there may be room for some of them.
-        groups = self._pending if self.trouble else ["".join(self._pending)]
         done = 0
         try:
-            for group in groups:
-                self._put(group.encode("ascii"))
+            if not self.trouble:
+                with contextlib.suppress(OSError):  # there may be room for some of them
+                    self._put("".join(self._pending).encode("ascii"))
+                    done = len(self._pending)
+            for block in self._pending[done:]:
+                self._put(block.encode("ascii"))
                 done += 1
         except OSError as error:
             self.trouble = error.strerror or str(error)
         else:
             self.trouble = ""
-        self._pending = [] if done == len(groups) else self._pending[done:]
+        del self._pending[:done]
         self._size = sum(map(len, self._pending))
         self._due = time.monotonic() + (RETRY_PERIOD if self.trouble else FLUSH_PERIOD)
 

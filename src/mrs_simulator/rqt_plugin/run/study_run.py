@@ -259,6 +259,7 @@ class StudyRun:
         stage = self.connection.newest("stage")
         waits = stage.lockstep if stage is not None else self._lockstep
         arguments.append(_lockstep_option(waits and not self.state.real()))
+        arguments.append("_autostart:=true")  # somebody pressed start, and real robots are checked
         self.processes.start("control", "pioneer_control", *arguments)
 
     def _do_stop(self, _):

@@ -1,33 +1,62 @@
 """Fixtures that all tests share, and the choice of the quick ones and of one room's."""
 
+import os
+import resource
+
+import pytest
 from gui_fixtures import gui, no_hidden_errors  # noqa: F401
 from rooms import ROOMS, room_of_test
 from ros_fixtures import ros  # noqa: F401
 
 # A test with one of these starts a ROS master or a GUI's process.
 PROCESSES = {"ros", "gui"}
+HERE = os.path.dirname(os.path.abspath(__file__))
+SLOW_LIST = os.path.join(HERE, "slow_tests.txt")
+SLOW = 0.5  # [s] of processor time from which on a test is slow
 
 
 def pytest_addoption(parser):
-    """Add ``--fast`` and ``--room``."""
-    parser.addoption("--fast", action="store_true", help="only tests that start no ROS and no GUI")
+    """Add ``--fast``, ``--room`` and ``--list-slow``."""
+    parser.addoption("--fast", action="store_true", help="only quick tests that start no ROS")
     parser.addoption("--room", choices=ROOMS, help="only tests of modules in this room")
+    parser.addoption(
+        "--list-slow", metavar="FILE", help="append the functions of slow tests to FILE"
+    )
 
 
 def pytest_collection_modifyitems(config, items):
     """Keep the tests that ``--fast`` and ``--room`` ask for."""
     fast, room = config.getoption("--fast"), config.getoption("--room")
+    with open(SLOW_LIST, encoding="utf-8") as file:
+        slow = {line.strip() for line in file}
     rooms = {item.path: room_of_test(str(item.path)) for item in items} if room else {}
     kept, left = [], []
     for item in items:
-        slow = item.get_closest_marker("slow") or PROCESSES.intersection(item.fixturenames)
-        wanted = not (fast and slow) and (not room or rooms[item.path] == room)
+        long = PROCESSES.intersection(item.fixturenames) or _function(item) in slow
+        wanted = not (fast and long) and (not room or rooms[item.path] == room)
         (kept if wanted else left).append(item)
     if left:
         config.hook.pytest_deselected(items=left)
         items[:] = kept
 
 
-def pytest_configure(config):
-    """Describe the marker that takes a test out of ``--fast``."""
-    config.addinivalue_line("markers", "slow: takes seconds, or starts programs: not with --fast")
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_protocol(item):
+    """With ``--list-slow``, note the test's function if the test was slow."""
+    begun = _processor_time()
+    yield
+    path = item.config.getoption("--list-slow")
+    if path and _processor_time() - begun > SLOW:
+        with open(path, "a", encoding="utf-8") as file:
+            file.write(_function(item) + "\n")
+
+
+def _function(item):
+    """Return ``file.py::function`` of a test, without the values of its parameters."""
+    return "{}::{}".format(os.path.relpath(str(item.path), HERE), item.originalname)
+
+
+def _processor_time():
+    """Return the processor time [s] of this process and of the children that have ended."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in used)

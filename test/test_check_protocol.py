@@ -84,6 +84,7 @@ def test_a_claim_that_cannot_fail_and_one_for_unlimited_inputs_are_named():
 def test_a_law_without_claims_is_not_ok():
     text = str(check_protocol(Silent, **SMALL))
     assert "states no claims: write claims(start)" in text and "no claim was judged" in text
+    assert "0 of 0 runs of which theory speaks passed" in text
 
 
 def test_a_wrong_law_fails_with_its_numbers():

@@ -19,7 +19,7 @@ def report_text(report):
 
 
 def _as_it_is(report):
-    spoken = [t for t in report.trials if t.judged]
+    spoken = [t for t in report.trials if t.judged and (report.claims_judged(t) or t.failures())]
     lines = [
         "",
         "The law as it is: {} of {} runs of which theory speaks passed.".format(
@@ -36,9 +36,11 @@ def _as_it_is(report):
     reasons = Counter()
     for trial in report.trials:
         why = ["{} does not hold".format(name) for name in trial.outside]
-        reasons.update(
-            why or (["bodies touched, and theory speaks of points"] if trial.touched else [])
-        )
+        if trial.touched:
+            why = why or ["bodies touched, and theory speaks of points"]
+        if trial.judged and not any(trial is each for each in spoken):
+            why = ["no claim applies"]
+        reasons.update(why)
     reasons.update("refused: " + why for why in report.refused.values())
     return lines + [
         "  {} runs not judged: {}".format(n, why) for why, n in reasons.most_common(MOST_LINES)

@@ -1,9 +1,8 @@
 """Claims measured in large teams: memory grows with the run, not with its pairs of robots."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
+from memory import peak_of
 
 from mrs_simulator.control.laws import shipped
 from mrs_simulator.control.laws.common import all_hold
@@ -14,16 +13,6 @@ from mrs_simulator.core.links import Links, PerEdge, Switching
 from mrs_simulator.core.recording import Run
 
 ROBOTS, SAMPLES = 30, 600
-
-
-def peak_of(function):
-    """Return the most memory [bytes] that ``function`` holds at once."""
-    tracemalloc.start()
-    try:
-        function()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,12 @@
 
 import os
 import shutil
-import tracemalloc
 
 import numpy as np
 import pytest
 import rosbag
 import rospy
+from memory import peak_of
 from std_msgs.msg import String
 
 from mrs_simulator.control.laws.marching import Marching
@@ -37,15 +37,6 @@ def bomb(levels=9, width=9):
     return "\n".join(lines + ["poses: *a{}".format(levels - 1)])
 
 
-def in_little_memory(function):
-    tracemalloc.start()
-    try:
-        function()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-
-
 @pytest.mark.parametrize(
     "text, said",
     [
@@ -63,7 +54,7 @@ def test_aliases_are_bounded(text, said):
             parse_yaml(text, "file.yaml")
         assert len(str(caught.value)) < 200
 
-    assert in_little_memory(refused) < SMALL
+    assert peak_of(refused) < SMALL
 
 
 def test_aliases_that_spare_typing_are_read():
@@ -116,7 +107,7 @@ def test_a_topology_s_own_mistake_is_told(topology, said):
 
 def test_a_proximity_graph_of_many_robots_takes_little_memory():
     points = np.random.default_rng(1).uniform(0.0, 150.0, (1500, 2))
-    used = in_little_memory(lambda: Topology.proximity(points, 3.0))
+    used = peak_of(lambda: Topology.proximity(points, 3.0))
     assert used < SMALL
     near = np.linalg.norm(points[:, np.newaxis] - points[np.newaxis], axis=2) <= 3.0
     pairs = [(i + 1, j + 1) for i, j in np.argwhere(np.triu(near, 1)).tolist()]
@@ -252,7 +243,7 @@ def test_a_bag_s_scenario_is_bounded_as_a_file_is(tmp_path):
             read_run(bag_of(str(tmp_path / "run.bag"), bomb()))
         assert len(str(caught.value)) < 300
 
-    assert in_little_memory(refused) < SMALL
+    assert peak_of(refused) < SMALL
 
 
 def test_a_bag_of_impossible_poses_is_refused(tmp_path):

@@ -38,6 +38,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import arc, cos_sin, ramp, wrap_angle
+from mrs_simulator.vehicles.drives.differential import farthest, fill_twist, top_speed  # noqa: F401
 from mrs_simulator.vehicles.drives.stand import Stand
 
 AXES = ("linear.x", "angular.z")
@@ -159,21 +160,6 @@ def ramped(velocity, joints, command, limits, numbers, step):
     steering, mean_steering = ramp(joints, asked, numbers.steering_rate, step)
     mean = twist_of(mean_speed, mean_steering, numbers)
     return twist_of(speed, steering, numbers), steering, mean
-
-
-def fill_twist(twist, velocity, joints, numbers):
-    """Write the body twists (m, 3), vx, vy [m/s], omega [rad/s], of ``velocity`` into ``twist``."""
-    twist[:, 0], twist[:, 2] = velocity[:, 0], velocity[:, 1]
-
-
-def farthest(mean):
-    """Return the greatest speed [m/s] of a rear axle at the ``mean`` velocities (m, 2)."""
-    return float(np.abs(mean[:, 0]).max(initial=0.0))
-
-
-def top_speed(limits):
-    """Return the speed [m/s] that no robot of these ``limits`` exceeds."""
-    return float(np.max(limits.top[..., 0]))
 
 
 def blocked(velocity, moved):

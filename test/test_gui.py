@@ -336,7 +336,7 @@ until(lambda: not gui.modes["poses"].isEnabled())
 click("simulate")
 assert gui.scenario.n == 6 == len(gui.team.poses())
 until(lambda: len(gui.topology.edges()) == 5 == len(gui.connection.newest("control").edges))
-assert gui._team_changed_at is None and gui.study.is_controlled()  # nothing is sent
+assert gui.pending_team.is_settled() and gui.study.is_controlled()  # nothing is sent
 assert len(gui.connection.snapshot().numbers) == 6
 click("stop")
 until(lambda: gui.modes["poses"].isEnabled())

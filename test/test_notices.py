@@ -133,7 +133,7 @@ def test_saving_shows_how_far_it_is_and_can_be_cancelled(make_study, monkeypatch
     study = make_study()
     active(study, 1022, 700)
     study.history.saved, cancelled = 0.0, threading.Event()
-    monkeypatch.setattr(study, "_nothing_to_save", lambda: False)
+    monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
     monkeypatch.setattr(study.study, "save", lambda *_: setattr(study.study, "saving", "run.csv"))
     monkeypatch.setattr(study.study, "cancel_save", cancelled.set)
     study.save_results(str(tmp_path))
@@ -145,6 +145,16 @@ def test_saving_shows_how_far_it_is_and_can_be_cancelled(make_study, monkeypatch
     assert not study.banners.text("saving") and "cancelled" in study.banners.text("error")
 
 
+def test_a_verdict_that_cannot_be_read_is_said_with_its_file(make_study, tmp_path):
+    study, path = make_study(), tmp_path / "verdict.json"
+    path.write_text('{"passed": true, "checks": [3]}')
+    study.connection.take_results.return_value = [("save", True, str(path))]
+    study._on_tick()
+    told = study.banners.text("error")
+    assert "cannot be shown" in told and str(path) in told and "checks: 3" in told
+    assert study.results_tabs.currentWidget() is not study.verdict
+
+
 def test_edits_are_offered_again_after_a_crash_and_not_after_an_end_in_good_order(make_study):
     first = make_study()
     first._on_tick()
@@ -153,7 +163,7 @@ def test_edits_are_offered_again_after_a_crash_and_not_after_an_end_in_good_orde
     first.team.team_changed.emit()
     first._on_tick()
     assert not make_study().banners.text("edits")  # the first one lives
-    first._autosave._file.close()  # as the system does for one that is killed
+    first.edits._autosave._file.close()  # as the system does for one that is killed
     second = make_study()
     active(second, 1022, 700)
     assert "ended unexpectedly" in second.banners.text("edits")
@@ -172,7 +182,7 @@ def test_edits_that_are_discarded_are_not_offered_again(make_study):
     first.team.set_pose(1, -2.0, 0.0, 0.0)
     first.team.team_changed.emit()
     first._on_tick()
-    first._autosave._file.close()
+    first.edits._autosave._file.close()
     second = make_study()
     active(second, 1022, 700)
     QTest.mouseClick(second.banners.button("edits", "Discard"), Qt.LeftButton)
@@ -202,7 +212,7 @@ def test_what_a_controller_said_of_its_graph_before_an_edit_does_not_undo_the_ed
             edges=weighted, directed=True, command=[0.0, 0.0], targets=[], trouble=""
         )
         study.connection.newest.side_effect = lambda name: status if name == "control" else None
-        study._follow_control()
+        study.live.follow_control()
         return [edge[:2] for edge in study.topology.edges()]
 
     study.connection.is_fresh.side_effect = lambda name: name == "control"

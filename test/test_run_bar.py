@@ -107,7 +107,7 @@ def test_the_emergency_stop_is_seen_in_the_whole_gui_however_narrow(app, study, 
 def saving(study, no_hidden_errors, monkeypatch):
     """The GUI and its dialog that asks where results go; ``study.saved``: what was answered."""
     study.saved = []
-    monkeypatch.setattr(study, "_nothing_to_save", lambda: False)
+    monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
     monkeypatch.setattr(study.study, "save", lambda _, directory: study.saved.append(directory))
     active(study, 1022, 700)
     study.bar.button("save").setEnabled(True)
@@ -159,7 +159,7 @@ def test_the_file_chosen_is_taken_and_one_that_exists_after_a_question(saving, t
 
 def test_a_scenario_chosen_while_a_controller_runs_is_not_opened(app, study, tmp_path):
     shown(app, study, 1022, 700)
-    study._on_open()
+    study.files.ask_to_open()
     study.study.is_controlled = lambda: True
     (dialog,) = study.findChildren(FileDialog)
     dialog.fileSelected.emit(str(tmp_path / "none.yaml"))
@@ -172,14 +172,14 @@ def test_files_open_where_the_gui_was_started_and_then_where_the_last_one_was(ap
         place = dialog.directory().absolutePath()
         return place, dialog
 
-    study._directory = str(tmp_path)
-    study._on_open()
+    study.files.directory = str(tmp_path)
+    study.files.ask_to_open()
     place, dialog = directory()
     assert place == str(tmp_path)
     (tmp_path / "deeper").mkdir()
     dialog.fileSelected.emit(str(tmp_path / "deeper" / "none.yaml"))
     dialog.close()
-    study._on_save_scenario()
+    study.files.ask_to_save()
     assert directory()[0] == str(tmp_path / "deeper")
     assert StudyWidget.sizeHint(study).width() >= 1000
 
@@ -333,7 +333,7 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
         study._on_frame()
         return study.map._pose[0, 0]
 
-    monkeypatch.setattr("mrs_simulator.rqt_plugin.study_widget.TEAM_REST", 0.0)
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.window.pending.TEAM_REST", 0.0)
     study.connection.is_fresh.side_effect = lambda name: name == "state"
     view = active(study, 1366, 768).map
     assert told(1.0, 0.1) == 0.1

@@ -108,7 +108,10 @@ def read_json(path):
     """Return the content of the JSON file at ``path``; ``ValueError`` or ``OSError`` if it has none."""
     refuse_special(path)
     with open(path, encoding="utf-8") as file:
-        return json.load(file, parse_constant=_refuse_constant)
+        try:
+            return json.load(file, parse_constant=_refuse_constant)
+        except RecursionError:
+            raise ValueError("lists or mappings too deep in one another") from None
 
 
 def _refuse_constant(name):

@@ -15,8 +15,9 @@ from typing import Any, Dict, NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.claims import Condition, NothingDecays
-from mrs_simulator.core.reading import read_json, reason
+from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach
+from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.version import __version__
 
@@ -303,7 +304,7 @@ def main():
     add_require_verdict(parser)
     arguments = parser.parse_args()
     try:
-        verdict = read_json(arguments.file)
+        verdict = read_verdict(arguments.file)
     except (OSError, ValueError) as error:
         print("verdict: {}: {}".format(arguments.file, reason(error)), file=sys.stderr)
         sys.exit(2)

@@ -1,11 +1,12 @@
 """Runs the command ``preflight`` for the GUI and reads its findings, without Qt."""
 
-import json
 import os
 from typing import NamedTuple
 
 import rospy
 
+from mrs_simulator.core.parameters import shown
+from mrs_simulator.core.reading import Section, read_json, reason
 from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
 
 LIMIT = 120.0  # [s] of wall time for the whole check
@@ -108,10 +109,33 @@ class PreflightRun:
         _, said = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
         if not os.path.exists(path):
             return False, said or "no answer within {:g} s".format(LIMIT)
-        with open(path, encoding="utf-8") as file:
-            rows = json.load(file)
-        failed = [row for row in rows if not row.pop("passed")]
-        return True, (len(rows) - len(failed), findings + [Finding(**row) for row in failed])
+        try:
+            passed, found = read_findings(path)
+        except (ValueError, OSError) as error:
+            return False, "{}: {}".format(path, reason(error))
+        return True, (passed, findings + found)
+
+
+def read_findings(path):
+    """Return how many checks of the file at ``path`` passed, and the ``Finding`` of each other.
+
+    Raises ``ValueError`` or ``OSError`` where it is not as the command ``preflight`` writes it.
+    """
+    rows = read_json(path)
+    if not isinstance(rows, list):
+        raise ValueError("{}, wanted a list of checks".format(shown(rows)))
+    checks = [_read_check(row, "check {}".format(place)) for place, row in enumerate(rows, 1)]
+    found = [finding for finding in checks if finding is not None]
+    return len(checks) - len(found), found
+
+
+def _read_check(row, where):
+    """Return the ``Finding`` of a check, None of one that passed."""
+    section = Section(row, where)
+    texts = [section.text(name, "") for name in ("robot", "what", "value", "wanted")]
+    passed, judged = section.flag("passed", None), section.flag("judged", False)
+    section.done()
+    return None if passed else Finding(*texts, judged)
 
 
 def who_is_real(connection):

@@ -1,0 +1,43 @@
+"""Keeps the window alive while a user's law is tried in its process."""
+
+from python_qt_binding.QtCore import QEventLoop
+from python_qt_binding.QtWidgets import QApplication
+
+LONGEST = 20  # [ms] that events are handled between two looks at the law
+
+
+class LawTrial:
+    """While it is under way nothing but the emergency stop and giving up works."""
+
+    def __init__(self, panels, laws, began):
+        """``laws``: the ``LawProcess`` that tries them; ``began()`` is called as a long trial begins."""
+        self._panels, self._laws, self._began = panels, laws, began
+        self._given_up, self._closed = False, False
+        laws.waiting, laws.waited = self._while_tried, self._after
+
+    @property
+    def is_under_way(self):
+        """Return whether edits wait for a law."""
+        return not self._panels.across.isEnabled()
+
+    def close(self):
+        """Give up what is under way, and whatever may follow."""
+        self._closed = True
+
+    def _while_tried(self, seconds):
+        if not self.is_under_way:
+            self._panels.across.setEnabled(False)
+            self._given_up = False
+            self._began()
+        text = "Trying the protocol: {:.0f} of at most {:g} s".format(seconds, self._laws.limit)
+        self._panels.banners.tell("law", "aside", text, ("Give up", self._give_up))
+        QApplication.processEvents(QEventLoop.AllEvents, LONGEST)
+        if self._given_up or self._closed:
+            raise ValueError("given up after {:.0f} s".format(seconds))
+
+    def _give_up(self):
+        self._given_up = True
+
+    def _after(self):
+        self._panels.banners.clear("law")
+        self._panels.across.setEnabled(True)

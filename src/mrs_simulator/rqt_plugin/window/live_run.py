@@ -1,0 +1,137 @@
+"""Shows the run as it goes on: robots, samples, collisions, pictures, and what the controller tells."""
+
+import time
+
+from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.law_answers import Prediction
+
+MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
+
+
+class LiveRun:
+    """Takes what came in through the connection to map, curves, 3D view and history."""
+
+    def __init__(self, panels, study, history, pending_team, pending_graph):
+        self._panels, self._study, self._history = panels, study, history
+        self._connection = study.connection
+        self._team, self._graph = pending_team, pending_graph
+        self._last_frame = 0.0, None  # when the map last got a snapshot, and which
+        self._last_control, self._last_image = None, None
+        self._told_trouble = ""  # by the controller
+        self._predicted_from = None  # [s], the beginning of the run that theory was asked about
+        panels.view.switched.connect(self._on_view)
+        panels.view.look_changed.connect(self._on_look)
+
+    def put_away(self):
+        """Put away what is shown of a run: the team beside it is another one now."""
+        self._panels.verdict.clear()
+        if not self._connection.is_fresh("state"):  # else the stage begins a run with the new team
+            self._connection.forget("state")
+            self._history.clear()
+            self._panels.map.clear_trails()
+
+    # Robots --------------------------------------------------------------------------------------
+
+    def show_frame(self):
+        """Show the newest poses, collisions and picture."""
+        snapshot, now = self._connection.snapshot(), time.monotonic()
+        rested = now - self._last_frame[0] >= self._panels.map.cost / MOST_PAINTING
+        # Robots placed by hand are not where the stage has them until it has taken them over.
+        settled = self._team.is_settled()
+        if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
+            self._last_frame = now, snapshot
+            self._panels.map.show_snapshot(snapshot)
+        for collision in self._connection.take_collisions():
+            self._history.collisions.append(collision)
+            self._panels.map.flash_collision(collision.x, collision.y)
+        image, view = self._connection.newest("image"), self._panels.view
+        if image is not self._last_image and view.isVisible():
+            self._last_image = image
+            view.show_image(image.width, image.height, image.data)
+
+    def take_samples(self):
+        """Add the newest samples to the history; a new run begins it anew."""
+        for snapshot in self._connection.take_samples():
+            if snapshot is None:  # a run begins
+                self._history.clear()
+                self._study.missed.begin()
+                self._panels.map.clear_trails()
+            else:
+                self._history.append(snapshot)
+        self._predict_from_start()
+
+    # Theory --------------------------------------------------------------------------------------
+
+    def _predict_from_start(self):
+        """Let theory begin where the robots of a run that has begun really stood."""
+        begun = self._history.begun
+        if begun is not None and begun != self._predicted_from:
+            self._study.predict_from(self._history.pose[self._history.first_row()])
+        self._predicted_from = begun
+
+    def show_prediction(self):
+        """Show theory's error and settling time once they are there."""
+        found = self._study.take_prediction()
+        if found is None:
+            return
+        when, predicted, settling = found[0] or Prediction(None, None, "")
+        self._panels.topology.set_settling(settling)
+        if found[1] is None:
+            self._panels.curves.set_prediction(when, predicted)
+        else:
+            self._panels.say(Trouble("no prediction: {}".format(reason(found[1]))))
+
+    # Controller ----------------------------------------------------------------------------------
+
+    def follow_control(self):
+        """Show what the running controller says of its places and its graph."""
+        control, panels = self._connection.newest("control"), self._panels
+        if not self._connection.is_fresh("control"):
+            if self._last_control is not None and self._connection.is_fresh("state"):
+                panels.map.show_targets(None)  # nobody wants them there any more
+                self._last_control = None
+            return
+        if control is self._last_control:
+            return
+        self._last_control = control
+        self._tell_trouble(control)
+        panels.map.show_targets(control.targets if len(control.targets) else None)
+        self._follow_graph(control)
+
+    def _follow_graph(self, control):
+        """Show the controller's graph; what it said before it took in the one drawn here is old."""
+        edges = list(control.edges)
+        if self._graph.is_old(edges, control.directed):
+            return
+        self._panels.map.show_topology(edges, control.directed)
+        if len(control.command) == self._study.scenario.n:  # the panel edits the scenario's graph
+            self._panels.topology.set_topology(edges, control.directed)
+
+    def _tell_trouble(self, control):
+        """Say once why a controller, here or elsewhere, stopped all robots or some of them."""
+        if control.trouble != self._told_trouble and (not control.running or control.stopped):
+            said = control.trouble and Trouble("controller: {}".format(control.trouble))
+            self._panels.say(said)
+        self._told_trouble = control.trouble
+
+    # 3D view -------------------------------------------------------------------------------------
+
+    @guarded
+    def _on_view(self, on):
+        self._study.show_camera(on)
+        self._on_look()
+
+    @guarded
+    def _on_look(self):
+        view, picture = self._panels.view, self._panels.view.picture
+        self._connection.look(
+            x=view.x,
+            y=view.y,
+            distance=view.distance,
+            yaw=view.yaw,
+            pitch=view.pitch,
+            follow=view.follow(),
+            width=max(64, picture.width()),
+            height=max(64, picture.height()),
+        )

@@ -1,0 +1,139 @@
+"""The panels of a study, each in its place; what they tell one another is for others to connect."""
+
+from python_qt_binding.QtCore import QSize, Qt
+from python_qt_binding.QtWidgets import (
+    QFrame,
+    QLabel,
+    QScrollArea,
+    QSizePolicy,
+    QSplitter,
+    QTabWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
+from mrs_simulator.rqt_plugin.map.panel import MapPanel
+from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
+from mrs_simulator.rqt_plugin.run.bar import RunBar
+from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
+from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.team.panel import TeamPanel
+from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
+from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
+from mrs_simulator.rqt_plugin.view.panel import ViewPanel
+from mrs_simulator.rqt_plugin.widgets.banners import Banners
+from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.messages import MessageList
+
+SIZE = (1180, 720)  # [px] that shows everything
+STATUS = ("master", "stage", "controller", "robots", "time")
+
+
+class StudyPanels(QWidget):
+    """Run bar and banners on top, settings on the left, map above results on the right, status below."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.setObjectName("MrsSimulator")
+        self.setWindowTitle("Multi-robot simulator")
+        self.bar, self.banners = RunBar(self), Banners()
+        self.right, self.across = QSplitter(Qt.Vertical), QSplitter(Qt.Horizontal)
+        self.right.addWidget(self._build_map())
+        self.right.addWidget(self._build_results())
+        self.right.setStretchFactor(0, 3)
+        self.right.setStretchFactor(1, 2)
+        self.right.setSizes([400, 290])
+        self.across.addWidget(self._build_settings())
+        self.across.addWidget(self.right)
+        self.across.setStretchFactor(1, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setSpacing(4)
+        layout.addWidget(self.bar)
+        layout.addWidget(self.banners)
+        layout.addWidget(self.across, 1)
+        layout.addLayout(self._build_status())
+
+    def sizeHint(self):
+        """Return the size that a dock of rqt, or a window, begins with."""
+        return QSize(*SIZE)
+
+    def _build_settings(self):
+        self.team, self.protocol, self.topology = TeamPanel(), ProtocolPanel(), TopologyPanel()
+        self.protocol.set_protocols(sorted(HOMES))
+        self.settings_tabs = QTabWidget()
+        for widget, title in (
+            (self.team, "Team"),
+            (self.protocol, "Protocol"),
+            (self.topology, "Topology"),
+        ):
+            self.settings_tabs.addTab(_scrolled(widget), title)
+        return self.settings_tabs
+
+    def _build_map(self):
+        self.map_panel = panel = MapPanel()
+        self.map, self.modes, self.shown = panel.map, panel.modes, panel.shown
+        return panel
+
+    def _build_results(self):
+        self.curves, self.view = CurvesPanel(), ViewPanel()
+        self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
+        self.messages = MessageList()
+        self.messages.unseen_changed.connect(self._on_unseen)
+        self.results_tabs = QTabWidget()
+        for widget, title in (
+            (self.curves, "Curves"),
+            (self.view, "3D view"),
+            (self.preflight, "Preflight"),
+            (self.verdict, "Verdict"),
+            (self.messages, "Messages"),
+        ):
+            self.results_tabs.addTab(widget, title)
+        return self.results_tabs
+
+    def _build_status(self):
+        row = FlowLayout()
+        row.setSpacing(16)
+        self.status = {}
+        for name in STATUS:
+            label = QLabel()
+            label.setTextFormat(Qt.RichText)
+            # However long the trouble is, the window stays as wide as it is.
+            label.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+            self.status[name] = label
+            row.addWidget(label)
+        return row
+
+    def say(self, text):
+        """Show ``text`` among the messages, a ``Trouble`` in the bar too; return whether there was any."""
+        if text:
+            trouble = isinstance(text, Trouble)
+            self.messages.add(text, trouble)
+            if trouble:
+                buttons = ("Messages", self._show_messages), ("Close", self.close_error)
+                self.banners.tell("error", "error", text, *buttons)
+        return bool(text)
+
+    def _show_messages(self):
+        self.results_tabs.setCurrentWidget(self.messages)
+
+    def close_error(self):
+        """Take the newest error off the message bar."""
+        self.banners.clear("error")
+
+    @guarded
+    def _on_unseen(self, count):
+        title = "Messages ({})".format(count) if count else "Messages"
+        self.results_tabs.setTabText(self.results_tabs.indexOf(self.messages), title)
+
+
+def _scrolled(widget):
+    """Return ``widget`` in an area that scrolls where there is less room than it needs."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.NoFrame)
+    area.setWidget(widget)
+    return area

@@ -1,0 +1,63 @@
+"""Edits that stage or controller have not taken over yet: what they tell until then is old.  No Qt."""
+
+import math
+import time
+
+TEAM_REST = 0.4  # [s] after the last change of the team until the stage is asked for it
+GRAPH_REST = 5.0  # [s] after the controller's answer, beyond which its graph is shown anyway
+
+
+class PendingTeam:
+    """A team that was edited here, until the stage has it."""
+
+    def __init__(self, study):
+        self._study = study
+        self._changed_at = None  # [s], when it was changed last; None: it was sent
+        self._awaited = False  # whether the stage has not answered yet
+
+    def changed(self):
+        """Begin to wait for the end of the editing."""
+        self._changed_at = time.monotonic()
+
+    def is_settled(self):
+        """Return whether the stage's robots stand where they were put here."""
+        return self._changed_at is None and not self._awaited
+
+    def send(self):
+        """Send the team once editing rests, if there is a stage; return a message, or ""."""
+        if self._changed_at is None or time.monotonic() - self._changed_at <= TEAM_REST:
+            return ""
+        self._changed_at = None
+        if not self._study.connection.is_fresh("state"):
+            return ""
+        self._awaited = not self._study.is_controlled()
+        return self._study.send_team()
+
+    def answered(self):
+        """Take in that the stage has answered."""
+        self._awaited = False
+
+
+class PendingGraph:
+    """A graph that was drawn here, until the controller tells it as its own."""
+
+    def __init__(self):
+        self._wanted, self._answered_at = None, -math.inf  # (edges, directed); [s]
+
+    def asked(self, edges, directed):
+        """Take in that the controller was asked for this graph."""
+        self._wanted, self._answered_at = (sorted(edges), directed), math.inf
+
+    def answered(self, success):
+        """Take in the controller's answer."""
+        self._answered_at = time.monotonic() if success else -math.inf
+
+    def is_old(self, edges, directed):
+        """Return whether the controller told these ``edges`` before it took in the graph drawn here."""
+        if self._wanted is None:
+            return False
+        taken_in = (sorted(edges), directed) == self._wanted
+        if not taken_in and time.monotonic() < self._answered_at + GRAPH_REST:
+            return True
+        self._wanted = None
+        return False

@@ -1,0 +1,80 @@
+"""Saves a run, tells how far that has come, and shows the verdict."""
+
+import os
+import time
+
+import numpy as np
+
+from mrs_simulator.core.reading import reason
+from mrs_simulator.core.verdict_file import read_verdict
+from mrs_simulator.rqt_plugin.run.trouble import Trouble
+
+SHORTEST_KEPT = 2.0  # [s] of commands, of a run that is kept though nobody has saved it
+TITLE = "Save results to a new directory"
+
+
+class Results:
+    """Data, figures, verdict and scenario of the run in ``history``."""
+
+    def __init__(self, panels, study, history, files):
+        self._panels, self._study, self._history, self._files = panels, study, history, files
+        self._since = None  # [s], when the saving that is under way began
+
+    def can_be_saved(self):
+        """Return whether there is a run, and no saving is under way."""
+        return bool(len(self._history.time)) and self._since is None
+
+    def ask_where(self):
+        """Ask for the directory to save to."""
+        if not self._nothing_to_save():
+            start = os.path.join(self._study.results_directory(), self._study.suggested_name())
+            self._files.ask(TITLE, start, "", self.save, saves=True)
+
+    def save(self, directory):
+        """Save data, figures (PNG, PDF, SVG), verdict and scenario of the run to ``directory``."""
+        if not self._nothing_to_save():
+            self._panels.say("saving to {}".format(directory))
+            self._history.saved = self._history.moved
+            self._since = time.monotonic()
+            self._study.save(self._history, directory)
+            self.show_progress()
+
+    def _nothing_to_save(self):
+        if self._since is not None:
+            text = "not saved: the last results are still being saved"
+            return self._panels.say(Trouble(text))
+        nothing = Trouble("nothing to save: no robot has been heard")
+        return not len(self._history.time) and self._panels.say(nothing)
+
+    def show_progress(self):
+        """Tell how far the saving has come."""
+        if self._since is None:
+            self._panels.banners.clear("saving")
+            return
+        elapsed = time.monotonic() - self._since
+        text = "Saving: {}, {:.0f} s".format(self._study.saving, elapsed)
+        self._panels.banners.tell("saving", "aside", text, ("Cancel", self._study.cancel_save))
+
+    def ended(self, success, answer):
+        """Take in the end of a saving; show the verdict, and return whether all was saved."""
+        self._since = None
+        if success:
+            self._show_verdict(answer)
+        else:
+            self._history.saved = -np.inf  # it is not, or not wholly
+        return success
+
+    def _show_verdict(self, path):
+        self._panels.say("saved to {}".format(os.path.dirname(path)))
+        try:
+            self._panels.verdict.set_verdict(read_verdict(path))
+        except (ValueError, OSError) as error:
+            text = "the verdict is saved, but cannot be shown: {}: {}"
+            self._panels.say(Trouble(text.format(path, reason(error))))
+            return
+        self._panels.results_tabs.setCurrentWidget(self._panels.verdict)
+
+    def keep_unsaved(self):
+        """Keep the data of a run that nobody has saved, before it is forgotten."""
+        if self._history.is_unsaved(SHORTEST_KEPT):
+            self._panels.say(self._study.keep(self._history))

@@ -1,0 +1,139 @@
+"""The scenario under the user's hands: shown in the panels, and changed by what is done there."""
+
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+
+class ScenarioEditing:
+    """Shows the study's scenario, and hands the user's edits of team, protocol and graph to the study."""
+
+    def __init__(self, panels, study, live, pending_team, pending_graph):
+        """``live``: the ``LiveRun``, which is put away as soon as the team is another one."""
+        self._panels, self._study, self._live = panels, study, live
+        self._team, self._graph = pending_team, pending_graph
+        panels.team.team_changed.connect(self._on_team)
+        panels.team.arranged.connect(self._on_arranged)
+        panels.protocol.protocol_chosen.connect(self._on_protocol)
+        panels.protocol.parameters_changed.connect(self._on_parameters)
+        panels.topology.topology_changed.connect(self._on_topology)
+        panels.map.pose_edited.connect(self._on_pose)
+        panels.map.edge_added.connect(self._on_edge_added)
+        panels.map.edge_removed.connect(self._on_edge_removed)
+
+    # Showing -------------------------------------------------------------------------------------
+
+    def take(self, scenario):
+        """Take in ``scenario``: team, protocol, parameters, topology, obstacles.
+
+        Whatever its protocol raises is raised, and the old scenario stays.
+        """
+        self._study.take(scenario)
+        self.show()
+
+    def show(self):
+        """Show the scenario in force."""
+        scenario = self._study.scenario
+        self._show_team()
+        self._panels.map.show_obstacles(scenario.obstacles)
+        self._panels.map.fit()
+        self._panels.bar.set_speed(scenario.speed)
+        self._show_protocol()
+
+    def _show_team(self):
+        """Show the team in force."""
+        scenario = self._study.scenario
+        self._panels.team.set_team(scenario.poses, scenario.kinds)
+        self._panels.map.show_team(scenario.poses)
+        self._show_kinds()
+        self._show_robots_to_follow()
+
+    def _show_kinds(self):
+        team = self._study.team()
+        self._panels.map.show_kinds(team.kinds)
+        self._panels.curves.set_axes(team.axes)
+
+    def _show_robots_to_follow(self):
+        scenario = self._study.scenario
+        self._panels.view.set_team(range(1, scenario.n + 1), scenario.poses[:, :2])
+
+    def _show_protocol(self):
+        """Show the protocol in force, its parameters and its graph."""
+        derived, protocol = self._study.derived, self._panels.protocol
+        protocol.set_protocol(self._study.scenario.control.protocol)
+        protocol.set_parameters(derived.parameters, derived.values)
+        self._show_derived()
+
+    def _show_derived(self):
+        """Show what follows from the scenario in force: warnings, graph and wanted places."""
+        panels, connection, derived = self._panels, self._study.connection, self._study.derived
+        panels.close_error()  # an edit was taken up
+        connection.set_starts(self._study.starts())
+        panels.protocol.set_warnings(derived.warnings)
+        edges, directed = derived.topology.edges, derived.topology.directed
+        panels.topology.set_team(self._study.scenario.poses[:, :2])
+        panels.topology.set_settling("...")
+        panels.topology.set_topology(edges, directed)
+        panels.map.show_topology(edges, directed)
+        if not connection.is_fresh("control"):  # which says where it wants them
+            panels.map.show_targets(None if connection.is_fresh("state") else derived.targets)
+        background = self._study.is_users_law
+        panels.curves.set_error(self._study.error_function(), background=background)
+        panels.curves.set_prediction(None, None)  # that of what was
+
+    # Team ----------------------------------------------------------------------------------------
+
+    @guarded
+    def _on_arranged(self, *_):
+        self._panels.map.fit()
+
+    @guarded
+    def _on_team(self):
+        self._change_team()
+        self._panels.map.show_team(self._study.scenario.poses)
+        self._show_kinds()
+
+    @guarded
+    def _on_pose(self, number, x, y, theta):
+        self._panels.team.set_pose(number, x, y, theta)
+        self._change_team()
+
+    def _change_team(self):
+        team = self._panels.team
+        if self._panels.say(self._study.set_team(team.poses(), team.kinds())):
+            self._show_team()
+            return
+        self._team.changed()
+        self._live.put_away()
+        self._show_robots_to_follow()
+        self._show_derived()
+
+    # Protocol and graph --------------------------------------------------------------------------
+
+    @guarded
+    def _on_protocol(self, name):
+        if self._panels.say(self._study.set_protocol(name)):
+            self._panels.protocol.set_protocol(self._study.scenario.control.protocol)
+            return
+        self._panels.say(self._study.follow_protocol())
+        self._show_protocol()
+
+    @guarded
+    def _on_parameters(self, values):
+        if self._panels.say(self._study.set_parameters(values)):
+            self._show_protocol()
+        else:
+            self._show_derived()
+
+    @guarded
+    def _on_topology(self, edges, directed):
+        refused = self._panels.say(self._study.set_topology(edges, directed))
+        if not refused and self._study.state.has_control():
+            self._graph.asked(edges, directed)
+        self._show_protocol()
+
+    @guarded
+    def _on_edge_added(self, i, j):
+        self._panels.topology.add_edge(i, j)
+
+    @guarded
+    def _on_edge_removed(self, i, j):
+        self._panels.topology.remove_edge(i, j)

@@ -1,0 +1,90 @@
+"""Opens and saves scenarios and protocols by dialogs."""
+
+import os
+
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.study.report import from_anywhere
+
+SCENARIOS = "Scenarios (*.yaml *.yml)"
+PROTOCOLS = "Python files (*.py)"
+
+
+class ScenarioFiles:
+    """Asks for files, one dialog at a time, beginning where the last one was."""
+
+    def __init__(self, panels, study, editing, live, pending_team):
+        self._panels, self._study, self._editing = panels, study, editing
+        self._live, self._team = live, pending_team
+        # Where the GUI was started, or where the last file was: not where Qt has been last.
+        self.directory = os.getcwd()
+        self.saved_text = None  # what the scenario's file holds, as far as is known
+        panels.team.open_requested.connect(self.ask_to_open)
+        panels.team.save_requested.connect(self.ask_to_save)
+        panels.protocol.file_requested.connect(self._on_protocol_file)
+
+    def text(self):
+        """Return the scenario as edited so far, as YAML."""
+        return from_anywhere(self._study.scenario).to_yaml()
+
+    def load(self, path):
+        """Open the scenario file at ``path``; what is wrong with it is said, the old one stays."""
+        say = self._panels.say
+        try:
+            self._editing.take(load_scenario(path))
+        except Exception as error:  # its protocol may raise anything
+            say(Trouble("not opened: {}".format(reason(error))))
+            return
+        self._live.put_away()
+        self.saved_text = self.text()
+        say("opened {}".format(path))
+        say(self._study.follow_protocol())
+        say(self._study.what_the_stage_keeps())
+        self._team.changed()
+
+    def save(self, path):
+        """Write the scenario as edited so far to the file at ``path``."""
+        text = self.text()
+        try:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+        except OSError as error:
+            self._panels.say(Trouble("not saved: {}".format(error)))
+            return
+        self.saved_text = text
+        self._panels.say("saved {}".format(path))
+
+    def ask(self, title, start, kinds, chosen, saves=False):
+        """Open a dialog in place of one that is open; ``chosen`` is called with the path."""
+        for dialog in self._panels.findChildren(FileDialog):
+            dialog.close()
+
+        def taken(path):
+            self.directory = os.path.dirname(path)
+            chosen(path)
+
+        FileDialog(self._panels, title, os.path.join(self.directory, start), kinds, taken, saves)
+
+    @guarded
+    def ask_to_open(self):
+        """Ask for a scenario to open."""
+        self.ask("Open scenario", "", SCENARIOS, self._open_chosen)
+
+    def _open_chosen(self, path):
+        if self._study.is_controlled():  # since the dialog was opened
+            text = "not opened: stop the controller to open another scenario"
+            self._panels.say(Trouble(text))
+        else:
+            self.load(path)
+
+    @guarded
+    def ask_to_save(self):
+        """Ask where to save the scenario."""
+        self.ask("Save scenario", "scenario.yaml", SCENARIOS, self.save, saves=True)
+
+    @guarded
+    def _on_protocol_file(self, directory):
+        take_file = self._panels.protocol.take_file
+        self.ask("Open a protocol", directory, PROTOCOLS, take_file)

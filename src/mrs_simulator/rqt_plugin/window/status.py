@@ -1,0 +1,89 @@
+"""Shows the state of master, stage, controller and robots, and what nobody may overlook."""
+
+import html
+
+GOOD = {True: "#2e8b57", False: "#c00000", None: "#888888"}  # colour of a light
+LATCHED = (
+    "EMERGENCY STOP: every controller is stopped and none can start. To release it, press RELEASE STOP; "
+    "then press Start controller for the robots to move again."
+)
+
+
+class Status:
+    """Status line, enabled buttons, and the banners of emergency stop, hanging law and timing."""
+
+    def __init__(self, panels, study, results, trial):
+        """``trial``: the ``LawTrial``, during which nothing can be done."""
+        self._panels, self._study, self._results, self._trial = panels, study, results, trial
+
+    def show(self):
+        """Show all of it as it is now."""
+        connection, bar = self._study.connection, self._panels.bar
+        self._show_lines()
+        stage = connection.newest("stage")
+        bar.set_paused(stage is not None and stage.paused)
+        bar.set_recording(self._study.processes.is_running("rosbag"))
+        if connection.newest("emergency") is not None:
+            bar.set_emergency(self._study.state.is_emergency())
+        self.show_possible()
+        self.show_alarm()
+        self._show_hanging()
+        self._show_timing()
+
+    def _show_lines(self):
+        for name, (good, text) in self._study.state.lines().items():
+            label = self._panels.status[name]
+            light = "<span style='color:{}'>\u25cf</span> {}"
+            label.setText(light.format(GOOD[good], html.escape(text)))
+            label.setToolTip(text)
+            label.setVisible(bool(text))
+
+    def show_possible(self):
+        """Offer what can be done now, and say why the rest cannot."""
+        panels, state = self._panels, self._study.state
+        actions = state.actions()
+        if self._results.can_be_saved():
+            actions["save"] = True, ""
+        if self._trial.is_under_way:
+            actions = dict.fromkeys(actions, (False, "a protocol is being tried"))
+        panels.view.set_possible(*actions.pop("view"))
+        for name, (possible, remark) in actions.items():
+            panels.bar.set_enabled(name, possible, remark)
+        why, alone = state.team_locked(), state.real_alone()
+        may_open = alone and not self._study.is_controlled()
+        panels.team.set_editable(not why, why, may_open=may_open)
+        panels.team.set_real(state.real())
+        why = state.poses_locked(self._study.scenario.n)
+        panels.map_panel.set_poses_editable(not why, why)
+
+    def show_alarm(self):
+        """Say across the window that the emergency stop is latched, and how it is released."""
+        self._panels.bar.listen_in(self._panels.window())
+        if self._panels.bar.is_emergency():
+            self._panels.banners.tell("emergency", "alarm", LATCHED)
+        else:
+            self._panels.banners.clear("emergency")
+
+    def _show_hanging(self):
+        banners, hangs = self._panels.banners, self._study.state.hangs()
+        if hangs and self._study.processes.is_running("control"):
+            text = "The controller {}: its law hangs, or takes too long.".format(hangs)
+            banners.tell("hangs", "error", text, ("Kill controller", self._kill))
+        elif hangs:
+            text = "The controller {}. It was started elsewhere: end it there.".format(hangs)
+            banners.tell("hangs", "error", text)
+        else:
+            banners.clear("hangs")
+
+    def _kill(self):
+        self._panels.say(self._study.do("kill"))
+
+    def _show_timing(self):
+        degraded = self._study.note_timing()
+        if degraded:
+            text = "{}. This run is not judged; choose a slower speed, or begin at it.".format(
+                degraded[0].upper() + degraded[1:]
+            )
+            self._panels.banners.tell("timing", "warning", text)
+        else:
+            self._panels.banners.clear("timing")

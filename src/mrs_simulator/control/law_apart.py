@@ -27,6 +27,7 @@ class State(NamedTuple):
     parameters: dict  # in force, by name
     topology: Any  # the ``core.graphs.Topology`` in force
     hand_length: float  # [m]
+    deadlock: tuple = ()  # (number, since [s]) of robots that the safety filter holds still
 
 
 class LawService:
@@ -40,7 +41,9 @@ class LawService:
         """Return what the method returns and the ``State`` after it."""
         value = getattr(self, method)(*arguments)
         control = self._control
-        return value, State(dict(control.parameters), control.topology, float(control.l))
+        return value, State(
+            dict(control.parameters), control.topology, float(control.l), control.safety_deadlock
+        )
 
     def make(self, scenario):
         """Make the control of the robots of ``scenario``."""
@@ -126,6 +129,11 @@ class Law:
     def parameters(self):
         """Return the parameters in force by name."""
         return dict(self._state.parameters)
+
+    @property
+    def deadlock(self):
+        """Return the robots that the safety filter holds still, ``(number, since [s])`` of each."""
+        return self._state.deadlock
 
     @property
     def topology(self):

@@ -1,7 +1,11 @@
 """Making the control of a scenario's robots."""
 
+import numpy as np
+
 from mrs_simulator.control.loading import ProtocolError, choose_protocol
+from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
+from mrs_simulator.core.safety import Safety
 from mrs_simulator.vehicles import Team
 
 
@@ -22,6 +26,9 @@ def _construction(scenario):
     """Return what the control of the scenario's robots is made with, by name."""
     limits = None if scenario.fidelity == "point_mass" else scenario.limits
     team = Team.from_scenario(scenario, limits)
+    safety = scenario.control.safety
+    # A class with a constructor of its own need not know of it.
+    more = {"surroundings": _surroundings(scenario)} if isinstance(safety, Safety) else {}
     return dict(
         numbers=range(1, scenario.n + 1),
         topology=scenario.topology,
@@ -33,5 +40,13 @@ def _construction(scenario):
         period=1.0 / scenario.control.rate,
         # Wheel odometry drifts by centimetres, as wheels that slip in the dynamics do.
         fidelity="dynamic" if scenario.odometry == "wheel" else scenario.fidelity,
-        safety=team.reach if scenario.control.safety else 0.0,
+        safety=team.reach if safety else 0.0,
+        **more,
     )
+
+
+def _surroundings(scenario):
+    """Return what ``control.safety`` keeps the robots from beside each other."""
+    obstacles, arena, speed = scenario.control.safety
+    caps = None if speed is None else np.broadcast_to(np.asarray(speed, dtype=float), scenario.n)
+    return Surroundings(scenario.obstacles if obstacles else (), arena, caps)

@@ -6,7 +6,9 @@ import numpy as np
 
 from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
 from mrs_simulator.control.network import Network
+from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.safety_filter import safe_velocities
+from mrs_simulator.control.standstill import Standstill
 from mrs_simulator.control.twists import (
     ControlError,
     check_finite,
@@ -26,6 +28,7 @@ OF_POINTS = "of_points"  # in the meta of a run that theory gives
 HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
 RESERVED = (
     "numbers",
+    "safety",
     "topology",
     "links",
     "edge_seed",
@@ -116,13 +119,14 @@ class PioneerControl:
         links=NO_FAULTS,
         seed=0,
         team=None,
+        surroundings=None,
     ):
         """``numbers``: the robots' numbers; ``team``: their ``vehicles.Team``, whose limits are kept to
         by ``saturation``; without it robots of the default kind with ``limits``.
 
         ``period`` [s] between two commands; ``fidelity``: what moves the robots, for tolerances;
         ``safety`` [m]: radii of the robots, (n,) or one for all, that the safety filter keeps apart, 0
-        for no filter.
+        for no filter; ``surroundings``: :class:`Surroundings` that it keeps them from too, or None.
         ``links``: faults of the edges, drawn from ``seed``; then each robot runs the law by itself,
         on what reached it.
 
@@ -139,6 +143,8 @@ class PioneerControl:
         self.saturation = saturation
         self.period, self.time, self.fidelity = period, 0.0, fidelity
         self.safety, self._is_filtered = safety, bool(np.any(safety))
+        self._surroundings = Surroundings() if surroundings is None else surroundings
+        self._standstill = Standstill(len(self.numbers))
         self.joints = np.zeros(self.team.n)  # [rad] inner ones of the drives, such as steering
         self._has_joints, self._next_joints = self.team.has_joints, self.joints
         self._given_topology = topology
@@ -403,9 +409,29 @@ class PioneerControl:
     def _safe(self, command, pose):
         """Return ``command`` as the safety filter lets it pass, on the controlled points."""
         wanted = self.team.velocity(command, pose, self.joints, self.l, self.period)
-        velocity = safe_velocities(wanted, self.points(pose), self.safe_distance, self.period)
+        points, distance = self.points(pose), self.safe_distance
+        bounds, speed = self.safe_bounds(points), self._surroundings.speed
+        velocity = safe_velocities(
+            wanted, points, distance, self.period, bounds=bounds, speed=speed
+        )
+        self._standstill.note(self.time, wanted, velocity, points, distance)
         # One factor for the whole team keeps every pair's constraint.
         return self.saturated(self.commands_for(velocity, pose), "team")
+
+    def safe_bounds(self, points):
+        """Return the ``Bounds`` that the safety filter keeps robots' ``points`` (n, 2) in."""
+        return self._surroundings.bounds(points, self._reach)
+
+    @property
+    def safe_speed(self):
+        """Return the most that the safety filter lets controlled points go, (n,) [m/s], or None."""
+        return self._surroundings.speed
+
+    @property
+    def safety_deadlock(self):
+        """Return the robots that the safety filter holds still, ``(number, since [s])`` of each."""
+        rows = self._standstill.rows(self.time)
+        return tuple((self.numbers[row], since) for row, since in rows)
 
     @property
     def safe_distance(self):
@@ -419,6 +445,11 @@ class PioneerControl:
         if reach.ndim and (reach != reach[0]).any():
             return reach[:, np.newaxis] + reach
         return 2.0 * float(reach.flat[0])
+
+    @property
+    def _reach(self):
+        """Return ``radius_i + l_i`` of each robot, (n,) [m]."""
+        return np.broadcast_to(self.safety + self.team.lead(self.l), len(self.numbers))
 
 
 def _numbers(value):

@@ -1,8 +1,16 @@
-"""Safety filter for any law: the nearest velocities with which no two robots touch."""
+"""Safety filter for any law: the nearest velocities with which robots touch nothing.
+
+Nothing: no other robot, and where a scenario says so no obstacle and no border of an arena.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.safety_bounds import NO_BOUNDS
+
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
+FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
 SWIRL = 0.15  # [rad] by which robots close to others turn aside, so that exact symmetry does not stop them
 SWEEPS = 400  # [-] most steps of the solver
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
@@ -23,7 +31,9 @@ def of_pairs(distance, first, second):
     return distance if np.ndim(distance) == 0 else distance[first, second]
 
 
-def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
+def safe_velocities(
+    wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL, bounds=NO_BOUNDS, speed=None
+):
     """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, 2) [m/s].
 
     Minimises ``sum |u_i - wanted_i|^2`` subject to, for every pair,
@@ -33,86 +43,156 @@ def safe_velocities(wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL):
     ``p_ij = p_i - p_j``, ``h_ij = |p_ij|^2 - distance^2``; ``points`` (n, 2) [m].  The second bound is
     for velocities that are held for ``period`` [s]: since ``|p + d|^2 >= |p|^2 + 2 p^T d``, no pair
     that starts with ``h >= 0`` ever has less.  Wang, Ames and Egerstedt, 2017.
+
+    ``bounds``: :class:`Bounds` of single robots, ``-m_k^T u_i <= min(FIXED_RATE g_k, g_k / period)``;
+    ``speed`` (n,) [m/s]: ``|u_i| <= speed_i``.
     """
     wanted = np.asarray(wanted, dtype=float)
-    margin, first, second = margins(points, distance)
-    # At first those pairs matter that both robots, heading for each other, could bring too near.
-    apart = points[first] - points[second]
-    gap = np.linalg.norm(apart, axis=1)
-    bound = np.minimum(gamma * margin**3, margin / period)
-    speed = np.linalg.norm(wanted, axis=1)
-    near = 2.0 * gap * 2.0 * (speed[first] + speed[second]) >= bound
+    pairs = _pair_rows(points, distance, period, gamma)
+    rows = pairs if bounds is NO_BOUNDS else _joined(pairs, _fixed_rows(bounds, period))
+    # At first those matter that robots, heading straight for each other, could violate.
+    size = np.linalg.norm(wanted, axis=1)
+    near = rows.reach(size) >= rows.limit
     if not near.any():
-        return wanted
-    close = near & (gap < 2.0 * of_pairs(distance, first, second))
-    wanted = _turned_aside(wanted, first, second, close, swirl)
-    # Each row divided by its length: a_k u <= b_k with |a_k| = 1.
-    size = 2.0 * np.sqrt(2.0) * np.maximum(gap, 1e-9)
-    rows, limit = 2.0 * apart / size[:, np.newaxis], bound / size
+        return _capped(wanted, speed)
+    wanted = _turned_aside(wanted, _beside(wanted, points, distance, near, pairs, bounds), swirl)
     while True:
-        velocity = _nearest(wanted, first[near], second[near], rows[near], limit[near])
-        pressure = _pressure(velocity, first, second, rows)
+        velocity = _nearest(wanted, rows.part(near), speed)
+        pressure = rows.pressure(velocity)
         # Whoever is pushed aside may be pushed towards a robot that it did not head for.
-        pushed = ~near & (pressure > limit)
+        pushed = ~near & (pressure > rows.limit)
         if not pushed.any():
-            return velocity * _feasible_share(pressure, limit)
+            return velocity * _feasible_share(pressure, rows.limit)
         near |= pushed
 
 
-def filter_acts(velocity, points, distance, period, gamma=GAMMA):
+def filter_acts(velocity, points, distance, period, gamma=GAMMA, bounds=NO_BOUNDS, speed=None):
     """Return whether the filter may have changed what was wanted to ``velocity`` (n, 2) [m/s].
 
-    A velocity that was changed lies on the bound of some pair, or some robot was turned aside.
+    A velocity that was changed lies on a bound, or some robot was turned aside.
     """
+    pairs = _pair_rows(points, distance, period, gamma)
+    rows = _joined(pairs, _fixed_rows(bounds, period))
+    size = np.linalg.norm(velocity, axis=1)
+    if speed is not None and np.any(size >= 0.99 * speed):
+        return True
+    near = rows.reach(size) >= rows.limit
+    used = rows.pressure(velocity) >= 0.99 * rows.limit
+    return bool(used.any() or _beside(velocity, points, distance, near, pairs, bounds).any())
+
+
+class Rows(NamedTuple):
+    """Constraints ``a_i^T u_i + a_j^T u_j <= limit``, m of them, each of length 1."""
+
+    first: np.ndarray  # (m,) i
+    second: np.ndarray  # (m,) j; i itself for constraints of one robot
+    of_first: np.ndarray  # (m, 2) a_i
+    of_second: np.ndarray  # (m, 2) a_j, 0 for constraints of one robot
+    limit: np.ndarray  # (m,) [m/s]
+    alone: int = 0  # [-] how many, at the end, are of one robot
+
+    def pressure(self, velocity):
+        """Return ``a_i^T u_i + a_j^T u_j``, (m,) [m/s]."""
+        pairs = len(self.limit) - self.alone
+        first, second = self.first[:pairs], self.second[:pairs]
+        # Of a pair a_i = -a_j.
+        used = np.einsum("ij,ij->i", self.of_second[:pairs], velocity[second] - velocity[first])
+        if not self.alone:
+            return used
+        own = np.einsum("ij,ij->i", self.of_first[pairs:], velocity[self.first[pairs:]])
+        return np.concatenate([used, own])
+
+    def reach(self, size):
+        """Return the most that robots of speeds ``size`` (n,) [m/s] can make of each, (m,) [m/s]."""
+        both = np.sqrt(2.0) * (size[self.first] + size[self.second])
+        if self.alone:
+            both[-self.alone :] = size[self.first[-self.alone :]]
+        return both
+
+    def part(self, kept):
+        """Return those that are ``kept`` (m,) bool."""
+        alone = int(np.count_nonzero(kept[len(kept) - self.alone :]))
+        return Rows(*(column[kept] for column in self[:5]), alone)
+
+
+def _pair_rows(points, distance, period, gamma):
     margin, first, second = margins(points, distance)
     apart = points[first] - points[second]
-    gap = np.linalg.norm(apart, axis=1)
-    bound = np.minimum(gamma * margin**3, margin / period)
-    used = 2.0 * np.einsum("ij,ij->i", apart, velocity[second] - velocity[first])
-    speed = np.linalg.norm(velocity, axis=1)
-    near = 4.0 * gap * (speed[first] + speed[second]) >= bound
-    return bool(
-        np.any((used >= 0.99 * bound) | (near & (gap < 2.0 * of_pairs(distance, first, second))))
-    )
+    # Each row divided by its length.
+    size = 2.0 * np.sqrt(2.0) * np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    rows = 2.0 * apart / size[:, np.newaxis]
+    limit = np.minimum(gamma * margin**3, margin / period) / size
+    return Rows(first, second, -rows, rows, limit)
 
 
-def _turned_aside(wanted, first, second, close, swirl):
-    """Turn the wanted velocities of robots with others close by, all to the same side."""
-    turned = np.zeros(len(wanted), dtype=bool)
-    turned[first[close]] = turned[second[close]] = True
+def _fixed_rows(bounds, period):
+    limit = np.minimum(FIXED_RATE, 1.0 / period) * bounds.gap
+    nothing = np.zeros_like(bounds.way_out)
+    return Rows(bounds.robot, bounds.robot, -bounds.way_out, nothing, limit, len(limit))
+
+
+def _joined(pairs, fixed):
+    columns = [np.concatenate(both) for both in zip(pairs[:5], fixed[:5])]
+    return Rows(*columns, fixed.alone)
+
+
+def _beside(wanted, points, distance, near, pairs, bounds):
+    """Return which robots turn aside, (n,) bool: close to another, or to what they head for."""
+    aside = np.zeros(len(points), dtype=bool)
+    first, second = pairs.first, pairs.second
+    gap = np.linalg.norm(points[first] - points[second], axis=1)
+    close = near[: len(first)] & (gap < 2.0 * of_pairs(distance, first, second))
+    aside[first[close]] = aside[second[close]] = True
+    ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
+    aside[bounds.robot[near[len(first) :] & ahead & (bounds.gap < bounds.turns)]] = True
+    return aside
+
+
+def _turned_aside(wanted, turned, swirl):
+    """Turn the wanted velocities of the robots that are ``turned`` (n,) bool, all to the same side."""
     angle = np.where(turned, swirl, 0.0)
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = wanted.T
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
 
 
-def _pressure(velocity, first, second, rows):
-    """Return ``a_k u``, (m,): how much each pair's margin is used up."""
-    return np.einsum("ij,ij->i", rows, velocity[second] - velocity[first])
+def _capped(velocity, speed):
+    """Return ``velocity`` (n, 2) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
+    if speed is None:
+        return velocity
+    size = np.linalg.norm(velocity, axis=1)
+    return velocity * np.minimum(1.0, speed / np.maximum(size, 1e-300))[:, np.newaxis]
 
 
-def _nearest(wanted, first, second, rows, limit):
+def _nearest(wanted, rows, speed=None):
     """Solve the quadratic programme in its dual, by accelerated projected gradients.
 
     A force pushes each pair apart; its step is 1 over the sum of what all forces do to its pair: 1
-    itself, and at most half for each other pair of one of the two robots.
+    itself, and at most half for each other pair of one of the two robots.  With constraints of single
+    robots, which share all of their robot, that sum is bounded by 1 for each of both robots'.
     """
-    n = len(wanted)
+    n, (first, second) = len(wanted), rows[:2]
     place = np.stack([2 * first, 2 * first + 1, 2 * second, 2 * second + 1])
-    share = np.stack([-rows[:, 0], -rows[:, 1], rows[:, 0], rows[:, 1]])  # a_k, at its four places
+    share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its four places
     begun, places = wanted.ravel(), place.ravel()
 
     def pushed(force):
-        """Return ``u - A^T lambda``, (2n,)."""
-        return begun - np.bincount(places, (share * force).ravel(), 2 * n)
+        """Return ``u - A^T lambda`` within the caps, (2n,)."""
+        moved = begun - np.bincount(places, (share * force).ravel(), 2 * n)
+        return moved if speed is None else _capped(moved.reshape(n, 2), speed).ravel()
 
-    pairs = np.bincount(np.concatenate([first, second]), minlength=n)
-    step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
-    force = ahead = np.zeros(len(limit))
+    if rows.alone:
+        pairs = len(first) - rows.alone
+        counts = np.bincount(np.concatenate([first, second[:pairs]]), minlength=n)
+        step = 1.0 / (counts[first] + np.where(first == second, 0, counts[second] - 1))
+    else:
+        pairs = np.bincount(np.concatenate([first, second]), minlength=n)
+        step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
+    force = ahead = np.zeros(len(rows.limit))
     momentum = 1.0
-    tolerance = TOLERANCE * max(1e-3, float(np.abs(limit).max()), float(np.abs(wanted).max()))
+    scale = max(1e-3, float(np.abs(rows.limit).max()), float(np.abs(wanted).max()))
     for _ in range(SWEEPS):
-        excess = (share * pushed(ahead)[place]).sum(axis=0) - limit
+        excess = (share * pushed(ahead)[place]).sum(axis=0) - rows.limit
         new = np.maximum(0.0, ahead + step * excess)
         change = new - force
         following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
@@ -120,7 +200,7 @@ def _nearest(wanted, first, second, rows, limit):
             following = momentum = 1.0  # start the acceleration anew where it leads astray
         ahead = new + (momentum - 1.0) / following * change
         force, momentum = new, following
-        if (np.abs(change) < tolerance * step).all():
+        if (np.abs(change) < TOLERANCE * scale).all():
             break
     return pushed(force).reshape(n, 2)
 

@@ -1,10 +1,14 @@
-"""Summary of a controller's messages during a run: failures of its law and gaps in its commands."""
+"""Summary of a controller's messages during a run: failures of its law, gaps in its commands, deadlocks."""
+
+import re
 
 GRACE = (
     0.5  # [s] after its first command for which a run's controller may still say what was before
 )
 MOST_NAMED = 3  # [-] reasons in one line
 LAW_FAILED = "the law failed"  # how a controller begins to say so
+DEADLOCK = "deadlock: the safety filter holds still "
+HELD = "robot {} since {:.1f} s"
 
 
 def failure(error):
@@ -64,3 +68,16 @@ class Interruptions:
             elif not trouble and since is not None:
                 yield since, stamp, reason
                 since = None
+
+
+def deadlock_text(deadlock):
+    """Return ``deadlock``, ``(number, since [s])`` of robots, in words; "" for none."""
+    return DEADLOCK + ", ".join(HELD.format(*each) for each in deadlock) if deadlock else ""
+
+
+def deadlock_in(text):
+    """Return the deadlock that :func:`deadlock_text` put into ``text``, () for another text."""
+    if not text.startswith(DEADLOCK):
+        return ()
+    found = re.findall(r"robot (\d+) since ([0-9.]+) s", text)
+    return tuple((int(number), float(since)) for number, since in found)

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 
 class Box(NamedTuple):
     """An upright box: centre (x, y) [m], ``yaw`` [rad], length along and width across it [m]."""
@@ -34,3 +36,33 @@ def wall(name, start, end, thickness, height):
         raise ValueError("wall {}: from and to are the same point {}".format(name, list(start)))
     middle = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])
     return Box(name, middle[0], middle[1], math.atan2(dy, dx), length, thickness, height)
+
+
+def clearance(obstacle, points):
+    """Return how far ``points`` (n, 2) are from ``obstacle``, (n,) [m], and the way out, (n, 2) [-].
+
+    Negative inside, where the way out is that of the nearest face.  The obstacle lies in the half-plane
+    behind the point nearest to each, across its way out: it is convex.
+    """
+    away = np.asarray(points, dtype=float) - [obstacle.x, obstacle.y]
+    if isinstance(obstacle, Cylinder):
+        far = np.hypot(*away.T)
+        return far - obstacle.radius, _directions(away, far)
+    cos, sin = math.cos(obstacle.yaw), math.sin(obstacle.yaw)
+    turn = np.array([[cos, sin], [-sin, cos]])  # rows: the box's axes in the common frame
+    own = away @ turn.T
+    beyond = np.abs(own) - 0.5 * np.array([obstacle.length, obstacle.width])
+    side = np.where(own < 0.0, -1.0, 1.0)
+    outside = np.maximum(beyond, 0.0)
+    far = np.hypot(*outside.T)
+    within = far == 0.0
+    # Inside, or on an edge, the nearest face is the one that is least far behind.
+    face = np.eye(2)[np.argmax(beyond, axis=1)]
+    out = np.where(within[:, np.newaxis], face, _directions(outside, far))
+    return np.where(within, beyond.max(axis=1), far), (side * out) @ turn
+
+
+def _directions(vectors, length):
+    """Return ``vectors`` (n, 2) over their ``length`` (n,); the x axis for those without one."""
+    known = (length > 0.0)[:, np.newaxis]
+    return np.where(known, vectors / np.where(known, length[:, np.newaxis], 1.0), [1.0, 0.0])

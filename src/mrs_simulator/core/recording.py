@@ -31,6 +31,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "collisions_unknown": bool,
     "uncommanded": bool,
     "degraded": str,
+    "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
     "lockstep": bool,  # commands follow from the poses of the same sample
 }
 
@@ -161,6 +162,8 @@ def _read_facts(path):
             Collision(float(time), str(first), str(second), float(x), float(y))
             for time, first, second, x, y in meta.pop("collisions")
         ]
+        if "deadlock" in meta:
+            meta["deadlock"] = [(int(number), float(since)) for number, since in meta["deadlock"]]
         wrong = [key for key, value in meta.items() if not isinstance(value, FACTS[key])]
     except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
         raise RunError(

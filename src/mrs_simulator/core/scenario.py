@@ -32,6 +32,7 @@ from mrs_simulator.core.robots import (  # noqa: F401, names of the team that ot
     located_kinds,
     read_team,
 )
+from mrs_simulator.core.safety import Safety, read_safety
 
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ODOMETRIES = ("world", "wheel")
@@ -62,7 +63,20 @@ class Control(NamedTuple):
     rate: float = 50.0  # [Hz]
     parameters: Dict[str, Any] = {}
     saturation: str = "robot"
-    safety: bool = False
+    safety: Union[bool, Safety] = False
+
+    def with_robots(self, n):
+        """Return this for n robots."""
+        return self._replace(safety=self.safety.with_robots(n)) if self._is_safety_given else self
+
+    def to_plain(self):
+        """Return it as a scenario's plain values."""
+        safety = self.safety.to_plain() if self._is_safety_given else self.safety
+        return {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
+
+    @property
+    def _is_safety_given(self):
+        return isinstance(self.safety, Safety)
 
 
 class Scenario(NamedTuple):
@@ -131,6 +145,7 @@ class Scenario(NamedTuple):
             poses=poses,
             kinds=kinds,
             topology=self._topology_for(n),
+            control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
         )
 
@@ -160,6 +175,8 @@ class Scenario(NamedTuple):
         content = self.to_dict()
         if "robots" in values and "mismatch" in content:
             content["mismatch"] = self.mismatch.with_robots(values["robots"]).to_plain()
+        if "robots" in values:
+            content["control"] = self.control.with_robots(values["robots"]).to_plain()
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
@@ -189,7 +206,7 @@ class Scenario(NamedTuple):
             "fidelity": self.fidelity,
             "limits": _limits_to_plain(self.limits),
             "odometry": self.odometry,
-            "control": {**self.control._asdict(), "parameters": dict(self.control.parameters)},
+            "control": self.control.to_plain(),
             "obstacles": [_obstacle_to_plain(obstacle) for obstacle in self.obstacles],
         }
         for key in ("duration", "seed", "speed", "record_rate", "step"):
@@ -239,7 +256,7 @@ def scenario_from_dict(content, where="scenario"):
     top = Section(content, where)
     seed = top.whole("seed", 0, low=0, high=2**32 - 1)
     poses, kinds, own_kinds = read_team(top, seed)
-    control = _read_control(top)
+    control = _read_control(top, len(poses))
     topology = _read_topology(top, poses, seed)
     scenario = Scenario(
         poses=poses,
@@ -303,7 +320,7 @@ def _read_lowered(section):
     return lowered
 
 
-def _read_control(top):
+def _read_control(top, n):
     section = Section(top.take("control", {}), top.at("control"))
     parameters = section.take("parameters", {})
     if not isinstance(parameters, dict):
@@ -323,7 +340,7 @@ def _read_control(top):
         rate=section.number("rate", 50.0, low=RATES[0], high=RATES[1]),
         parameters=parameters,
         saturation=section.text("saturation", "robot", SATURATIONS),
-        safety=section.flag("safety", False),
+        safety=read_safety(section, n),
     )
     section.done()
     return control

@@ -15,6 +15,7 @@ from typing import Any, Dict, NamedTuple, Optional
 import numpy as np
 
 from mrs_simulator.core.claims import Condition, NothingDecays
+from mrs_simulator.core.controller_log import deadlock_text
 from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach
 from mrs_simulator.core.verdict_file import read_verdict
@@ -29,6 +30,7 @@ NO_PROTOCOL = "no protocol is known whose claims could be judged"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was told to move: the controller did not run"
 NONE_APPLY = "none of the protocol's claims applies to this run"
+STILL = "robots held still by the safety filter"
 BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
 MOST_COLLISIONS = 3  # [-] that are told in words
 VERSIONED = ("numpy", "matplotlib", "pybullet")
@@ -73,6 +75,7 @@ def judge(run, claims=None, measures=None, guards=(), late=None, exact=None, rul
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
     checks += _checks(run, guards)
     warnings = list(run.meta.get("warnings", []))
+    checks += _deadlock(run)
     checks.append(_collisions(run))
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
@@ -115,7 +118,9 @@ def _unjudged(run, claims, checks):
     told = [check for check in checks if check.predicted != HOLDS]
     if not told:
         return NO_CLAIMS
-    return NONE_APPLY if all(check.passed is None for check in told) else ""
+    if any(check.passed is not None for check in told):
+        return ""
+    return deadlock_text(run.meta.get("deadlock")) or NONE_APPLY
 
 
 def outcome_of(verdict):
@@ -139,6 +144,14 @@ def _collisions(run):
     told = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
     more = ", ..." if len(told) > MOST_COLLISIONS else ""
     return check._replace(note=", ".join(told[:MOST_COLLISIONS]) + more)
+
+
+def _deadlock(run):
+    """Return a check that tells of robots in a deadlock at the end, a list; no theorem excludes it."""
+    held = run.meta.get("deadlock")
+    if not held:
+        return []
+    return [Check(STILL, 0, len(held), 0, None, note=deadlock_text(held))]
 
 
 def _ended(run):

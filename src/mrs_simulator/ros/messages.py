@@ -70,6 +70,7 @@ class Controller(NamedTuple):
     edges: Tuple[Tuple[int, int, float], ...]  # (i, j, weight): robot i hears robot j
     directed: bool
     targets: np.ndarray  # (n, 2) [m] where each controlled point is wanted, (0, 2) for nowhere
+    warnings: Tuple[str, ...] = ()
 
 
 class Stage(NamedTuple):
@@ -273,6 +274,7 @@ def read_control_status(message):
         edges=tuple(zip(message.hears, message.heard, message.weight)),
         directed=message.directed,
         targets=np.array(list(zip(message.target_x, message.target_y))).reshape(-1, 2),
+        warnings=tuple(message.warnings),
     )
 
 

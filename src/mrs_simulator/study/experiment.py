@@ -112,10 +112,12 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
                 cause = error.__cause__
                 traceback.print_exception(type(cause), cause, cause.__traceback__)
     wall = time.monotonic() - started
+    deadlock = experiment.control.safety_deadlock
     meta = {
         "real_time_factor": experiment.world.time / wall,
         "closest_approach": experiment.world.closest_approach,
         "warnings": experiment.warnings + recorder.warnings(),
+        "deadlock": [list(each) for each in deadlock],
         "ended": ended,
         "lockstep": True,
     }

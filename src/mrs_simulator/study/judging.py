@@ -13,16 +13,14 @@ from mrs_simulator.control.laws.exactness import (
     held_arcs,
 )
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.claims import Claim, Condition, stays_above
-from mrs_simulator.core.neighbours import least_distance, squared
+from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.verdict import Late, judge
 from mrs_simulator.study.certificates import certificate_claims
 from mrs_simulator.study.possible_runs import impossibilities
+from mrs_simulator.study.safety_claims import safety_claims
 
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
-# [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
-SAFETY_TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
 FILTERED = "the safety filter acted"
 
 
@@ -46,7 +44,7 @@ def judged(run, control=None):
         run,
         claims + faults,
         measures,
-        _safety_claims(control, run.hand[0]) + impossibilities(run),
+        safety_claims(control, run.hand[0]) + impossibilities(run),
         _late(control, run),
         exact,
         ruled_out,
@@ -115,36 +113,6 @@ def _late(control, run):
     claims, exact = _claims(control, rest, [])
     why = "from {:.1f} s on, after the last time at a speed limit".format(at)
     return Late(why, rest, {claim.name: claim for claim in claims}, exact)
-
-
-def _safety_claims(control, start):
-    """Return what the safety filter claims of a run from hand points ``start`` (n, 2)."""
-    if not np.any(control.safety) or len(start) < 2:
-        return []
-    wanted = control.safe_distance
-    least, name = wanted, "least distance of two hand points [m]"
-    if np.ndim(wanted):
-        least, name = 0.0, "least distance of two hand points beyond what the pair needs [m]"
-
-    def measured(points):
-        return _least_slack(points, wanted) if np.ndim(wanted) else least_distance(points)
-
-    def closest(hand):
-        return np.array([measured(points) for points in hand])
-
-    begun = measured(start)
-    why = "{}: {:.2f} m at the start, wanted {:.2f} m".format(name[:-4], begun, least)
-    return [
-        Condition("robots start apart", begun >= least, why),
-        stays_above(closest, least, name, SAFETY_TOLERANCE[control.fidelity]),
-    ]
-
-
-def _least_slack(points, wanted):
-    """Return by how much [m] the pair that has least is farther apart than ``wanted`` (n, n)."""
-    first, second = np.triu_indices(len(points), 1)
-    apart = np.sqrt(squared(points[first] - points[second]))
-    return float((apart - wanted[first, second]).min())
 
 
 def proved(claims):

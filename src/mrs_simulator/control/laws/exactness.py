@@ -253,11 +253,13 @@ def by_wheels(control):
 
 def filter_acted(control, run):
     """Return whether the safety filter changed a command of ``run``, as far as its samples tell."""
-    if not np.any(control.safety) or len(run.robots) < 2 or not by_wheels(control):
+    if not np.any(control.safety) or not by_wheels(control):
         return False
+    distance, speed = control.safe_distance, control.safe_speed
     for hand, pose, command in zip(run.hand, run.pose, run.command):
         u = velocities_of(command, pose[:, 2], control.l)
-        if filter_acts(u, hand, control.safe_distance, control.period):
+        bounds = control.safe_bounds(hand)
+        if filter_acts(u, hand, distance, control.period, bounds=bounds, speed=speed):
             return True
     return False
 

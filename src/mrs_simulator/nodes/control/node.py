@@ -23,7 +23,7 @@ from mrs_simulator.control.law_apart import (
 )
 from mrs_simulator.control.loading import choose_protocol, in_progress
 from mrs_simulator.control.user_code import CallFailed, Nursery, TimedOut
-from mrs_simulator.core.controller_log import LAW_FAILED
+from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.scenario import RATES
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
@@ -108,6 +108,7 @@ class ControlNode:
         self._id = random.SystemRandom().getrandbits(32)
         self._told = None  # what the last status said of the controller itself
         self._warnings, self._jump = [], ""
+        self._held = ()  # the last deadlock that was logged
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
         self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
         self._simulated = rospy.get_param("/use_sim_time", False)
@@ -299,10 +300,23 @@ class ControlNode:
             self._stop("{}, {}".format(STALLED, START.format(rospy.resolve_name("~start"))))
             return
         self._compute_time = took
+        self._tell_deadlock()
         if self._recovers and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", self.law.name)
         self.trouble = self.guards.text()
         self._send(command)
+
+    def _tell_deadlock(self):
+        """Log that the safety filter holds robots still, once for each set of them."""
+        held = self.law.deadlock
+        if held and held != self._held:
+            rospy.logwarn("pioneer_control: %s", deadlock_text(held))
+        self._held = held
+
+    def _deadlock(self):
+        """Return the deadlock in words, a list of one text or none."""
+        text = deadlock_text(self.law.deadlock) if self.running else ""
+        return [text] if text else []
 
     def _lose(self, error):
         """Stop: the law raised, or did not end."""
@@ -463,7 +477,7 @@ class ControlNode:
             refusal=refusal,
             controller=self._id,
             protocol=self.law.name,
-            warnings=self._warnings,
+            warnings=[*self._warnings, *self._deadlock()],
             directed=topology.directed,
             running=self.running,
             trouble=trouble,

@@ -13,7 +13,7 @@ import rospy
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core import recording
-from mrs_simulator.core.controller_log import Interruptions
+from mrs_simulator.core.controller_log import Interruptions, deadlock_in
 from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
@@ -51,6 +51,7 @@ class RunRecorder:
         self.elapsed = 0.0
         self.source = make_source(scenario)
         self.controller = Interruptions()
+        self._deadlock = ()  # by the controller's newest status
         self._subscriber = rospy.Subscriber(
             "pioneer_control/status", ControlStatus, self._on_status, tcp_nodelay=True
         )
@@ -58,6 +59,8 @@ class RunRecorder:
     def _on_status(self, message):
         told = read_control_status(message)
         self.controller.note(told.stamp, told.running, told.trouble)
+        found = [deadlock_in(warning) for warning in told.warnings]
+        self._deadlock = next(filter(None, found), ())
 
     def spin(self):
         """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
@@ -129,6 +132,7 @@ class RunRecorder:
         meta["warnings"] += call(self.control.warnings, self.scenario.poses)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings()
+        meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
         if not self._moved:  # zeros are what a controller says that never began
             meta["uncommanded"] = True

@@ -1,0 +1,58 @@
+"""Bounds of single robots that the safety filter keeps: obstacles, an arena's border, caps of speed."""
+
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.obstacles import clearance
+
+
+class Bounds(NamedTuple):
+    """Half-planes that robots' controlled points stay in, k of them."""
+
+    robot: np.ndarray  # (k,) rows of the robots
+    way_out: np.ndarray  # (k, 2) unit vectors into the free half-plane
+    gap: np.ndarray  # (k,) [m] how far inside the point is
+    turns: np.ndarray  # (k,) [m] gaps from which on the robot turns aside
+
+    def least(self, n):
+        """Return the least gap of each of n robots, (n,) [m]; inf for those without bounds."""
+        least = np.full(n, np.inf)
+        np.minimum.at(least, self.robot, self.gap)
+        return least
+
+
+NO_BOUNDS = Bounds(np.empty(0, dtype=int), np.empty((0, 2)), np.empty(0), np.empty(0))
+
+
+class Surroundings(NamedTuple):
+    """What a team is kept from by the safety filter, beside other robots."""
+
+    obstacles: Tuple = ()  # of core.obstacles
+    arena: Tuple[float, ...] = ()  # (x_min, y_min, x_max, y_max) [m], or ()
+    speed: Optional[np.ndarray] = None  # (n,) [m/s] of the controlled points at most
+
+    def bounds(self, points, reach):
+        """Return the :class:`Bounds` of robots whose ``points`` (n, 2) stay ``reach`` (n,) [m] away.
+
+        An obstacle is convex: it lies behind the line through its point nearest to a robot, across the
+        way there, so that no robot in front of that line touches it.
+        """
+        if not (self.obstacles or self.arena):
+            return NO_BOUNDS
+        found = [clearance(obstacle, points) for obstacle in self.obstacles]
+        if self.arena:
+            found += _borders(self.arena, points)
+        gap = np.concatenate([far - reach for far, _ in found])
+        way_out = np.concatenate([out for _, out in found])
+        robot = np.tile(np.arange(len(points)), len(found))
+        return Bounds(robot, way_out, gap, np.tile(reach, len(found)))
+
+
+def _borders(arena, points):
+    """Return the distances (n,) and inward normals (n, 2) of the arena's four sides."""
+    x_min, y_min, x_max, y_max = arena
+    (x, y), n = points.T, len(points)
+    sides = (x - x_min, (1.0, 0.0)), (x_max - x, (-1.0, 0.0))
+    sides += (y - y_min, (0.0, 1.0)), (y_max - y, (0.0, -1.0))
+    return [(far, np.tile(normal, (n, 1))) for far, normal in sides]

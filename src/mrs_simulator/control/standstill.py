@@ -1,0 +1,41 @@
+"""Deadlocks: robots that the safety filter holds still, with nobody moving who could make room."""
+
+import numpy as np
+
+MOVES = 0.02  # [m/s] from which on a robot is wanted to move
+HELD = 0.2  # [-] of the wanted speed below which it is held
+PATIENCE = 3.0  # [s] for which it is held before that counts as a deadlock
+NEARBY = 2.0  # [-] of the safe distance within which another may make room
+
+
+class Standstill:
+    """Since when robots have been held still."""
+
+    def __init__(self, n):
+        """``n``: the number of robots."""
+        self._since = np.full(n, np.nan)
+
+    def note(self, time, wanted, velocity, points, distance):
+        """Take in what was ``wanted`` and what the filter let pass, (n, 2) [m/s], at ``time`` [s].
+
+        A robot is held where it is wanted to go at ``MOVES`` or more and is let go at less than
+        ``HELD`` of that, and where nobody within ``NEARBY`` safe distances goes.
+        """
+        begun = np.flatnonzero(self._since > time)
+        self._since[begun] = np.nan  # time went back: another run
+        asked, done = np.linalg.norm(wanted, axis=1), np.linalg.norm(velocity, axis=1)
+        still = (asked >= MOVES) & (done < HELD * asked)
+        if not still.any():
+            self._since[:] = np.nan
+            return
+        goes = done >= np.maximum(MOVES, HELD * asked)
+        apart = np.linalg.norm(points[still][:, np.newaxis] - points, axis=2)
+        near = apart < NEARBY * (distance if np.ndim(distance) == 0 else distance[still])
+        held = still.copy()
+        held[still] = ~(near & goes).any(axis=1)
+        self._since = np.where(held, np.fmin(self._since, time), np.nan)
+
+    def rows(self, time):
+        """Return ``(row, since [s])`` of the robots held for ``PATIENCE`` at ``time`` [s], a list."""
+        rows = np.flatnonzero(time - self._since >= PATIENCE)
+        return [(int(row), float(self._since[row])) for row in rows]

@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.verdict import judge
+from mrs_simulator.msg import StageStatus
 from mrs_simulator.study.bag import read_bag
 
 SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}
@@ -65,6 +66,17 @@ def test_odometry_that_is_late_at_times_is_all_there(tmp_path):
 def test_odometry_of_the_common_frame_stays_as_it_is(tmp_path):
     run = read_bag(write(tmp_path / "run.bag"), scenario_from_dict(SCENARIO))
     np.testing.assert_allclose(run.pose[-1, :, 0], 1.0, atol=0.0501)
+
+
+def test_degraded_timing_is_told_of_a_bag_too(tmp_path):
+    path = write(tmp_path / "run.bag")
+    with rosbag.Bag(path, "a") as bag:
+        for stamp, missed, periods in ((99.0, 500, 0), (101.1, 500, 100), (102.8, 520, 190)):
+            status = StageStatus(robots=2, missed_periods=missed, command_periods=periods)
+            status.header.stamp = rospy.Time.from_sec(stamp)
+            bag.write("/stage/status", status, status.header.stamp)
+    verdict = judge(read_bag(path, scenario_from_dict(SCENARIO)), claims=[])
+    assert "timing was degraded: 22%" in verdict["reason"] and not verdict["passed"]
 
 
 def test_what_is_no_bag_is_refused_by_name(tmp_path):

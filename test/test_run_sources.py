@@ -4,7 +4,7 @@ import pytest
 import rospy
 
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.msg import TeamState
+from mrs_simulator.msg import StageStatus, TeamState
 from mrs_simulator.nodes.record import run_sources
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.vehicles import Team
@@ -55,6 +55,23 @@ def test_what_comes_after_a_break_is_no_part_of_the_run(source, what, said):
     broken = state(**{"stamp": 5.0 + 2.0 * PERIOD, **what})
     assert heard(source, broken, state(5.0 + 3.0 * PERIOD)) == [False, False]
     assert said in source.broken()
+
+
+def test_a_run_whose_commands_simulated_time_outran_says_so(source):
+    def told(stamp, missed, periods):
+        message = StageStatus(robots=2, missed_periods=missed, command_periods=periods)
+        message.header.stamp = rospy.Time.from_sec(stamp)
+        source._on_status(message)
+
+    told(1.0, 0, 50)
+    told(2.0, 60, 150)  # before the run
+    heard(source, state(2.0))
+    source.begin()
+    told(2.2, 60, 170)
+    told(12.2, 90, 1170)
+    assert "degraded" not in source.meta()
+    told(22.2, 200, 2170)
+    assert "timing was degraded: 7%" in source.meta()["degraded"]
 
 
 def test_a_team_that_drives_fast_is_no_break(source):

@@ -297,13 +297,15 @@ def test_a_run_that_nobody_controlled_is_not_judged(tmp_path):
 
 
 def test_a_run_whose_periods_were_missed_is_not_judged(tmp_path):
-    stage = SimpleNamespace(robots=2, missed_periods=0, stamp=0.0, lockstep=False)
+    stage = SimpleNamespace(
+        robots=2, missed_periods=0, command_periods=0, stamp=0.0, lockstep=False
+    )
     control = SimpleNamespace(**dict(vars(STANDS), running=True, period=0.1))
     connection = Connection(stage=stage, control=control)
     run = study("paper_four", connection)
 
     def told(seconds, missed):
-        stage.stamp = seconds
+        stage.stamp, stage.command_periods = seconds, round(20 * seconds)
         stage.missed_periods = missed
         return run.note_timing()
 

@@ -115,6 +115,19 @@ def test_round_trips_and_missed_periods():
     assert trips.missed == 1  # robot 1; the third is not under command
     trips.begin(2)
     assert trips.missed == 1 and np.isnan(trips.median_and_p99()).all()
+    assert trips.periods == 9
+
+
+def test_periods_after_a_watchdog_count_where_the_controller_was_only_outrun():
+    trips, nobody = RoundTrips(2, clock=lambda: 0.0), np.zeros(2, dtype=bool)
+    trips.answered([0, 1], np.array([5.0, 5.0]))
+    for _ in range(101):  # simulated time is fast: both were stopped by their watchdogs
+        trips.end_period(nobody)
+    assert trips.missed == 0 and trips.periods == 202
+    trips.answered([0], np.array([5.1]))
+    assert trips.missed == 100
+    trips.answered([1], np.array([9.0]))  # somebody had stopped it
+    assert trips.missed == 100
 
 
 def test_what_comes_before_the_wait_is_not_slept_through():

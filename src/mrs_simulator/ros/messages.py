@@ -85,6 +85,7 @@ class Stage(NamedTuple):
     lockstep: bool
     trouble: str
     missed_periods: int
+    command_periods: int
     real_silent: Tuple[int, ...]
     closest_approach: float  # [m]
 
@@ -239,7 +240,8 @@ def stage_status(stamp, round_trips, **facts):
 
 def read_stage_status(message):
     """Return the ``Stage`` in a ``StageStatus``."""
-    values = {name: getattr(message, name) for name in Stage._fields[1:]}
+    # Bags of earlier versions do not count the periods.
+    values = {name: getattr(message, name, 0) for name in Stage._fields[1:]}
     values["real_silent"] = tuple(message.real_silent)
     return Stage(stamp=message.header.stamp.to_sec(), **values)
 

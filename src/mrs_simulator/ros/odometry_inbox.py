@@ -20,6 +20,8 @@ from mrs_simulator.ros.team_topics import ODOMETRY, team_topics_wanted
 MOST_NAMED = 8  # robots named in one line
 NEVER = -1  # [ns] the stamp of what was not heard yet
 TIMEOUT = 0.5  # [s] after which a pose is too old to drive by
+CLOCK_PATIENCE = 0.5  # [s] of wall time for /clock to come to a message that has overtaken it
+NAP = 0.002  # [s] of wall time
 
 
 def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True):
@@ -44,6 +46,7 @@ class Inbox:
         self._numbers = list(numbers)
         n = len(self._numbers)
         self._real = np.isin(np.arange(n), real)
+        self._timeout = timeout
         self.intake, self.senders = Intake(self._real, timeout), Senders()
         self.changed = np.full(n, -math.inf)  # [s] of wall time when pose or twist last changed
         self._tracks = Tracks(n, bounds)
@@ -101,6 +104,20 @@ class Inbox:
     def _times(self, now):
         """Return the time [s] that holds for each robot at ``now`` in ROS time, (n,)."""
         return np.where(self._real, time.monotonic(), now)
+
+    def _clock(self, stamp):
+        """Return ROS time [s], once /clock has come to a message stamped ``stamp`` [s].
+
+        Where simulated time is fast and the machine busy, odometry overtakes the clock, each having a
+        thread of its own, by more than its timeout.  The wait ends after ``CLOCK_PATIENCE``.
+        """
+        now, end = rospy.get_time(), time.monotonic() + CLOCK_PATIENCE
+        while 0.0 < now < stamp - self._timeout and time.monotonic() < end:
+            if rospy.is_shutdown():
+                break
+            time.sleep(NAP)
+            now = rospy.get_time()
+        return now
 
     def _note_arrival(self, rows):
         self.arrived = time.monotonic()
@@ -195,8 +212,9 @@ class OdometryInbox(Inbox):
         else:
             pose, stamp, body = planar(message.pose), message.header.stamp, (0.0, 0.0, 0.0)
             frame, length = message.header.frame_id, quaternion_length(message.pose)
-        arrival, now = time.monotonic(), rospy.get_time()
         stamped, seconds = stamp.to_nsec(), stamp.to_sec()
+        now = rospy.get_time() if self._real[row] else self._clock(seconds)
+        arrival = time.monotonic()
         with self._changed:
             self.senders.note(row, message)
             intake = self.intake
@@ -250,7 +268,8 @@ class TeamInbox(Inbox):
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
         poses, rows = poses[rows >= 0], rows[rows >= 0]
         good = np.isfinite(poses).all(axis=1) & (np.abs(poses[:, :2]) < FARTHEST).all(axis=1)
-        now, stamp = rospy.get_time(), message.header.stamp
+        stamp = message.header.stamp
+        now = self._clock(stamp.to_sec())
         with self._changed:
             self.senders.note(self._subscriber.resolved_name, message)
             for row in np.flatnonzero(~good).tolist():

@@ -12,6 +12,7 @@ from mrs_simulator.core.kinematics import (
     hand_points,
     yaw,
 )
+from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.reading import reason, refuse_special
 from mrs_simulator.core.recording import Run, RunError
@@ -20,7 +21,7 @@ from mrs_simulator.core.scenario import (
     ScenarioError,
     scenario_from_yaml,
 )
-from mrs_simulator.ros.messages import read_collision, read_state
+from mrs_simulator.ros.messages import read_collision, read_stage_status, read_state
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.registry import file_named
 from mrs_simulator.vehicles.team import on_axes
@@ -30,6 +31,7 @@ ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
 COMMANDS = re.compile(r"^/robot(\d+)/(?:RosAria/)?cmd_vel$")
 JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
+STATUS = "/stage/status"
 
 
 def read_bag(path, scenario=None):
@@ -55,6 +57,7 @@ def read_bag(path, scenario=None):
                 pose = _in_common_frame(pose, scenario)
             collisions = _collisions(bag)
             unknown = reader is _from_robots and COLLISIONS not in topics
+            degraded = _degraded(bag, topics, time)
     except ScenarioError as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
     except Exception as error:  # rosbag and genpy raise whatever a damaged file leads them to
@@ -77,15 +80,31 @@ def read_bag(path, scenario=None):
         command=command[keep],
         collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
         scenario=scenario,
-        meta=_meta(command[keep], unknown),
+        meta=_meta(command[keep], unknown, degraded),
         axes=team.axes if team else UNICYCLE_AXES,
     )
 
 
-def _meta(command, collisions_unknown):
+def _meta(command, collisions_unknown, degraded):
     """Return what else is known of the run; zeros are what a controller says that never began."""
-    facts = {"collisions_unknown": collisions_unknown, "uncommanded": not command.any()}
-    return {name: True for name, holds in facts.items() if holds}
+    facts = {
+        "collisions_unknown": collisions_unknown,
+        "uncommanded": not command.any(),
+        "degraded": degraded,
+    }
+    return {name: fact for name, fact in facts.items() if fact}
+
+
+def _degraded(bag, topics, time):
+    """Return that the timing between the first and the last of ``time`` (m,) was degraded, or ""."""
+    missed = MissedPeriods()
+    # Bags of earlier versions have no status, or one that does not count the periods.
+    if len(time) and STATUS in topics:
+        for _, message, _ in bag.read_messages([STATUS]):
+            stage = read_stage_status(message)
+            if time[0] <= stage.stamp <= time[-1]:
+                missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)
+    return missed.text()
 
 
 def _refuse_impossible(path, time, robots, pose, command):

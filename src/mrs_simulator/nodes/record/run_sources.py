@@ -10,6 +10,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.kinematics import TWIST_AXES
+from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.possible import jump
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
@@ -54,6 +55,7 @@ class StageSource:
         self._newest, self._part, self._broken = None, None, ""  # since the run began
         self.collisions, self._closest = [], math.inf
         self._counting = self._lockstep = False
+        self._missed = MissedPeriods()
         self._queue = queue.Queue()
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._queue.put, tcp_nodelay=True),
@@ -109,7 +111,9 @@ class StageSource:
 
     def meta(self):
         """Return what else is known of the run."""
-        return {"closest_approach": self._closest, "lockstep": self._lockstep}
+        facts = {"closest_approach": self._closest, "lockstep": self._lockstep}
+        degraded = self._missed.text()
+        return {**facts, "degraded": degraded} if degraded else facts
 
     def _on_collision(self, message):
         if self._counting:
@@ -118,8 +122,11 @@ class StageSource:
     def _on_status(self, message):
         stage = read_stage_status(message)
         self._lockstep = stage.lockstep
-        if self._counting:
+        if self._counting and not self._broken:
             self._closest = min(self._closest, stage.closest_approach)
+            self._missed.note(
+                stage.stamp, stage.robots, stage.missed_periods, stage.command_periods
+            )
 
 
 class RobotsSource:

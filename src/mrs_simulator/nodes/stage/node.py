@@ -244,7 +244,7 @@ class Stage:
         self.topics.publish_clock()
         self.topics.publish_collisions()
         if self._step % self._steps_per_command == 0:
-            self.round_trips.end_period(self.world.commanded)
+            self.round_trips.end_period(self.world.commanded & self.world.command.any(axis=1))
         if self._step % self._steps_per_odom == 0:
             self._tell_odometry()
         self._publish_status()
@@ -411,6 +411,7 @@ class Stage:
             unobeyed=self.unobeyed.counts.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
             missed_periods=self.round_trips.missed,
+            command_periods=self.round_trips.periods,
             collisions=self.topics.collisions,
             closest_approach=world.measure_closest_approach(),
         )

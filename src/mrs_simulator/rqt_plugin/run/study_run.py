@@ -330,9 +330,9 @@ class StudyRun:
 
     def note_timing(self):
         """Take in how many command periods were missed; return that the timing is degraded, or ""."""
-        stage, control = self.connection.newest("stage"), self.connection.newest("control")
-        if stage is not None and control is not None and self.is_controlled():
-            self.missed.note(stage.stamp, stage.robots, stage.missed_periods, control.period)
+        stage = self.connection.newest("stage")
+        if stage is not None and self.is_controlled():
+            self.missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)
         return self.missed.text()
 
     def send_team(self):

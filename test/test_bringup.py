@@ -45,6 +45,11 @@ def launch(ros, out, *arguments, limit=240, name="launch", directory=None):
         return json.load(file)
 
 
+def text_of(path):
+    with open(path) as file:
+        return file.read()
+
+
 def scenario(name):
     return "scenario:=" + os.path.join(ROOT, "scenarios", name + ".yaml")
 
@@ -85,9 +90,24 @@ def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
 def test_paced_by_the_clock_it_forms_too(ros, tmp_path):
     """Without lockstep the load of the machine shifts samples; the formation stands all the same."""
     verdict = launch(ros, tmp_path, scenario("paper_four"), "speed:=10", "lockstep:=false")
-    checks = {check["name"]: check for check in verdict["checks"]}
-    assert checks["final gap, the worst [m]"]["passed"] and checks["y spread [m]"]["passed"]
-    assert verdict["ended"] == "complete"
+    # On a busy machine its timing may be degraded, and nothing be judged.
+    np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=0.05)
+    assert verdict["y_spread"] < 0.05 and verdict["ended"] == "complete"
+
+
+def test_a_controller_that_is_outrun_gives_a_run_that_is_not_judged(ros, tmp_path):
+    verdict = launch(ros, tmp_path, "speed:=0", "lockstep:=false", "duration:=20", "record:=true")
+    assert verdict["outcome"] == "not_judged" and "timing was degraded" in verdict["reason"]
+    assert "degraded" in read_run_csv(str(tmp_path / "run.csv")).meta
+    # Whoever looks at the terminal sees the verdict, below what roslaunch says of its nodes.
+    log = os.path.join(ros.directory, "launch.log")
+    end = "  figures and data: {}\n".format(tmp_path)
+    said = wait_until(lambda: text_of(log).endswith(end) and text_of(log))
+    assert said.index("shutting down processing monitor complete") < said.index("NOT JUDGED")
+    with pytest.raises(SystemExit):
+        report([str(tmp_path / "run.bag"), "--out", str(tmp_path / "again")])
+    again = json.loads((tmp_path / "again" / "verdict.json").read_text())
+    assert again["outcome"] == "not_judged" and "timing was degraded" in again["reason"]
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])

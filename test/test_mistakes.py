@@ -17,7 +17,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.nodes.control.reconfigure import TellingServer
-from mrs_simulator.ros import launch_arguments
+from mrs_simulator.ros import last_words, launch_arguments
 from mrs_simulator.ros.arguments import parse, scenario_from
 from mrs_simulator.study.command import main as experiment
 from mrs_simulator.study.report import main as report
@@ -162,7 +162,7 @@ def test_every_command_line_overrides_the_same_of_a_scenario(tmp_path, capsys):
 )
 def test_misspelt_arguments_of_roslaunch_are_refused(monkeypatch, words, said):
     line = ["/usr/bin/python3", "/usr/bin/roslaunch", *words]
-    monkeypatch.setattr(launch_arguments, "_command_line", lambda process: line)
+    monkeypatch.setattr(last_words, "command_line", lambda process: line)
     if not said:
         return launch_arguments.refuse_unknown_launch_arguments()
     with pytest.raises(ValueError, match=re.escape("roslaunch: " + words[-1]) + ".*" + said):
@@ -170,8 +170,8 @@ def test_misspelt_arguments_of_roslaunch_are_refused(monkeypatch, words, said):
 
 
 def test_the_parent_s_command_line_is_read():
-    assert launch_arguments._command_line(os.getpid())[0].endswith(os.path.basename(sys.executable))
-    assert launch_arguments._command_line(2**30) == []
+    assert last_words.command_line(os.getpid())[0].endswith(os.path.basename(sys.executable))
+    assert last_words.command_line(2**30) == []
 
 
 def test_a_value_beyond_its_range_is_said_where_clients_are_not_told(monkeypatch):

@@ -4,6 +4,7 @@ import os
 import xml.etree.ElementTree as ElementTree
 
 from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.ros.last_words import roslaunch_words
 
 
 def refuse_unknown_launch_arguments():
@@ -11,11 +12,9 @@ def refuse_unknown_launch_arguments():
 
     Asks the roslaunch that started this process for its command line; does nothing without one.
     """
-    given = _command_line(os.getppid())
-    names = [os.path.basename(word) for word in given[:3]]
-    if "roslaunch" not in names:
+    words = roslaunch_words()
+    if words is None:
         return
-    words = given[names.index("roslaunch") + 1 :]
     declared = _declared([word for word in words if ":=" not in word])
     if declared is None:
         return
@@ -23,14 +22,6 @@ def refuse_unknown_launch_arguments():
         name, assigned, _ = word.partition(":=")
         if assigned and not name.startswith("_") and name not in declared:
             raise ValueError(unknown_name("roslaunch: {}".format(word), name, declared))
-
-
-def _command_line(process):
-    try:
-        with open("/proc/{}/cmdline".format(process), "rb") as file:
-            return file.read().decode("utf-8", "replace").split("\0")[:-1]
-    except OSError:  # another system, or the parent is gone
-        return []
 
 
 def _declared(words):

@@ -18,6 +18,7 @@ from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.last_words import print_last
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import ControlStatus, read_control_status
 from mrs_simulator.ros.parameters import number_parameter
@@ -32,6 +33,7 @@ LOCAL = dict(
     RUN_ARGUMENTS,
     out="directory for run.csv, figures and verdict.json",
     require_verdict="true: exit with 3 where the run could not be judged",
+    last="true: print the verdict after all else that roslaunch prints, which ends with this node",
 )
 
 
@@ -161,10 +163,14 @@ def main():
         why = recorder.controller.failed() or ("", "no command reached the robots")
         print("record: nothing was recorded: {}".format(why[1]), file=sys.stderr)
         sys.exit(1)
-    print(verdict_text(verdict))
-    print("  figures and data: {}".format(recorder.out))
+    text = "{}\n  figures and data: {}".format(verdict_text(verdict), recorder.out)
+    (print_last if _is_true(arguments.last) else print)(text)
     sys.stdout.flush()
-    sys.exit(exit_code(verdict, arguments.require_verdict.lower() == "true"))
+    sys.exit(exit_code(verdict, _is_true(arguments.require_verdict)))
+
+
+def _is_true(argument):
+    return argument.lower() == "true"
 
 
 if __name__ == "__main__":

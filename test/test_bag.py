@@ -87,3 +87,29 @@ def test_what_is_no_bag_is_refused_by_name(tmp_path):
         pass
     with pytest.raises(RunError, match="empty.bag"):
         read_bag(str(tmp_path / "empty.bag"))
+
+
+def fly(path, rising):
+    """Two robots whose odometry tells a height: robot 2 rises by ``rising`` [m] at each message."""
+    with rosbag.Bag(str(path), "w") as bag:
+        for step in range(11):
+            stamp = rospy.Time.from_sec(1.0 + 0.1 * step)
+            for robot in (1, 2):
+                message, twist = Odometry(), Twist()
+                message.header.stamp, twist.linear.x = stamp, 0.1
+                message.pose.pose.position.z = 0.3 + (robot - 1) * rising * step
+                message.pose.pose.orientation.w = 1.0
+                message.twist.twist.linear.z = (robot - 1) * rising / 0.1
+                bag.write("/robot{}/cmd_vel".format(robot), twist, stamp)
+                bag.write("/robot{}/odom".format(robot), message, stamp)
+    return str(path)
+
+
+def test_robots_that_rise_are_read_in_space(tmp_path):
+    scenario = scenario_from_dict(dict(SCENARIO, duration=0.8))
+    run = read_bag(fly(tmp_path / "run.bag", 0.5), scenario)
+    assert run.spatial.z[:, 0].tolist() == [0.3] * len(run.time)
+    np.testing.assert_allclose(np.diff(run.spatial.z[:, 1]), 0.5)
+    np.testing.assert_allclose(run.spatial.twist[1:, 1, 0], 5.0)
+    # A driver that tells where the axle is does not make a robot fly.
+    assert read_bag(fly(tmp_path / "low.bag", 0.0), scenario).spatial is None

@@ -123,3 +123,10 @@ def test_a_smaller_team_keeps_its_own_mismatch():
     poses = scenario.poses[:3].tolist()
     fewer = scenario.changed(robots=3, poses=poses, model=["pioneer3dx"] * 3)
     assert fewer.mismatch.track == (1.06, 0.95, 1.0)
+
+
+def test_robots_that_go_sideways_are_compared_by_what_they_do_ahead():
+    plain = driven()
+    command = np.insert(plain.command, 1, 0.7, axis=2)
+    other = plain._replace(command=command, axes=("linear.x", "linear.y", "angular.z"))
+    assert compared(other, other)["robots"] == compared(plain, plain)["robots"]

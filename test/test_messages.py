@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import rospy
 
+from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.msg import ControlStatus, TeamCommand, TeamState
 from mrs_simulator.ros import messages
 from mrs_simulator.vehicles.registry import file_named
@@ -106,3 +108,34 @@ def test_what_a_controller_says_comes_back():
 )
 def test_a_scenario_from_elsewhere_is_searched_for_files(content, named):
     assert file_named(scenario_from_dict({"poses": TWO, **content})) == named
+
+
+def test_height_orientation_and_full_twist_there_and_back():
+    pose, twist = np.array(TWO), np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
+    spatial = upright(pose[:, 2], [1.0, 0.0])._replace(twist=np.array([[1.0, 2, 3], [4, 5, 6]]))
+    message = messages.team_odometry((1, 2), pose, twist, rospy.Time(1), spatial)
+    numbers, *came = messages.read_odometry(message)
+    assert list(numbers) == [1, 2]
+    np.testing.assert_array_equal(came[0], pose)
+    np.testing.assert_array_equal(came[1], twist)
+    for read, wrote in zip(came[2], spatial):
+        np.testing.assert_array_equal(read, wrote)
+    assert messages.read_odometry(messages.team_odometry((1, 2), pose, twist))[3] is None
+    # A robot of which no orientation is told stands upright.
+    message.orientation = []
+    read = messages.read_odometry(message)[3]
+    np.testing.assert_array_equal(read.orientation, spatial.orientation)
+    message.vz = [0.0]
+    with pytest.raises(messages.MessageError, match="2 robots, 1 vz; wanted as many"):
+        messages.read_odometry(message)
+
+
+def test_collisions_and_robots_to_place_have_a_height():
+    collision = Collision(2.0, "robot1", "robot2", 1.0, 2.0, 3.0)
+    message = messages.collision_message(collision, rospy.Time(2), "world")
+    assert messages.read_collision(message) == collision
+    names = ("header", "first", "second", "x", "y")
+    old = SimpleNamespace(**{name: getattr(message, name) for name in names})
+    assert messages.read_collision(old) == collision._replace(z=0.0)
+    specs = messages.robot_specs(("", "husky"), TWO, [0.0, 1.5])
+    assert messages.read_robot_specs(specs, "epuck") == (["epuck", "husky"], TWO, [0.0, 1.5])

@@ -4,24 +4,26 @@ import contextlib
 import json
 import math
 import os
+import sys
 from array import array
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import (
-    DEFAULT_HAND_LENGTH,
-    TWIST_AXES,
-    UNICYCLE_AXES,
-    hand_points,
-)
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
+from mrs_simulator.core.run_columns import (
+    COLUMNS,
+    Columns,
+    columns_in,
+    kind_fields,
+    without_kinds,
+)
 from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
+from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.core.writing import Blocks, write_text
 
-PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
-COLUMNS = PLACE + ("v", "omega")  # of a team of unicycles
 BLOCK = 1 << 22  # [characters] of a file read at once
 FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "ended": str,
@@ -44,6 +46,12 @@ class Collision(NamedTuple):
     second: str
     x: float
     y: float
+    z: float = 0.0
+
+    @property
+    def place(self):
+        """Return ``(x, y)``, and z where it is not 0."""
+        return (self.x, self.y, self.z) if self.z else (self.x, self.y)
 
 
 class Run(NamedTuple):
@@ -58,6 +66,18 @@ class Run(NamedTuple):
     scenario: Optional[Scenario] = None
     meta: Dict[str, Any] = {}
     axes: Tuple[str, ...] = UNICYCLE_AXES  # the columns of ``command``
+    kinds: Tuple[str, ...] = ()  # names of the robots' kinds; () where they are not told
+    # Where they were recorded, else None:
+    twist: Optional[np.ndarray] = None  # (m, n, 3) vx, vy [m/s], omega [rad/s], robots' frames
+    joints: Optional[np.ndarray] = None  # (m, n) [rad], inner joints of the drives
+    spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
+    point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
+
+    @property
+    def points(self):
+        """Return the controlled points in space, (m, n, 3) [m]; on the ground where no height is told."""
+        height = np.zeros(self.hand.shape[:2]) if self.point_z is None else self.point_z
+        return np.concatenate([self.hand, height[:, :, np.newaxis]], axis=2)
 
 
 class RunError(ValueError):
@@ -68,11 +88,17 @@ class Recorder:
     """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
 
     def __init__(
-        self, path, robots, hand_length=DEFAULT_HAND_LENGTH, tell=None, axes=UNICYCLE_AXES
+        self,
+        path,
+        robots,
+        hand_length=DEFAULT_HAND_LENGTH,
+        tell=None,
+        axes=UNICYCLE_AXES,
+        columns=None,
     ):
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
-        ``axes``: the columns of commands; of a team of unicycles the file is one of the first version.
+        ``columns``: the ``Columns`` of the file, by default those for commands with ``axes`` alone.
         What is told there of an earlier run is taken away.  ``tell`` is called with a text when
         samples find no room on the disk, and when they do again: a run goes on all the same.
         """
@@ -80,28 +106,56 @@ class Recorder:
         with contextlib.suppress(FileNotFoundError):
             os.remove(facts_path(path))
         self.path = path
+        self.columns = Columns(tuple(axes)) if columns is None else columns
         self._robots = [str(robot) for robot in robots]
+        self._ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._hand_length = hand_length
-        self._file = Blocks(path, ",".join(columns_of(axes)) + "\n")
+        self._file = Blocks(path, ",".join(self.columns.names) + "\n")
         self._tell = tell or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
         self._trouble, self._warnings = "", []
 
-    def sample(self, stamp, pose, command, points=None):
+    def sample(
+        self,
+        stamp,
+        pose,
+        command,
+        points=None,
+        twist=None,
+        joints=None,
+        spatial=None,
+        point_z=None,
+    ):
         """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
 
-        ``points`` (n, 2) [m]: the controlled ones, by default hand points.  Numbers are written with the
-        fewest digits that read back to the same value.
+        ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
+        ``joints`` (n,), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default ``spatial.z``: needed
+        where the file's columns have them, else left out.  Numbers are written with the fewest digits
+        that read back to the same value.
         """
         hand = hand_points(pose, self._hand_length) if points is None else points
-        table = np.concatenate([pose, hand, command], axis=1).tolist()
+        blocks, columns = [pose, hand, command], self.columns
+        if columns.twist:
+            blocks.append(twist)
+        if columns.joints:
+            blocks.append(joints[:, np.newaxis])
+        if columns.spatial:
+            height = spatial.z if point_z is None else point_z
+            blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
+            blocks.append(spatial.twist)
+        table = np.concatenate(blocks, axis=1).tolist()
         self._stamp = float(stamp)
-        stamp = repr(self._stamp)
+        self._file.add(self._lines(repr(self._stamp), table))
+        self._note()
+
+    def _lines(self, stamp, table):
+        """Return the lines of a sample, of which ``table`` holds the numbers (n, ...)."""
         lines = [
             ",".join([stamp, robot, *map(repr, row)]) for robot, row in zip(self._robots, table)
         ]
-        self._file.add("\n".join(lines) + "\n")
-        self._note()
+        if self._ends:
+            lines = [line + end for line, end in zip(lines, self._ends)]
+        return "\n".join(lines) + "\n"
 
     def _note(self):
         """Tell of a disk that has become full, or has room again."""
@@ -131,11 +185,6 @@ class Recorder:
         self.close()
 
 
-def columns_of(axes):
-    """Return the names of the columns of a file whose commands have these ``axes``."""
-    return COLUMNS if tuple(axes) == UNICYCLE_AXES else PLACE + tuple(axes)
-
-
 def facts_path(path):
     """Return the path of ``run.json`` beside the ``run.csv`` at ``path``."""
     return os.path.splitext(path)[0] + ".json"
@@ -147,7 +196,8 @@ def write_facts(path, collisions=(), meta=None):
     ``meta``: values by the names in ``FACTS``; a distance that is not finite is left out.
     """
     finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
-    facts = {**finite, "collisions": [list(collision) for collision in collisions]}
+    told = [[c.time, c.first, c.second, *c.place] for c in collisions]
+    facts = {**finite, "collisions": told}
     write_text(facts_path(path), json.dumps(facts, indent=2, allow_nan=False) + "\n")
 
 
@@ -159,8 +209,8 @@ def _read_facts(path):
     try:
         meta = read_json(told)
         collisions = [
-            Collision(float(time), str(first), str(second), float(x), float(y))
-            for time, first, second, x, y in meta.pop("collisions")
+            Collision(float(time), str(first), str(second), float(x), float(y), *map(float, up))
+            for time, first, second, x, y, *up in meta.pop("collisions")
         ]
         if "deadlock" in meta:
             meta["deadlock"] = [(int(number), float(since)) for number, since in meta["deadlock"]]
@@ -184,80 +234,111 @@ def read_run_csv(path, scenario=None):
     """
     try:
         refuse_special(path)
-        with open(path, encoding="ascii") as file:
-            axes, table = _number_table(file, path)
+        with open(path, encoding="utf-8") as file:
+            columns, table, kinds = _read_table(file, path)
     except (OSError, UnicodeDecodeError) as error:
         raise RunError("{}: cannot be read: {}".format(path, reason(error))) from None
     robots, samples = _shape_of(table, path)
+    n = len(robots)
     collisions, meta = _read_facts(path)
-    table = table[: samples * len(robots)].reshape(samples, len(robots), -1)
+    table = table[: samples * n].reshape(samples, n, -1)
     if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
         raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
-    return Run(
+    if kinds[: samples * n] != kinds[:n] * samples:
+        raise RunError("{}: wanted one kind for each robot, the same at all times".format(path))
+    run = Run(
         time=table[:, 0, 0],
         robots=robots.astype(int),
         pose=table[:, :, 2:5],
         hand=table[:, :, 5:7],
-        command=table[:, :, 7:],
+        command=table[:, :, columns.slices()["command"]],
         collisions=collisions,
         scenario=scenario,
         meta=meta,
-        axes=axes,
+        axes=columns.axes,
+        kinds=tuple(kinds[:n]),
     )
+    return run._replace(**_more_of(table, columns))
 
 
-def _axes_in(header, path):
-    """Return the axes of the commands in a file whose first line is ``header``."""
-    names = header[:1000].rstrip("\n").split(",")
-    axes = UNICYCLE_AXES if names == list(COLUMNS) else tuple(names[len(PLACE) :])
-    known = axes and axes == tuple(axis for axis in TWIST_AXES if axis in axes)
-    if not known or names != list(columns_of(axes)):
+def _more_of(table, columns):
+    """Return what ``table`` (m, n, numbers) tells in the columns that not every file has, by field."""
+    at, result = columns.slices(), {}
+    if columns.twist:
+        result["twist"] = table[:, :, at["twist"]]
+    if columns.joints:
+        result["joints"] = table[:, :, at["joints"].start]
+    if columns.spatial:
+        block = table[:, :, at["spatial"]]
+        result["spatial"] = Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 6:])
+        result["point_z"] = block[:, :, 5]
+    return result
+
+
+def _columns_in(header, path):
+    """Return the ``Columns`` of a file whose first line is ``header``."""
+    columns = columns_in(header[:1000].rstrip("\n").split(","))
+    if columns is None:
         raise RunError(
-            "{}, line 1: {!r}, wanted the columns {}, or axes of a Twist instead of v and omega".format(
-                path, header[:100].rstrip("\n"), ",".join(COLUMNS)
-            )
+            "{}, line 1: {!r}, wanted the columns {}, or axes of a Twist instead of v and omega, and "
+            "what else a team needs".format(path, header[:100].rstrip("\n"), ",".join(COLUMNS))
         )
-    return axes
+    return columns
 
 
-def _number_table(file, path):
-    """Return the axes of the commands, and all rows of ``file``, (m, 7 + axes).
+def _read_table(file, path):
+    """Return the ``Columns`` of ``file``, the numbers of all rows (m, width), and the rows' kinds.
 
     It is read in blocks: never is all of its text held at once.
     """
-    axes = _axes_in(file.readline(), path)
-    width = len(PLACE) + len(axes)
-    numbers, begin = array("d"), 2
+    columns = _columns_in(file.readline(), path)
+    numbers, kinds, begin = array("d"), [], 2
     for lines in iter(lambda: file.readlines(BLOCK), []):
+        if not lines[-1].endswith("\n"):
+            del lines[-1]  # half written, by a run that was killed
         try:
-            numbers.frombytes(_numbers(lines, width).tobytes())
+            found = _row_numbers(lines, columns)
         except ValueError:
-            bad = next(index for index, line in enumerate(lines) if not _is_row(line, width))
-            # The last line of a run that was killed may be half written.
+            bad = next(index for index, line in enumerate(lines) if not _is_row(line, columns))
+            # The disk that holds the last line may have failed.
             if bad < len(lines) - 1 or begin + bad == 2 or file.readline():
                 raise RunError(
-                    "{}, line {}: {}, wanted {} finite numbers".format(
-                        path, begin + bad, lines[bad].rstrip("\n")[:60], width
+                    "{}, line {}: {}, wanted {} finite numbers{}".format(
+                        path,
+                        begin + bad,
+                        lines[bad].rstrip("\n")[:60],
+                        columns.width,
+                        " and a kind" if columns.kinds else "",
                     )
                 ) from None
-            numbers.frombytes(_numbers(lines[:bad], width).tobytes() if bad else b"")
+            found = _row_numbers(lines[:bad], columns)
+        numbers.frombytes(found[0].tobytes())
+        kinds += map(sys.intern, found[1])
         begin += len(lines)
-    return axes, np.frombuffer(numbers).reshape(-1, width)
+    return columns, np.frombuffer(numbers).reshape(-1, columns.width), kinds
 
 
-def _numbers(lines, width):
-    """Return the numbers in ``lines``, (width m,); ``ValueError`` if a line is another row."""
-    if any(line.count(",") != width - 1 for line in lines):
+def _row_numbers(lines, columns):
+    """Return the numbers in ``lines``, (width m,), and the kinds, if there are any.
+
+    ``ValueError`` if a line is another row.
+    """
+    kinds = []
+    if columns.kinds and lines:
+        lines, kinds = without_kinds(lines)
+    if not lines:
+        return np.empty(0), kinds
+    if any(line.count(",") != columns.width - 1 for line in lines):
         raise ValueError
     numbers = np.fromiter(map(float, ",".join(lines).split(",")), float)
     if not np.isfinite(numbers).all():
         raise ValueError
-    return numbers
+    return numbers, kinds
 
 
-def _is_row(line, width):
+def _is_row(line, columns):
     try:
-        _numbers([line], width)
+        _row_numbers([line], columns)
     except ValueError:
         return False
     return True

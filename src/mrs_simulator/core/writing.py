@@ -59,7 +59,7 @@ class Blocks:
         with naming(path):
             self._file = open(path, "wb", buffering=0)
             try:
-                self._put(header.encode("ascii"))
+                self._put(header.encode("utf-8"))
             except OSError:
                 self._file.close()
                 raise
@@ -80,10 +80,10 @@ class Blocks:
         try:
             if not self.trouble:
                 with contextlib.suppress(OSError):  # there may be room for some of them
-                    self._put("".join(self._pending).encode("ascii"))
+                    self._put("".join(self._pending).encode("utf-8"))
                     done = len(self._pending)
             for block in self._pending[done:]:
-                self._put(block.encode("ascii"))
+                self._put(block.encode("utf-8"))
                 done += 1
         except OSError as error:
             self.trouble = error.strerror or str(error)

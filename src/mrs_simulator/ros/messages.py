@@ -7,13 +7,14 @@ Commands have one column for each component of ``geometry_msgs/Twist`` in ``axes
 forward speed and turn rate are always there, any other component only where a robot obeys it.
 """
 
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
-from geometry_msgs.msg import Pose2D
+from geometry_msgs.msg import Pose2D, Quaternion
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.recording import Collision as RunCollision
+from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.msg import (
     Camera,
     Collision,
@@ -39,6 +40,9 @@ FIELDS = {
 }
 
 
+SPATIAL_FIELDS = ("z", "orientation", "vz", "wx", "wy")  # of robots that leave the ground
+
+
 class State(NamedTuple):
     """True state of all robots."""
 
@@ -53,6 +57,7 @@ class State(NamedTuple):
     kinds: Tuple[str, ...]  # names, () where they are not told
     joints: np.ndarray  # (n,) [rad]
     part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
+    spatial: Optional[Spatial] = None  # None for a team on the ground
 
 
 class Controller(NamedTuple):
@@ -141,6 +146,7 @@ def team_state(world, stamp, frame, run):
     message.header.stamp, message.header.frame_id = stamp, frame
     message.stage, message.run = run
     _put_planar(message, world.pose, world.twist)
+    _put_spatial(message, world.spatial)
     for name, column in commands_of(world.command, team.axes, "command_").items():
         setattr(message, name, column)
     message.joint = world.joints.tolist() if team.has_joints else []
@@ -152,6 +158,38 @@ def team_state(world, stamp, frame, run):
 def _put_planar(message, pose, twist):
     message.x, message.y, message.theta = pose.T.tolist()
     message.vx, message.vy, message.omega = twist.T.tolist()
+
+
+def _put_spatial(message, spatial):
+    if spatial is None:
+        return
+    message.z = spatial.z.tolist()
+    message.orientation = [Quaternion(*turn) for turn in spatial.orientation.tolist()]
+    message.vz, message.wx, message.wy = spatial.twist.T.tolist()
+
+
+def read_spatial(message, theta):
+    """Return the ``Spatial`` in a ``TeamState`` or ``TeamOdometry``, None if all is planar.
+
+    ``theta`` (n,) [rad]: headings of robots of which no orientation is told.  Raises ``MessageError``
+    where an array is not as long as the others.
+    """
+    columns = {name: _array(message, name) for name in SPATIAL_FIELDS}
+    told = {name: column for name, column in columns.items() if len(column)}
+    if not told:
+        return None
+    n, result = len(theta), upright(theta)
+    for name, column in told.items():
+        if len(column) != n:
+            raise MessageError(
+                "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
+            )
+    result.z[:] = told.get("z", 0.0)
+    if "orientation" in told:
+        result.orientation[:] = [(q.x, q.y, q.z, q.w) for q in told["orientation"]]
+    for column, name in enumerate(SPATIAL_FIELDS[2:]):
+        result.twist[:, column] = told.get(name, 0.0)
+    return result
 
 
 def read_planar(message):
@@ -189,6 +227,7 @@ def read_state(message):
         kinds=kinds if len(kinds) == n else (),
         joints=np.array(joints, dtype=float) if len(joints) == n else np.zeros(n),
         part=(getattr(message, "stage", 0), getattr(message, "run", 0)),
+        spatial=read_spatial(message, pose[:, 2]),
     )
 
 
@@ -199,19 +238,24 @@ def _flags(values, n, name):
 
 
 def read_odometry(message):
-    """Return the robots' numbers, poses and body twists, (n, 3) each, of a ``TeamOdometry``.
+    """Return the robots' numbers, poses, body twists, (n, 3) each, and ``Spatial`` of a ``TeamOdometry``.
 
-    Raises ``MessageError`` where its arrays do not fit.
+    The last is None where all is planar.  Raises ``MessageError`` where its arrays do not fit.
     """
-    return (message.robot, *read_planar(message))
+    pose, twist = read_planar(message)
+    return message.robot, pose, twist, read_spatial(message, pose[:, 2])
 
 
-def team_odometry(numbers, pose, twist=None, stamp=None):
-    """Return the ``TeamOdometry`` of the robots ``numbers`` at ``pose`` (n, 3), with ``twist`` (n, 3)."""
+def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None):
+    """Return the ``TeamOdometry`` of the robots ``numbers`` at ``pose`` (n, 3), with ``twist`` (n, 3).
+
+    ``spatial``: their ``Spatial``, None for robots on the ground.
+    """
     message = TeamOdometry(robot=list(numbers))
     if stamp is not None:
         message.header.stamp = stamp
     _put_planar(message, pose, np.zeros_like(pose) if twist is None else twist)
+    _put_spatial(message, spatial)
     return message
 
 
@@ -282,9 +326,8 @@ def read_control_status(message):
 
 def collision_message(collision, stamp, frame):
     """Return the message of a ``core.recording.Collision``."""
-    message = Collision(
-        first=collision.first, second=collision.second, x=collision.x, y=collision.y
-    )
+    first, second, x, y, z = collision[1:]
+    message = Collision(first=first, second=second, x=x, y=y, z=z)
     message.header.stamp, message.header.frame_id = stamp, frame
     return message
 
@@ -292,7 +335,8 @@ def collision_message(collision, stamp, frame):
 def read_collision(message):
     """Return the ``core.recording.Collision`` in ``message``, its time that of the stamp [s]."""
     stamp = message.header.stamp.to_sec()
-    return RunCollision(stamp, message.first, message.second, message.x, message.y)
+    place = message.x, message.y, getattr(message, "z", 0.0)
+    return RunCollision(stamp, message.first, message.second, *place)
 
 
 def look_message(**values):
@@ -312,12 +356,17 @@ def read_look(message):
     )
 
 
-def robot_specs(kinds, poses):
-    """Return the ``RobotSpec`` of each robot: its kind's name and pose (n, 3)."""
-    return [RobotSpec(kind=kind, pose=Pose2D(*map(float, p))) for kind, p in zip(kinds, poses)]
+def robot_specs(kinds, poses, z=None):
+    """Return each robot's ``RobotSpec``: its kind's name, pose (n, 3), height ``z`` (n,) [m], else 0."""
+    heights = np.zeros(len(poses)) if z is None else z
+    return [
+        RobotSpec(kind=kind, pose=Pose2D(*map(float, pose)), z=float(height))
+        for kind, pose, height in zip(kinds, poses, heights)
+    ]
 
 
 def read_robot_specs(robots, default):
-    """Return kinds and poses [x, y, theta] of ``RobotSpec``s; an empty kind is ``default``."""
+    """Return kinds, poses [x, y, theta] and heights of ``RobotSpec``s; an empty kind is ``default``."""
     kinds = [robot.kind or default for robot in robots]
-    return kinds, [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in robots]
+    poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in robots]
+    return kinds, poses, [robot.z for robot in robots]

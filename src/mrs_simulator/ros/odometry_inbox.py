@@ -262,7 +262,7 @@ class TeamInbox(Inbox):
     def put(self, message):
         """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
         try:
-            numbers, poses, _ = read_odometry(message)
+            numbers, poses, _, _ = read_odometry(message)
         except MessageError:
             return
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)

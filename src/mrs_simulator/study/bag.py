@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from mrs_simulator.core.scenario import (
     ScenarioError,
     scenario_from_yaml,
 )
+from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.ros.messages import read_collision, read_stage_status, read_state
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.registry import file_named
@@ -30,6 +32,8 @@ from mrs_simulator.vehicles.team import on_axes
 ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
 COMMANDS = re.compile(r"^/robot(\d+)/(?:RosAria/)?cmd_vel$")
 JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
+# What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
+LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
 STATUS = "/stage/status"
 
@@ -52,37 +56,65 @@ def read_bag(path, scenario=None):
             team = _team_of(scenario)
             reader = _from_states if STATE in topics else _from_robots
             taken = reader(bag, topics, team.axes if team else UNICYCLE_AXES)
-            time, robots, pose, command, joints = taken
             if reader is _from_robots:
-                pose = _in_common_frame(pose, scenario)
+                taken = taken._replace(pose=_in_common_frame(taken.pose, scenario))
             collisions = _collisions(bag)
             unknown = reader is _from_robots and COLLISIONS not in topics
-            degraded = _degraded(bag, topics, time)
+            degraded = _degraded(bag, topics, taken.time)
     except ScenarioError as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
     except Exception as error:  # rosbag and genpy raise whatever a damaged file leads them to
         text = "{}: cannot be read: {}: {}".format(path, type(error).__name__, reason(error)[:200])
         raise RunError(text) from None
-    if not len(time):
+    if not len(taken.time):
         raise RunError("{}: holds no sample in which a robot is commanded".format(path))
-    _refuse_impossible(path, time, robots, pose, command)
+    _refuse_impossible(path, taken)
     slack = JITTER if reader is _from_robots else 0.0
-    keep = _every(time, scenario.record_rate if scenario else None, slack)
+    keep = _every(taken.time, scenario.record_rate if scenario else None, slack)
     if scenario is not None:  # a bag may have run on while the results were written
         late = slack / scenario.record_rate + 1e-6
-        keep = keep[time[keep] - time[0] <= scenario.duration + late]
-    start, l = time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
+        keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
+    start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
+    kept = taken.kept(keep)
     return Run(
-        time=np.round(time[keep] - start, 9),
-        robots=np.array(robots),
-        pose=pose[keep],
-        hand=_points(team, pose[keep], joints[keep], l),
-        command=command[keep],
+        time=np.round(kept.time - start, 9),
+        robots=np.array(kept.robots),
+        pose=kept.pose,
+        hand=_points(team, kept.pose, kept.joints, l),
+        command=kept.command,
         collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
         scenario=scenario,
-        meta=_meta(command[keep], unknown, degraded),
+        meta=_meta(kept.command, unknown, degraded),
         axes=team.axes if team else UNICYCLE_AXES,
+        kinds=kept.kinds,
+        twist=kept.twist,
+        joints=kept.joints if team and team.has_joints else None,
+        spatial=kept.spatial,
+        point_z=None if kept.spatial is None else kept.spatial.z,
     )
+
+
+class Taken(NamedTuple):
+    """What a bag tells of n robots at m times."""
+
+    time: np.ndarray  # (m,) [s]
+    robots: List[int]
+    pose: np.ndarray  # (m, n, 3) [m, m, rad]
+    command: np.ndarray  # (m, n, a) [m/s, rad/s]
+    twist: Optional[np.ndarray]  # (m, n, 3) [m/s, m/s, rad/s], robots' frames; None: not told
+    joints: np.ndarray  # (m, n) [rad], 0 where they are not known
+    spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
+    kinds: Tuple[str, ...] = ()
+
+    def kept(self, rows):
+        """Return the samples in ``rows``."""
+        sampled = {name: getattr(self, name) for name in SAMPLED}
+        changed = {name: value[rows] for name, value in sampled.items() if value is not None}
+        spatial = None if self.spatial is None else self.spatial.of(rows)
+        return self._replace(spatial=spatial, **changed)
+
+
+SAMPLED = ("time", "pose", "command", "twist", "joints")
 
 
 def _meta(command, collisions_unknown, degraded):
@@ -107,11 +139,16 @@ def _degraded(bag, topics, time):
     return missed.text()
 
 
-def _refuse_impossible(path, time, robots, pose, command):
-    bad = np.flatnonzero(~np.isfinite(np.concatenate([pose, command], axis=2)).all(axis=(1, 2)))
+def _refuse_impossible(path, taken):
+    numbers = [taken.pose, taken.command, taken.joints[:, :, np.newaxis]]
+    numbers += [] if taken.twist is None else [taken.twist]
+    if taken.spatial is not None:
+        numbers += [taken.spatial.z[:, :, np.newaxis], *taken.spatial[1:]]
+    bad = np.flatnonzero(~np.isfinite(np.concatenate(numbers, axis=2)).all(axis=(1, 2)))
     if len(bad):
         text = "{}: at {:.3f} s a pose or command is not finite"
-        raise RunError(text.format(path, time[bad[0]]))
+        raise RunError(text.format(path, taken.time[bad[0]]))
+    robots = taken.robots
     if len(set(robots)) != len(robots) or not all(1 <= number <= MOST_ROBOTS for number in robots):
         raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
 
@@ -147,19 +184,38 @@ def _points(team, pose, joints, l):
 
 
 def _from_states(bag, _topics, axes):
-    rows, robots, part = [], None, None
+    states = []
     for _, message, _ in bag.read_messages([STATE]):
         state = read_state(message)
-        if not rows and not state.commanded.any():
+        if not states and not state.commanded.any():
             continue
-        robots = robots or list(state.robots)
-        part = part or state.part
-        if list(state.robots) != robots or state.part != part:
+        first = states[0] if states else state
+        if (state.robots, state.part) != (first.robots, first.part):
             break  # another team, a reset, another stage: another run
-        command = on_axes(state.command, state.axes, axes)
-        table = np.concatenate([state.pose, state.joints[:, np.newaxis], command], axis=1)
-        rows.append((state.stamp, table))
-    return _tables(rows, robots, axes)
+        states.append(state)
+    n = len(states[0].robots) if states else 0
+    return Taken(
+        time=np.array([state.stamp for state in states]),
+        robots=list(states[0].robots) if states else [],
+        pose=_stacked([state.pose for state in states], (n, 3)),
+        command=_stacked([on_axes(s.command, s.axes, axes) for s in states], (n, len(axes))),
+        twist=_stacked([state.twist for state in states], (n, 3)),
+        joints=_stacked([state.joints for state in states], (n,)),
+        spatial=_stacked_spatial(states),
+        kinds=states[0].kinds if states else (),
+    )
+
+
+def _stacked(samples, shape):
+    return np.array(samples, dtype=float).reshape((len(samples),) + shape)
+
+
+def _stacked_spatial(states):
+    """Return the ``Spatial`` (m, n, ...) of ``states``, None if no robot ever leaves the ground."""
+    if all(state.spatial is None for state in states):
+        return None
+    each = [upright(s.pose[:, 2]) if s.spatial is None else s.spatial for s in states]
+    return Spatial(*map(np.array, zip(*each)))
 
 
 def _from_robots(bag, topics, axes):
@@ -167,24 +223,56 @@ def _from_robots(bag, topics, axes):
     odometry = {t: int(m.group(1)) for t, m in ((t, ODOMETRY.match(t)) for t in topics) if m}
     commands = {t: int(m.group(1)) for t, m in ((t, COMMANDS.match(t)) for t in topics) if m}
     robots = sorted(set(odometry.values()))
-    blank = [math.nan] * 3 + [0.0] + [math.nan] * len(axes)
-    newest, commanded, rows = {n: list(blank) for n in robots}, False, []
+    told = slice(len(HEARD), None)  # of a row
+    blank = [math.nan] * len(HEARD) + [0.0] * len(axes)
+    newest, commanded, rows, times = {n: list(blank) for n in robots}, False, [], []
     for topic, message, _ in bag.read_messages(list(odometry) + list(commands)):
         if topic in commands:
             if commands[topic] in newest:
                 given = [getattr(getattr(message, part), x) for part, x in map(_split, axes)]
-                newest[commands[topic]][4:] = given
+                newest[commands[topic]][told] = np.nan_to_num(given).tolist()
                 # Zeros are also what a node says that has not begun or is stopped.
                 commanded = commanded or any(given)
             continue
-        position, turn = message.pose.pose.position, message.pose.pose.orientation
-        newest[odometry[topic]][:3] = position.x, position.y, yaw(turn.x, turn.y, turn.z, turn.w)
+        newest[odometry[topic]][: len(HEARD)] = _heard(message)
         if commanded and odometry[topic] == robots[0]:
             table = np.array([newest[n] for n in robots])
-            table[:, 4:] = np.nan_to_num(table[:, 4:])
-            if np.isfinite(table).all():
-                rows.append((message.header.stamp.to_sec(), table))
-    return _tables(rows, robots, axes)
+            if np.isfinite(table[:, :3]).all():
+                rows.append(table)
+                times.append(message.header.stamp.to_sec())
+    table = _stacked(rows, (len(robots), len(HEARD) + len(axes)))
+    still = np.zeros(table.shape[:2])
+    pose, twist = table[:, :, :3], _finite(table[:, :, 3:6])
+    spatial = _spatial_of(_finite(table[:, :, 6 : len(HEARD)]))
+    return Taken(np.array(times), robots, pose, table[:, :, told], twist, still, spatial)
+
+
+def _finite(table):
+    """Return ``table``, None where a driver does not tell all of it: the poses are enough."""
+    return table if np.isfinite(table).all() else None
+
+
+# What is read of an odometry message.
+HEARD = ("x", "y", "theta", "vx", "vy", "omega", "z", "qx", "qy", "qz", "qw", "vz", "wx", "wy")
+
+
+def _heard(message):
+    place, turn = message.pose.pose.position, message.pose.pose.orientation
+    quaternion = turn.x, turn.y, turn.z, turn.w
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    planar = place.x, place.y, yaw(*quaternion), linear.x, linear.y, angular.z
+    return planar + (place.z, *quaternion, linear.z, angular.x, angular.y)
+
+
+def _spatial_of(heard):
+    """Return the ``Spatial`` in what was ``heard`` (m, n, 8) of robots; None if all of it is planar."""
+    if heard is None:
+        return None
+    spatial = Spatial(heard[:, :, 0], heard[:, :, 1:5], heard[:, :, 5:])
+    tilted = np.abs(spatial.orientation[:, :, :2]).max(initial=0.0) > UPRIGHT
+    if tilted or np.ptp(spatial.z, axis=0).max(initial=0.0) > LEVEL:
+        return spatial
+    return None
 
 
 def _split(axis):
@@ -196,13 +284,6 @@ def _in_common_frame(pose, scenario):
     if scenario is None or scenario.odometry != "wheel" or pose.shape[1] != scenario.n:
         return pose
     return np.array([compose(scenario.poses, sample) for sample in pose])
-
-
-def _tables(rows, robots, axes):
-    """Return times (m,), robots, poses (m, n, 3), commands (m, n, a) and joints (m, n)."""
-    time, width = np.array([stamp for stamp, _ in rows]), 4 + len(axes)
-    table = np.array([values for _, values in rows]).reshape(len(rows), len(robots or ()), width)
-    return time, robots, table[:, :, :3], table[:, :, 4:], table[:, :, 3]
 
 
 def _collisions(bag):

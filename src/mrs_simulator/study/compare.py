@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, wrap_angle
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.writing import write_text
 
@@ -52,19 +52,30 @@ def motion_of(run):
     return along / np.sinc(half / np.pi) / step, turned / step
 
 
+def given(run):
+    """Return the forward speeds and turn rates (m, n, 2) [m/s, rad/s] that were commanded.
+
+    Zero where the robots obey no such axis; what omnidirectional ones are told sideways is left out,
+    as their sideways motion is by :func:`motion_of`.
+    """
+    none = np.zeros(run.command.shape[:2])
+    columns = {axis: run.command[:, :, column] for column, axis in enumerate(run.axes)}
+    return np.stack([columns.get(axis, none) for axis in UNICYCLE_AXES], axis=2)
+
+
 def commanded(run, delay):
-    """Return the mean commands (m-1, n, 2) between the samples of ``run``, ``delay`` [s] late.
+    """Return the mean of the commands ``given``, (m-1, n, 2), between samples, ``delay`` [s] late.
 
     Between two samples commands are taken to change evenly, before the first to be zero.
     """
-    step = np.diff(run.time)
-    pieces = 0.5 * (run.command[1:] + run.command[:-1]) * step[:, np.newaxis, np.newaxis]
-    sums = np.concatenate([np.zeros_like(run.command[:1]), np.cumsum(pieces, axis=0)])
+    step, command = np.diff(run.time), given(run)
+    pieces = 0.5 * (command[1:] + command[:-1]) * step[:, np.newaxis, np.newaxis]
+    sums = np.concatenate([np.zeros_like(command[:1]), np.cumsum(pieces, axis=0)])
     late = run.time - delay
     at = np.clip(np.searchsorted(run.time, late, side="right") - 1, 0, len(step) - 1)
     inside = np.clip(late - run.time[at], 0.0, None)[:, np.newaxis, np.newaxis]
-    slope = (run.command[at + 1] - run.command[at]) / step[at][:, np.newaxis, np.newaxis]
-    total = sums[at] + run.command[at] * inside + 0.5 * slope * inside**2
+    slope = (command[at + 1] - command[at]) / step[at][:, np.newaxis, np.newaxis]
+    total = sums[at] + command[at] * inside + 0.5 * slope * inside**2
     return np.diff(total, axis=0) / step[:, np.newaxis, np.newaxis]
 
 

@@ -62,6 +62,12 @@ class Experiment:
             return None
         return control.team.point(pose, self.world.joints, control.l)
 
+    def more(self):
+        """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
+        world, columns = self.world, self.control.team.record_columns
+        told = {"twist": world.twist} if columns.twist else {}
+        return dict(told, joints=world.joints) if columns.joints else told
+
     def _check_near(self, world):
         far = np.flatnonzero(~(np.abs(world.pose[:, :2]) <= FARTHEST).all(axis=1))
         if len(far):
@@ -95,11 +101,12 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    axes = experiment.control.team.axes
-    with begin_run(scenario, out, tell=_tell, axes=axes) as recorder:
+    columns = experiment.control.team.record_columns
+    with begin_run(scenario, out, tell=_tell, columns=columns) as recorder:
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
-                recorder.sample(stamp, pose, command, experiment.points(pose))
+                more = experiment.more()
+                recorder.sample(stamp, pose, command, experiment.points(pose), **more)
         except KeyboardInterrupt:
             ended = "interrupted"
         except LawFailed as error:
@@ -107,7 +114,8 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
             world = experiment.world
             if world.time == 0.0:  # where the robots stand is known all the same
                 points = experiment.points(world.pose)
-                recorder.sample(world.time, world.pose, world.command, points)
+                more = experiment.more()
+                recorder.sample(world.time, world.pose, world.command, points, **more)
             if error.__cause__:
                 cause = error.__cause__
                 traceback.print_exception(type(cause), cause, cause.__traceback__)

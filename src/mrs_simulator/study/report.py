@@ -15,7 +15,6 @@ from mrs_simulator.control.loading import (
 )
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.recording import Recorder, RunError, read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.verdict import (
@@ -37,15 +36,16 @@ FIGURES = ("trajectories", "x_states", "y_states", "inputs", CERTIFICATES)
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 
 
-def begin_run(scenario, out, robots=None, tell=None, axes=UNICYCLE_AXES):
+def begin_run(scenario, out, robots=None, tell=None, columns=None):
     """Return the ``Recorder`` of a new run in the directory ``out``, beside its ``scenario.yaml``.
 
-    ``robots``: their numbers, by default those of the scenario; ``axes``: of their commands; ``tell``:
-    what the recorder calls with a text when its disk is full, and when there is room again.  The report
-    on an earlier run there goes: it is not one on this.
+    ``robots``: their numbers, by default those of the scenario; ``columns``: the ``Columns`` that they
+    need, by default those of unicycles; ``tell``: what the recorder calls with a text when its disk is
+    full, and when there is room again.  The report on an earlier run there goes: it is not one on this.
     """
     robots = range(1, scenario.n + 1) if robots is None else robots
-    recorder = Recorder(os.path.join(out, RUN_FILE), robots, scenario.hand_length, tell, axes)
+    path = os.path.join(out, RUN_FILE)
+    recorder = Recorder(path, robots, scenario.hand_length, tell, columns=columns)
     for name in os.listdir(out):
         stem, _, kind = name.partition(".")
         if name == VERDICT_FILE or (stem in FIGURES and kind in ("png", "pdf", "svg")):

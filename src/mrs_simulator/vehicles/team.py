@@ -6,6 +6,8 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
+from mrs_simulator.core.robots import DEFAULT_KIND
+from mrs_simulator.core.run_columns import Columns
 from mrs_simulator.vehicles.drives import drive_module
 from mrs_simulator.vehicles.kind import AxisLimit
 from mrs_simulator.vehicles.limits import AxisLimits, kind_limits, stacked
@@ -93,6 +95,7 @@ class Team:
         self.timeouts = self._rows(lambda each: each.command_timeout)
         self.reach = self._rows(lambda each: each.body.reach)
         self.speeds = self._speeds()
+        self.record_columns = self._record_columns()
 
     @classmethod
     def of(cls, kinds, limits="firmware"):
@@ -158,6 +161,16 @@ class Team:
     def is_of_unicycles(self):
         """Return whether all robots obey ``(v, omega)`` and have hand points."""
         return self.axes == UNICYCLE_AXES and not self.has_joints
+
+    def _record_columns(self):
+        """Return the ``Columns`` that a recording of these robots needs."""
+        names = tuple(each.name for each in self.kinds)
+        return Columns(
+            axes=self.axes,
+            twist=not self.is_of_unicycles,
+            joints=self.has_joints,
+            kinds=names if set(names) != {DEFAULT_KIND} else (),
+        )
 
     def lead(self, l):
         """Return how far [m] the controlled points are from the centres at most, () or (n,)."""

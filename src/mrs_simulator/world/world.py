@@ -218,6 +218,11 @@ class World:
         return _read_only(self._motion.joints())
 
     @property
+    def spatial(self):
+        """Return what pose and twist leave out, a ``Spatial``; None for a team on the ground."""
+        return None
+
+    @property
     def command(self):
         """Return the commands in force, (n, a), a column for each of ``team.axes``, read-only."""
         return _read_only(self._target)

@@ -174,7 +174,7 @@ class FirstFrame(ScenarioFrame):
             self._teller.publish(team_odometry(self.numbers, first))
 
     def _on_told(self, message):
-        numbers, poses, _ = read_odometry(message)
+        numbers, poses, _, _ = read_odometry(message)
         told = dict(zip(numbers, poses))
         self._told = np.array([told.get(number, (np.nan,) * 3) for number in self.numbers])
 

@@ -45,13 +45,14 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = number_parameter("~silence", SILENCE, above=0.0)
-        self._file = begin_run(scenario, out, tell=_tell, axes=self.control.team.axes)
+        self.source = make_source(scenario)
+        columns = self.source.columns(self.control.team)
+        self._file = begin_run(scenario, out, tell=_tell, columns=columns)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was told to
         self._wall_start = None
         self.ended = "interrupted"
         self.elapsed = 0.0
-        self.source = make_source(scenario)
         self.controller = Interruptions()
         self._deadlock = ()  # by the controller's newest status
         self._subscriber = rospy.Subscriber(
@@ -109,7 +110,8 @@ class RunRecorder:
             )
             return
         points = self.control.team.point(sample.pose, sample.joints, self.control.l)
-        self._file.sample(self.elapsed, sample.pose, sample.command, points)
+        more = sample.twist, sample.joints
+        self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
         self._moved = self._moved or bool(np.any(sample.command))
 
     def _begin(self, sample):

@@ -4,7 +4,7 @@ import math
 import queue
 import threading
 import time
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 import rospy
@@ -35,6 +35,9 @@ class Sample(NamedTuple):
     command: np.ndarray  # (n, a) [m/s, rad/s], in force from the stamp on
     commanded: bool  # whether any robot is
     joints: np.ndarray  # (n,) [rad], 0 where they are not known
+    twist: Optional[np.ndarray] = (
+        None  # (n, 3) [m/s, m/s, rad/s], robots' frames, where it is known
+    )
 
 
 def make_source(scenario):
@@ -72,7 +75,7 @@ class StageSource:
         state = read_state(state)
         command = on_axes(state.command, state.axes, self._axes)
         commanded = bool(state.commanded.any())
-        sample = Sample(state.stamp, state.pose, command, commanded, state.joints)
+        sample = Sample(state.stamp, state.pose, command, commanded, state.joints, state.twist)
         part = (*state.part, len(state.pose))
         self._broken = self._broken or self._break(sample, part)
         self._newest, self._part = sample, part
@@ -96,6 +99,10 @@ class StageSource:
             if found
             else ""
         )
+
+    def columns(self, team):
+        """Return the ``Columns`` in which a run of ``team`` is recorded."""
+        return team.record_columns
 
     def begin(self):
         """Count from now on: the run has begun."""
@@ -178,6 +185,10 @@ class RobotsSource:
         # Zeros are also what a node says that has not begun or is stopped.
         still = np.zeros(len(command))
         return Sample(now, self._frame.pose(), command, bool(command.any()), still)
+
+    def columns(self, team):
+        """Return the ``Columns`` in which a run of ``team`` is recorded, without what is not known."""
+        return team.record_columns._replace(twist=False, joints=False)
 
     def begin(self):
         """Nothing was counted before."""

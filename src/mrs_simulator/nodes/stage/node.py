@@ -321,7 +321,12 @@ class Stage:
         if len(request.robots) > self._most_robots:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
-        kinds, poses = read_robot_specs(request.robots, DEFAULT_KIND)
+        kinds, poses, heights = read_robot_specs(request.robots, DEFAULT_KIND)
+        for number, height in enumerate(heights, 1):
+            if height != 0.0:
+                raise ValueError(
+                    "robot{}: z = {}, but it stands on the ground; wanted 0".format(number, height)
+                )
         # A request names no files to be read here.
         known = {*shipped_kinds(), *self.scenario.own_kinds, *self.scenario.kinds}
         for kind in kinds:

@@ -129,10 +129,10 @@ class WorldTopics:
             message = collision_message(collision, stamp, self._frames.world)
             self._collision.publish(message)
             rospy.logwarn(
-                "stage: collision of %s and %s at %.3f s at (%.2f, %.2f) m",
+                "stage: collision of %s and %s at %.3f s at (%s) m",
                 *collision[1:3],
                 collision.time,
-                *collision[3:],
+                ", ".join(map("{:.2f}".format, collision.place)),
             )
 
 

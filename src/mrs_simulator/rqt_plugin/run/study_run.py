@@ -464,6 +464,7 @@ class StudyRun:
         begin = history.first_row()
         when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
         command, joints = history.command[begin:].copy(), history.joints[begin:].copy()
+        twist = history.twist[begin:].copy()
         axes = history.axes
         numbers, scenario = history.numbers, self.scenario
         collisions = [
@@ -478,11 +479,13 @@ class StudyRun:
         team = Team.from_scenario(scenario._replace(kinds=_kinds_of(scenario, numbers)))
 
         def write():
-            with begin_run(scenario, directory, numbers, axes=team.axes) as file:
-                for stamp, poses, given, inner in zip(when - when[0], pose, command, joints):
+            columns = team.record_columns
+            with begin_run(scenario, directory, numbers, columns=columns) as file:
+                samples = zip(when - when[0], pose, command, joints, twist)
+                for stamp, poses, given, inner, speeds in samples:
                     points = team.point(poses, inner, scenario.hand_length)
                     given = on_axes(given, axes, team.axes)
-                    file.sample(round(float(stamp), 9), poses, given, points)
+                    file.sample(round(float(stamp), 9), poses, given, points, speeds, inner)
             write_facts(file.path, collisions, meta)
             return file.path
 

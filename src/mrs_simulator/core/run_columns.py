@@ -1,0 +1,105 @@
+"""The columns of ``run.csv``: which ones a team needs, their names and their order.
+
+A team of the default kind of unicycle has those of the first version, ``PLACE`` and ``v, omega``.  Any
+other keeps their places and has more columns after them; one that it does not need is absent.  Names
+are those of ROS: components of ``geometry_msgs/Twist`` and ``Quaternion``.
+"""
+
+import csv
+from typing import NamedTuple, Tuple
+
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
+
+PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
+COLUMNS = PLACE + ("v", "omega")  # of the first version
+PLANAR_TWIST = ("twist.linear.x", "twist.linear.y", "twist.angular.z")
+JOINT = ("joint",)
+SPATIAL = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.w", "alpha_z")
+SPATIAL += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
+KIND = ("kind",)
+
+
+class Columns(NamedTuple):
+    """Which columns a file has beside ``PLACE``."""
+
+    axes: Tuple[str, ...] = UNICYCLE_AXES  # of the commands
+    twist: bool = False  # body twists in the plane
+    joints: bool = False  # inner joints of the drives
+    spatial: bool = False  # height, orientation, the points' height, the rest of the twist
+    kinds: Tuple[str, ...] = ()  # of the robots, () for a file without that column
+
+    @property
+    def names(self):
+        """Return the names of all columns, in order."""
+        commands = ("v", "omega") if self.axes == UNICYCLE_AXES else self.axes
+        names = PLACE + commands
+        for wanted, more in (
+            (self.twist, PLANAR_TWIST),
+            (self.joints, JOINT),
+            (self.spatial, SPATIAL),
+            (self.kinds, KIND),
+        ):
+            names += more if wanted else ()
+        return names
+
+    @property
+    def width(self):
+        """Return the number of columns that hold numbers."""
+        return len(self.names) - bool(self.kinds)
+
+    def slices(self):
+        """Return where in a row the blocks of numbers are: command, twist, joints, spatial."""
+        begin, result = len(PLACE), {}
+        for name, there, width in (
+            ("command", True, len(self.axes)),
+            ("twist", self.twist, len(PLANAR_TWIST)),
+            ("joints", self.joints, len(JOINT)),
+            ("spatial", self.spatial, len(SPATIAL)),
+        ):
+            result[name] = slice(begin, begin + width * there)
+            begin = result[name].stop
+        return result
+
+
+def columns_in(names):
+    """Return the ``Columns`` of a file whose first line has ``names``; None if they are no recording's.
+
+    Of a file with kinds these are not known yet: one nameless kind stands for them.
+    """
+    more = tuple(names[len(PLACE) :])
+    axes = tuple(axis for axis in TWIST_AXES if axis in more) or UNICYCLE_AXES
+    found = Columns(
+        axes,
+        twist=PLANAR_TWIST[0] in more,
+        joints=JOINT[0] in more,
+        spatial=SPATIAL[0] in more,
+        kinds=("",) if KIND[0] in more else (),
+    )
+    return found if found.names == tuple(names) else None
+
+
+def kind_fields(kinds):
+    """Return the names of ``kinds`` as fields of a line: quoted where they need it, without line ends."""
+    return [_field(" ".join(name.split())) for name in kinds]
+
+
+def _field(name):
+    if '"' in name or "," in name:
+        return '"{}"'.format(name.replace('"', '""'))
+    return name
+
+
+def without_kinds(lines):
+    """Return ``lines`` without their last field, and these fields; ``ValueError`` if one has no such."""
+    if any('"' in line for line in lines):
+        rows = [_quoted_row(line) for line in lines]
+        return [",".join(row[:-1]) for row in rows], [row[-1] for row in rows]
+    parts = [line.rstrip("\n").rpartition(",") for line in lines]
+    return [head for head, _, _ in parts], [kind for _, _, kind in parts]
+
+
+def _quoted_row(line):
+    try:
+        return next(csv.reader([line]))
+    except (csv.Error, StopIteration) as error:
+        raise ValueError(str(error)) from None

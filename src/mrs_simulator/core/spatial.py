@@ -1,0 +1,55 @@
+"""What the planar state of robots leaves out: height, orientation and the rest of the twist.
+
+A team on the ground has no such state; every room says so with None, and pays nothing for it.
+Quaternions are ``x, y, z, w`` as in ``geometry_msgs/Quaternion``; body frames are those of REP 103, x
+ahead, y to the left, z up.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import cos_sin
+
+
+class Spatial(NamedTuple):
+    """Beside poses and twists (..., n, 3) of the same robots."""
+
+    z: (
+        np.ndarray
+    )  # (..., n) [m] height of the robots' reference above the ground, 0 when they stand on it
+    orientation: np.ndarray  # (..., n, 4), unit quaternions of the body frames in the common frame
+    twist: np.ndarray  # (..., n, 3) vz [m/s], wx, wy [rad/s], body frame
+
+    def of(self, rows):
+        """Return that of the robots in ``rows``, of a state at one time."""
+        return Spatial(self.z[rows], self.orientation[rows], self.twist[rows])
+
+    def put(self, rows, part):
+        """Write ``part``, the ``Spatial`` of the robots in ``rows``, of a state at one time."""
+        self.z[rows], self.orientation[rows], self.twist[rows] = part
+
+    def copy(self):
+        """Return one with arrays of its own."""
+        return Spatial(*map(np.copy, self))
+
+
+def upright(theta, z=0.0):
+    """Return the ``Spatial`` of robots at rest that stand upright at headings ``theta`` (..., n) [rad]."""
+    theta = np.asarray(theta, dtype=float)
+    z = np.broadcast_to(np.asarray(z, dtype=float), theta.shape).copy()
+    return Spatial(z, turned_about_z(theta), np.zeros(theta.shape + (3,)))
+
+
+def turned_about_z(theta):
+    """Return the quaternions (..., 4) of turns by ``theta`` (...) [rad] about the vertical."""
+    cos, sin = cos_sin(0.5 * np.asarray(theta, dtype=float))
+    result = np.zeros(cos.shape + (4,))
+    result[..., 2], result[..., 3] = sin, cos
+    return result
+
+
+def headings(orientation):
+    """Return the headings (...) [rad] of unit quaternions (..., 4), whatever their roll and pitch."""
+    x, y, z, w = np.moveaxis(np.asarray(orientation, dtype=float), -1, 0)
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

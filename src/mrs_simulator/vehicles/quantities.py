@@ -29,7 +29,10 @@ UNITS["m/s"]["km/h"] = _per(3.6)
 UNITS["rad/s"]["rpm"] = lambda value: value * 2.0 * math.pi / 60.0
 UNITS["s"] = {"s": _times(1.0), "ms": _per(1000.0)}
 UNITS["kg"] = {"kg": _times(1.0), "g": _per(1000.0)}
-UNITS.update({name: {name: _times(1.0)} for name in ("Hz", "N", "N m", "kg m^2", "N/m")})
+# Of a rotor, per speed squared.
+UNITS["N s^2"] = {"N s^2": _times(1.0), "N/rpm^2": _per((2.0 * math.pi / 60.0) ** 2)}
+UNITS["N m s^2"] = {"N m s^2": _times(1.0), "N m/rpm^2": _per((2.0 * math.pi / 60.0) ** 2)}
+UNITS.update({name: {name: _times(1.0)} for name in ("Hz", "N", "N m", "kg m^2", "N/m", "1/s")})
 
 
 def quantity(value, unit, where, **bounds):

@@ -3,6 +3,7 @@
 import csv
 import io
 import os
+import re
 import shutil
 import subprocess
 
@@ -53,23 +54,65 @@ def test_the_latex_table_line_by_line():
     lines = verdict_latex(VERDICT).splitlines()
     assert r"  \caption{50 \% \& more\_of: failed.}" in lines
     assert (
-        r"  \textbar{}1 - gain Tc\textbar{} \textless{} 1 & holds & holds & -- & passed \\" in lines
-    )
-    assert (
-        r"  drift of w\textasciicircum{}T p [m] & $0$ & $1.25 \times 10^{-7}$ & $0.01$ & failed \\"
+        r"  \raggedright \textbar{}1 - gain Tc\textbar{} \textless{} 1 & holds & holds & -- & passed \\"
         in lines
     )
-    assert r"  longest edge [m] & $\leq$ $4$ & $3.5$ & $0$ & passed \\" in lines
-    assert r"  rate [1/s]\textsuperscript{a} & $0.5$ & -- & $0.025$ & not judged \\" in lines
-    assert r"  {\footnotesize \textsuperscript{a}\,does not apply: edges\_lossy}" in lines
+    assert (
+        r"  \raggedright drift of w\ensuremath{^T} p [m] & $0$ & $1.25 \times 10^{-7}$ & $0.01$ & failed \\"
+        in lines
+    )
+    assert r"  \raggedright longest edge [m] & $\leq$ $4$ & $3.5$ & $0$ & passed \\" in lines
+    assert (
+        r"  \raggedright rate [1/s]\textsuperscript{a} & $0.5$ & -- & $0.025$ & not judged \\"
+        in lines
+    )
+    assert r"  \textsuperscript{a}\,does not apply: edges\_lossy" in lines
+
+
+# Title, names and notes with whatever LaTeX minds.
+NASTY = "\\ { } & % $ # _ ^ ~ < > | \" ' 1\u00b0 \u2264 \u00fc \u03bb \u0416 \t two\nlines"
+MANY = {
+    **VERDICT,
+    "title": NASTY,
+    "outcome": "not_judged",
+    "reason": NASTY,
+    "checks": [
+        check(
+            "{} of lambda_max, tau and w^T p {}".format(row, NASTY), 1e-300, -1e9, 0.5, None, note
+        )
+        for row, note in enumerate(["note {}: {}".format(k, NASTY) for k in range(30)])
+    ],
+}
+
+
+def test_what_latex_minds_is_escaped():
+    text = verdict_latex(MANY)
+    assert r"\ensuremath{\lambda_{\mathrm{max}}}, \ensuremath{\tau} and w\ensuremath{^T} p" in text
+    row = next(line for line in text.splitlines() if line.startswith(r"  \raggedright 0 of"))
+    escaped = (
+        r"\textbackslash{} \{ \} \& \% \$ \# \_ \textasciicircum{} \textasciitilde{} \textless{} "
+        r"\textgreater{} \textbar{}"
+    )
+    assert (
+        escaped in row and r"1\ensuremath{^\circ} \ensuremath{\leq}" in row and "two lines" in row
+    )
+    assert r"\texttt{U+03BB} \texttt{U+0416} \texttt{U+0009}" in row
+    assert r"\textsuperscript{ad}\,note 29" in text  # after z come aa, ab, ...
+    stripped = re.sub(r"\\.", "", text)  # of commands and escaped letters
+    assert stripped.count("{") == stripped.count("}")
+    assert not re.search(r"[#~|<>\x80-\xbf\u0180-\uffff]", stripped)
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no LaTeX")
-def test_latex_takes_the_table(tmp_path):
+@pytest.mark.parametrize("verdict", [VERDICT, MANY], ids=["short", "nasty"])
+def test_latex_takes_the_table(tmp_path, verdict):
     text = "\\documentclass{article}\\usepackage{booktabs}\\begin{document}\n%s\\end{document}\n"
-    (tmp_path / "t.tex").write_text(text % verdict_latex(VERDICT))
+    (tmp_path / "t.tex").write_text(text % verdict_latex(verdict), encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "t.tex"]
-    assert subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60).returncode == 0
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60)
+    assert done.returncode == 0, done.stdout[-2000:].decode(errors="replace")
+    log = (tmp_path / "t.log").read_text(errors="replace")
+    assert "Overfull" not in log or verdict is MANY  # it fits the narrow page of article
 
 
 def test_the_csv_table_has_all_digits():

@@ -4,6 +4,7 @@ import csv
 import importlib.util
 import io
 import os
+import re
 
 from mrs_simulator.core.verdict import outcome_of
 
@@ -27,7 +28,32 @@ ESCAPED = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
+    "\n": " ",
+    "\u2013": "--",
+    "\u2014": "---",
+    "\u2018": "`",
+    "\u2019": "'",
+    "\u2026": r"\ldots{}",
+    "\u00b0": r"\ensuremath{^\circ}",
+    "\u00b1": r"\ensuremath{\pm}",
+    "\u00b2": r"\ensuremath{^2}",
+    "\u00b3": r"\ensuremath{^3}",
+    "\u00b5": r"\ensuremath{\mu}",
+    "\u00b7": r"\ensuremath{\cdot}",
+    "\u00d7": r"\ensuremath{\times}",
+    "\u2208": r"\ensuremath{\in}",
+    "\u2260": r"\ensuremath{\neq}",
+    "\u2264": r"\ensuremath{\leq}",
+    "\u2265": r"\ensuremath{\geq}",
+    "\u221e": r"\ensuremath{\infty}",
 }
+SYMBOL_NAMES = (
+    "alpha|beta|gamma|delta|epsilon|eps|eta|theta|kappa|lambda|mu|pi|rho|sigma|tau|phi|omega"
+)
+# Symbols as claims write them: lambda_max, w^T, tau.
+SYMBOL = re.compile(r"\b({})(?:_(\w+))?\b|\^T\b".format(SYMBOL_NAMES))
+LARGEST_LETTER = 0x17F  # up to which LaTeX has the accented letters of Latin scripts
+WIDTH = 0.38  # [-] of the line for the checks' names, which take more lines where they are longer
 
 
 class ExportError(ValueError):
@@ -70,15 +96,15 @@ def verdict_csv(verdict):
 def verdict_latex(verdict):
     """Return ``verdict`` as a LaTeX ``table`` in the manner of the package booktabs.
 
-    Wants ``\\usepackage{booktabs}``.  A bound has its relation sign before the predicted number; why
-    a check was not judged stands in a note below.
+    Wants ``\\usepackage{booktabs}``, and fits a column of 12 cm.  A bound has its relation sign before
+    the predicted number; why a check was not judged stands in a note below.
     """
     notes, rows = [], []
     for check in verdict["checks"]:
         mark = _mark(check, notes)
         relation = {"at most": r"$\leq$ ", "at least": r"$\geq$ "}.get(check.get("note"), "")
         cells = [
-            _text(check["name"]) + mark,
+            r"\raggedright " + _text(check["name"]) + mark,
             relation + _number(check["predicted"]),
             _number(check["measured"]),
             _number(check["tolerance"]),
@@ -90,7 +116,8 @@ def verdict_latex(verdict):
         r"\begin{table}",
         r"  \centering",
         r"  \caption{" + caption + "}",
-        r"  \begin{tabular}{lrrrl}",
+        r"  \footnotesize",
+        r"  \begin{tabular}{@{}p{" + str(WIDTH) + r"\linewidth}rrrl@{}}",
         r"  \toprule",
         r"  Check & Predicted & Measured & Tolerance & Outcome \\",
         r"  \midrule",
@@ -114,14 +141,26 @@ def _mark(check, notes):
 
 
 def _superscript(row):
-    return r"\textsuperscript{" + chr(ord("a") + row) + "}"
+    return r"\textsuperscript{" + _letters(row) + "}"
+
+
+def _letters(row):
+    """Return a, b, ... z, aa, ab, ... for ``row`` from 0."""
+    before, letter = divmod(row, 26)
+    return (_letters(before - 1) if before else "") + chr(ord("a") + letter)
 
 
 def _footnotes(notes):
     if not notes:
         return []
     marked = [_superscript(row) + r"\," + _text(note) for row, note in enumerate(notes)]
-    return [r"  \\[0.5ex]", r"  {\footnotesize " + "; ".join(marked) + "}"]
+    return [
+        r"  \par\smallskip",
+        r"  \begin{minipage}{\linewidth}\footnotesize\raggedright",
+        *("  " + note + r"\\" for note in marked[:-1]),
+        "  " + marked[-1],
+        r"  \end{minipage}",
+    ]
 
 
 def _outcome(verdict):
@@ -131,7 +170,34 @@ def _outcome(verdict):
 
 
 def _text(value):
-    return "".join(ESCAPED.get(letter, letter) for letter in str(value))
+    """Return ``value`` as LaTeX text, with symbols that claims spell out as mathematics."""
+    text, parts, end = str(value), [], 0
+    for found in SYMBOL.finditer(text):
+        parts += [_escaped(text[end : found.start()]), _symbol(found)]
+        end = found.end()
+    return "".join([*parts, _escaped(text[end:])])
+
+
+def _symbol(found):
+    letter, index = found.groups()
+    if letter is None:
+        return r"\ensuremath{^T}"
+    letter = "\\" + {"eps": "varepsilon", "epsilon": "varepsilon"}.get(letter, letter)
+    if index is None:
+        return r"\ensuremath{" + letter + "}"
+    index = index if index.isdigit() else r"\mathrm{" + index.replace("_", r"\_") + "}"
+    return r"\ensuremath{" + letter + "_{" + index + "}}"
+
+
+def _escaped(text):
+    return "".join(ESCAPED.get(letter) or _letter(letter) for letter in text)
+
+
+def _letter(letter):
+    """Return ``letter`` as LaTeX knows it, the number of one that it does not know."""
+    if ord(letter) <= LARGEST_LETTER and letter.isprintable():
+        return letter
+    return r"\texttt{U+" + format(ord(letter), "04X") + "}"
 
 
 def _number(value):

@@ -263,7 +263,7 @@ for again in (lambda: gui.load(sys.argv[2] + "/other/saved.yaml"),
               lambda: gui.restore_settings(kept)):
     gui.show_scenario(load_scenario(sys.argv[1]))
     again()
-    assert gui.study.derived.protocol == "Law"
+    assert gui.study.edited.derived.protocol == "Law"
 gui.save_scenario(sys.argv[2] + "/nowhere/saved.yaml")
 print(gui.messages.toPlainText())
 """,
@@ -302,7 +302,7 @@ click("control")
 until(lambda: gui.study.is_controlled())
 click("stop")
 until(lambda: not gui.study.is_controlled())
-gui.protocol.parameters_changed.emit(dict(gui.study.derived.values, k=0.5))
+gui.protocol.parameters_changed.emit(dict(gui.study.edited.derived.values, k=0.5))
 gui.map.edge_added.emit(1, 3)
 edges = list(gui.scenario.topology.edges)
 click("control")

@@ -52,7 +52,7 @@ def make_study(app, tmp_path):
 
     yield make
     for widget in made:
-        widget.study.laws.close()
+        widget.study.edited.laws.close()
         widget._faults.close()
         widget.bar.forget_key()
         widget.close()
@@ -108,7 +108,7 @@ def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
     active(study, 1022, 700)
     law, seen = tmp_path / "hangs.py", []
     law.write_text("while True: pass")
-    study.study.laws.limit = 60.0 if gives_up else 1.5
+    study.study.edited.laws.limit = 60.0 if gives_up else 1.5
 
     def meanwhile():
         if not study.banners.text("law"):
@@ -134,8 +134,9 @@ def test_saving_shows_how_far_it_is_and_can_be_cancelled(make_study, monkeypatch
     active(study, 1022, 700)
     study.history.saved, cancelled = 0.0, threading.Event()
     monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
-    monkeypatch.setattr(study.study, "save", lambda *_: setattr(study.study, "saving", "run.csv"))
-    monkeypatch.setattr(study.study, "cancel_save", cancelled.set)
+    files = study.study.files
+    monkeypatch.setattr(files, "save", lambda *_: setattr(files, "saving", "run.csv"))
+    monkeypatch.setattr(files, "cancel", cancelled.set)
     study.save_results(str(tmp_path))
     assert study.banners.text("saving").startswith("Saving: run.csv, 0 s")
     QTest.mouseClick(study.banners.button("saving", "Cancel"), Qt.LeftButton)

@@ -108,7 +108,9 @@ def saving(study, no_hidden_errors, monkeypatch):
     """The GUI and its dialog that asks where results go; ``study.saved``: what was answered."""
     study.saved = []
     monkeypatch.setattr(study.results, "_nothing_to_save", lambda: False)
-    monkeypatch.setattr(study.study, "save", lambda _, directory: study.saved.append(directory))
+    monkeypatch.setattr(
+        study.study.files, "save", lambda _, directory: study.saved.append(directory)
+    )
     active(study, 1022, 700)
     study.bar.button("save").setEnabled(True)
     QTest.mouseClick(study.bar.button("save"), Qt.LeftButton)

@@ -82,7 +82,7 @@ class Processes:
 
 def study(scenario="consensus", connection=None, processes=None, **parameters):
     run = StudyRun(connection or Connection(), processes or Processes(), shipped("paper_four"))
-    run.take(shipped(scenario, parameters))
+    run.edited.take(shipped(scenario, parameters))
     return run
 
 
@@ -91,11 +91,11 @@ def study(scenario="consensus", connection=None, processes=None, **parameters):
 
 def test_an_edit_that_the_protocol_refuses_leaves_all_as_it_was():
     run = study("containment")
-    before = run.scenario, run.derived
-    assert "leaders = 4" in run.set_team(run.scenario.poses[:2], run.scenario.kinds[:2])
-    assert "no_such" in run.set_protocol("no_such")
-    assert "gain" in run.set_parameters({"gain": "much"})
-    assert (run.scenario, run.derived) == before
+    before = run.scenario, run.edited.derived
+    assert "leaders = 4" in run.edited.set_team(run.scenario.poses[:2], run.scenario.kinds[:2])
+    assert "no_such" in run.edited.set_protocol("no_such")
+    assert "gain" in run.edited.set_parameters({"gain": "much"})
+    assert (run.scenario, run.edited.derived) == before
 
 
 @pytest.mark.parametrize("method", ["targets", "warnings", "prediction"])
@@ -110,20 +110,20 @@ def test_a_law_of_ones_own_that_raises_when_asked_is_not_taken_up(method, tmp_pa
     )
     run = study()
     before = run.scenario
-    assert "TypeError: object of type 'int'" in run.set_protocol(str(law))
+    assert "TypeError: object of type 'int'" in run.edited.set_protocol(str(law))
     assert run.scenario is before
     with pytest.raises(ValueError, match="TypeError.*\n.*law.py:5, in {}".format(method)):
-        run.take(before.with_protocol(str(law)))
-    assert run.scenario is before and run.derived.protocol == "Consensus"
+        run.edited.take(before.with_protocol(str(law)))
+    assert run.scenario is before and run.edited.derived.protocol == "Consensus"
 
 
 def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bearable():
     run = study("paper")
-    when, error, settling = wait_until(run.take_prediction)[0]
+    when, error, settling = wait_until(run.edited.take_prediction)[0]
     assert len(when) == len(error) and when[-1] == run.scenario.duration
     assert settling == "49.6 s, its settling time"  # the verdict's own prediction
-    assert run.set_parameters({"T": 1e-4, "k": 1e-4}) == ""
-    when, error, settling = wait_until(run.take_prediction)[0]
+    assert run.edited.set_parameters({"T": 1e-4, "k": 1e-4}) == ""
+    when, error, settling = wait_until(run.edited.take_prediction)[0]
     assert when[-1] == pytest.approx(2e6 / 7 * 1e-4) and len(error) == len(when)
     assert settling == ""
 
@@ -160,7 +160,11 @@ STANDS = SimpleNamespace(running=False, trouble="stopped", stale=[], command=[[0
 )
 def test_an_edit_reaches_a_controller_that_stands(connection, processes, sent):
     run = study(connection=connection, processes=processes)
-    assert run.set_parameters({"gain": 0.25}) == run.set_topology([(1, 2, 1.0)], True) == ""
+    assert (
+        run.edited.set_parameters({"gain": 0.25})
+        == run.edited.set_topology([(1, 2, 1.0)], True)
+        == ""
+    )
     wanted = [("set_parameters", {"gain": 0.25, "l": 0.05}), ("set_topology", [(1, 2, 1.0)], True)]
     assert connection.asked == (wanted if sent else [])
 
@@ -169,7 +173,7 @@ def test_a_controller_of_another_team_is_not_asked_to_start(tmp_path):
     run = study(connection=Connection(control=STANDS), processes=Processes(directory=tmp_path))
     run.do("control")
     assert run.connection.asked == [("ask", "start")] and not run.processes.running
-    run.set_team(run.scenario.poses[:5], run.scenario.kinds[:5])
+    run.edited.set_team(run.scenario.poses[:5], run.scenario.kinds[:5])
     assert "controller started" in run.do("control") and run.processes.running == {"control"}
 
 
@@ -177,9 +181,9 @@ def test_what_a_running_stage_does_not_take_over_is_said():
     text = shipped("consensus", fidelity="dynamic", limits="top").to_yaml()
     heard = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
     run = study(connection=Connection(**heard))
-    assert "its own fidelity, limits: end it first" in run.what_the_stage_keeps()
-    run.take(shipped("consensus", fidelity="dynamic", limits="top"))
-    assert run.what_the_stage_keeps() == ""
+    assert "its own fidelity, limits: end it first" in run.stage.kept()
+    run.edited.take(shipped("consensus", fidelity="dynamic", limits="top"))
+    assert run.stage.kept() == ""
 
 
 def test_a_simulation_that_has_ended_is_none_to_attach_to():
@@ -197,7 +201,7 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
     run = study(connection=Connection(**heard))
     assert run.do("simulate") == "attached to the stage that runs" and run.connection.asked == []
     assert run.scenario.poses.tolist() == told.poses.tolist() and run.scenario.speed == 5.0
-    assert run.derived.protocol == law
+    assert run.edited.derived.protocol == law
 
 
 def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
@@ -222,7 +226,7 @@ def test_a_saved_run_keeps_its_collisions_where_anybody_tells(tmp_path, real):
         history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset(real)))
     early, late = (Collision(time, "robot1", "robot2", 0.0, 0.0) for time in (0.5, 2.5))
     history.collisions.extend([] if real else [early, late])
-    study("paper_four", connection).save(history, str(tmp_path))
+    study("paper_four", connection).files.save(history, str(tmp_path))
     ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
     run = read_run_csv(str(tmp_path / "run.csv"))
@@ -238,7 +242,7 @@ def test_a_saved_run_tells_what_its_controller_said(tmp_path):
         history.append(Snapshot(second, (1, 2), pose, pose, command, fresh, frozenset()))
     for stamp, text in ((0.0, "not started"), (1.0, ""), (3.0, "late"), (4.5, ""), (7.5, FAILED)):
         connection.controller.note(stamp, not text, text)
-    study("paper_four", connection).save(history, str(tmp_path))
+    study("paper_four", connection).files.save(history, str(tmp_path))
     ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
     meta = read_run_csv(str(tmp_path / "run.csv")).meta
@@ -276,7 +280,7 @@ def test_a_run_is_unsaved_as_long_as_robots_moved_after_it_was_saved():
 def test_an_unsaved_run_is_kept_when_another_team_or_time_begins_anew(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     run, history = study("paper_four"), History()
-    history.before_clearing = lambda: said.append(run.keep(history))
+    history.before_clearing = lambda: said.append(run.files.keep(history))
     said = []
     commanded(history, 4)
     history.clear()
@@ -291,7 +295,7 @@ def test_an_unsaved_run_is_kept_when_another_team_or_time_begins_anew(tmp_path, 
 
 def test_a_run_that_nobody_controlled_is_not_judged(tmp_path):
     connection = Connection()
-    study("paper_four", connection).save(commanded(History(), 4, 0.0), str(tmp_path))
+    study("paper_four", connection).files.save(commanded(History(), 4, 0.0), str(tmp_path))
     connection.asked[-1][2]()
     assert read_run_csv(str(tmp_path / "run.csv")).meta["uncommanded"]
 
@@ -311,7 +315,7 @@ def test_a_run_whose_periods_were_missed_is_not_judged(tmp_path):
 
     assert told(10.0, 500) == "" and told(20.0, 505) == ""  # of 200
     assert told(30.0, 600) == run.missed.text() and "25%" in run.missed.text()
-    run.save(commanded(History(), 4), str(tmp_path))
+    run.files.save(commanded(History(), 4), str(tmp_path))
     connection.asked[-1][2]()
     assert "degraded" in read_run_csv(str(tmp_path / "run.csv")).meta["degraded"]
     assert told(1.0, 0) == ""  # the stage was started again
@@ -323,15 +327,15 @@ def test_a_simulation_at_another_speed_than_1_waits_for_its_commands(tmp_path, s
     assert run.do("simulate", speed) == ""
     run.take_result("simulated_time", True, None)
     assert "_lockstep:=" + waits in run.processes.arguments
-    run._launch_control()
+    run.control.launch()
     assert "_lockstep:=" + waits in run.processes.arguments
 
 
 def test_what_is_saved_can_be_given_up(tmp_path):
     connection = Connection()
     run = study("paper_four", connection)
-    run.save(commanded(History(), 4), str(tmp_path))
-    run.cancel_save()
+    run.files.save(commanded(History(), 4), str(tmp_path))
+    run.files.cancel()
     success, said = connection.asked[-1][2]()
     assert not success and "cancelled" in said and run.processes.cancelled == "report"
     assert (tmp_path / "run.csv").exists()
@@ -339,8 +343,8 @@ def test_what_is_saved_can_be_given_up(tmp_path):
 
 def test_theory_starts_where_the_robots_of_the_run_stood():
     run = study("paper_four")
-    first = wait_until(run.take_prediction)[0]
-    run.predict_from(run.scenario.poses)
-    assert run.take_prediction() is None
-    run.predict_from(run.scenario.poses + [1.0, 2.0, 0.0] * np.arange(4)[:, np.newaxis])
-    assert wait_until(run.take_prediction)[0].error[0] > first.error[0] + 0.5
+    first = wait_until(run.edited.take_prediction)[0]
+    run.edited.predict_from(run.scenario.poses)
+    assert run.edited.take_prediction() is None
+    run.edited.predict_from(run.scenario.poses + [1.0, 2.0, 0.0] * np.arange(4)[:, np.newaxis])
+    assert wait_until(run.edited.take_prediction)[0].error[0] > first.error[0] + 0.5

@@ -34,7 +34,7 @@ class StudyWidget(StudyPanels):
         self.study = StudyRun(connection, processes, scenario)
         self.history, self._faults = History(), Faults()
         self.curves.set_history(self.history)
-        self.trial = LawTrial(self, self.study.laws, self._show_possible)
+        self.trial = LawTrial(self, self.study.edited.laws, self._show_possible)
         self.pending_team, self.pending_graph = PendingTeam(self.study), PendingGraph()
         pending = self.pending_team, self.pending_graph
         self.live = LiveRun(self, self.study, self.history, *pending)
@@ -93,7 +93,7 @@ class StudyWidget(StudyPanels):
 
     @guarded
     def _on_start_anyway(self):
-        self.say(self.study.start_anyway())
+        self.say(self.study.control.start_anyway())
         self._show_checking()
 
     def _show_checking(self):
@@ -109,7 +109,7 @@ class StudyWidget(StudyPanels):
 
     @guarded
     def _on_speed(self, speed):
-        self.say(self.study.set_speed(speed))
+        self.say(self.study.stage.set_speed(speed))
 
     # Timers --------------------------------------------------------------------------------------
 

@@ -67,12 +67,12 @@ class LiveRun:
         """Let theory begin where the robots of a run that has begun really stood."""
         begun = self._history.begun
         if begun is not None and begun != self._predicted_from:
-            self._study.predict_from(self._history.pose[self._history.first_row()])
+            self._study.edited.predict_from(self._history.pose[self._history.first_row()])
         self._predicted_from = begun
 
     def show_prediction(self):
         """Show theory's error and settling time once they are there."""
-        found = self._study.take_prediction()
+        found = self._study.edited.take_prediction()
         if found is None:
             return
         when, predicted, settling = found[0] or Prediction(None, None, "")

@@ -27,7 +27,9 @@ class Results:
     def ask_where(self):
         """Ask for the directory to save to."""
         if not self._nothing_to_save():
-            start = os.path.join(self._study.results_directory(), self._study.suggested_name())
+            start = os.path.join(
+                self._study.files.results_directory(), self._study.files.suggested_name()
+            )
             self._files.ask(TITLE, start, "", self.save, saves=True)
 
     def save(self, directory):
@@ -36,7 +38,7 @@ class Results:
             self._panels.say("saving to {}".format(directory))
             self._history.saved = self._history.moved
             self._since = time.monotonic()
-            self._study.save(self._history, directory)
+            self._study.files.save(self._history, directory)
             self.show_progress()
 
     def _nothing_to_save(self):
@@ -52,8 +54,8 @@ class Results:
             self._panels.banners.clear("saving")
             return
         elapsed = time.monotonic() - self._since
-        text = "Saving: {}, {:.0f} s".format(self._study.saving, elapsed)
-        self._panels.banners.tell("saving", "aside", text, ("Cancel", self._study.cancel_save))
+        text = "Saving: {}, {:.0f} s".format(self._study.files.saving, elapsed)
+        self._panels.banners.tell("saving", "aside", text, ("Cancel", self._study.files.cancel))
 
     def ended(self, success, answer):
         """Take in the end of a saving; show the verdict, and return whether all was saved."""
@@ -77,4 +79,4 @@ class Results:
     def keep_unsaved(self):
         """Keep the data of a run that nobody has saved, before it is forgotten."""
         if self._history.is_unsaved(SHORTEST_KEPT):
-            self._panels.say(self._study.keep(self._history))
+            self._panels.say(self._study.files.keep(self._history))

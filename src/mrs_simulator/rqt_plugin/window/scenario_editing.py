@@ -26,7 +26,7 @@ class ScenarioEditing:
 
         Whatever its protocol raises is raised, and the old scenario stays.
         """
-        self._study.take(scenario)
+        self._study.edited.take(scenario)
         self.show()
 
     def show(self):
@@ -47,7 +47,7 @@ class ScenarioEditing:
         self._show_robots_to_follow()
 
     def _show_kinds(self):
-        team = self._study.team()
+        team = self._study.edited.team()
         self._panels.map.show_kinds(team.kinds)
         self._panels.curves.set_axes(team.axes)
 
@@ -57,16 +57,20 @@ class ScenarioEditing:
 
     def _show_protocol(self):
         """Show the protocol in force, its parameters and its graph."""
-        derived, protocol = self._study.derived, self._panels.protocol
+        derived, protocol = self._study.edited.derived, self._panels.protocol
         protocol.set_protocol(self._study.scenario.control.protocol)
         protocol.set_parameters(derived.parameters, derived.values)
         self._show_derived()
 
     def _show_derived(self):
         """Show what follows from the scenario in force: warnings, graph and wanted places."""
-        panels, connection, derived = self._panels, self._study.connection, self._study.derived
+        panels, connection, derived = (
+            self._panels,
+            self._study.connection,
+            self._study.edited.derived,
+        )
         panels.close_error()  # an edit was taken up
-        connection.set_starts(self._study.starts())
+        connection.set_starts(self._study.edited.starts())
         panels.protocol.set_warnings(derived.warnings)
         edges, directed = derived.topology.edges, derived.topology.directed
         panels.topology.set_team(self._study.scenario.poses[:, :2])
@@ -75,8 +79,8 @@ class ScenarioEditing:
         panels.map.show_topology(edges, directed)
         if not connection.is_fresh("control"):  # which says where it wants them
             panels.map.show_targets(None if connection.is_fresh("state") else derived.targets)
-        background = self._study.is_users_law
-        panels.curves.set_error(self._study.error_function(), background=background)
+        background = self._study.edited.is_users_law
+        panels.curves.set_error(self._study.edited.error_function(), background=background)
         panels.curves.set_prediction(None, None)  # that of what was
 
     # Team ----------------------------------------------------------------------------------------
@@ -98,7 +102,7 @@ class ScenarioEditing:
 
     def _change_team(self):
         team = self._panels.team
-        if self._panels.say(self._study.set_team(team.poses(), team.kinds())):
+        if self._panels.say(self._study.edited.set_team(team.poses(), team.kinds())):
             self._show_team()
             return
         self._team.changed()
@@ -110,22 +114,22 @@ class ScenarioEditing:
 
     @guarded
     def _on_protocol(self, name):
-        if self._panels.say(self._study.set_protocol(name)):
+        if self._panels.say(self._study.edited.set_protocol(name)):
             self._panels.protocol.set_protocol(self._study.scenario.control.protocol)
             return
-        self._panels.say(self._study.follow_protocol())
+        self._panels.say(self._study.control.follow_protocol())
         self._show_protocol()
 
     @guarded
     def _on_parameters(self, values):
-        if self._panels.say(self._study.set_parameters(values)):
+        if self._panels.say(self._study.edited.set_parameters(values)):
             self._show_protocol()
         else:
             self._show_derived()
 
     @guarded
     def _on_topology(self, edges, directed):
-        refused = self._panels.say(self._study.set_topology(edges, directed))
+        refused = self._panels.say(self._study.edited.set_topology(edges, directed))
         if not refused and self._study.state.has_control():
             self._graph.asked(edges, directed)
         self._show_protocol()

@@ -40,8 +40,8 @@ class ScenarioFiles:
         self._live.put_away()
         self.saved_text = self.text()
         say("opened {}".format(path))
-        say(self._study.follow_protocol())
-        say(self._study.what_the_stage_keeps())
+        say(self._study.control.follow_protocol())
+        say(self._study.stage.kept())
         self._team.changed()
 
     def save(self, path):

@@ -1,0 +1,124 @@
+"""The scenario under the user's hands, and what its law says of it; without Qt."""
+
+import numpy as np
+
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
+from mrs_simulator.study.law_process import LawProcess
+from mrs_simulator.vehicles import Team
+
+SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
+PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
+
+
+class EditedScenario:
+    """A scenario whose law has taken it up; edits that the law refuses change nothing."""
+
+    def __init__(self, scenario, connection, state):
+        """``state``: the ``StudyState``, which says whether a controller is to follow the edits."""
+        self._connection, self._state = connection, state
+        self.scenario = scenario
+        self.derived = None  # law_answers.Facts of the scenario, since it was taken up
+        # A user's law runs in neither thread of the GUI: one process for edits, which somebody waits
+        # for, one for what takes longer.
+        self.laws, self._background = LawProcess(), LawProcess()
+        self._prediction = DebouncedWorker(PREDICTION_REST)
+        self.take_prediction = self._prediction.take
+
+    def take(self, scenario):
+        """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
+        self.derived = self.laws.ask("facts", scenario)
+        self.scenario = scenario
+        self.predict(scenario)
+
+    def predict(self, scenario):
+        """Compute the prediction for ``scenario`` in the background, for ``take_prediction``."""
+        self._prediction.ask(lambda: self._background.ask("prediction", scenario))
+
+    def predict_from(self, poses):
+        """Predict the run that has begun at ``poses`` (n, 3), if these are not the scenario's own."""
+        known = len(poses) == self.scenario.n and np.isfinite(poses).all()
+        if known and not np.allclose(poses, self.scenario.poses, atol=SAME_PLACE):
+            self.predict(self.scenario._replace(poses=poses.copy()))
+
+    def try_out(self, scenario):
+        """Take up ``scenario``; return what is wrong with it, or ""."""
+        try:
+            self.take(scenario)
+        except Exception as error:  # a file of one's own may raise anything
+            return Trouble("not taken up: {}".format(reason(error)))
+        return ""
+
+    def set_team(self, poses, kinds):
+        """Take in a team; edges of robots that are gone go with them.  Return what is wrong, or ""."""
+        topology = self.scenario.topology
+        if topology is not None and topology.n != len(poses):
+            edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
+            topology = Topology(len(poses), edges, topology.directed)
+        return self.try_out(
+            self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology)
+        )
+
+    def team(self):
+        """Return the ``Team`` of the scenario's robots."""
+        return Team.from_scenario(self.scenario)
+
+    def set_protocol(self, name):
+        """Take another protocol with its defaults; return what is wrong with it, or ""."""
+        scenario = self.scenario.with_protocol(name)
+        if scenario.topology is None:
+            scenario = scenario._replace(topology=Topology.preset("cycle", scenario.n))
+        return self.try_out(scenario)
+
+    def set_parameters(self, values):
+        """Take other values; a controller that is there gets them at once.  Return what is wrong, or ""."""
+        try:
+            checked = checked_values(self.derived.parameters, values, self.derived.protocol)
+        except ValueError as error:
+            return Trouble(error)
+        control = self.scenario.control._replace(parameters=checked)
+        wrong = self.try_out(self.scenario._replace(control=control))
+        if not wrong and self._state.has_control():
+            self._connection.set_parameters(checked)
+        return wrong
+
+    def set_topology(self, edges, directed):
+        """Take another graph; a controller that is there gets it at once.  Return what is wrong, or ""."""
+        topology = Topology(self.scenario.n, edges, directed)
+        try:
+            parameters = self.laws.ask("parameters_with", self.scenario, topology)
+        except Exception as error:  # a file of one's own may raise anything
+            return Trouble("not taken up: {}".format(reason(error)))
+        changed = self.scenario.control._replace(parameters=parameters)
+        wrong = self.try_out(self.scenario._replace(topology=topology, control=changed))
+        if not wrong and self._state.has_control():
+            self._connection.set_topology(edges, directed)
+        return wrong
+
+    def starts(self):
+        """Return where the robots' odometry is zero in the common frame, (n, 3), None: at its origin."""
+        return self.scenario.poses if self.scenario.odometry == "wheel" else None
+
+    @property
+    def is_users_law(self):
+        """Return whether the protocol is not a shipped one."""
+        return self.scenario.control.protocol not in HOMES
+
+    def error_function(self):
+        """Return a function of poses (m, n, 3) that gives the largest target error (m,), or None.
+
+        That of a user's law may take long, and is for a thread of its own.
+        """
+        if self.derived.targets is None:
+            return None
+        scenario = self.scenario
+        return lambda pose: self._background.ask("errors", scenario, pose)
+
+    def close(self):
+        """End the laws' processes."""
+        self._prediction.ask(None)
+        self.laws.close()
+        self._background.close()

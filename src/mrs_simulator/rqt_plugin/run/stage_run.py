@@ -1,0 +1,134 @@
+"""The simulation of a study: starts a stage or attaches to one, and tells it the team; without Qt."""
+
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
+from mrs_simulator.rqt_plugin.run.study_state import named
+from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.study.report import write_scenario
+from mrs_simulator.vehicles import KINDS
+
+# What a stage has from its start.
+OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
+ATTACHED = "attached to the stage that runs"
+
+
+class StageRun:
+    """The stage that runs, started here or elsewhere."""
+
+    def __init__(self, connection, processes, edited, state):
+        """``edited``: the ``EditedScenario``; ``state``: the ``StudyState``."""
+        self._connection, self._processes = connection, processes
+        self._edited, self._state = edited, state
+        self.lockstep = False  # whether the stage that was started here waits for commands
+        self._speed = None  # at which a stage is about to start
+        self._swapped = None  # [what /use_sim_time was before a stage was started here]
+
+    def simulate(self, speed):
+        """Start a stage at ``speed``, or attach to the one that runs; return a message, or ""."""
+        if self._connection.is_fresh("stage"):
+            return self._attach()
+        try:
+            scenario_from_dict(self._edited.scenario.to_dict(), "scenario")
+        except ValueError as error:
+            return Trouble(error)
+        if self._speed is None:
+            self._connection.begin_simulated_time()  # whose answer starts the stage
+        self._speed = speed
+        return ""
+
+    def start(self, success, before):
+        """Start the stage once time is a simulated one; ``before``: what ``/use_sim_time`` was."""
+        speed, self._speed = self._speed, None
+        if not success:
+            return Trouble("simulation not started: {}".format(before))
+        self._swapped = [before]
+        self._connection.begin_run()
+        # Else a controller that cannot keep up would drive another experiment.
+        self.lockstep = speed != 1.0
+        options = ["_speed:={:g}".format(speed), lockstep_option(self.lockstep)]
+        written = write_scenario(self._edited.scenario, self._processes.directory)
+        self._processes.start("stage", "stage", "--scenario", written, *options)
+        return "simulation started"
+
+    def end(self):
+        """End the stage that was started here."""
+        self._processes.stop("stage")
+        self.restore_time()
+
+    def restore_time(self):
+        """Leave ``/use_sim_time`` as it was before a stage was started here."""
+        if self._swapped is not None:
+            self._connection.restore_simulated_time(*self._swapped)
+            self._swapped = None
+
+    def _attach(self):
+        """Take up the scenario of the stage that runs; its law only if that is a shipped one."""
+        if self._processes.is_running("control"):  # for that scenario, and perhaps another law
+            return ATTACHED
+        try:
+            runs = self._scenario()
+        except ValueError as error:
+            return Trouble("not attached: {}".format(error))
+        if runs is None:
+            return Trouble("not attached: the stage has not told its scenario yet")
+        if not set(runs.kinds) <= set(KINDS):  # nor does it open files
+            return Trouble(
+                "not attached: its robots are of a kind in a file; open the stage's scenario here"
+            )
+        mine = self._edited.scenario
+        if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
+            runs = runs._replace(control=mine.control, path=mine.path)
+        speed = self._connection.newest("stage").speed
+        return self._edited.try_out(runs._replace(speed=speed)) or ATTACHED
+
+    def _scenario(self):
+        """Return the scenario of the stage that runs, None before it is known."""
+        told = self._connection.newest("scenario")
+        if told is None or not self._connection.is_fresh("stage"):
+            return None
+        return scenario_from_yaml(told.data, "stage/scenario")
+
+    def kept(self):
+        """Return a message on what a running stage does not take over from the scenario, or ""."""
+        runs, mine = self._scenario(), self._edited.scenario
+        if runs is None:
+            return ""
+        kept = [name for name in OF_THE_STAGE if getattr(runs, name) != getattr(mine, name)]
+        other = "the simulation goes on with its own {}: end it first for the scenario's"
+        return other.format(", ".join(kept)) if kept else ""
+
+    def pause(self, _=None):
+        """Pause a stage that runs, let a paused one go on."""
+        stage = self._connection.newest("stage")
+        self._connection.ask("pause", not (stage is not None and stage.paused))
+        return ""
+
+    def step(self, _=None):
+        """Advance by one step."""
+        self._connection.ask("step", 1)
+        return ""
+
+    def reset(self, _=None):
+        """Put the robots to where they began."""
+        self._connection.ask("reset")
+        return ""
+
+    def set_speed(self, speed):
+        """Ask a running stage for ``speed``; return a message, or ""."""
+        self._edited.scenario = self._edited.scenario._replace(speed=speed)
+        if not self._connection.is_fresh("stage"):
+            return ""
+        self._connection.ask("set_speed", speed)
+        real = self._state.real() if speed != 1.0 else ()
+        return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
+
+    def set_team(self):
+        """Ask for the team as it stands; return a message, or ""."""
+        self._connection.set_team(self._edited.scenario.poses, self._edited.scenario.kinds)
+        real = self._state.real()
+        return "{}: real, not moved".format(named(real)) if real else ""
+
+
+def lockstep_option(waits):
+    """Return the argument of a node that is to wait, or not, for the others in each cycle."""
+    return "_lockstep:={}".format(str(bool(waits)).lower())

@@ -1,43 +1,125 @@
-"""A robot for tests with the names and habits of the p2os driver, on the same unicycle as RosAria's.
+"""A robot for tests that behaves as p2os_driver and a Pioneer do, on the same unicycle as RosAria's.
 
-Topics are the namespace's, ``pose``, ``cmd_vel``, ``motor_state`` and ``cmd_motor_state``; the motors
-are off until told otherwise, and a command holds until the next one, for ever.
+Topics are the namespace's: ``pose``, ``cmd_vel``, ``motor_state`` and ``cmd_motor_state``.  As the driver's
+source has it, one thread reads the robot's packets, ten a second, and does all else between two of them:
+it publishes the pose of each, in whole millimetres and degrees, sends what is new of a command in two
+packets, for each of which it awaits one of the robot's, and only then takes messages again.  A command that
+differs by no more than 0.01 m/s and 0.01 rad/s from the one in force is none: zeros do not stop a robot
+that creeps.  There is no watchdog.  The motors are off until told otherwise.  Without its robot the driver
+waits in its read for ever, and says nothing.
 """
 
 import math
+import threading
+import time
 
+import numpy as np
 import rospy
 from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rosaria_robot import FIRMWARE_LIMITS, Robot
+from rosaria_robot import STEP, Robot
+from std_srvs.srv import Empty
 
 # The driver's own message package is not installed where the tests run.
-MotorState = generate_dynamic("p2os_msgs/MotorState", "uint32 state\n")["p2os_msgs/MotorState"]
+MotorState = generate_dynamic("p2os_msgs/MotorState", "int32 state\n")["p2os_msgs/MotorState"]
+PACKET = 0.1  # [s] between two of the robot's packets
+CHANGE = 0.01  # [m/s], [rad/s] by which a command must differ
+REMINDER = 2.0  # [s] after which one that does not is sent again, if it moves the robot
+MAX_SPEED, MAX_TURN = 0.5, math.radians(100.0)  # [m/s, rad/s] defaults
+
+
+class Commands:
+    """What of the commands that come is sent to the robot."""
+
+    def __init__(self, max_speed=MAX_SPEED, max_turn=MAX_TURN):
+        """``max_speed`` [m/s] and ``max_turn`` [rad/s]: to which commands are cut."""
+        self._most = int(1e3 * max_speed), round(math.degrees(max_turn))
+        self._taken, self._since = (0.0, 0.0), 0.0
+        self.is_new = False
+
+    def take(self, v, omega, now):
+        """Take in a command [m/s, rad/s] at ``now`` [s]."""
+        last_v, last_omega = self._taken
+        if abs(v - last_v) > CHANGE or abs(omega - last_omega) > CHANGE:
+            self._taken, self._since, self.is_new = (v, omega), now, True
+        elif now - self._since > REMINDER and max(abs(last_v), abs(last_omega)) > CHANGE:
+            self._since, self.is_new = now, True
+
+    def sent(self):
+        """Return speed and turn rate [m/s, rad/s] as they are sent, whole mm/s and degrees/s."""
+        self.is_new = False
+        v, turn = int(1e3 * self._taken[0]), round(math.degrees(self._taken[1]))
+        v, turn = (max(-most, min(most, x)) for x, most in zip((v, turn), self._most))
+        return 1e-3 * v, math.radians(turn)
 
 
 class P2osRobot(Robot):
     """One robot and its driver."""
 
-    LIMITS = FIRMWARE_LIMITS._replace(v_max=0.5)  # [m/s] the driver's
     WATCHDOG = math.inf  # [s]
 
     def _open_topics(self):
         self.motors = False
+        self._frames = (
+            rospy.get_param("~odom_frame_id", "odom"),
+            rospy.get_param("~base_link_frame_id", "base_link"),
+        )
+        most = rospy.get_param("~max_xspeed", MAX_SPEED), rospy.get_param("~max_yawspeed", MAX_TURN)
+        self._commands, self._inbox, self._lock = Commands(*most), {}, threading.Lock()
+        self._due = time.monotonic()
+        self._lost = threading.Event()
         self._publisher = rospy.Publisher("pose", Odometry, queue_size=1000)
         self._state = rospy.Publisher("motor_state", MotorState, queue_size=1000)
         self._kept = [
-            rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1),
-            rospy.Subscriber("cmd_motor_state", MotorState, self._on_motor_state, queue_size=1),
+            rospy.Subscriber("cmd_vel", Twist, self._keep, "cmd_vel", queue_size=1),
+            rospy.Subscriber("cmd_motor_state", MotorState, self._keep, "motors", queue_size=1),
+            rospy.Service("~lose_link", Empty, self._on_lose_link),
         ]
 
-    def _on_motor_state(self, message):
-        self.motors = message.state != 0
+    def _on_lose_link(self, request):
+        self._lost.set()
+        return super()._on_lose_link(request)
+
+    def _keep(self, message, name):
+        with self._lock:
+            self._inbox[name] = message
 
     def publish(self):
         """Publish pose and transform, and the state of the motors with them."""
+        exact = self.pose.copy()
+        self.pose[0, :2] = np.round(1e3 * exact[0, :2]) * 1e-3
+        self.pose[0, 2] = math.radians(round(math.degrees(exact[0, 2])))
         super().publish()
+        self.pose = exact
         self._state.publish(MotorState(int(self.motors)))
+
+    def spin(self):
+        """Run as the driver's main loop does."""
+        while not rospy.is_shutdown():
+            if self._commands.is_new:
+                v, omega = self._commands.sent()
+                self.target[0, 0] = v
+                self._await_packet()
+                self.target[0, 1] = omega
+                self._await_packet()
+            self._await_packet()
+            with self._lock:
+                inbox, self._inbox = self._inbox, {}
+            if "cmd_vel" in inbox:
+                twist = inbox["cmd_vel"]
+                self._commands.take(twist.linear.x, twist.angular.z, time.monotonic())
+            if "motors" in inbox:
+                self.motors = inbox["motors"].state != 0
+                self._await_packet(publish=False)
+
+    def _await_packet(self, publish=True):
+        while not rospy.is_shutdown() and (time.monotonic() < self._due or self._lost.is_set()):
+            self.step(STEP)
+            time.sleep(STEP)
+        self._due = max(self._due + PACKET, time.monotonic())
+        if publish:
+            self.publish()
 
 
 if __name__ == "__main__":

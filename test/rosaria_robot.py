@@ -22,7 +22,6 @@ from mrs_simulator.nodes.stage.rosaria import driver_commands
 # Factory settings of the Pioneer's firmware, in m and rad.
 FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))
 
-RAMP = FIRMWARE_LIMITS.accelerations()
 STEP = 0.01  # [s] of wall time
 LATEST = 0.1  # [s] that one step may stand for if the machine is busy
 
@@ -31,7 +30,9 @@ class Robot:
     """One robot and its driver."""
 
     LIMITS = FIRMWARE_LIMITS
+    RAMP = FIRMWARE_LIMITS.accelerations()  # (2,) [m/s^2, rad/s^2]
     WATCHDOG = 0.6  # [s]
+    RATE = 10.0  # [Hz] of the pose
     last_heard = None  # (pose, velocity) at the loss of the link, repeated for ever
 
     def __init__(self):
@@ -82,7 +83,7 @@ class Robot:
         silent = time.monotonic() - self._commanded > self.WATCHDOG
         self.target = np.zeros((1, 2)) if silent else self.target
         wanted = self.target if self.motors else np.zeros((1, 2))
-        self.velocity, mean = ramp(self.velocity, wanted, RAMP, duration)
+        self.velocity, mean = ramp(self.velocity, wanted, self.RAMP, duration)
         self.pose = arc(self.pose, mean, duration)
 
     def publish(self):
@@ -104,7 +105,7 @@ class Robot:
 
     def spin(self):
         """Run until ROS shuts down."""
-        period, following = 1.0 / rospy.get_param("~rate", 10.0), time.monotonic()
+        period, following = 1.0 / rospy.get_param("~rate", self.RATE), time.monotonic()
         last = following
         while not rospy.is_shutdown():
             now = time.monotonic()

@@ -32,15 +32,6 @@ class Forward(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {i: make_twist(0.2, 0.0) for i in pos_map}
 """
-MOTORS_ON = """
-import sys, rospy
-from genpy.dynamic import generate_dynamic
-kind = generate_dynamic("p2os_msgs/MotorState", "uint32 state\\n")["p2os_msgs/MotorState"]
-rospy.init_node("switch", anonymous=True)
-out = rospy.Publisher("/robot{}/cmd_motor_state".format(sys.argv[1]), kind, queue_size=1)
-while rospy.wait_for_message("/robot{}/motor_state".format(sys.argv[1]), kind).state != 1:
-    out.publish(kind(1))
-"""
 ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
 HELD = "_enable_motors:=/robot{}/held"  # by the probe, until its gate is set
 AT_ONCE = "_autostart:=true"
@@ -517,28 +508,6 @@ def test_a_record_of_a_dry_run_says_that_there_is_nothing(team, tmp_path):
     record.send_signal(signal.SIGINT)
     assert record.wait(PATIENCE) == 1
     assert "nothing was recorded: no command reached the robots" in log_of(record)
-
-
-def test_p2os_drivers_need_remaps_alone_and_their_motors_on(team):
-    robot = os.path.join(os.path.dirname(ROBOT), "p2os_robot.py")
-    for n in (1, 2):
-        space = ["__name:=p2os_driver", "__ns:=/robot{}".format(n)]
-        team.ros.start("robot{}".format(n), [sys.executable, robot, *space])
-    team.ros.node(
-        "pioneer_control",
-        *("--scenario", team.scenario, "--robots", 2, "--odometry", "wheel"),
-        *("--protocol", team.law, "_odom_topic:=/robot{}/pose", AT_ONCE),
-    )
-    probe = team.probe
-    said = "control('trouble') or ''"
-    probe.wait("all('robot%d stopped: told to move' % n in ({}) for n in (1, 2))".format(said))
-    for n in (1, 2):
-        team.ros.python(MOTORS_ON, n)
-    probe.ask("[listen('/robot{}/pose'.format(n), Odometry) for n in (1, 2)]")
-    moved = "newest['/robot{}/pose'].pose.pose.position.x"
-    probe.wait("'/robot1/pose' in newest and '/robot2/pose' in newest")
-    assert team.go() == "running"
-    probe.wait("min({}, {}) > 0.1".format(moved.format(1), moved.format(2)))
 
 
 def test_a_start_waits_for_motors_that_answer(team):

@@ -79,6 +79,17 @@ def slowed(command, v_max, omega_max, scope="robot", axes=UNICYCLE_AXES):
     return scaled(command, excess, "team" if scope == "team" else "robot")
 
 
+def stilled(command, deadband):
+    """Return ``command`` (n, a), zero for robots of which no component exceeds ``deadband``.
+
+    ``deadband`` [m/s, rad/s].
+    """
+    if deadband <= 0.0:
+        return command
+    moves = (np.abs(command) > deadband).any(axis=1)
+    return np.where(moves[:, np.newaxis], command, 0.0)
+
+
 def planar(command, axes):
     """Return what ``command`` (n, a) means on the ground: itself for unicycles, else (n, 3).
 

@@ -10,7 +10,7 @@ from mrs_simulator.ros.arguments import RUN_ARGUMENTS
 
 # What the nodes read as ~name, and the local names that not all of them have.
 _NAMES = (
-    "autostart base_frame cmd_vel_timeout cmd_vel_topic dry_run enable_motors frame_source "
+    "autostart base_frame cmd_vel_timeout cmd_vel_topic deadband dry_run enable_motors frame_source "
     "frozen_time geofence l law_limit law_process lockstep lockstep_timeout max_jump min_distance "
     "motors_state odom_frame odom_rate odom_timeout odom_topic omega_max paused place_tolerance "
     "pose_timeout pose_topic preset rate real resume saturation silence speed stuck_time team_topics "

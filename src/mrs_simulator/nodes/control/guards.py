@@ -15,6 +15,7 @@ from mrs_simulator.core.guards import (
     planar,
     slowed,
     speed_and_turn,
+    stilled,
 )
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.nodes.real.real_robots import real_among
@@ -78,6 +79,7 @@ class Guards(Violations):
         )
         n = len(self.numbers)
         self._speeds, self._scope = speed_limits(n), scope
+        self._deadband = number_parameter("~deadband", 0.0, low=0.0)
         self._patience = np.full(n, math.inf) if dry_run else patience(n)
         never = np.full(n, math.inf)
         self._frozen_time = never if dry_run else patience(n, "~frozen_time", FROZEN)
@@ -118,6 +120,7 @@ class Guards(Violations):
         for text in self.check(pose, others):
             rospy.logerr("pioneer_control: %s", text)
         command = slowed(command, *self._speeds, scope=self._scope, axes=self._axes)
+        command = stilled(command, self._deadband)
         if self.reasons:
             command = command.copy()
             command[sorted(self.reasons)] = 0.0

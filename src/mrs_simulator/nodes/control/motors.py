@@ -3,9 +3,15 @@
 import threading
 
 import rospy
-from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
+from mrs_simulator.nodes.control.motor_messages import (
+    BOOL,
+    MotorSwitch,
+    is_on,
+    message_class,
+    split_topic,
+)
 from mrs_simulator.ros.odometry_inbox import MOST_NAMED
 from mrs_simulator.ros.parameters import pattern_parameter
 
@@ -16,30 +22,33 @@ AGAIN = 0.2  # [s] of wall time between two calls of a service that failed
 class Motors:
     """Calls the service ``~enable_motors`` of every robot, each in a thread of its own.
 
-    It listens to the robots' ``~motors_state`` too, where there is one: an emergency button on a
-    robot switches its motors off.
+    Where a type of message follows the name it is a topic, and told instead.  It listens to the robots'
+    ``~motors_state`` too, where there is one: an emergency button on a robot switches its motors off.
     """
 
     def __init__(self, numbers, dry_run=False):
         """``numbers``: the robots' numbers; in a dry run no motor is touched."""
         pattern = pattern_parameter("~enable_motors", "")
         pattern = "" if dry_run else pattern
-        self._names = [pattern.replace("{}", str(number)) for number in numbers if pattern]
+        topics = [split_topic(pattern, number) for number in numbers if pattern]
+        self._names = [name for name, _ in topics]
+        self._switches = {name: MotorSwitch(name, kind) for name, kind in topics if kind}
         self._lock = threading.Lock()
         self._waiting, self._round = {}, 0
         self._switching = False  # from a start on until the motors of all are on
         self._off, self._tells = set(), []
         pattern = pattern_parameter("~motors_state", "")
         for row, number in enumerate(numbers if pattern else ()):
-            topic = pattern.replace("{}", str(number))
-            self._tells.append(rospy.Subscriber(topic, Bool, self._on_state, row, queue_size=1))
+            topic, kind = split_topic(pattern, number, BOOL)
+            told = rospy.Subscriber(topic, message_class(kind), self._on_state, row, queue_size=1)
+            self._tells.append(told)
 
     def off(self):
         """Return the rows of the robots that say that their motors are off, ascending."""
         return sorted(self._off)
 
     def _on_state(self, message, row):
-        (self._off.discard if message.data else self._off.add)(row)
+        (self._off.discard if is_on(message) else self._off.add)(row)
 
     def enable(self):
         """Ask every robot to switch its motors on; ``missing`` tells who has not answered yet."""
@@ -88,7 +97,9 @@ class Motors:
             threading.Event().wait(AGAIN)
 
     def _switch_on(self, name, number):
-        """Call the service ``name`` once; return why it did not answer, or ""."""
+        """Call the service ``name`` once, or tell the topic; return why that failed, or ""."""
+        if name in self._switches:
+            return self._switches[name].switch_on() if number == self._round else ""
         try:
             rospy.wait_for_service(name, PATIENCE)
         except rospy.ROSInterruptException:

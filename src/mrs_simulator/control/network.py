@@ -80,7 +80,7 @@ class Network:
 
     def _of_copy(self, row, view, graph):
         each = self.copies[row]
-        each.time, each.joints = self._control.time, self._control.joints
+        each._keep(time=self._control.time, joints=self._control.joints)
         with _over(each, graph):
             return each.wanted_commands(view)[row]
 

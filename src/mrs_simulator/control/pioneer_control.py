@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.class_checks import HOOKS, OWN, check_class, refuse_own_name
 from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
 from mrs_simulator.control.network import Network
 from mrs_simulator.control.safety_bounds import Surroundings
@@ -20,27 +21,11 @@ from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import NO_LIMITS, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
-from mrs_simulator.core.parameters import Parameter, checked_values, shown
+from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.vehicles import Team
 
 OF_POINTS = "of_points"  # in the meta of a run that theory gives
-HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
-RESERVED = (
-    "numbers",
-    "safety",
-    "topology",
-    "links",
-    "edge_seed",
-    "limits",
-    "team",
-    "joints",
-    "saturation",
-    "parameters",
-    "period",
-    "time",
-    "fidelity",
-)
 
 
 class Position(NamedTuple):
@@ -75,17 +60,22 @@ class PioneerControl:
     Override ONE of
 
     - ``calculateControlLaw(pos_map)``: positions by robot number in, ``Twist`` by number out;
-    - ``pointMassLaw(hand)``: hand points (n, 2) in, their wanted velocities (n, 2) out; the mapping
-      (7) turns them into the unicycles' ``(v, omega)``;
+    - ``pointMassLaw(hand)``: hand points (n, d) in, their wanted velocities (n, d) out; the mapping
+      (7) turns them into the unicycles' ``(v, omega)``.  d is 2 for robots on the ground;
+      ``DIMENSIONS`` says for which d the law is written;
     - ``neighbourLaw(robot, theta, neighbours)``: the same for one robot at a time, from the relative
       positions of its neighbours alone.
 
     ``PARAMETERS`` describes the law's own parameters; each is an attribute of that name (``self.k``).
     ``self.numbers`` are the robots' numbers, ``self.topology`` the interaction graph, ``self.time``
-    [s] the time since the control began and ``self.period`` [s] that between two commands.
+    [s] the time since the control began and ``self.period`` [s] that between two commands.  These and
+    other names of its own are to be read; assigning them is an error that says so.
     """
 
     PARAMETERS = (HAND_LENGTH,)
+    DIMENSIONS = (
+        2,
+    )  # of the points that the law is written for: (2, 3) for laws of points anywhere
     LOCAL_FRAMES = False
     MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on
     KEEPS_CONNECTED = False  # theory says that the graph of ``graph_at`` never falls apart
@@ -94,15 +84,7 @@ class PioneerControl:
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
-        _refuse_hidden_hook(cls)
-        _refuse_no_parameters(cls)
-        for parameter in cls.PARAMETERS:
-            if parameter.name in RESERVED or hasattr(PioneerControl, parameter.name):
-                raise TypeError(
-                    "{}: a parameter may not be called {!r}, which PioneerControl uses".format(
-                        cls.__name__, parameter.name
-                    )
-                )
+        check_class(cls, PioneerControl)
         if not any(parameter.name == "l" for parameter in cls.PARAMETERS):
             cls.PARAMETERS = tuple(cls.PARAMETERS) + (HAND_LENGTH,)
 
@@ -138,20 +120,27 @@ class PioneerControl:
             raise ControlError(
                 "{} has no law: wanted {}".format(type(self).__name__, " or ".join(HOOKS))
             )
-        self.numbers = tuple(numbers)
-        self.team = Team((DEFAULT_KIND,) * len(self.numbers), limits) if team is None else team
-        self.saturation = saturation
-        self.period, self.time, self.fidelity = period, 0.0, fidelity
-        self.safety, self._is_filtered = safety, bool(np.any(safety))
-        self._surroundings = Surroundings() if surroundings is None else surroundings
-        self._standstill = Standstill(len(self.numbers))
-        self.joints = np.zeros(self.team.n)  # [rad] inner ones of the drives, such as steering
-        self._has_joints, self._next_joints = self.team.has_joints, self.joints
-        self._given_topology = topology
-        self.links, self.edge_seed = links, seed
+        numbers = tuple(numbers)
+        team = Team((DEFAULT_KIND,) * len(numbers), limits) if team is None else team
+        self._keep(numbers=numbers, saturation=saturation, period=period, fidelity=fidelity)
+        self._keep(safety=safety, _is_filtered=bool(np.any(safety)))
+        self._keep(_surroundings=Surroundings() if surroundings is None else surroundings)
+        self._keep(_standstill=Standstill(len(numbers)))
+        self._keep(links=links, edge_seed=seed, _given_topology=topology)
+        self.time = 0.0
+        self.set_team(team)
         self.set_parameters(parameters or {})
         if links.faults:
-            self._network = Network(self, links, seed)
+            self._keep(_network=Network(self, links, seed))
+
+    def __setattr__(self, name, value):
+        if name in OWN_NAMES:
+            refuse_own_name(type(self), PioneerControl, name, value)
+        super().__setattr__(name, value)
+
+    def _keep(self, **own):
+        """Set names of PioneerControl's own, which laws may not assign."""
+        self.__dict__.update(own)
 
     # What a researcher rewrites ------------------------------------------------------------------
 
@@ -165,7 +154,7 @@ class PioneerControl:
         return dict(zip(self.numbers, twists_of(self._array_law(pose), self.team.axes)))
 
     def pointMassLaw(self, hand):
-        """Return the hand points' wanted velocities, shape (n, 2) [m/s], from ``hand`` (n, 2) [m]."""
+        """Return the points' wanted velocities, shape (n, d) [m/s], from ``hand`` (n, d) [m]."""
         raise NotImplementedError(
             "{} has no law: wanted calculateControlLaw, pointMassLaw or neighbourLaw".format(
                 type(self).__name__
@@ -186,7 +175,7 @@ class PioneerControl:
         """Begin anew: what a law remembers of the past belongs here."""
 
     def claims(self, start):
-        """Return what theory says of a run from hand points ``start`` (n, 2): a list of
+        """Return what theory says of a run from hand points ``start`` (n, d): a list of
         ``core.claims.Claim`` and ``Condition``."""
         return []
 
@@ -200,11 +189,11 @@ class PioneerControl:
         return None
 
     def prediction(self, start, time):
-        """Return the hand points that theory predicts at ``time`` (m,) [s], (m, n, 2), or None."""
+        """Return the hand points that theory predicts at ``time`` (m,) [s], (m, n, d), or None."""
         return None
 
     def stability(self, start):
-        """Return the ``core.stability.Stability`` of a run from ``start`` (n, 2): how far its threshold is,
+        """Return the ``core.stability.Stability`` of a run from ``start`` (n, d): how far its threshold is,
         or None where no theorem names one."""
         return None
 
@@ -216,11 +205,11 @@ class PioneerControl:
         return None
 
     def energy(self, start):
-        """Return the ``core.curves.Energy`` that falls along the law from ``start`` (n, 2), or None."""
+        """Return the ``core.curves.Energy`` that falls along the law from ``start`` (n, d), or None."""
         return None
 
     def graph_at(self, start, hand):
-        """Return the graph that the places ``hand`` (n, 2) make in a run from ``start``, or None where it
+        """Return the graph that the places ``hand`` (n, d) make in a run from ``start``, or None where it
         does not depend on them.  With ``KEEPS_CONNECTED`` theory says that it never falls apart."""
         return None
 
@@ -229,7 +218,7 @@ class PioneerControl:
         return []
 
     def targets(self, hand):
-        """Return where the hand points ``hand`` (n, 2) are wanted now, (n, 2) [m], or None."""
+        """Return where the hand points ``hand`` (n, d) are wanted now, (n, d) [m], or None."""
         return None
 
     def warnings(self, pose):
@@ -262,13 +251,13 @@ class PioneerControl:
         if self._is_filtered:
             command = self._safe(command, pose)
         if self._has_joints:  # odometry does not tell them: expected is what the command does
-            self._next_joints = self.team.joints_after(command, self.joints, self.period)
+            self._keep(_next_joints=self.team.joints_after(command, self.joints, self.period))
         return command
 
     def _know_joints(self, time, joints):
         if joints is None:
             joints = np.zeros(self.team.n) if time <= self.time else self._next_joints
-        self.joints = joints
+        self._keep(joints=joints)
 
     def wanted_commands(self, pose):
         """Return the law's commands, (n, 2), from ``pose`` (n, 3) as it is known, at ``self.time``."""
@@ -281,6 +270,11 @@ class PioneerControl:
     @property
     def _gives_twists(self):
         return type(self).calculateControlLaw is not PioneerControl.calculateControlLaw
+
+    @property
+    def dimension(self):
+        """Return d, how many coordinates the controlled points have: 2 on the ground."""
+        return self.team.dimension
 
     @property
     def limits(self):
@@ -308,7 +302,7 @@ class PioneerControl:
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name, the others to their defaults; all or none."""
-        self.parameters = self.checked_parameters(given)
+        self._keep(parameters=self.checked_parameters(given))
         for name, value in self.parameters.items():
             setattr(self, name, value)
         self.topology = self._given_topology or Topology(len(self.numbers), [])
@@ -325,12 +319,22 @@ class PioneerControl:
             raise ValueError(
                 "topology over {} robots, wanted {}".format(topology.n, len(self.numbers))
             )
-        self._given_topology = self.topology = topology
+        self._keep(_given_topology=topology)
+        self.topology = topology
         for each in self._network.copies if self._network else ():
             each.set_topology(topology)
 
+    def set_team(self, team):
+        """Let the robots be the ``vehicles.Team``; ``ValueError`` where the law is of other dimensions."""
+        if team.dimension not in self.DIMENSIONS:
+            text = "{}: a law for points of {} dimensions, while those of the robots have {}"
+            written = " or ".join(map(str, self.DIMENSIONS))
+            raise ControlError(text.format(type(self).__name__, written, team.dimension))
+        joints = np.zeros(team.n)  # [rad]
+        self._keep(team=team, joints=joints, _next_joints=joints, _has_joints=team.has_joints)
+
     def all_claims(self, start):
-        """Return what theory says of a run from ``start`` (n, 2) over the edges that there are."""
+        """Return what theory says of a run from ``start`` (n, d) over the edges that there are."""
         if self._network is None:
             return list(self.claims(start))
         known = self.claims_over_links(start)
@@ -346,7 +350,7 @@ class PioneerControl:
     # Inside --------------------------------------------------------------------------------------
 
     def points(self, pose):
-        """Return the controlled points (..., n, 2) [m] of robots at ``pose`` (..., n, 3).
+        """Return the controlled points (..., n, d) [m] of robots at ``pose`` (..., n, 3).
 
         Each drive has its own: hand points ``l`` ahead of the axle, eq. (2), for unicycles.
         """
@@ -361,14 +365,14 @@ class PioneerControl:
             u = _numbers(wanted)
             if u is None:
                 raise ControlError(
-                    "pointMassLaw returned {}, wanted an array ({}, 2) of velocities".format(
-                        described(wanted), len(self.numbers)
+                    "pointMassLaw returned {}, wanted an array {} of velocities".format(
+                        described(wanted), (len(self.numbers), self.dimension)
                     )
                 )
-        if u.shape != (len(self.numbers), 2):
+        if u.shape != (len(self.numbers), self.dimension):
             raise ControlError(
-                "pointMassLaw returned shape {}, wanted ({}, 2): a velocity for each robot".format(
-                    u.shape, len(self.numbers)
+                "pointMassLaw returned shape {}, wanted {}: a velocity for each robot".format(
+                    u.shape, (len(self.numbers), self.dimension)
                 )
             )
         return self.commands_for(u, pose)
@@ -452,6 +456,13 @@ class PioneerControl:
         return np.broadcast_to(self.safety + self.team.lead(self.l), len(self.numbers))
 
 
+OWN_NAMES = frozenset(OWN) | {
+    name
+    for name, value in vars(PioneerControl).items()
+    if callable(value) or isinstance(value, property)
+}
+
+
 def _numbers(value):
     """Return ``value`` as an array of floats, None where it is no such thing."""
     if value is None:
@@ -460,36 +471,6 @@ def _numbers(value):
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         return None
-
-
-def _refuse_hidden_hook(cls):
-    """Raise ``TypeError`` where ``calculateControlLaw`` hides another hook of the same class."""
-    own = [hook for hook in HOOKS if hook in vars(cls)]
-    law = vars(cls).get("calculateControlLaw")
-    used = getattr(getattr(law, "__code__", None), "co_names", own)
-    if law is not None and len(own) > 1 and not {*own[1:], "super", "wanted_commands"} & set(used):
-        raise TypeError(
-            "{} overrides {}: the first hides the other, wanted one of them".format(
-                cls.__name__, " and ".join(own)
-            )
-        )
-
-
-def _refuse_no_parameters(cls):
-    """Raise ``TypeError`` where ``PARAMETERS`` is not a sequence of ``Parameter``."""
-    given = cls.PARAMETERS
-    if isinstance(given, Parameter):
-        text = "{}.PARAMETERS is one Parameter, wanted a tuple: (Parameter(...),)"
-        raise TypeError(text.format(cls.__name__))
-    for index, entry in enumerate(given if isinstance(given, (list, tuple)) else [given]):
-        if not isinstance(entry, Parameter):
-            text = "{}.PARAMETERS[{}]: {}, wanted a Parameter(name, default, ...)"
-            raise TypeError(text.format(cls.__name__, index, shown(entry)))
-        try:
-            entry.checked(entry.default)
-        except (ValueError, KeyError, TypeError) as error:
-            text = "{}.PARAMETERS[{}]: the default does not fit: {}"
-            raise TypeError(text.format(cls.__name__, index, error)) from None
 
 
 def _rotation(theta):

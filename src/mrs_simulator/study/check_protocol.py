@@ -224,7 +224,8 @@ def _trial(law, content, setting, mutant=None):
     scenario = _scenario(content, setting)
     experiment, judge = Experiment(scenario, law), Experiment(scenario, law).control
     if setting.mode == LIMITED:
-        experiment.control.team = judge.team = Team.from_scenario(scenario, LOW_LIMITS)
+        for control in (experiment.control, judge):
+            control.set_team(Team.from_scenario(scenario, LOW_LIMITS))
     if mutant is not None and mutant.parameters:
         experiment.control.set_parameters(mutant.parameters)
     if mutant is not None and mutant.change:

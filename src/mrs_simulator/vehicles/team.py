@@ -69,6 +69,8 @@ class Outlines(NamedTuple):
 class Team:
     """The robots of a run; not to be changed.  Arrays hold one robot per row."""
 
+    dimension = 2  # coordinates of the controlled points: no drive leaves the ground
+
     def __init__(self, kinds, limits="firmware", beside="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
 

@@ -1,0 +1,107 @@
+"""What a protocol's class may define, and which names are ``PioneerControl``'s own."""
+
+from mrs_simulator.control.twists import ControlError
+from mrs_simulator.core.parameters import Parameter, shown
+
+HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
+DIMENSIONS = (2, 3)
+# What PioneerControl keeps in itself: read by laws, assigned by nobody else.
+OWN = {
+    "numbers": "the robots' numbers",
+    "team": "the robots' vehicles",
+    "dimension": "how many coordinates the controlled points have",
+    "joints": "the drives' inner joints, such as steering angles",
+    "limits": "the limits of each command axis",
+    "saturation": "how the limits on speeds are kept to",
+    "safety": "the robots' radii, which the safety filter keeps apart",
+    "links": "the faults of the edges",
+    "edge_seed": "the seed of the faults of the edges",
+    "period": "the time between two commands",
+    "fidelity": "what moves the robots",
+    "parameters": "the values of PARAMETERS by name",
+    "_network": "the edges with faults",
+    "_given_topology": "the scenario's topology",
+    "_is_filtered": "whether the safety filter acts",
+    "_surroundings": "what robots keep away from",
+    "_standstill": "how long robots have stood still",
+    "_has_joints": "whether the drives have inner joints",
+    "_next_joints": "the inner joints after the last command",
+}
+SET_BY_ALL = ("topology", "time")  # its own too, but a law or a test may set them
+
+
+def refuse_own_name(cls, base, name, value):
+    """Raise ``ControlError`` where a ``cls`` may not assign ``value`` to ``self.name``.
+
+    ``base``: PioneerControl.  Its methods may be replaced by what can be called.
+    """
+    if name in OWN:
+        text = "{}: self.{} is PioneerControl's own, {}: wanted another name"
+        raise ControlError(text.format(cls.__name__, name, OWN[name]))
+    known = getattr(base, name, None)
+    if isinstance(known, property) or callable(known) and not callable(value):
+        text = "{}: self.{} is a method or property of PioneerControl: wanted another name for {}"
+        raise ControlError(text.format(cls.__name__, name, shown(value)))
+
+
+def check_class(cls, base):
+    """Raise ``TypeError`` that names what a subclass ``cls`` of ``base``, PioneerControl, has wrong."""
+    _refuse_hidden_hook(cls)
+    _refuse_names(cls, base)
+    _refuse_parameters(cls, base)
+    given = cls.DIMENSIONS
+    if not isinstance(given, (tuple, list)) or not given or not set(given) <= set(DIMENSIONS):
+        text = "{}.DIMENSIONS = {}: wanted some of {}"
+        raise TypeError(text.format(cls.__name__, shown(given), DIMENSIONS))
+
+
+def _refuse_hidden_hook(cls):
+    """Refuse a ``calculateControlLaw`` that hides another hook of the same class."""
+    own = [hook for hook in HOOKS if hook in vars(cls)]
+    law = vars(cls).get("calculateControlLaw")
+    used = getattr(getattr(law, "__code__", None), "co_names", own)
+    if law is not None and len(own) > 1 and not {*own[1:], "super", "wanted_commands"} & set(used):
+        raise TypeError(
+            "{} overrides {}: the first hides the other, wanted one of them".format(
+                cls.__name__, " and ".join(own)
+            )
+        )
+
+
+def _refuse_names(cls, base):
+    """Refuse what hides a name of the base's own, a private method, or a method with a mere value."""
+    for name, value in vars(cls).items():
+        if name in OWN or name in SET_BY_ALL:
+            what = OWN.get(name, "which it sets at each command")
+        elif not name.startswith("_") and _is_hidden_by(value, vars(base).get(name)):
+            what = "a method"
+        elif name.startswith("_") and not name.startswith("__") and name in vars(base):
+            what = "a part that laws do not see"
+        else:
+            continue
+        text = "{} defines {!r}, a name of PioneerControl's own, {}: wanted another name"
+        raise TypeError(text.format(cls.__name__, name, what))
+
+
+def _is_hidden_by(value, method):
+    return callable(method) and not callable(value) and not hasattr(value, "__get__")
+
+
+def _refuse_parameters(cls, base):
+    """Refuse ``PARAMETERS`` that are no sequence of ``Parameter``, or called as the base's own."""
+    given = cls.PARAMETERS
+    if isinstance(given, Parameter):
+        text = "{}.PARAMETERS is one Parameter, wanted a tuple: (Parameter(...),)"
+        raise TypeError(text.format(cls.__name__))
+    for index, entry in enumerate(given if isinstance(given, (list, tuple)) else [given]):
+        if not isinstance(entry, Parameter):
+            text = "{}.PARAMETERS[{}]: {}, wanted a Parameter(name, default, ...)"
+            raise TypeError(text.format(cls.__name__, index, shown(entry)))
+        try:
+            entry.checked(entry.default)
+        except (ValueError, KeyError, TypeError) as error:
+            text = "{}.PARAMETERS[{}]: the default does not fit: {}"
+            raise TypeError(text.format(cls.__name__, index, error)) from None
+        if entry.name in OWN or entry.name in SET_BY_ALL or hasattr(base, entry.name):
+            text = "{}: a parameter may not be called {!r}, which PioneerControl uses"
+            raise TypeError(text.format(cls.__name__, entry.name))

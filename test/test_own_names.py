@@ -1,0 +1,107 @@
+"""Names of PioneerControl's own: a law that takes one for itself is told which, and where."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator import Parameter, PioneerControl
+from mrs_simulator.control.class_checks import OWN
+from mrs_simulator.control.making import make_control
+from mrs_simulator.control.twists import ControlError
+from mrs_simulator.core.scenario import scenario_from_dict
+
+POSE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+
+
+class Still(PioneerControl):
+    def pointMassLaw(self, hand):
+        return np.zeros_like(hand)
+
+
+@pytest.mark.parametrize("name", sorted(OWN))
+def test_a_name_of_its_own_is_refused(name):
+    control = Still([1, 2])
+    with pytest.raises(ControlError, match="Still: self.{} is PioneerControl's own".format(name)):
+        setattr(control, name, ["red", "blue"])
+    control.commands(POSE)  # nothing is broken
+
+
+@pytest.mark.parametrize("name", ["points", "start", "targets", "claims", "safe_distance"])
+def test_a_method_is_not_replaced_by_a_value(name):
+    with pytest.raises(ControlError, match="Still: self.{} is a method or property".format(name)):
+        setattr(Still([1, 2]), name, np.zeros((2, 2)))
+
+
+def test_a_method_may_be_replaced_by_another():
+    control = Still([1, 2])
+    control.targets = lambda hand: hand + 1.0
+    np.testing.assert_array_equal(control.targets(np.zeros((2, 2))), np.ones((2, 2)))
+
+
+def test_the_law_that_takes_a_name_is_named_where_it_is_made():
+    class Teams(PioneerControl):
+        def __init__(self, *given, **named):
+            super().__init__(*given, **named)
+            self.team = ["red", "blue"]
+
+        def pointMassLaw(self, hand):
+            return np.zeros_like(hand)
+
+    scenario = scenario_from_dict({"robots": 2, "poses": POSE.tolist()})
+    with pytest.raises(ValueError, match="self.team is PioneerControl's own, the robots' vehicles"):
+        make_control(scenario, Teams)
+
+
+def test_a_name_taken_while_running_is_told():
+    class Joints(PioneerControl):
+        def pointMassLaw(self, hand):
+            self.joints = hand
+            return np.zeros_like(hand)
+
+    with pytest.raises(ControlError, match="Joints: self.joints is PioneerControl's own"):
+        Joints([1, 2]).commands(POSE)
+
+
+@pytest.mark.parametrize(
+    "name, value, what",
+    [
+        ("team", ("red", "blue"), "the robots' vehicles"),
+        ("joints", lambda self: [], "inner joints"),
+        ("time", 0.0, "sets at each command"),
+        ("_safe", lambda self, x: x, "laws do not see"),
+        ("_network", None, "edges with faults"),
+        ("targets", [(0.0, 0.0)], "a method"),
+    ],
+)
+def test_a_class_that_hides_a_name_is_refused(name, value, what):
+    with pytest.raises(TypeError, match="Hiding defines '{}'.*{}".format(name, what)):
+        type("Hiding", (Still,), {name: value})
+
+
+@pytest.mark.parametrize("name", ["team", "safety", "_network", "time", "points"])
+def test_a_parameter_is_not_called_so(name):
+    with pytest.raises(TypeError, match="may not be called '{}'".format(name)):
+        type("Named", (Still,), {"PARAMETERS": (Parameter(name, 1.0),)})
+
+
+def test_names_of_ones_own_are_free():
+    class Own(PioneerControl):
+        PARAMETERS = (Parameter("gain", 1.0),)
+
+        def start(self):
+            self.memory, self._last = {}, None
+
+        def pointMassLaw(self, hand):
+            self.memory[self.time] = hand
+            self.topology = self.topology
+            return np.zeros_like(hand)
+
+    control = Own([1, 2])
+    control.start()
+    control.commands(POSE)
+    assert list(control.memory) == [0.0]
+
+
+@pytest.mark.parametrize("given", [3, (), (1,), (2, 3, 4), "23"])
+def test_dimensions_are_two_or_three(given):
+    with pytest.raises(TypeError, match="Wrong.DIMENSIONS = .*wanted some of"):
+        type("Wrong", (Still,), {"DIMENSIONS": given})

@@ -1,18 +1,23 @@
-"""Neighbour search among points without comparing all pairs."""
+"""Neighbour search among points (n, d), d = 2 or 3, without comparing all pairs."""
+
+import functools
+import itertools
 
 import numpy as np
 
 DENSE = 256  # [-] points up to which all pairs are looked at
-NEIGHBOUR_CELLS = ((0, 0), (1, 0), (0, 1), (1, 1), (1, -1))  # half of them: each pair once
 
 
 def dot(a, b):
-    """Return the inner products (m,) of vectors a and b (m, 2), to the bit however they lie in memory."""
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+    """Return the inner products (m,) of vectors a and b (m, d), to the bit however they lie in memory."""
+    total = a[:, 0] * b[:, 0]
+    for column in range(1, a.shape[1]):
+        total = total + a[:, column] * b[:, column]
+    return total
 
 
 def squared(a):
-    """Return the squared lengths (m,) of vectors a (m, 2)."""
+    """Return the squared lengths (m,) of vectors a (m, d)."""
     return dot(a, a)
 
 
@@ -28,19 +33,20 @@ def close_pairs(position, distance):
 
 def _grid_pairs(position, size):
     cell = np.floor((position - position.min(axis=0)) / size).astype(np.int64)
-    width = cell[:, 1].max() + 3
-    key = cell[:, 0] * width + cell[:, 1] + 1
+    # A cell's number: one more than its column, in rows that leave room for neighbours on both sides.
+    strides = np.append(np.cumprod((cell.max(axis=0) + 3)[:0:-1])[::-1], 1)
+    key = (cell + 1) @ strides
     order = np.argsort(key, kind="stable")
     ordered = key[order]
     pairs = []
-    for dx, dy in NEIGHBOUR_CELLS:
-        wanted = key + dx * width + dy
+    for step in _neighbour_cells(position.shape[1]):
+        wanted = key + np.dot(step, strides)
         begin = np.searchsorted(ordered, wanted, "left")
         count = np.searchsorted(ordered, wanted, "right") - begin
         first = np.repeat(np.arange(len(position)), count)
         offset = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
         second = order[np.repeat(begin, count) + offset]
-        keep = first < second if (dx, dy) == (0, 0) else slice(None)
+        keep = slice(None) if any(step) else first < second
         pairs.append(np.stack([first[keep], second[keep]]))
     first, second = np.concatenate(pairs, axis=1)
     low, high = np.minimum(first, second), np.maximum(first, second)
@@ -49,13 +55,20 @@ def _grid_pairs(position, size):
     return low[sequence], high[sequence]
 
 
+@functools.lru_cache(maxsize=None)
+def _neighbour_cells(dimension):
+    """Return the steps to a cell itself and to half of those around it: each pair of cells once."""
+    steps = itertools.product((-1, 0, 1), repeat=dimension)
+    return [step for step in steps if step >= (0,) * dimension]
+
+
 def least_distance(position):
-    """Return the least distance [m] between two of the points ``position`` (n, 2); inf for one."""
+    """Return the least distance [m] between two of the points ``position`` (n, d); inf for one."""
     return closest_pair(position)[2] if len(position) > 1 else np.inf
 
 
 def closest_pair(position):
-    """Return ``(i, j, distance)``, i < j, of two points (n, 2) that are nearest to each other [m]."""
+    """Return ``(i, j, distance)``, i < j, of two points (n, d) that are nearest to each other [m]."""
     bound = np.inf if len(position) <= DENSE else _no_nearer(position)
     first, second = close_pairs(position, bound)
     apart = squared(position[second] - position[first])
@@ -66,7 +79,7 @@ def closest_pair(position):
 def _no_nearer(position):
     """Return a little more than the distance of some pair [m], above 0 even where points coincide."""
     least = np.inf
-    for column in range(2):
+    for column in range(position.shape[1]):
         ordered = position[np.argsort(position[:, column], kind="stable")]
         least = min(least, squared(ordered[1:] - ordered[:-1]).min())
     # Not so little that cells of that size could not be numbered.

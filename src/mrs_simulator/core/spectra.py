@@ -93,16 +93,62 @@ def sampled_rate(matrix, period):
 
 
 def rigidity_matrix(points, pairs):
-    """Return the rigidity matrix, (m, 2n), of ``points`` (n, 2) and m ``pairs`` of rows (i, j)."""
-    matrix = np.zeros((len(pairs), 2 * len(points)))
-    for row, (i, j) in enumerate(pairs):
-        apart = np.asarray(points[i]) - np.asarray(points[j])
-        matrix[row, 2 * i : 2 * i + 2] = apart
-        matrix[row, 2 * j : 2 * j + 2] = -apart
-    return matrix
+    """Return the rigidity matrix, (m, d n), of ``points`` (n, d) and m ``pairs`` of rows (i, j).
+
+    Row k holds ``p_i - p_j`` in the columns of robot i and ``p_j - p_i`` in those of j: how fast half of
+    the squared length of pair k changes.
+    """
+    first, second = np.asarray(pairs, dtype=int).reshape(-1, 2).T
+    points = np.asarray(points, dtype=float)
+    matrix = np.zeros((len(first), *points.shape))
+    row, apart = np.arange(len(first)), points[first] - points[second]
+    matrix[row, first], matrix[row, second] = apart, -apart
+    return matrix.reshape(len(first), points.size)
 
 
 def is_infinitesimally_rigid(points, pairs):
-    """Return whether the framework is: rank ``2n - 3`` of the rigidity matrix (n >= 2)."""
+    """Return whether only motions of the whole framework keep all lengths to first order.
+
+    Rank ``d n - d (d + 1)/2`` of the rigidity matrix of ``points`` (n, d), n >= d; of fewer points
+    ``n (n - 1)/2``, all pairs.
+    """
+    n, d = np.shape(points)
     rank = np.linalg.matrix_rank(rigidity_matrix(points, pairs), tol=1e-8)
-    return bool(rank == 2 * len(points) - 3)
+    return bool(rank == rigid_rank(n, d))
+
+
+def rigid_rank(n, d):
+    """Return the rank of the rigidity matrix of a rigid framework of n points in d dimensions.
+
+    It is also the least number of edges: ``2n - 3`` in the plane, ``3n - 6`` in space.
+    """
+    return d * n - d * (d + 1) // 2 if n >= d else n * (n - 1) // 2
+
+
+def bearing_rigidity_matrix(points, pairs):
+    """Return the bearing rigidity matrix, (d m, d n), of ``points`` (n, d) and m ``pairs`` (i, j).
+
+    Blocks ``P(g)/|p_j - p_i|`` in the columns of j, their negative in those of i, with
+    ``P(g) = I - g g^T``: how fast bearings change.  Zhao and Zelazo, 2016.
+    """
+    first, second = np.asarray(pairs, dtype=int).reshape(-1, 2).T
+    points = np.asarray(points, dtype=float)
+    (n, d), m = points.shape, len(first)
+    apart = points[second] - points[first]
+    length = np.linalg.norm(apart, axis=1)[:, np.newaxis, np.newaxis]
+    g = apart[:, :, np.newaxis] / length
+    blocks = (np.eye(d) - g * g.transpose(0, 2, 1)) / length
+    matrix = np.zeros((m, n, d, d))
+    matrix[np.arange(m), second], matrix[np.arange(m), first] = blocks, -blocks
+    return matrix.transpose(0, 2, 1, 3).reshape(d * m, d * n)
+
+
+def is_infinitesimally_bearing_rigid(points, pairs):
+    """Return whether only translation and scaling of ``points`` (n, d) keep all bearings.
+
+    Rank ``d n - d - 1`` of the bearing rigidity matrix.  In the plane that is infinitesimal rigidity; in
+    space it asks for fewer edges.  Zhao and Zelazo, 2016.
+    """
+    n, d = np.shape(points)
+    rank = np.linalg.matrix_rank(bearing_rigidity_matrix(points, pairs), tol=1e-8)
+    return bool(rank == d * n - d - 1)

@@ -30,7 +30,7 @@ def commands_by(time, period):
 
 
 def held_track(points, time, period):
-    """Return the track (m, n, 2) [m] at ``time`` (m,) [s] of the ``points`` of successive commands.
+    """Return the track (m, n, d) [m] at ``time`` (m,) [s] of the ``points`` of successive commands.
 
     Between two commands hand points move on straight lines.
     """
@@ -53,6 +53,13 @@ def decays_as(exact, of, tolerance=0.05):
         return measured / theory if measured and theory else None
 
     return Claim(SHARE, 1.0, tolerance, share, free=True)
+
+
+def level(points, dimension):
+    """Return ``points`` (..., 2) of the plane at height 0 where there are three coordinates, (..., d)."""
+    points = np.asarray(points, dtype=float)
+    lacking = dimension - points.shape[-1]
+    return points if not lacking else np.pad(points, [(0, 0)] * (points.ndim - 1) + [(0, lacking)])
 
 
 def lasting(quantity):

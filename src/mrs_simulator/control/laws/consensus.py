@@ -74,6 +74,7 @@ class Consensus(PioneerControl):
     """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005."""
 
     PARAMETERS = (GAIN,)
+    DIMENSIONS = (2, 3)
     MEMORYLESS = True
 
     def published(self):
@@ -81,7 +82,7 @@ class Consensus(PioneerControl):
         return Averaging(weights_of(self.topology), self.gain)
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         return self.gain * consensus(hand, self.topology)
 
     def energy(self, start):
@@ -108,7 +109,7 @@ class Consensus(PioneerControl):
         ]
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         return powers(step, start, commands_by(time, self.period))
 
@@ -124,7 +125,7 @@ class Consensus(PioneerControl):
         return linear_claims(self._over_links(start), start)
 
     def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
         return self._over_links(start).track(start, time)
 
     def _over_links(self, start):
@@ -136,6 +137,7 @@ class DiscreteConsensus(PioneerControl):
     """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007."""
 
     PARAMETERS = (EPS,)
+    DIMENSIONS = (2, 3)
     MEMORYLESS = True
 
     def published(self):
@@ -143,7 +145,7 @@ class DiscreteConsensus(PioneerControl):
         return Averaging(weights_of(self.topology), self.eps / self.period)
 
     def pointMassLaw(self, hand):
-        """Return the velocities (n, 2) [m/s] that make one step in ``self.period``."""
+        """Return the velocities (n, d) [m/s] that make one step in ``self.period``."""
         return (discrete_consensus(hand, self.topology, self.eps) - hand) / self.period
 
     def energy(self, start):
@@ -169,7 +171,7 @@ class DiscreteConsensus(PioneerControl):
         ]
 
     def prediction(self, start, time):
-        """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution, (m, n, d) [m], at ``time`` (m,) [s]."""
         return exact_motion(self.published(), start, self.period, time)[0]
 
     def stability(self, start):
@@ -184,7 +186,7 @@ class DiscreteConsensus(PioneerControl):
         return linear_claims(self._over_links(start), start)
 
     def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
         return self._over_links(start).track(start, time)
 
     def _over_links(self, start):

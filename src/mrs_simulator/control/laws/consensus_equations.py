@@ -5,18 +5,18 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 
 import numpy as np
 
+from mrs_simulator.core.edge_terms import difference_sum, edge_sum
 from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
 
 
 def consensus(points, topology):
-    """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, 2) [m/s], from ``points`` p (n, 2) [m].
+    """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, d) [m/s], from ``points`` p (n, d) [m].
 
     On a connected undirected graph the mean stays and disagreement decays at least as fast as
     ``exp(-lambda_2 t)``; on a directed graph with a spanning tree the limit is ``w^T p(0)``, ``w``
     the left null vector of L.  Olfati-Saber and Murray, 2004; Ren and Beard, 2005.
     """
-    degree = topology.in_degree()[:, np.newaxis]
-    return topology.neighbour_sum(points) - degree * points
+    return difference_sum(points, topology)
 
 
 def moving_eigenvalues(topology):
@@ -39,7 +39,7 @@ def has_simple_modes(topology):
 
 
 def discrete_consensus(points, topology, eps):
-    """Return ``p+ = p - eps L p``, (n, 2) [m], from ``points`` p (n, 2) [m]; ``eps`` [-].
+    """Return ``p+ = p - eps L p``, (n, d) [m], from ``points`` p (n, d) [m]; ``eps`` [-].
 
     Converges, on a topology with a spanning tree, iff ``eps`` is below :func:`largest_step`.
     Olfati-Saber, Fax and Murray, 2007.
@@ -56,9 +56,9 @@ def largest_step(topology):
 
 
 def delayed_consensus(history, topology):
-    """Return ``u_i(t) = sum_j a_ij (p_j(t - tau) - p_i(t - tau))``, (n, 2) [m/s].
+    """Return ``u_i(t) = sum_j a_ij (p_j(t - tau) - p_i(t - tau))``, (n, d) [m/s].
 
-    ``history``: the points (n, 2) [m] at the last commands, the oldest first, which is that of
+    ``history``: the points (n, d) [m] at the last commands, the oldest first, which is that of
     ``t - tau``.  Stable iff ``tau`` is below :func:`largest_delay`.  Olfati-Saber and Murray, 2004.
     """
     return consensus(history[0], topology)
@@ -93,9 +93,9 @@ def delayed_rate(topology, gain, period, steps):
 
 
 def second_order_consensus(points, velocities, topology, g):
-    """Return accelerations ``sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``, (n, 2) [m/s^2].
+    """Return accelerations ``sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``, (n, d) [m/s^2].
 
-    ``points`` p (n, 2) [m], ``velocities`` v (n, 2) [m/s], ``g`` [s].  With a spanning tree and
+    ``points`` p (n, d) [m], ``velocities`` v (n, d) [m/s], ``g`` [s].  With a spanning tree and
     ``g`` above :func:`least_damping` positions and velocities agree: ``p_i`` on
     ``w^T p(0) + t w^T v(0)``.  Ren and Atkins, 2007; the bound is sharp: Yu, Chen and Cao, 2010.
     """
@@ -127,18 +127,20 @@ def _rate_of(modulus, period):
 # Edges that come and go ------------------------------------------------------------------------
 
 
+def weighted(apart, weight):
+    """Return the term ``a_ij (p_j - p_i)``, (d, m), of edges as ``core.edge_terms`` has them."""
+    return weight * apart
+
+
 def switching_consensus(points, arcs, weights):
-    """Return ``u_i = sum_j a_ij(t) (p_j - p_i)``, (n, 2) [m/s], from ``points`` (n, 2) [m].
+    """Return ``u_i = sum_j a_ij(t) (p_j - p_i)``, (n, d) [m/s], from ``points`` (n, d) [m].
 
     ``arcs`` (m, 2): rows (i, j), i hears j; ``weights`` (m,): theirs now, 0 for those that are
     down.  It converges if the union of the edges over each interval of some length has a spanning
     tree, and keeps the mean if weights are symmetric at all times.  Jadbabaie, Lin and Morse, 2003;
     Moreau, 2005.
     """
-    hears, heard = arcs[:, 0], arcs[:, 1]
-    flow = weights[:, np.newaxis] * (points[heard] - points[hears])
-    columns = [np.bincount(hears, column, minlength=len(points)) for column in flow.T]
-    return np.stack(columns, axis=1)
+    return edge_sum(weighted, arcs.T, points, weights)
 
 
 # Broadcasts at events --------------------------------------------------------------------------
@@ -160,5 +162,5 @@ def event_thresholds(points, topology, sigma):
 
 
 def laplacian_potential(hand, topology):
-    """Return ``p^T L p``, (m,) [m^2], of samples ``hand`` (m, n, 2) [m]."""
+    """Return ``p^T L p``, (m,) [m^2], of samples ``hand`` (m, n, d) [m]."""
     return np.einsum("mid,ij,mjd->m", hand, topology.laplacian(), hand)

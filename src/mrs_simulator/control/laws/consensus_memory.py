@@ -53,10 +53,11 @@ SEED = Parameter("seed", 0, low=0, high=2**31 - 1, meaning="of everything random
 class Remembering(PioneerControl):
     """A protocol that remembers: begins with the first command, or when time goes back."""
 
+    DIMENSIONS = (2, 3)
     _last = None  # [s] time of the last command
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the points' velocities, (n, d) [m/s]."""
         if self._last is None or self.time < self._last:
             self.start()
             self.begin(hand)
@@ -68,11 +69,11 @@ class Remembering(PioneerControl):
         self._last = None
 
     def begin(self, hand):
-        """Make the memory of a team that stands at ``hand`` (n, 2) [m]."""
+        """Make the memory of a team that stands at ``hand`` (n, d) [m]."""
         raise NotImplementedError
 
     def law(self, hand):
-        """Return the velocities (n, 2) [m/s] and remember what is needed later."""
+        """Return the velocities (n, d) [m/s] and remember what is needed later."""
         raise NotImplementedError
 
 
@@ -124,7 +125,7 @@ class DelayedConsensus(Remembering):
         ]
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         motion = exact_motion(self.published(), start, self.period, time)
         return motion and motion[0]
 
@@ -146,7 +147,7 @@ class SecondOrderConsensus(Remembering):
 
     def published(self):
         """Return the law as published."""
-        draw = np.random.default_rng(self.seed).random((len(self.numbers), 2))
+        draw = np.random.default_rng(self.seed).random((len(self.numbers), self.dimension))
         first = self.push * (2.0 * draw - 1.0)
         return SecondOrder(weights_of(self.topology), self.g, first, self.period)
 
@@ -155,9 +156,9 @@ class SecondOrderConsensus(Remembering):
         self._velocity = self.initial_velocities()
 
     def initial_velocities(self):
-        """Return v(0), (n, 2) [m/s]."""
-        draw = np.random.default_rng(self.seed).uniform(-1.0, 1.0, (len(self.numbers), 2))
-        return self.push * draw
+        """Return v(0), (n, d) [m/s]."""
+        size = len(self.numbers), self.dimension
+        return self.push * np.random.default_rng(self.seed).uniform(-1.0, 1.0, size)
 
     def law(self, hand):
         """Return the velocities at the end of this period, by which semi-implicit steps move."""
@@ -193,6 +194,6 @@ class SecondOrderConsensus(Remembering):
         return float(np.linalg.norm(run.hand[-1] - place, axis=1).max())
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         motion = exact_motion(self.published(), start, self.period, time)
         return motion and motion[0]

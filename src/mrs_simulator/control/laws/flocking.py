@@ -1,9 +1,10 @@
-"""Flocking protocols, with what theory claims of their runs."""
+"""Flocking protocols, with what theory claims of their runs; all but Vicsek's also in space."""
 
 import numpy as np
 
 from mrs_simulator.control.laws import flocking_equations
 from mrs_simulator.control.laws import published_flocking as published
+from mrs_simulator.control.laws.common import level
 from mrs_simulator.control.laws.published_flocking import (
     AlphaGamma,
     Boids,
@@ -29,6 +30,7 @@ STATISTICS = 0.05  # [-] by which a mean over some hundred samples may differ
 class DoubleIntegrator(PioneerControl):
     """A law that gives accelerations; the velocity commanded is their sum."""
 
+    DIMENSIONS = (2, 3)
     TAKES_EDGES = False
     _velocity = None
 
@@ -37,22 +39,22 @@ class DoubleIntegrator(PioneerControl):
         self._velocity = None
 
     def first_velocity(self, n):
-        """Return the velocities (n, 2) [m/s] of the n robots at the start."""
-        return np.zeros((n, 2))
+        """Return the velocities (n, d) [m/s] of the n robots at the start."""
+        return np.zeros((n, self.dimension))
 
     def accelerations(self, hand, velocity):
-        """Return the accelerations (n, 2) [m/s^2] at ``hand`` (n, 2) [m] and ``velocity`` (n, 2)."""
+        """Return the accelerations (n, d) [m/s^2] at ``hand`` (n, d) [m] and ``velocity`` (n, d)."""
         raise NotImplementedError
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]: one period of acceleration further."""
+        """Return the hand points' velocities, (n, d) [m/s]: one period of acceleration further."""
         if self._velocity is None:
             self.begin(hand)
         self._velocity = self._velocity + self.period * self.accelerations(hand, self._velocity)
         return self._velocity
 
     def begin(self, hand):
-        """Remember what the law needs of the start ``hand`` (n, 2)."""
+        """Remember what the law needs of the start ``hand`` (n, d)."""
         self._velocity = self.first_velocity(len(hand))
 
 
@@ -84,8 +86,8 @@ class Flocking(DoubleIntegrator):
 
     def published(self):
         """Return the law as published."""
-        first = random_directions(self.seed, len(self.numbers), self.start_speed)
-        leader = (self.leader_vx, self.leader_vy)
+        n, leader = len(self.numbers), level([self.leader_vx, self.leader_vy], self.dimension)
+        first = random_directions(self.seed, n, self.start_speed, self.dimension)
         return AlphaGamma(
             first, self.period, self.distance, self.reach, self.strength, self.alignment, self.c1,
             self.c2, leader,
@@ -110,8 +112,8 @@ class Flocking(DoubleIntegrator):
         )
 
     def first_velocity(self, n):
-        """Return ``start_speed`` in random directions, (n, 2) [m/s]."""
-        return self.start_speed * directions(random_headings(self.seed, n))
+        """Return ``start_speed`` in random directions, (n, d) [m/s]."""
+        return self.start_speed * drawn_directions(self.seed, n, self.dimension)
 
     def begin(self, hand):
         """The virtual leader starts in the middle of the team."""
@@ -119,14 +121,14 @@ class Flocking(DoubleIntegrator):
         self._middle = hand.mean(axis=0)
 
     def accelerations(self, hand, velocity):
-        """Return the accelerations of algorithm 2, (n, 2) [m/s^2]."""
+        """Return the accelerations of algorithm 2, (n, d) [m/s^2]."""
         leader = self._leader(self._middle, self.time)
         return flocking_equations.flocking(
             hand, velocity, self._lattice, self.alignment, leader, self.c1, self.c2
         )
 
     def _leader(self, middle, time):
-        velocity = np.array([self.leader_vx, self.leader_vy])
+        velocity = level([self.leader_vx, self.leader_vy], self.dimension)
         return np.stack([middle + time * velocity, velocity])
 
     def claims(self, start):
@@ -199,17 +201,18 @@ class CuckerSmale(DoubleIntegrator):
 
     def published(self):
         """Return the law as published."""
-        first = random_directions(self.seed, len(self.numbers), self.start_speed)
+        n = len(self.numbers)
+        first = random_directions(self.seed, n, self.start_speed, self.dimension)
         first[:, 0] += self.drift
         return published.CuckerSmale(first, self.period, self.gain, self.beta, self.reach)
 
     def first_velocity(self, n):
-        """Return the drift and ``start_speed`` in random directions, (n, 2) [m/s]."""
-        own = self.start_speed * directions(random_headings(self.seed, n))
-        return own + np.array([self.drift, 0.0])
+        """Return the drift and ``start_speed`` in random directions, (n, d) [m/s]."""
+        own = self.start_speed * drawn_directions(self.seed, n, self.dimension)
+        return own + level([self.drift, 0.0], self.dimension)
 
     def accelerations(self, hand, velocity):
-        """Return the accelerations, (n, 2) [m/s^2]."""
+        """Return the accelerations, (n, d) [m/s^2]."""
         return self.gain * flocking_equations.cucker_smale(hand, velocity, self.beta, self.reach)
 
     def claims(self, start):
@@ -283,7 +286,8 @@ class CuckerSmale(DoubleIntegrator):
 class Vicsek(PioneerControl):
     """Constant speed, the mean heading of the neighbours and noise: Vicsek and others, 1995.
 
-    One update for each command: the rate of commands is the model's clock.
+    One update for each command: the rate of commands is the model's clock.  A law of the plane: its
+    headings and their noise are angles.
     """
 
     PARAMETERS = (
@@ -312,7 +316,7 @@ class Vicsek(PioneerControl):
         self._headings = None
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         if self._headings is None:
             self._draw = np.random.default_rng(self.seed)
             self._headings = self._draw.uniform(-np.pi, np.pi, len(hand))
@@ -373,22 +377,22 @@ class Reynolds(DoubleIntegrator):
 
     def published(self):
         """Return the law in the form that ``flocking_equations.reynolds`` documents."""
-        first = random_directions(self.seed, len(self.numbers), self.speed)
+        first = random_directions(self.seed, len(self.numbers), self.speed, self.dimension)
         gains = (self.separation, self.alignment, self.cohesion)
         return Boids(first, self.period, self.radius, gains, self.speed)
 
     def first_velocity(self, n):
-        """Return ``speed`` in random directions, (n, 2) [m/s]."""
-        return self.speed * directions(random_headings(self.seed, n))
+        """Return ``speed`` in random directions, (n, d) [m/s]."""
+        return self.speed * drawn_directions(self.seed, n, self.dimension)
 
     def accelerations(self, hand, velocity):
-        """Return the accelerations of the three rules, (n, 2) [m/s^2]."""
+        """Return the accelerations of the three rules, (n, d) [m/s^2]."""
         return flocking_equations.reynolds(
             hand, velocity, self.radius, self.separation, self.alignment, self.cohesion
         )
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s], at no less than half the speed."""
+        """Return the hand points' velocities, (n, d) [m/s], at no less than half the speed."""
         free = super().pointMassLaw(hand)
         self._velocity = flocking_equations.within_speeds(free, 0.5 * self.speed, self.speed)
         return self._velocity
@@ -410,9 +414,13 @@ def flock_measures(control, run):
     return dict(found, least_distance=least if np.isfinite(least) else None)
 
 
-def random_headings(seed, n):
-    """Return n headings from all directions, [rad]."""
-    return np.random.default_rng(seed).uniform(-np.pi, np.pi, n)
+def drawn_directions(seed, n, dimension):
+    """Return n unit vectors (n, d) drawn from all directions alike."""
+    draw = np.random.default_rng(seed)
+    if dimension == 2:
+        return directions(draw.uniform(-np.pi, np.pi, n))
+    drawn = draw.standard_normal((n, dimension))
+    return drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
 
 
 def directions(headings):

@@ -36,12 +36,14 @@ class Formation(PioneerControl):
     """The paper's law (6): ``u_i = -(k/T)(alpha_i - alpha_i*)``, a line parallel to the x axis."""
 
     PARAMETERS = formation.PARAMETERS
+    DIMENSIONS = (2, 3)
     MEMORYLESS = True
 
     def published(self):
         """Return law (6) as published."""
         n, row = len(self.numbers), np.arange(len(self.numbers) - 1)
-        places = np.column_stack([self.c * np.arange(n)[::-1], np.zeros(n)])
+        places = np.zeros((n, self.dimension))
+        places[:, 0] = self.c * np.arange(n)[::-1]
         weights = np.zeros((n, n))
         if self.closure == "topology":
             weights = weights_of(self.topology)
@@ -57,7 +59,7 @@ class Formation(PioneerControl):
         super().set_parameters(given)
         n = len(self.numbers)
         self._closure = formation.closure_topology(self.closure, n, self._given_topology)
-        self._offsets = formation.line_offsets(n, self.c)
+        self._offsets = formation.line_offsets(n, self.c, self.dimension)
         self.topology = self._closure
 
     def checked_parameters(self, given):
@@ -72,11 +74,11 @@ class Formation(PioneerControl):
         self.set_parameters(dict(self.parameters, closure="topology"))
 
     def pointMassLaw(self, hand):
-        """Return ``u``, shape (n, 2) [m/s], of law (6) for hand points ``hand`` (n, 2) [m]."""
+        """Return ``u``, shape (n, d) [m/s], of law (6) for hand points ``hand`` (n, d) [m]."""
         return formation.formation_velocity(hand, self._offsets, self.topology, self.k, self.T)
 
     def targets(self, hand):
-        """Return ``alpha_i*``, (n, 2) [m]."""
+        """Return ``alpha_i*``, (n, d) [m]."""
         return hand - formation.target_errors(hand, self._offsets, self._closure)
 
     def warnings(self, pose):
@@ -111,13 +113,13 @@ class Formation(PioneerControl):
     # What theory says of a run -------------------------------------------------------------------
 
     def prediction(self, start, time):
-        """Return the hand points of (5), (m, n, 2), at ``time`` (m,) [s], in steps of T."""
+        """Return the hand points of (5), (m, n, d), at ``time`` (m,) [s], in steps of T."""
         steps = commands_by(time, self.T)
         track = formation.predict(start, self._offsets, self._closure, self.k, int(steps.max()))
         return track[steps]
 
     def claims(self, start):
-        """Return what theory predicts of a run from hand points ``start`` (n, 2)."""
+        """Return what theory predicts of a run from hand points ``start`` (n, d)."""
         if self._closure.edges and not self._closure.has_spanning_tree():
             return [Condition("spanning tree", False, "some robots hear of no common one")]
         tolerance = TOLERANCES[self.fidelity]
@@ -170,7 +172,7 @@ class Formation(PioneerControl):
         return known + shape
 
     def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
         law = self._over_links()
         return law and law.track(start, time)
 

@@ -2,7 +2,7 @@
 
 Robot i steers its hand point ``alpha_i`` to a target ``alpha_i*`` that its neighbours define.
 For a straight line parallel to the x axis with separation ``c``, robot i belongs at
-``d_i = ((n - i) c, 0)`` relative to robot n, and
+``d_i = ((n - i) c, 0)`` relative to robot n, in space at ``((n - i) c, 0, 0)``, and
 
     alpha_i* = sum_j a_ij (alpha_j + d_i - d_j) / sum_j a_ij,
 
@@ -59,9 +59,9 @@ PARAMETERS = (
 )
 
 
-def line_offsets(n, c):
-    """Return ``d``, shape (n, 2) [m]: ``d_i = ((n - i) c, 0)``, the line with separation c [m]."""
-    offsets = np.zeros((n, 2), order="F")
+def line_offsets(n, c, dimension=2):
+    """Return ``d``, shape (n, d) [m]: ``d_i = ((n - i) c, 0, ...)``, the line with separation c [m]."""
+    offsets = np.zeros((n, dimension), order="F")
     offsets[:, 0] = c * np.arange(n - 1, -1, -1)
     return offsets
 
@@ -80,13 +80,13 @@ def closure_topology(closure, n, topology=None):
 
 
 def target_errors(hand, offsets, topology):
-    """Return ``alpha_i - alpha_i*``, shape (n, 2) [m], zero for a robot that hears nobody."""
+    """Return ``alpha_i - alpha_i*``, shape (n, d) [m], zero for a robot that hears nobody."""
     relative = hand - offsets
     return relative - topology.neighbour_mean(relative)
 
 
 def formation_velocity(hand, offsets, topology, k, T):
-    """Return ``u_i = -(k/T)(alpha_i - alpha_i*)``, shape (n, 2) [m/s], law (6) before mapping (7).
+    """Return ``u_i = -(k/T)(alpha_i - alpha_i*)``, shape (n, d) [m/s], law (6) before mapping (7).
 
     With step ``T`` [s] it gives (5), ``alpha+ = (1-k) alpha + k alpha*``.
     """
@@ -94,7 +94,7 @@ def formation_velocity(hand, offsets, topology, k, T):
 
 
 def predict(hand, offsets, topology, k, steps):
-    """Return the hand points of (5), shape (steps + 1, n, 2) [m], from ``hand`` (n, 2)."""
+    """Return the hand points of (5), shape (steps + 1, n, d) [m], from ``hand`` (n, d)."""
     track = np.empty((steps + 1,) + hand.shape)
     track[0] = hand
     for t in range(steps):
@@ -103,7 +103,7 @@ def predict(hand, offsets, topology, k, steps):
 
 
 def limit(hand, offsets, topology):
-    """Return where (5) goes, shape (n, 2) [m]: ``d + w^T (alpha(0) - d)``, ``w^T (I - D^-1 A) = 0``.
+    """Return where (5) goes, shape (n, d) [m]: ``d + w^T (alpha(0) - d)``, ``w^T (I - D^-1 A) = 0``.
 
     ``w`` is the left null vector of L times the degrees: of the chain robot n alone, of the cycle
     the mean, of the path weights 1, 2, ..., 2, 1.  Where nobody hears anybody all stand.  Raises
@@ -160,7 +160,7 @@ def predicted_settling(hand, offsets, topology, k, share):
 
 
 def _settling_by_powers(away, topology, k, share):
-    """Return the same by squaring ``I - k M``, with ``M away`` the errors of ``away`` (n, 2) [m]."""
+    """Return the same by squaring ``I - k M``, with ``M away`` the errors of ``away`` (n, d) [m]."""
     errors = np.eye(len(away)) - topology.neighbour_mean(np.eye(len(away)))
     wanted = share * _largest(errors @ away)
     if wanted == 0.0:
@@ -197,5 +197,5 @@ def line_gaps(hand):
 
 
 def y_spread(hand):
-    """Return ``max y - min y`` [m] over the robots."""
-    return float(np.ptp(hand[:, 1]))
+    """Return ``max y - min y`` [m] over the robots; in space the larger of that and the same of z."""
+    return float(np.ptp(hand[:, 1:], axis=0).max())

@@ -33,14 +33,17 @@ from mrs_simulator.core.claims import (
 )
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import (
+    is_infinitesimally_bearing_rigid,
     is_infinitesimally_rigid,
     laplacian_eigenvalues,
     left_null_vector,
+    rigid_rank,
     sampled_rate,
     stable_step,
 )
 
 LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
+FLAT = 1e-6  # [m] of a singular value of points, below which they lie in fewer dimensions
 FAR = 1e-3  # [-] by which a bearing between leaders may be off
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
@@ -70,19 +73,21 @@ class Shaped(PioneerControl):
     """What the laws share that take a shape: its parameters and places."""
 
     PARAMETERS = (GAIN, SHAPE, SIZE)
+    DIMENSIONS = (2, 3)
     MEMORYLESS = True
 
     def published_places(self):
-        """Return where the robots stand in the shape, (n, 2) [m], reckoned independently."""
-        return shape_of(self.shape, len(self.numbers), self.size)
+        """Return where the robots stand in the shape, (n, d) [m], reckoned independently."""
+        return shape_of(self.shape, len(self.numbers), self.size, self.dimension)
 
     def set_parameters(self, given):
         """Set the parameters and lay out the shape."""
         super().set_parameters(given)
-        self._places = laws.shape_places(self.shape, len(self.numbers), self.size)
+        n = len(self.numbers)
+        self._places = laws.shape_places(self.shape, n, self.size, self.dimension)
 
     def places(self):
-        """Return where the robots stand in the shape, (n, 2) [m], about the origin."""
+        """Return where the robots stand in the shape, (n, d) [m], about the origin."""
         return self._places
 
     @property
@@ -114,20 +119,48 @@ def undirected(topology):
 
 
 def rigid(places, topology):
-    """Return the condition that the target keeps its shape: infinitesimally rigid, 2n - 3 edges."""
+    """Return the condition that lengths fix the target: infinitesimally rigid.
+
+    That takes 2n - 3 edges in the plane, 3n - 6 in space.
+    """
+    pairs = heard_pairs(topology)
+    wanted = rigid_rank(*places.shape)
+    return _fixed(len(places) > 1 and is_infinitesimally_rigid(places, pairs), pairs, wanted)
+
+
+def rigid_by_bearings(places, topology):
+    """Return the condition that bearings fix the target but for its place and size.
+
+    Each edge fixes d - 1 of the d n - d - 1 numbers that are left.
+    """
+    pairs, (n, d) = heard_pairs(topology), places.shape
+    wanted = -((d + 1 - d * n) // (d - 1))
+    return _fixed(n > 1 and is_infinitesimally_bearing_rigid(places, pairs), pairs, wanted)
+
+
+def heard_pairs(topology):
+    """Return the pairs (i, j) of rows, i < j, of which one hears the other."""
     hears, heard, _ = topology.arcs
-    pairs = sorted({(min(pair), max(pair)) for pair in zip(hears.tolist(), heard.tolist())})
-    holds = len(places) > 1 and is_infinitesimally_rigid(places, pairs)
-    wanted = 2 * len(places) - 3
+    return sorted({(min(pair), max(pair)) for pair in zip(hears.tolist(), heard.tolist())})
+
+
+def _fixed(holds, pairs, wanted):
     why = "{} edges, wanted at least {}".format(len(pairs), wanted)
     if len(pairs) >= wanted:
         why = "{} edges, but the shape still bends to first order".format(len(pairs))
-    return Condition("rigid target", holds, why)
+    return Condition("rigid target", bool(holds), why)
 
 
-def span(points):
-    """Return how far ``points`` (n, 2) are from one line [m]: the lesser singular value."""
-    return float(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1])
+def spread_as(places, start):
+    """Return the condition that ``start`` spans as many dimensions as ``places`` (n, d), or more.
+
+    Robots on one line stay on it under the gradient of lengths, and in space those of one plane in it.
+    """
+    wanted, have = (np.linalg.svd(p - p.mean(axis=0), compute_uv=False) for p in (places, start))
+    dimensions = int(np.count_nonzero(wanted > FLAT))
+    held = ("at one place", "at one place", "on one line", "in one plane")[dimensions]
+    spread = not dimensions or have[dimensions - 1] > FLAT
+    return Condition("start not " + held, bool(spread), "robots would stay on it")
 
 
 class DisplacementFormation(Shaped):
@@ -138,11 +171,11 @@ class DisplacementFormation(Shaped):
         return Averaging(weights_of(self.topology), self.gain, self.published_places())
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         return self.gain * laws.displacement_formation(hand, self.places(), self.topology)
 
     def targets(self, hand):
-        """Return ``d + w^T (hand - d)``, (n, 2) [m]: where the law ends from here."""
+        """Return ``d + w^T (hand - d)``, (n, d) [m]: where the law ends from here."""
         if not self.topology.has_spanning_tree():
             return None
         places = self.places()
@@ -177,7 +210,7 @@ class DisplacementFormation(Shaped):
         return conditions + without_rates(claims, self.fidelity)
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         counts = commands_by(time, self.period)
         return self.places() + powers(step, start - self.places(), counts)
@@ -188,7 +221,7 @@ class DisplacementFormation(Shaped):
         return claims if claims is None else without_rates(claims, self.fidelity)
 
     def prediction_over_links(self, start, time):
-        """Return the exact solution where nothing is left to chance, (m, n, 2) [m], else None."""
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
         return self._over_links().track(start, time)
 
     def _over_links(self):
@@ -205,7 +238,7 @@ class DisplacementFormation(Shaped):
 
 
 def displacement_error(places, topology, tolerance):
-    """Claim that the run ends with all displacements between neighbours as in ``places`` (n, 2)."""
+    """Claim that the run ends with all displacements between neighbours as in ``places`` (n, d)."""
     hears, heard, _ = topology.arcs
 
     def worst(hand):
@@ -236,11 +269,11 @@ class DistanceFormation(Shaped):
         return Distances(weights_of(self.topology), self.gain, self.published_places())
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         return self.gain * laws.distance_formation(hand, self.places(), self.topology)
 
     def targets(self, hand):
-        """Return the shape, (n, 2) [m], turned, mirrored and moved to lie closest to ``hand``."""
+        """Return the shape, (n, d) [m], turned, mirrored and moved to lie closest to ``hand``."""
         places, middle = self.places(), hand.mean(axis=0)
         left, _, right = np.linalg.svd(places.T @ (hand - middle))
         return middle + places @ (left @ right)
@@ -258,7 +291,7 @@ class DistanceFormation(Shaped):
         conditions = [
             undirected(topology),
             rigid(places, topology),
-            Condition("start not on one line", span(start) > 1e-6, "robots would stay on it"),
+            spread_as(places, start),
         ] + gain_conditions(self.gain, self.period, values)
         if not all_hold(conditions):
             return conditions
@@ -313,18 +346,18 @@ class BearingFormation(Shaped):
         return Bearings(weights_of(self.topology), self.gain, self.published_places())
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         return self.gain * laws.bearing_formation(hand, self.places(), self.topology)
 
     def targets(self, hand):
-        """Return the shape, (n, 2) [m], with the centroid and the scale of ``hand``."""
+        """Return the shape, (n, d) [m], with the centroid and the scale of ``hand``."""
         places = self.places()
         return hand.mean(axis=0) + places * (laws.scale(hand) / laws.scale(places))
 
     def claims(self, start):
         """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
-        conditions = [undirected(topology), rigid(places, topology)]
+        conditions = [undirected(topology), rigid_by_bearings(places, topology)]
         if not all_hold(conditions):
             return conditions
         limit = self.targets(start)
@@ -359,7 +392,7 @@ class BearingFormation(Shaped):
 
 
 def bearing_error(places, topology, tolerance):
-    """Claim that the run ends with the bearings of ``places`` (n, 2)."""
+    """Claim that the run ends with the bearings of ``places`` (n, d)."""
     wanted = laws.bearings(places, topology)
 
     def worst(hand):
@@ -379,11 +412,11 @@ class BearingLeaders(Shaped):
         return BearingsWithLeaders(weights, self.gain, self.published_places(), LEADERS)
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         return self.gain * laws.bearing_leaders(hand, self.places(), self.topology, LEADERS)
 
     def targets(self, hand):
-        """Return the one formation, (n, 2) [m], with the wanted bearings that fits the leaders."""
+        """Return the one formation, (n, d) [m], with the wanted bearings that fits the leaders."""
         if not self._unique().holds:
             return None
         return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
@@ -413,22 +446,22 @@ class BearingLeaders(Shaped):
         return conditions + without_rates(claims, self.fidelity)
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         limit = self.targets(start)
         if limit is None:
             return None
-        step = (
-            np.eye(2 * (len(start) - LEADERS)) - self.gain * self.period * self._follower_matrix()
-        )
+        matrix = self._follower_matrix()
+        step = np.eye(len(matrix)) - self.gain * self.period * matrix
         counts = commands_by(time, self.period)
         track = np.repeat(limit[np.newaxis], len(counts), axis=0)
         away = (start - limit)[LEADERS:].reshape(-1, 1)
-        track[:, LEADERS:] += powers(step, away, counts).reshape(len(counts), -1, 2)
+        track[:, LEADERS:] += powers(step, away, counts).reshape(len(counts), -1, start.shape[1])
         return track
 
     def _follower_matrix(self):
         laplacian = laws.bearing_laplacian(self.places(), self.topology)
-        return laplacian[2 * LEADERS :, 2 * LEADERS :]
+        known = self.dimension * LEADERS
+        return laplacian[known:, known:]
 
     def _unique(self):
         matrix = self._follower_matrix()
@@ -438,6 +471,8 @@ class BearingLeaders(Shaped):
     def _leaders_fit(self, start):
         have, want = (points[1] - points[0] for points in (start, self.places()))
         lengths = np.linalg.norm(have) * np.linalg.norm(want)
-        off = np.abs(have[0] * want[1] - have[1] * want[0]) + np.maximum(0.0, -(have @ want))
+        # The entries of a cross product, in any number of dimensions, each twice.
+        across = np.outer(have, want) - np.outer(want, have)
+        off = np.linalg.norm(across) / np.sqrt(2.0) + np.maximum(0.0, -(have @ want))
         why = "robot 2 is not seen from robot 1 as in the shape: no formation has these bearings"
         return Condition("leaders fit the shape", bool(off <= FAR * lengths), why)

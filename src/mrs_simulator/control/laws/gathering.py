@@ -44,6 +44,7 @@ class Containment(PioneerControl):
         ),
     )
 
+    DIMENSIONS = (2, 3)
     MEMORYLESS = True
 
     def published(self):
@@ -63,11 +64,11 @@ class Containment(PioneerControl):
         return values
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         return self.gain * gathering_equations.containment(hand, self.topology, self.leaders)
 
     def targets(self, hand):
-        """Return where the team ends, (n, 2) [m]; None where some follower hears no leader."""
+        """Return where the team ends, (n, d) [m]; None where some follower hears no leader."""
         if not gathering_equations.all_hear_a_leader(self.topology, self.leaders):
             return None
         leaders = hand[len(hand) - self.leaders :]
@@ -113,7 +114,7 @@ class Containment(PioneerControl):
         ]
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
         standing = len(start) - self.leaders
         step[standing:] = np.eye(len(start))[standing:]
@@ -138,6 +139,7 @@ class Rendezvous(PioneerControl):
             meaning="D: robots closer than this at the start are neighbours for ever",
         ),
     )
+    DIMENSIONS = (2, 3)
     KEEPS_CONNECTED = True
     TAKES_EDGES = False
     _pairs = None
@@ -156,14 +158,14 @@ class Rendezvous(PioneerControl):
         self.start()
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         if self._pairs is None:
             self._pairs = gathering_equations.pairs_within(hand, self.radius)
             self.topology = self._edges(self._pairs)
         return self.gain * self.law(hand)
 
     def law(self, hand):
-        """Return the velocities at gain 1, (n, 2)."""
+        """Return the velocities at gain 1, (n, d)."""
         return gathering_equations.rendezvous(hand, self._pairs, self.radius)
 
     def _edges(self, pairs):
@@ -228,7 +230,10 @@ class Rendezvous(PioneerControl):
 
 
 class CyclicPursuit(PioneerControl):
-    """Each robot pursues the next at an angle: Marshall, Broucke and Francis, 2004."""
+    """Each robot pursues the next at an angle: Marshall, Broucke and Francis, 2004.
+
+    A law of the plane, in which the angle turns.
+    """
 
     PARAMETERS = (
         GAIN._replace(default=0.1),
@@ -314,7 +319,10 @@ class CyclicPursuit(PioneerControl):
 
 
 class Coverage(PioneerControl):
-    """Each robot goes to the centroid of its Voronoi cell: Cortes, Martinez, Karatas, Bullo, 2004."""
+    """Each robot goes to the centroid of its Voronoi cell: Cortes, Martinez, Karatas, Bullo, 2004.
+
+    A law of the plane, over a square.
+    """
 
     PARAMETERS = (
         GAIN,

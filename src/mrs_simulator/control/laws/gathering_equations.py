@@ -1,9 +1,16 @@
-"""Gathering and spreading: containment, rendezvous, cyclic pursuit and coverage."""
+"""Gathering and spreading: containment and rendezvous; in the plane, cyclic pursuit and coverage."""
+
+import itertools
+import math
 
 import numpy as np
 
+from mrs_simulator.core.edge_terms import difference_sum, gathered, inner, pair_sum
 from mrs_simulator.core.neighbours import close_pairs
 
+DIRECTIONS = 720  # [-] in which a hull is looked at besides those of its faces
+MOST_FACES = 200000  # [-] lines or planes through corners that may be a hull's faces
+FLAT = 1e-9  # [-] of the lengths of a triangle's sides: below, its corners are on one line
 EMPTY = 1e-300  # [-] mass of a cell below which it counts as empty
 
 
@@ -11,13 +18,13 @@ EMPTY = 1e-300  # [-] mass of a cell below which it counts as empty
 
 
 def containment(points, topology, leaders):
-    """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, 2) [m/s], and zero for the last ``leaders`` robots.
+    """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, d) [m/s], and zero for the last ``leaders`` robots.
 
-    ``points`` p (n, 2) [m].  If every follower hears, over others, some leader, the followers go to
+    ``points`` p (n, d) [m].  If every follower hears, over others, some leader, the followers go to
     :func:`containment_limit`, inside the leaders' convex hull.  Ji, Ferrari-Trecate, Egerstedt and
     Buffa, 2008.
     """
-    velocity = topology.neighbour_sum(points) - topology.in_degree()[:, np.newaxis] * points
+    velocity = difference_sum(points, topology)
     velocity[len(points) - leaders :] = 0.0
     return velocity
 
@@ -39,7 +46,7 @@ def all_hear_a_leader(topology, leaders):
 
 
 def containment_limit(leader_points, topology):
-    """Return ``-L_ff^-1 L_fl p_l``, (f, 2) [m], for the leaders' points ``p_l`` (leaders, 2) [m].
+    """Return ``-L_ff^-1 L_fl p_l``, (f, d) [m], for the leaders' points ``p_l`` (leaders, d) [m].
 
     Each row is a weighted mean of ``p_l``: non-negative weights of sum 1.
     """
@@ -47,36 +54,73 @@ def containment_limit(leader_points, topology):
     return -np.linalg.solve(own, from_leaders @ leader_points)
 
 
-def outside_hull(points, corners, directions=720):
-    """Return how far ``points`` (..., 2) lie outside the convex hull of ``corners`` (c, 2), (...,) [m].
+def outside_hull(points, corners):
+    """Return how far ``points`` (..., d) lie outside the convex hull of ``corners`` (c, d), (...,) [m].
 
-    Negative inside.  ``max_d d.p - max_c d.c`` over unit vectors d: exact to 1e-5 of the distance.
+    ``max_u u.p - max_c u.c`` over unit vectors u: the normals of the hull's faces and directions all
+    round.  Exact, and negative inside, where a face is nearest; beyond an edge or a corner a lower bound
+    above 0.  Of more than ``MOST_FACES`` candidates for faces directions all round alone.
     """
-    angle = 2.0 * np.pi * np.arange(directions) / directions
-    normals = np.stack([np.cos(angle), np.sin(angle)])
-    support = (np.asarray(corners) @ normals).max(axis=0)
-    return (np.asarray(points) @ normals - support).max(axis=-1)
+    points, corners = np.asarray(points, dtype=float), np.asarray(corners, dtype=float)
+    found = np.full(points.shape[:-1], -np.inf)
+    for normals in (_all_round(points.shape[-1]), _face_normals(corners)):
+        for some in np.array_split(normals, 1 + len(normals) // 10000):
+            support = (corners @ some.T).max(axis=0)
+            beyond = (points @ some.T - support).max(axis=-1, initial=-np.inf)
+            found = np.maximum(found, beyond)
+    return found
+
+
+def _all_round(dimension):
+    """Return unit vectors (k, d) spread evenly over all directions: in space along a spiral."""
+    turn = np.arange(DIRECTIONS) + 0.5
+    if dimension == 2:
+        angle = 2.0 * np.pi * (turn - 0.5) / DIRECTIONS
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    z, angle = 1.0 - 2.0 * turn / DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * turn
+    across = np.sqrt(1.0 - z**2)
+    return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
+
+
+def _face_normals(corners):
+    """Return the unit normals (k, d), both ways, of all lines or planes through d of ``corners`` (c, d)."""
+    count, dimension = corners.shape
+    if math.comb(count, dimension) > MOST_FACES:
+        return np.empty((0, dimension))
+    chosen = np.array(list(itertools.combinations(range(count), dimension)), dtype=int)
+    chosen = corners[chosen.reshape(-1, dimension)]
+    along = chosen[:, 1:] - chosen[:, :1]
+    if dimension == 2:
+        normals = along[:, 0] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    else:
+        normals = np.cross(along[:, 0], along[:, 1])
+    length = np.linalg.norm(normals, axis=1)
+    spans = length > FLAT * np.prod(np.linalg.norm(along, axis=2), axis=1)
+    normals = normals[spans] / length[spans, np.newaxis]
+    return np.concatenate([normals, -normals])
 
 
 # Rendezvous ------------------------------------------------------------------------------------
 
 
 def pairs_within(points, radius):
-    """Return the pairs (i, j), i < j, of ``points`` (n, 2) [m] closer than ``radius`` [m], (m, 2)."""
+    """Return the pairs (i, j), i < j, of ``points`` (n, d) [m] closer than ``radius`` [m], (m, 2)."""
     return np.stack(close_pairs(points, radius), axis=1)
 
 
 def rendezvous(points, pairs, radius):
-    """Return ``u_i = sum_j w(d_ij) (p_j - p_i)``, (n, 2) [1/m times m], from ``points`` p (n, 2) [m].
+    """Return ``u_i = sum_j w(d_ij) (p_j - p_i)``, (n, d) [1/m times m], from ``points`` p (n, d) [m].
 
     ``w(d) = (2D - d)/(D - d)^2`` [1/m] with ``D = radius`` [m], over the fixed ``pairs`` (m, 2): minus
     the gradient of :func:`edge_tension`.  From a connected graph whose edges are shorter than D, no
     edge ever reaches D and all meet in their mean.  Ji and Egerstedt, 2007.
     """
-    first, second = pairs.T
-    apart = points[second] - points[first]
-    pull = tension_weights(np.linalg.norm(apart, axis=1), radius)[:, np.newaxis] * apart
-    return _summed(first, pull, len(points)) - _summed(second, pull, len(points))
+    return pair_sum(tension, pairs.T, points, radius)
+
+
+def tension(apart, radius):
+    """Return the term ``w(d_ij) (p_j - p_i)``."""
+    return tension_weights(np.sqrt(inner(apart, apart)), radius) * apart
 
 
 def tension_weights(distance, radius):
@@ -85,7 +129,7 @@ def tension_weights(distance, radius):
 
 
 def edge_tension(points, pairs, radius):
-    """Return ``sum d_ij^2/(D - d_ij)`` [m] over ``pairs`` for ``points`` (..., n, 2); inf from D on."""
+    """Return ``sum d_ij^2/(D - d_ij)`` [m] over ``pairs`` for ``points`` (..., n, d); inf from D on."""
     distance = edge_lengths(points, pairs)
     inside = distance < radius
     share = distance**2 / np.where(inside, radius - distance, 1.0)
@@ -98,31 +142,26 @@ def tension_curvature(points, pairs, radius):
     Along an edge it is ``2 D^2/(D - d)^3``, across it ``w(d)``.  Steps of gain Tc below 2 over this
     make the tension fall.
     """
-    n, (first, second) = len(points), pairs.T
+    (n, dimension), (first, second) = points.shape, pairs.T
     apart = points[second] - points[first]
     distance = np.linalg.norm(apart, axis=1)
     along = apart / np.maximum(distance, EMPTY)[:, np.newaxis]
     across = tension_weights(distance, radius)
     extra = 2.0 * radius**2 / (radius - distance) ** 3 - across
-    block = across[:, np.newaxis, np.newaxis] * np.eye(2) + np.einsum(
+    block = across[:, np.newaxis, np.newaxis] * np.eye(dimension) + np.einsum(
         "m,mi,mj->mij", extra, along, along
     )
-    hessian = np.zeros((n, 2, n, 2))
+    hessian = np.zeros((n, dimension, n, dimension))
     for sign, row, column in ((1, first, first), (1, second, second), (-1, first, second)):
         np.add.at(hessian, (row, slice(None), column), sign * block)
     np.add.at(hessian, (second, slice(None), first), -block)
-    return float(np.linalg.eigvalsh(hessian.reshape(2 * n, 2 * n))[-1])
+    return float(np.linalg.eigvalsh(hessian.reshape(points.size, points.size))[-1])
 
 
 def edge_lengths(points, pairs):
-    """Return the lengths (..., m) [m] of ``pairs`` (m, 2) among ``points`` (..., n, 2) [m]."""
+    """Return the lengths (..., m) [m] of ``pairs`` (m, 2) among ``points`` (..., n, d) [m]."""
     first, second = pairs.T
     return np.linalg.norm(points[..., second, :] - points[..., first, :], axis=-1)
-
-
-def _summed(rows, values, n):
-    """Return the sum of ``values`` (m, 2) over equal ``rows`` (m,), (n, 2)."""
-    return np.stack([np.bincount(rows, column, n) for column in values.T], axis=1)
 
 
 # Cyclic pursuit --------------------------------------------------------------------------------
@@ -186,7 +225,7 @@ def cell_centroids(points, samples, density):
     """
     owner, _ = _nearest(points, samples)
     mass = np.bincount(owner, density, len(points))
-    moment = _summed(owner, density[:, np.newaxis] * samples, len(points))
+    moment = gathered(density * samples.T, owner, len(points))
     empty = mass <= EMPTY
     return np.where(
         empty[:, np.newaxis], points, moment / np.where(empty, 1.0, mass)[:, np.newaxis]

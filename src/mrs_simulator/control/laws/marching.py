@@ -49,7 +49,10 @@ RADIUS = Parameter(
 
 
 class Marching(Shaped):
-    """A formation on a path: feed-forward of the wanted places' velocity, and the displacement law."""
+    """A formation on a path: feed-forward of the wanted places' velocity, and the displacement law.
+
+    In space the path is level, at height 0.
+    """
 
     PARAMETERS = (
         GAIN,
@@ -102,13 +105,13 @@ class Marching(Shaped):
         self._path = _path_of(self.parameters)
 
     def wanted(self, time):
-        """Return the wanted places at ``time`` (m,) [s], (m, n, 2) [m]."""
+        """Return the wanted places at ``time`` (m,) [s], (m, n, d) [m]."""
         time = np.asarray(time, dtype=float)
         swing = 1.0 + self.swing * np.sin(2.0 * np.pi * time / self.swing_period)
         return laws.reference(self._path, self.places(), self.speed * time, swing, self.turning)
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the hand points' velocities, (n, d) [m/s]."""
         now, then = self.wanted([self.time, self.time + self.period])
         # The mean velocity while the command is held leaves no error of its own.
         velocity = (then - now) / self.period
@@ -117,7 +120,7 @@ class Marching(Shaped):
         return laws.marching(hand, now, velocity, self.topology, self.gain, self.anchor)
 
     def targets(self, hand):
-        """Return where the robots are wanted now, (n, 2) [m]."""
+        """Return where the robots are wanted now, (n, d) [m]."""
         now = self.wanted([self.time])[0]
         if self.anchor > 0.0:
             return now
@@ -143,7 +146,7 @@ class Marching(Shaped):
         return conditions + without_rates(claims, self.fidelity)
 
     def prediction(self, start, time):
-        """Return the exact solution under held inputs, (m, n, 2) [m], at ``time`` (m,) [s]."""
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
         steady = np.zeros_like(start)
         if not self.feed_forward:
             needed = [spanning_tree(self.topology), *self._straight()]
@@ -256,7 +259,8 @@ class Marching(Shaped):
 class LeaderFollower(Shaped):
     """l-psi control: each follower keeps separation and bearing to one robot; Desai et al., 2001.
 
-    The robot that hears nobody leads along the path; a follower knows its leader's ``(v, omega)``.
+    The robot that hears nobody leads along the path; a follower knows its leader's ``(v, omega)``.  A law
+    of unicycles in the plane.
     """
 
     PARAMETERS = (
@@ -269,6 +273,7 @@ class LeaderFollower(Shaped):
         RADIUS,
     )
 
+    DIMENSIONS = (2,)
     TAKES_EDGES = False  # a follower has no law without its leader
     MEMORYLESS = False
 

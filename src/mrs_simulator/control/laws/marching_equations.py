@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.laws.common import level
 from mrs_simulator.control.laws.formations_equations import displacement_formation
 from mrs_simulator.core.kinematics import arc, cos_sin, wrap_angle
 
@@ -69,27 +70,27 @@ def read_waypoints(text):
 
 
 def reference(path, places, s, swing=1.0, turning=False):
-    """Return where the robots are wanted, (m, n, 2) [m], at ``s`` (m,) [m] along ``path``.
+    """Return where the robots are wanted, (m, n, d) [m], at ``s`` (m,) [m] along ``path``.
 
-    ``places`` (n, 2) about the path's point, ``swing`` (m,) times as large, turned by the path's
-    heading where ``turning``.
+    ``places`` (n, d) about the path's point, ``swing`` (m,) times as large, turned by the path's
+    heading where ``turning``.  In space the path is level, and the heading turns about the vertical.
     """
     pose = path.at(s)
     cos, sin = cos_sin(pose[:, 2] if turning else np.zeros(len(pose)))
-    turned = np.stack(
-        [
-            np.outer(cos, places[:, 0]) - np.outer(sin, places[:, 1]),
-            np.outer(sin, places[:, 0]) + np.outer(cos, places[:, 1]),
-        ],
-        axis=2,
-    )
-    return pose[:, np.newaxis, :2] + np.reshape(swing, (-1, 1, 1)) * turned
+    coordinates = [
+        np.outer(cos, places[:, 0]) - np.outer(sin, places[:, 1]),
+        np.outer(sin, places[:, 0]) + np.outer(cos, places[:, 1]),
+        *(np.broadcast_to(heights, (len(pose), len(places))) for heights in places.T[2:]),
+    ]
+    turned = np.stack(coordinates, axis=2)
+    path_points = level(pose[:, np.newaxis, :2], places.shape[1])
+    return path_points + np.reshape(swing, (-1, 1, 1)) * turned
 
 
 def marching(points, wanted, velocity, topology, gain, anchor=0.0):
-    """Return ``u_i = v_i + gain sum_j a_ij (p_j - p_i - (d_j - d_i)) + anchor (d_i - p_i)``, (n, 2).
+    """Return ``u_i = v_i + gain sum_j a_ij (p_j - p_i - (d_j - d_i)) + anchor (d_i - p_i)``, (n, d).
 
-    ``wanted`` d (n, 2) [m] move at ``velocity`` v (n, 2) [m/s]: the feed-forward, without which
+    ``wanted`` d (n, d) [m] move at ``velocity`` v (n, d) [m/s]: the feed-forward, without which
     robots lag.  With it errors obey the displacement law and no steady error is left; ``gain`` and
     ``anchor`` in 1/s.  Oh, Park, Ahn, 2015.
     """

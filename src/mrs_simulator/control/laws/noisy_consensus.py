@@ -15,6 +15,7 @@ from mrs_simulator.control.laws.noise_equations import (
 from mrs_simulator.control.laws.published import weights_of
 from mrs_simulator.control.laws.published_consensus import Noisy
 from mrs_simulator.core.claims import Claim, Condition, TooShort
+from mrs_simulator.core.edge_terms import gathered
 from mrs_simulator.core.parameters import Parameter
 
 STEADY = "steady variance of the disagreement [m^2]"
@@ -70,13 +71,13 @@ class NoisyConsensus(Remembering):
         self._draw = np.random.default_rng(self.seed)
 
     def law(self, hand):
-        """Return the velocities under this command's noise, (n, 2) [m/s]."""
+        """Return the velocities under this command's noise, (n, d) [m/s]."""
         seen = hand + self.robot_noise * self._draw.standard_normal(hand.shape)
         rows, _, weights = self.topology.arcs
-        heard = self.listener_noise * self._draw.standard_normal((len(rows), 2))
-        errors = [np.bincount(rows, weights * each, minlength=len(hand)) for each in heard.T]
+        heard = self.listener_noise * self._draw.standard_normal((len(rows), hand.shape[1]))
+        errors = gathered(weights * heard.T, rows, len(hand))
         push = self._draw.standard_normal(hand.shape) * self.velocity_noise / np.sqrt(self.period)
-        return self.gain * (consensus(seen, self.topology) + np.stack(errors, axis=1)) + push
+        return self.gain * (consensus(seen, self.topology) + errors) + push
 
     def claims(self, start):
         """Return the steady variance, with the error of a run as long as this, and the mean's drift."""
@@ -104,9 +105,9 @@ class NoisyConsensus(Remembering):
         values, _ = modes(self.topology)
         factors = np.abs(1.0 - self.gain * self.period * values)
         constant = self.period / -np.log(max(float(factors.max()), 1e-12))
-        # Samples that lie closer than a command add nothing; of two axes each is one trial.
+        # Samples that lie closer than a command add nothing; each axis is one trial.
         count = LEAST * constant / self.period
-        error = sampling_error(variances, factors, count) / np.sqrt(2.0)
+        error = sampling_error(variances, factors, count) / np.sqrt(self.dimension)
 
         def measured(run):
             late = run.time - run.time[0] >= TRANSIENT * constant
@@ -128,7 +129,7 @@ class NoisyConsensus(Remembering):
 
         def drift(run):
             means = run.hand[[0, -1]].mean(axis=1)
-            far = np.sqrt(2.0 * rate * (run.time[-1] - run.time[0]))
+            far = np.sqrt(self.dimension * rate * (run.time[-1] - run.time[0]))
             return float(np.linalg.norm(means[1] - means[0])) / (CERTAIN * far if far else 1.0)
 
         if rate == 0.0:
@@ -138,6 +139,6 @@ class NoisyConsensus(Remembering):
 
 
 def steady_variance(hand):
-    """Return the mean over samples and axes of ``sum_i (p_i - mean)^2``, from ``hand`` (m, n, 2) [m^2]."""
+    """Return the mean over samples and axes of ``sum_i (p_i - mean)^2``, from ``hand`` (m, n, d) [m^2]."""
     away = hand - hand.mean(axis=1, keepdims=True)
     return float((away**2).sum(axis=1).mean())

@@ -10,6 +10,7 @@ import itertools
 
 import numpy as np
 
+from mrs_simulator.core.edge_terms import gathered
 from mrs_simulator.core.spectra import ZERO
 
 
@@ -52,7 +53,7 @@ def agreement(matrix, n):
 
 
 def points_over_links(start, flows, length, delays, both_terms):
-    """Yield the errors (n, 2) [m] of each command from ``start`` on, as :func:`step_matrix` moves them.
+    """Yield the errors (n, d) [m] of each command from ``start`` on, as :func:`step_matrix` moves them.
 
     ``flows``: of each graph its arcs (m, 2), rows (i, j), i hears j, and ``period w_ij`` (m,) [-].
     """
@@ -63,6 +64,5 @@ def points_over_links(start, flows, length, delays, both_terms):
         own = age if both_terms else 0
         for _ in range(length):
             yield past[0]
-            flow = share[:, np.newaxis] * (past[age, heard] - past[own, hears])
-            moved = [np.bincount(hears, column, n) for column in flow.T]
-            past = np.concatenate([past[:1] + np.stack(moved, axis=1), past[:-1]])
+            flow = share * (past[age, heard] - past[own, hears]).T
+            past = np.concatenate([past[:1] + gathered(flow, hears, n), past[:-1]])

@@ -14,7 +14,7 @@ MOST_COMMANDS = 50000  # [-] of an exact solution
 
 
 class Published:
-    """A law for points: velocities ``u`` (n, 2) [m/s] from points ``p`` (n, 2) [m].
+    """A law for points: velocities ``u`` (n, d) [m/s] from points ``p`` (n, d) [m].
 
     ``SEES`` says from what a recorded sample's command follows: "now": from its points and time;
     "next": from its points and the velocities commanded before, which the law has as its memory;
@@ -26,15 +26,15 @@ class Published:
     SEES, NARROWS, WORK = "now", False, 1.0
 
     def begin(self, start):
-        """Return the memory at the first command, of a team at ``start`` (n, 2) [m]."""
+        """Return the memory at the first command, of a team at ``start`` (n, d) [m]."""
         return None
 
     def velocity(self, points, time, memory):
-        """Return ``(u, memory)`` of a team at ``points`` (n, 2) [m], ``time`` [s] after the start."""
+        """Return ``(u, memory)`` of a team at ``points`` (n, d) [m], ``time`` [s] after the start."""
         raise NotImplementedError
 
     def resumed(self, velocity, memory):
-        """Return the memory after the command ``velocity`` (n, 2) [m/s]; of laws that see "next"."""
+        """Return the memory after the command ``velocity`` (n, d) [m/s]; of laws that see "next"."""
         return velocity
 
     def over(self, up):
@@ -80,8 +80,10 @@ def weights_of(topology):
     return weights
 
 
-def shape_of(name, n, size):
-    """Return the places of n robots, (n, 2) [m], in a ``line``, ``circle``, ``vee`` or ``grid``."""
+def shape_of(name, n, size, dimension=2):
+    """Return the places of n robots, (n, d) [m], in a ``line``, ``circle``, ``vee`` or ``grid``."""
+    if name == "grid" and dimension == 3:
+        return _cube_of(n, size)
     rows, width = [], int(np.ceil(np.sqrt(n)))
     for k in range(n):
         if name == "line":
@@ -94,12 +96,20 @@ def shape_of(name, n, size):
             rows.append(size * ((k + 1) // 2) * side)
         else:
             rows.append(-size * complex(k // width, k % width))
-    places = np.array([[z.real, z.imag] for z in rows])
+    places = np.array([[z.real, z.imag] + [0.0] * (dimension - 2) for z in rows])
+    return places - places.mean(axis=0)
+
+
+def _cube_of(n, size):
+    """Return the places of n robots, (n, 3) [m]: layers of rows, each as long as the cube is high."""
+    side = next(k for k in range(1, n + 1) if k**3 >= n)
+    cells = [(i, j, -k) for k in range(side) for i in range(side) for j in range(side)]
+    places = -size * np.array(cells[:n], dtype=float)
     return places - places.mean(axis=0)
 
 
 def exact_steps(law, start, period, edges=None):
-    """Yield ``(p, u)``, (n, 2) each, at each command: velocities are held for ``period`` [s].
+    """Yield ``(p, u)``, (n, d) each, at each command: velocities are held for ``period`` [s].
 
     ``edges``: a :class:`FaultyEdges` over which robots hear each other; each then runs the law on
     what it knows.
@@ -127,7 +137,7 @@ class Listeners:
         edges.begin(start)
 
     def velocity(self, points, time):
-        """Return u (n, 2) [m/s] at the next command, each robot's by its own view."""
+        """Return u (n, d) [m/s] at the next command, each robot's by its own view."""
         views, up = self.edges.views(points)
         law, u = self.law if up is None else self.law.over(up), np.empty_like(points)
         for i, view in enumerate(views):
@@ -137,7 +147,7 @@ class Listeners:
 
 
 def exact_motion(law, start, period, time, edges=None):
-    """Return the exact points and velocities at ``time`` (m,) [s], (m, n, 2) each; None if too long.
+    """Return the exact points and velocities at ``time`` (m,) [s], (m, n, d) each; None if too long.
 
     Too long: more than ``MOST_COMMANDS``, or ``MOST_PAIRS`` over the pairs of robots.
     """

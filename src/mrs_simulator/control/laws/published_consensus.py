@@ -33,7 +33,7 @@ class SecondOrder(Published):
         self.g, self.first, self.period = g, first, period
 
     def begin(self, start):
-        """Return v(0), (n, 2) [m/s]."""
+        """Return v(0), (n, d) [m/s]."""
         return self.first
 
     def velocity(self, points, time, memory):
@@ -118,12 +118,10 @@ class Resilient(Published):
     def velocity(self, points, time, memory):
         """Return ``(u, None)``."""
         u = np.zeros_like(points)
-        u[self.normal :] = (
-            self.speed * np.cos(self.turn * time),
-            self.speed * np.sin(self.turn * time),
-        )
+        u[self.normal :, 0] = self.speed * np.cos(self.turn * time)
+        u[self.normal :, 1] = self.speed * np.sin(self.turn * time)
         for i in range(self.normal):
-            for axis in range(2):
+            for axis in range(points.shape[1]):
                 own = points[i, axis]
                 heard = [j for j in np.flatnonzero(self.weights[i]) if points[j, axis] != own]
                 above = sorted((points[j, axis], j) for j in heard if points[j, axis] > own)
@@ -206,7 +204,8 @@ class Noisy(Published):
         command = int(round(time / self.period))
         while len(self.drawn) <= command:
             sizes = (len(points), len(self.arcs), len(points))
-            self.drawn.append([self.draws.standard_normal((size, 2)) for size in sizes])
+            shapes = [(size, points.shape[1]) for size in sizes]
+            self.drawn.append([self.draws.standard_normal(shape) for shape in shapes])
         robots, listeners, pushes = self.drawn[command]
         u = self.noise[0] / np.sqrt(self.period) * pushes
         seen = points + self.noise[1] * robots

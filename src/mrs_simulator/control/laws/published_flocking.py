@@ -19,7 +19,7 @@ class Accelerated(Published):
     SEES = "next"
 
     def __init__(self, first, period):
-        """``first`` (n, 2) [m/s]: the velocities at the start."""
+        """``first`` (n, d) [m/s]: the velocities at the start."""
         self.first, self.period = first, period
 
     def begin(self, start):
@@ -27,11 +27,11 @@ class Accelerated(Published):
         return self.first, self.remembered(start)
 
     def remembered(self, start):
-        """Return what the law needs to know of ``start`` (n, 2) later."""
+        """Return what the law needs to know of ``start`` (n, d) later."""
         return None
 
     def resumed(self, velocity, memory):
-        """Return the memory after the command ``velocity`` (n, 2) [m/s]."""
+        """Return the memory after the command ``velocity`` (n, d) [m/s]."""
         return velocity, memory[1]
 
     def velocity(self, points, time, memory):
@@ -41,11 +41,11 @@ class Accelerated(Published):
         return v, (v, rest)
 
     def within(self, v):
-        """Return the velocities ``v`` (n, 2) as far as the law allows them."""
+        """Return the velocities ``v`` (n, d) as far as the law allows them."""
         return v
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, 2) [m/s^2]."""
+        """Return a, (n, d) [m/s^2]."""
         raise NotImplementedError
 
 
@@ -60,11 +60,11 @@ class AlphaGamma(Accelerated):
         self.c1, self.c2, self.leader_velocity = c1, c2, np.array(leader_velocity)
 
     def remembered(self, start):
-        """Return where the virtual leader starts, (2,) [m]."""
+        """Return where the virtual leader starts, (d,) [m]."""
         return start.sum(axis=0) / len(start)
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, 2) [m/s^2]."""
+        """Return a, (n, d) [m/s^2]."""
         a = -self.c1 * (points - rest - time * self.leader_velocity)
         a -= self.c2 * (v - self.leader_velocity)
         for i, point in enumerate(points):
@@ -96,7 +96,7 @@ class CuckerSmale(Accelerated):
         self.gain, self.beta, self.reach = gain, beta, reach
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, 2) [m/s^2]."""
+        """Return a, (n, d) [m/s^2]."""
         a = np.zeros_like(v)
         for i, point in enumerate(points):
             squared = ((points - point) ** 2).sum(axis=1)
@@ -113,7 +113,7 @@ class Boids(Accelerated):
         self.radius, self.gains, self.speed = radius, gains, speed
 
     def acceleration(self, points, v, time, rest):
-        """Return a, (n, 2) [m/s^2]."""
+        """Return a, (n, d) [m/s^2]."""
         separation, alignment, cohesion = self.gains
         a = np.zeros_like(v)
         for i, point in enumerate(points):
@@ -129,7 +129,7 @@ class Boids(Accelerated):
 
     def within(self, v):
         """Return ``v`` with speeds from half the speed to the speed."""
-        speed = np.hypot(v[:, 0], v[:, 1])
+        speed = np.sqrt((v**2).sum(axis=1))
         wanted = np.minimum(np.maximum(speed, 0.5 * self.speed), self.speed)
         return v * (wanted / np.where(speed > 0.0, speed, 1.0))[:, np.newaxis]
 
@@ -168,7 +168,11 @@ class Headings(Published):
         return self.speed * np.column_stack([np.cos(headings), np.sin(headings)]), headings
 
 
-def random_directions(seed, n, speed):
-    """Return ``speed`` [m/s] in n random directions, (n, 2)."""
-    angles = np.random.default_rng(seed).uniform(-np.pi, np.pi, n)
+def random_directions(seed, n, speed, dimension=2):
+    """Return ``speed`` [m/s] in n random directions, (n, d): in space those of normal deviates."""
+    draws = np.random.default_rng(seed)
+    if dimension == 3:
+        rows = [draws.standard_normal(3) for _ in range(n)]
+        return speed * np.array([row / math.sqrt(row @ row) for row in rows])
+    angles = draws.uniform(-np.pi, np.pi, n)
     return speed * np.array([[math.cos(angle), math.sin(angle)] for angle in angles])

@@ -57,7 +57,7 @@ class Marching(Published):
     """
 
     def __init__(self, weights, gain, anchor, wanted, period, blind):
-        """``wanted(time)``: the places d, (n, 2) [m]; ``blind`` (n,) bool: who knows no d'."""
+        """``wanted(time)``: the places d, (n, d) [m]; ``blind`` (n,) bool: who knows no d'."""
         self.weights, self.gain, self.anchor = weights, gain, anchor
         self.wanted, self.period, self.blind = wanted, period, blind
 
@@ -122,11 +122,11 @@ def _on_polygon(corner, radius, s):
 
 
 def along(place, places, swing, turning):
-    """Return ``places`` (n, 2) [m] about the path's ``(z, heading)``, ``swing`` times as large."""
+    """Return ``places`` (n, d) [m] about the path's ``(z, heading)``, ``swing`` times as large."""
     z, heading = place
     turn = cmath.exp(1j * heading) if turning else 1.0
     points = z + swing * turn * (places[:, 0] + 1j * places[:, 1])
-    return np.column_stack([points.real, points.imag])
+    return np.column_stack([points.real, points.imag, swing * places[:, 2:]])
 
 
 class Separations(Published):
@@ -168,7 +168,7 @@ class Separations(Published):
 
 
 def _unit(points):
-    """Return ``(p_j - p_i)/|p_j - p_i|``, (n, n, 2); zero where points coincide."""
+    """Return ``(p_j - p_i)/|p_j - p_i|``, (n, n, d); zero where points coincide."""
     towards = points[np.newaxis] - points[:, np.newaxis]
     length = np.linalg.norm(towards, axis=2, keepdims=True)
     return towards / np.where(length > 0.0, length, 1.0)

@@ -32,10 +32,11 @@ EDGE = 1e-6  # [m] by which rounding may leave a box
 class ResilientConsensus(PioneerControl):
     """W-MSR: ``u_i = gain sum_(j kept) a_ij (p_j - p_i)``: LeBlanc et al., 2013.
 
-    The last ``adversaries`` robots drive circles instead, starting along the x axis.
+    The last ``adversaries`` robots drive level circles instead, starting along the x axis.
     """
 
     PARAMETERS = (GAIN, TRIMMED, ADVERSARIES, SPEED, TURN)
+    DIMENSIONS = (2, 3)
 
     def published(self):
         """Return the law as published, and the adversaries' circles."""
@@ -48,10 +49,11 @@ class ResilientConsensus(PioneerControl):
         return max(len(self.numbers) - self.adversaries, 0)
 
     def pointMassLaw(self, hand):
-        """Return the hand points' velocities, (n, 2) [m/s]."""
+        """Return the points' velocities, (n, d) [m/s]."""
         u = self.gain * resilient_consensus(hand, self.topology, self.F)
         angle = self.turn * self.time
-        u[self.normal :] = self.speed * np.array([np.cos(angle), np.sin(angle)])
+        u[self.normal :] = 0.0
+        u[self.normal :, :2] = self.speed * np.array([np.cos(angle), np.sin(angle)])
         return u
 
     def claims(self, start):

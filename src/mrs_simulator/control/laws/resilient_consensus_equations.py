@@ -6,9 +6,9 @@ MOST_CHECKED = 12  # [-] robots up to which all pairs of sets are looked at: 4^n
 
 
 def resilient_consensus(points, topology, F):
-    """Return W-MSR's velocities ``u_i = sum_(j kept) a_ij (p_j - p_i)``, (n, 2) [m/s].
+    """Return W-MSR's velocities ``u_i = sum_(j kept) a_ij (p_j - p_i)``, (n, d) [m/s].
 
-    ``points`` p (n, 2) [m].  Of the values it hears, robot i drops, for each coordinate by itself,
+    ``points`` p (n, d) [m].  Of the values it hears, robot i drops, for each coordinate by itself,
     the F largest of those above its own and the F smallest of those below.  With at most F robots
     that do as they like, normal robots stay within the box of their initial points; they agree iff
     the topology is (F+1, F+1)-robust.  LeBlanc, Zhang, Koutsoukos and Sundaram, 2013.

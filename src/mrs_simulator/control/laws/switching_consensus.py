@@ -135,7 +135,7 @@ class SwitchingConsensus(Remembering):
         return [limit] + ([decays_as(law.track, disagreement)] if modulus > ZERO else [])
 
     def prediction(self, start, time):
-        """Return the exact solution under the losses of this seed, (m, n, 2) [m]."""
+        """Return the exact solution under the losses of this seed, (m, n, d) [m]."""
         motion = exact_motion(self.published(), start, self.period, time)
         return motion and motion[0]
 

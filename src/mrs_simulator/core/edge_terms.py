@@ -1,0 +1,66 @@
+"""Sums over edges: a law says what passes over one edge, and every robot gets the sum of its edges.
+
+A *term* is that statement, a function of arrays that hold one edge per column.  Its first argument is
+``apart`` (d, m), ``x_j - x_i`` of each edge over which robot i hears j, d = 2 or 3 coordinates; what else
+belongs to an edge, such as its weight, has the shape (m,), or (d, m) for a vector; what all edges share is
+a number.  It returns what robot i gets, (d, m).  A term is written with arithmetic and elementwise
+functions of numpy, :func:`inner` and :func:`unit`, and neither knows how many edges or dimensions there
+are nor how they are summed: what evaluates it is free to choose.
+"""
+
+import numpy as np
+
+
+def edge_sum(term, arcs, values, *given):
+    """Return ``sum_j term(x_j - x_i, *given)`` over the edges of each robot i, (n, d).
+
+    ``arcs``: rows i (m,) and j (m,), i hears j, and whatever else, as ``Topology.arcs`` gives them;
+    ``values`` x (n, d).
+    """
+    return gathered(term(apart(values, arcs), *given), arcs[0], len(values))
+
+
+def pair_sum(term, pairs, values, *given):
+    """Return the sum over undirected ``pairs``, (n, d): the term for i, its opposite for j.
+
+    ``pairs``: rows i (m,) and j (m,), each pair once.  Each robot gets the terms of pairs in which it comes
+    first, less those in which it comes second, so that they add up to zero over the team.
+    """
+    flow, n = term(apart(values, pairs), *given), len(values)
+    return gathered(flow, pairs[0], n) - gathered(flow, pairs[1], n)
+
+
+def difference_sum(values, topology):
+    """Return ``sum_j a_ij (x_j - x_i)``, ``-L x``, (n, d), of ``values`` x (n, d): the linear term.
+
+    As ``A x - D x``: sums of weighted values take half of the memory that differences take.
+    """
+    return topology.neighbour_sum(values) - topology.in_degree()[:, np.newaxis] * values
+
+
+def apart(values, arcs):
+    """Return ``x_j - x_i``, (d, m), over ``arcs``, rows i (m,) and j (m,), of ``values`` x (n, d)."""
+    columns = np.asarray(values).T
+    return columns.take(arcs[1], axis=1) - columns.take(arcs[0], axis=1)
+
+
+def gathered(flow, rows, n):
+    """Return the sums (n, d) of the columns of ``flow`` (d, m) that belong to each of ``rows`` (m,).
+
+    They are added in the order in which they come.
+    """
+    total = np.empty((len(flow), n))
+    for axis, values in enumerate(flow):
+        total[axis] = np.bincount(rows, values, n)
+    return total.T
+
+
+def inner(a, b):
+    """Return the inner products (m,) of the columns of ``a`` and ``b`` (d, m)."""
+    return (a * b).sum(axis=0)
+
+
+def unit(a):
+    """Return the columns of ``a`` (d, m) as unit vectors; those that are zero stay zero."""
+    length = np.sqrt(inner(a, a))
+    return a / np.where(length > 0.0, length, 1.0)

@@ -5,6 +5,7 @@ import resource
 
 import pytest
 from gui_fixtures import gui, no_hidden_errors  # noqa: F401
+from old_rospy import rospy_fails_by_itself, stand_aside
 from rooms import ROOMS, room_of_test
 from ros_fixtures import ros  # noqa: F401
 
@@ -12,6 +13,7 @@ from ros_fixtures import ros  # noqa: F401
 PROCESSES = {"ros", "gui"}
 HERE = os.path.dirname(os.path.abspath(__file__))
 SLOW_LIST = os.path.join(HERE, "slow_tests.txt")
+OLD_ROSPY = rospy_fails_by_itself()
 SLOW = 0.5  # [s] of processor time from which on a test is slow
 
 
@@ -49,6 +51,14 @@ def pytest_runtest_protocol(item):
     if path and _processor_time() - begun > SLOW:
         with open(path, "a", encoding="utf-8") as file:
             file.write(_function(item) + "\n")
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item):
+    """Let failures that are rospy's own stand aside."""
+    outcome = yield
+    if OLD_ROSPY:
+        stand_aside(outcome.get_result(), item)
 
 
 def _function(item):

@@ -15,7 +15,7 @@ import rospy
 from geometry_msgs.msg import Pose2D, PoseStamped, Twist  # noqa: F401 expressions name it
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String  # noqa: F401
 from std_srvs.srv import Empty, EmptyResponse, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray

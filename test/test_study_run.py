@@ -204,6 +204,23 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
     assert run.edited.derived.protocol == law
 
 
+@pytest.mark.parametrize(
+    "own, said",
+    [
+        ({"base": "epuck", "mass": 3}, "attached to the stage that runs"),
+        ({"base": "/tmp/epuck.yaml"}, "not attached: 'kinds.mine.base': a file"),
+        ({"base": "epuck", "wheels": {"radius": -1}}, "not attached: kinds.mine"),
+    ],
+)
+def test_attaching_takes_up_kinds_that_are_told_as_data(own, said):
+    told = shipped("consensus", speed=1.0)
+    told = told._replace(kinds=("mine",) * told.n, own_kinds={"mine": own})
+    heard = {"stage": SimpleNamespace(speed=1.0), "scenario": SimpleNamespace(data=told.to_yaml())}
+    run = study(connection=Connection(**heard))
+    assert str(run.do("simulate")).startswith(said)
+    assert (run.scenario.kinds[0] == "mine") == said.startswith("attached")
+
+
 def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
     run = study(connection=Connection(stage=SimpleNamespace(speed=1.0, lockstep=False)))
     before = run.scenario

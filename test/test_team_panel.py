@@ -16,7 +16,7 @@ from python_qt_binding.QtWidgets import QAbstractItemView, QApplication, QComboB
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.rqt_plugin.team import panel as team_panel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
-from mrs_simulator.vehicles import KINDS
+from mrs_simulator.vehicles import KINDS, kind
 
 APP = QApplication.instance() or QApplication([])
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
@@ -430,3 +430,13 @@ def test_the_panel_fits_a_narrow_column(panel):
             lines = lines[:1]
         needed = max(table.fontMetrics().horizontalAdvance(line) for line in lines)
         assert table.columnWidth(column) > needed
+
+
+def test_kinds_of_the_scenarios_own_are_shown_and_offered(panel):
+    own = {"wide": {"base": "epuck", "title": "A wide one", "body": {"radius": 1.5}}}
+    panel.set_kinds(lambda name: kind(name, own=own), own)
+    panel.set_team([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], ("epuck", "wide"))
+    assert panel.overlapping == {1, 2}
+    place = panel._kind.findData("wide")
+    assert place >= 0 and panel._kind.itemData(place, Qt.ToolTipRole) == "A wide one"
+    assert "wide" in panel._model.kind_choices

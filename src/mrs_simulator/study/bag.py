@@ -14,7 +14,6 @@ from mrs_simulator.core.kinematics import (
     yaw,
 )
 from mrs_simulator.core.missed_periods import MissedPeriods
-from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.reading import reason, refuse_special
 from mrs_simulator.core.recording import Run, RunError
 from mrs_simulator.core.scenario import (
@@ -25,7 +24,7 @@ from mrs_simulator.core.scenario import (
 from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.ros.messages import read_collision, read_stage_status, read_state
 from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.registry import file_named
+from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.team import on_axes
 
 # As the stage has them, and as RosAria and p2os drivers in namespaces do.
@@ -166,12 +165,13 @@ def _team_of(scenario):
     """
     if scenario is None:
         return None
-    named = "" if scenario.path else file_named(scenario)
-    if named:
-        raise ScenarioError(
-            "{}: {}: wanted the scenario's file, by --scenario".format(SCENARIO, shown(named))
-        )
-    return Team.from_scenario(scenario)
+    if scenario.path:
+        return Team.from_scenario(scenario)
+    try:
+        return told_team(scenario)
+    except ScenarioError as error:
+        text = "{}: {}: wanted the scenario's file, by --scenario"
+        raise ScenarioError(text.format(SCENARIO, error)) from None
 
 
 def _points(team, pose, joints, l):

@@ -7,6 +7,7 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives import DRIVES, drive_module
 from mrs_simulator.vehicles.quantities import QuantitySection
+from mrs_simulator.vehicles.shape import Part, read_shape
 
 PRESETS = ("firmware", "top")
 LARGEST = 100.0  # [m] of any robot
@@ -58,6 +59,7 @@ class Kind(NamedTuple):
     mounts: Dict[str, Any]  # kept as it was read
     sources: Dict[str, str]  # key path -> where its numbers are from
     notes: Tuple[str, ...] = ()  # what its users should know, told as warnings of a run
+    shape: Tuple[Part, ...] = ()  # how it looks where there is no model
 
     def __hash__(self):
         return hash(self.name)
@@ -98,6 +100,7 @@ def read_kind(content, where, directory=""):
         mounts=_mapping(top, "mounts"),
         sources=_mapping(top, "sources", text=True),
         notes=_texts(top, "notes"),
+        shape=read_shape(top.take("shape", []), top.at("shape")),
     )
     top.take("inertia")
     numbers.done()

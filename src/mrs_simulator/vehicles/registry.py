@@ -30,7 +30,7 @@ def kind(name, beside="", own=None):
     """
     if isinstance(name, Kind):
         return name
-    if name not in (own or {}) and not _is_file(name):
+    if name not in (own or {}) and not is_file(name):
         return shipped_kind(name, tuple(own or ()))
     content, where, directory = merged(name, beside, own or {})
     return read_kind(content, where, directory)
@@ -63,7 +63,7 @@ def merged(name, beside, own, others=(), above=()):
             raise ScenarioError("{}: key {}, wanted a text".format(where, shown(key)))
     content = _with_absolute_model(content, directory)
     base, request = content.pop("base", None), content.pop("import", None)
-    default_name = os.path.basename(str(name)).split(".")[0] if _is_file(name) else name
+    default_name = os.path.basename(str(name)).split(".")[0] if is_file(name) else name
     if request is not None:
         if base is not None:
             raise ScenarioError("{}: base and import are given, wanted one of them".format(where))
@@ -74,7 +74,7 @@ def merged(name, beside, own, others=(), above=()):
         raise ScenarioError("{}: base: {}, wanted a kind's name".format(where, shown(base)))
     # A kind of a scenario may adapt the shipped one of its name.
     known = {key: value for key, value in own.items() if key != name}
-    if not _is_file(base) and base not in shipped_kinds() + tuple(known):
+    if not is_file(base) and base not in shipped_kinds() + tuple(known):
         raise ScenarioError(unknown_name(where + ": base", base, shipped_kinds() + tuple(known)))
     beneath, _, _ = merged(base, directory, known, others, above + (where,))
     beneath = dict(beneath, name=default_name)
@@ -89,14 +89,33 @@ def file_named(scenario):
     A scenario that came over a topic or in a bag may have come from anybody: it opens no files.
     """
     for name in scenario.kinds:
-        if name not in scenario.own_kinds and _is_file(name):
+        if name not in scenario.own_kinds and is_file(name):
             return name
     for name, content in scenario.own_kinds.items():
-        keys = content if isinstance(content, dict) else {}
-        for key in ("import", "model", "base"):
-            if key in keys and (key != "base" or _is_file(keys[key])):
-                return "kinds.{}.{}".format(name, key)
+        key = _file_key(content)
+        if key:
+            return "kinds.{}.{}".format(name, key)
     return ""
+
+
+def _file_key(content):
+    """Return the key of a kind's ``content`` that names a file, "" if none does."""
+    keys = content if isinstance(content, dict) else {}
+    named = (
+        k for k in ("import", "model", "base") if k in keys and (k != "base" or is_file(keys[k]))
+    )
+    return next(named, "")
+
+
+def names_a_file(name, own):
+    """Return whether the kind ``name`` of ``own``, or a base of it there, names a file."""
+    seen = set()
+    while name in own and name not in seen:
+        if _file_key(own[name]):
+            return True
+        seen.add(name)
+        name = own[name].get("base")
+    return False
 
 
 def _imported(request, content, where, directory):
@@ -110,12 +129,13 @@ def _imported(request, content, where, directory):
     return result, where, directory
 
 
-def _is_file(name):
+def is_file(name):
+    """Return whether a kind's ``name`` is the path of a file."""
     return str(name).endswith(KIND_FILES)
 
 
 def _path_of(name, beside, others):
-    if _is_file(name):
+    if is_file(name):
         return os.path.abspath(os.path.join(beside, os.path.expanduser(name)))
     known = shipped_kinds() + tuple(others)
     if name not in known:

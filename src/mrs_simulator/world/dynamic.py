@@ -105,6 +105,9 @@ class DynamicMotion:
         self.reset(poses)
 
     def _add_robot(self, row, kind, pose):
+        if not kind.model:
+            text = "kind {}: no model given, wanted one for motion with forces"
+            raise ValueError(text.format(kind.name))
         body = add_robot(self._client, kind, pose)
         model = self._models.get(kind)
         if model is None:

@@ -4,6 +4,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.vehicles.shape import outline_parts
 
 OBSTACLE_COLOUR = [0.55, 0.55, 0.6, 1.0]  # [-] red, green, blue, opacity
 
@@ -43,6 +44,46 @@ def add_robot(client, kind, pose):
         flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
         physicsClientId=client,
     )
+
+
+def add_looks(client, kind, pose):
+    """Return a body that looks like a robot of a ``kind``, its centre at ``pose``, and touches nothing.
+
+    It is drawn by its shape, else by its model, else by its outline.
+    """
+    if kind.model and not kind.shape:
+        return add_robot(client, kind, pose)
+    parts = kind.shape or outline_parts(kind)
+    count = len(parts)
+    return pybullet.createMultiBody(
+        0.0,
+        -1,
+        -1,
+        [pose[0], pose[1], kind.module.ride_height(kind.numbers)],
+        pybullet.getQuaternionFromEuler([0.0, 0.0, pose[2]]),
+        linkMasses=[0.0] * count,
+        linkCollisionShapeIndices=[-1] * count,
+        linkVisualShapeIndices=[_visual(client, part) for part in parts],
+        linkPositions=[part.place[:3] for part in parts],
+        linkOrientations=[pybullet.getQuaternionFromEuler(part.place[3:]) for part in parts],
+        linkInertialFramePositions=[[0.0] * 3] * count,
+        linkInertialFrameOrientations=[[0.0, 0.0, 0.0, 1.0]] * count,
+        linkParentIndices=[0] * count,
+        linkJointTypes=[pybullet.JOINT_FIXED] * count,
+        linkJointAxis=[[0.0, 0.0, 1.0]] * count,
+        physicsClientId=client,
+    )
+
+
+def _visual(client, part):
+    if part.form == "box":
+        size = {"shapeType": pybullet.GEOM_BOX, "halfExtents": [0.5 * each for each in part.size]}
+    elif part.form == "cylinder":
+        radius, length = part.size
+        size = {"shapeType": pybullet.GEOM_CYLINDER, "radius": radius, "length": length}
+    else:
+        size = {"shapeType": pybullet.GEOM_SPHERE, "radius": part.size[0]}
+    return pybullet.createVisualShape(rgbaColor=part.colour, physicsClientId=client, **size)
 
 
 def mass_and_inertia(client, body):

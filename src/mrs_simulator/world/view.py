@@ -12,7 +12,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.vehicles import Team
-from mrs_simulator.world.scene import add_obstacle, add_robot, mass_centre
+from mrs_simulator.world.scene import add_looks, add_obstacle, mass_centre
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top
 WINDOW_FIELD_OF_VIEW = 90.0  # [deg] pybullet's own
@@ -44,7 +44,7 @@ class View:
         poses = np.asarray(poses, dtype=float)
         self._kinds = Team.of(kinds).kinds
         self._bodies = [
-            add_robot(self._client, kind, pose) for kind, pose in zip(self._kinds, poses)
+            add_looks(self._client, kind, pose) for kind, pose in zip(self._kinds, poses)
         ]
         self._ahead = [mass_centre(self._client, body) for body in self._bodies]
         if window:
@@ -60,7 +60,9 @@ class View:
 
     def _paint_chassis(self):
         """Give each chassis the colour of its first part: the window has one colour for a link."""
-        for body in self._bodies:
+        for body, kind in zip(self._bodies, self._kinds):
+            if kind.shape or not kind.model:
+                continue
             colour = pybullet.getVisualShapeData(body, physicsClientId=self._client)[0][7]
             pybullet.changeVisualShape(body, -1, rgbaColor=colour, physicsClientId=self._client)
 

@@ -10,14 +10,12 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from mrs_simulator.core.parameters import shown
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_yaml
+from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.registry import file_named
+from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.world.view import PITCH, YAW, View
 
 LARGEST = 1280  # [px] of a picture's side
@@ -29,7 +27,8 @@ class CameraNode:
 
     def __init__(self):
         self._period = 1.0 / number_parameter("~rate", 10.0, above=0.0, high=100.0)
-        self._newest, self._wanted, self._scenario = None, None, None
+        self._newest, self._wanted = None, None
+        self._told = None  # the ``Team`` and the obstacles
         self._view, self._shown = None, None
         self._publisher = rospy.Publisher("~image", Image, queue_size=1)
         self._subscribers = [
@@ -47,39 +46,33 @@ class CameraNode:
     def _on_scenario(self, message):
         try:
             scenario = scenario_from_yaml(message.data, "stage/scenario")
-        except ScenarioError as error:
-            rospy.logerr_throttle(5.0, "camera: {}".format(error))
-            return
-        named = file_named(scenario)  # which a topic does not open
-        if named:
-            text = "camera: no pictures of robots whose kind is in a file: {}"
-            rospy.logerr_throttle(5.0, text.format(shown(named)))
-            return
-        self._scenario = scenario
+            self._told = told_team(scenario), scenario.obstacles
+        except ValueError as error:
+            rospy.logerr_throttle(5.0, "camera: no pictures: stage/scenario: {}".format(error))
 
     def spin(self):
         """Render until ROS shuts down; naps are of wall time, a picture does not wait for the clock."""
         due = time.monotonic()
         while not rospy.is_shutdown():
             time.sleep(NAP)
-            state, scenario = self._newest, self._scenario
-            if time.monotonic() < due or state is None or scenario is None:
+            state, told = self._newest, self._told
+            if time.monotonic() < due or state is None or told is None:
                 continue
             poses = read_state(state).pose
-            if self._publisher.get_num_connections() and len(poses) == scenario.n:
+            if self._publisher.get_num_connections() and len(poses) == told[0].n:
                 begun = time.monotonic()
-                self._publisher.publish(self._picture(poses, state.header, scenario))
+                self._publisher.publish(self._picture(poses, state.header, told))
                 # At most half of a core, however slow the renderer is here.
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)
         if self._view is not None:
             self._view.close()
 
-    def _picture(self, poses, header, scenario):
-        if scenario is not self._shown:
+    def _picture(self, poses, header, told):
+        if told is not self._shown:
             if self._view is not None:
                 self._view.close()
-            self._view = View(Team.from_scenario(scenario), poses, scenario.obstacles)
-            self._shown = scenario
+            team, obstacles = told
+            self._view, self._shown = View(team, poses, obstacles), told
         self._view.show(poses)
         look = self._wanted
         width, height = 640, 480

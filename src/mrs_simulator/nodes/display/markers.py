@@ -12,13 +12,14 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
 from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.scenario import DEFAULT_KIND, ScenarioError, scenario_from_yaml
+from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import TeamState, read_state
 from mrs_simulator.ros.parameters import number_parameter
 from mrs_simulator.study.figures import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles import KINDS, kind
+from mrs_simulator.vehicles import kind
+from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.top_view import TYRE, wheel_places
 
 MOST_PARTS = 10  # [-] of a robot, and one more
@@ -49,15 +50,15 @@ class Markers:
     def _begin(self, message):
         try:
             scenario = scenario_from_yaml(message.data, "stage/scenario")
-        except ScenarioError as error:
-            rospy.logerr_throttle(5.0, "markers: {}".format(error))
+            kinds = told_team(scenario).kinds
+        except ValueError as error:
+            text = "markers: robots are drawn as of the default kind: stage/scenario: {}"
+            rospy.logerr_throttle(5.0, text.format(error))
             return
         with self._lock:
             # The stage tells its scenario anew after a reset too.
             self._obstacles, self._trails = scenario.obstacles, Trails()
-            # A topic opens no files: a kind in a file is drawn as the default one.
-            shipped = [name if name in KINDS else DEFAULT_KIND for name in scenario.kinds]
-            self._kinds = tuple(map(kind, shipped))
+            self._kinds = kinds
 
     def _keep(self, message):
         state = read_state(message)

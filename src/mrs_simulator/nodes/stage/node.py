@@ -36,6 +36,7 @@ from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team, shipped_kinds
+from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.world.world import World
 
 IDLE = 0.02  # [s] of wall time, the longest nap of the main loop
@@ -89,6 +90,7 @@ class Stage:
         self._started = False
         self._steps_asked = 0
         self._step = 0
+        self._stands_for = {}  # kinds as they were told to others -> as the scenario has them
         self.id, self.run = random.SystemRandom().getrandbits(32), 0
         self.trouble = ""  # who else simulates or drives these robots
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
@@ -141,10 +143,18 @@ class Stage:
         self.topics.follow_team()
         if self.drivers:
             self.drivers.follow_team()
-        self._scenario.publish(String(data=self.scenario.to_yaml()))
+        self._tell_scenario()
         # With 2000 topics each of the collector's rounds over them would take longer than a period.
         gc.collect()
         gc.freeze()
+
+    def _tell_scenario(self):
+        """Publish the scenario, without the names of files: displays draw what they are told."""
+        told, stands_for, notes = portable(self.scenario)
+        self._stands_for.update(stands_for)  # a team may be of these kinds again
+        for note in notes:
+            rospy.logwarn("stage: %s", note)
+        self._scenario.publish(String(data=told.to_yaml()))
 
     def _topics_of(self, row):
         if row in self.mirror.rows:
@@ -327,8 +337,10 @@ class Stage:
                 raise ValueError(
                     "robot{}: z = {}, but it stands on the ground; wanted 0".format(number, height)
                 )
-        # A request names no files to be read here.
+        # A request names no files to be read here but those that the scenario names.
+        kinds = [self._stands_for.get(kind, kind) for kind in kinds]
         known = {*shipped_kinds(), *self.scenario.own_kinds, *self.scenario.kinds}
+        known.update(self._stands_for.values())
         for kind in kinds:
             if kind not in known:
                 raise ValueError(unknown_name("kind", kind, known))

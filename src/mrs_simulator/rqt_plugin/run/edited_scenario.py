@@ -1,5 +1,7 @@
 """The scenario under the user's hands, and what its law says of it; without Qt."""
 
+import os
+
 import numpy as np
 
 from mrs_simulator.control.laws import HOMES
@@ -8,7 +10,7 @@ from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
-from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles import Team, kind
 
 SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
@@ -61,6 +63,11 @@ class EditedScenario:
         return self.try_out(
             self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology)
         )
+
+    def kind(self, name):
+        """Return the ``Kind`` that ``name`` means in the scenario."""
+        beside = os.path.dirname(self.scenario.path) if self.scenario.path else ""
+        return kind(name, beside, self.scenario.own_kinds)
 
     def team(self):
         """Return the ``Team`` of the scenario's robots."""

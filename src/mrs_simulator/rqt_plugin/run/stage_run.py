@@ -5,7 +5,7 @@ from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.rqt_plugin.run.study_state import named
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.study.report import write_scenario
-from mrs_simulator.vehicles import KINDS
+from mrs_simulator.vehicles.portable import told_team
 
 # What a stage has from its start.
 OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
@@ -71,10 +71,10 @@ class StageRun:
             return Trouble("not attached: {}".format(error))
         if runs is None:
             return Trouble("not attached: the stage has not told its scenario yet")
-        if not set(runs.kinds) <= set(KINDS):  # nor does it open files
-            return Trouble(
-                "not attached: its robots are of a kind in a file; open the stage's scenario here"
-            )
+        try:
+            told_team(runs)  # nor does it open files
+        except ValueError as error:
+            return Trouble("not attached: {}; open the stage's scenario here".format(error))
         mine = self._edited.scenario
         if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
             runs = runs._replace(control=mine.control, path=mine.path)

@@ -46,6 +46,10 @@ class TeamPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._bodies = None
+        self._find, self._own = (
+            vehicles.kind,
+            (),
+        )  # what a kind's name means, and names of one's own
         self._model = TeamModel(vehicles.KINDS, self)
         self._model.accepted.connect(self._on_edited)
         self._table = TeamTable(self._model)
@@ -127,12 +131,18 @@ class TeamPanel(QWidget):
         """Return the numbers of the robots that overlap another one."""
         return {row + 1 for row in self._model.overlapping}
 
+    def set_kinds(self, find, own=()):
+        """Look up kinds by ``find(name)``, which returns the ``Kind``; offer the names ``own`` too."""
+        self._find, self._own = find, tuple(own)
+        self._model.kind_choices = tuple(dict.fromkeys((*vehicles.KINDS, *own)))
+
     def set_team(self, poses, kinds):
         """Show ``poses`` (n, 3) [m, m, rad] and ``kinds``; no signal."""
         poses, kinds = np.array(poses, dtype=float).reshape(-1, 3), tuple(kinds)
         if len(poses) != len(kinds):
             raise ValueError("{} poses and {} kinds, wanted as many".format(len(poses), len(kinds)))
-        self._bodies = Bodies(kinds) if kinds else None
+        found = {name: self._find(name) for name in dict.fromkeys(kinds)}
+        self._bodies = Bodies([found[name] for name in kinds]) if kinds else None
         pairs = self._overlapping_pairs(poses)
         self._model.set_team(poses, kinds, pairs)
         self._tell_overlaps(pairs)
@@ -151,7 +161,7 @@ class TeamPanel(QWidget):
     def _show_kind(self):
         """Show the kind of the robots selected, or of all, among those that may be chosen."""
         kinds = self._model.kinds
-        offered = list(dict.fromkeys(tuple(vehicles.KINDS) + kinds))
+        offered = list(dict.fromkeys((*vehicles.KINDS, *self._own, *kinds)))
         chosen = {kinds[row] for row in self._group_rows() if row < len(kinds)}
         if len(chosen) > 1:
             offered.insert(0, "")
@@ -159,7 +169,7 @@ class TeamPanel(QWidget):
         self._kind.clear()
         for name in offered:
             self._kind.addItem(kind_name(name) or MIXED, name)
-            self._kind.setItemData(self._kind.count() - 1, _title(name), Qt.ToolTipRole)
+            self._kind.setItemData(self._kind.count() - 1, self._title(name), Qt.ToolTipRole)
         shown = chosen.pop() if len(chosen) == 1 else ""
         self._kind.setCurrentIndex(max(0, self._kind.findData(shown)))
         self._kind.blockSignals(False)
@@ -308,10 +318,9 @@ class TeamPanel(QWidget):
     def _on_save(self, *_):
         self.save_requested.emit()
 
-
-def _title(name):
-    """Return what a kind is called in full, its name where it cannot be read."""
-    try:
-        return vehicles.kind(name).title if name else ""
-    except (ValueError, OSError):
-        return name
+    def _title(self, name):
+        """Return what a kind is called in full, its name where it cannot be read."""
+        try:
+            return self._find(name).title if name else ""
+        except (ValueError, OSError):
+            return name

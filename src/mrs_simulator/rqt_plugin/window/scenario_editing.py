@@ -41,6 +41,7 @@ class ScenarioEditing:
     def _show_team(self):
         """Show the team in force."""
         scenario = self._study.scenario
+        self._panels.team.set_kinds(self._study.edited.kind, scenario.own_kinds)
         self._panels.team.set_team(scenario.poses, scenario.kinds)
         self._panels.map.show_team(scenario.poses)
         self._show_kinds()

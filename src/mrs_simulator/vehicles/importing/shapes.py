@@ -25,7 +25,7 @@ def found_shapes(link, into, packages, notes, needed=True):
     link's collision shapes.  A collision mesh that is not there is an error if ``needed``, for the
     outline, else left out.  What was done is told in ``notes``.  Raises ``ScenarioError``.
     """
-    solids = [_solid(shape, into, packages, notes, needed) for shape in link.collisions]
+    solids = [solid(shape, into, packages, notes, needed) for shape in link.collisions]
     collisions = [shape for shape in solids if shape is not None]
     visuals = []
     for shape in link.visuals:
@@ -59,7 +59,11 @@ def _mesh_file(shape, packages):
     return path, ""
 
 
-def _solid(shape, into, packages, notes, needed):
+def solid(shape, into, packages, notes, needed):
+    """Return ``shape`` placed in its part, a mesh as the box around it; None for a mesh that is not there.
+
+    Arguments as of :func:`found_shapes`.
+    """
     if shape.form != "mesh":
         return _moved(shape, into)
     path, why = packages.file(shape.mesh, shape.where)

@@ -103,6 +103,25 @@ def test_the_emergency_stop_is_seen_in_the_whole_gui_however_narrow(app, study, 
     assert study.rect().contains(place(stop, study))
 
 
+def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, study):
+    shown(app, study, 1180, 720)
+    assert study.settings_tabs.count() == 3 and study.settings_tabs.isVisible()
+    study.results_tabs.setCurrentWidget(study.messages)
+    study.resize(480, 720)
+    app.processEvents()
+    titles = [study.results_tabs.tabText(place) for place in range(study.results_tabs.count())]
+    assert titles[:4] == ["Team", "Protocol", "Topology", "Curves"]
+    assert study.results_tabs.currentWidget() is study.messages
+    assert not study.settings_tabs.isVisible()
+    study.results_tabs.setCurrentIndex(0)
+    app.processEvents()
+    assert study.team.isVisible() and study.map.width() > 400
+    study.resize(1180, 720)
+    app.processEvents()
+    assert study.settings_tabs.count() == 3 and study.team.isVisible()
+    assert study.results_tabs.tabText(0) == "Curves" and study.results_tabs.count() == 5
+
+
 @pytest.fixture
 def saving(study, no_hidden_errors, monkeypatch):
     """The GUI and its dialog that asks where results go; ``study.saved``: what was answered."""

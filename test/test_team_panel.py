@@ -11,7 +11,13 @@ import pytest
 from gui_fixtures import shown
 from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtTest import QTest
-from python_qt_binding.QtWidgets import QAbstractItemView, QApplication, QComboBox, QPushButton
+from python_qt_binding.QtWidgets import (
+    QAbstractItemView,
+    QApplication,
+    QComboBox,
+    QPushButton,
+    QStyle,
+)
 
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.rqt_plugin.team import panel as team_panel
@@ -238,12 +244,12 @@ def test_numbers_that_are_none_can_be_shown(panel):
 
 
 def test_layouts(panel):
-    names = [panel._layout.itemText(i) for i in range(panel._layout.count())]
+    names = [panel._layouts._names.itemText(i) for i in range(panel._layouts._names.count())]
     assert names == ["line", "circle", "grid", "random"]
     for name in names[1:]:
-        panel._layout.setFocus()
-        QTest.keyClick(panel._layout, Qt.Key_Down)
-        assert panel._layout.currentText() == name
+        panel._layouts._names.setFocus()
+        QTest.keyClick(panel._layouts._names, Qt.Key_Down)
+        assert panel._layouts._names.currentText() == name
         press(panel, "Apply")
         np.testing.assert_array_equal(panel.poses(), make_layout(name, 4))
     assert len(panel.changes) == 3
@@ -252,15 +258,15 @@ def test_layouts(panel):
 
 
 def test_a_layouts_parameters(panel):
-    panel._layout.setCurrentText("random")
+    panel._layouts._names.setCurrentText("random")
     for name, text in (("size", "1e2"), ("seed", "7")):
-        (field,) = [f for f in panel._form.children() if f.objectName() == name]
+        (field,) = [f for f in panel._layouts._form.children() if f.objectName() == name]
         field.setFocus()
         field.selectAll()
         QTest.keyClicks(field, text)
     press(panel, "Apply")
     np.testing.assert_array_equal(panel.poses(), make_layout("random", 4, seed=7, size=100.0))
-    (size,) = [f for f in panel._form.children() if f.objectName() == "size"]
+    (size,) = [f for f in panel._layouts._form.children() if f.objectName() == "size"]
     size.setFocus()
     size.selectAll()
     QTest.keyClicks(size, "-1")
@@ -271,9 +277,9 @@ def test_a_layouts_parameters(panel):
     QTest.keyClicks(size, "0.1")
     press(panel, "Apply")
     assert "no room" in panel._message.message and len(panel.changes) == 1
-    panel._layout.setCurrentText("line")
-    panel._layout.setCurrentText("random")
-    assert panel._form.values() == {"min_distance": 1.5, "size": 0.1, "seed": 7}
+    panel._layouts._names.setCurrentText("line")
+    panel._layouts._names.setCurrentText("random")
+    assert panel._layouts._form.values() == {"min_distance": 1.5, "size": 0.1, "seed": 7}
 
 
 def test_overlaps_are_marked_and_named(panel):
@@ -419,8 +425,38 @@ def test_dragging_is_quick_with_the_largest_team(panel, poses):
     assert np.median(taken) < 5e-3
 
 
+MIXED = ("pioneer3dx", "robotino3", "turtlebot3_burger", "husky")
+
+
+@pytest.mark.parametrize("n, width", [(7, 440), (100, 440), (100, 480), (7, 1000)])
+def test_every_text_of_the_table_is_whole_where_robots_are_of_several_kinds(panel, n, width):
+    panel.resize(width, 640)
+    poses = make_layout("random", n, seed=1, min_distance=1.0, size=30.0)
+    panel.set_team(poses, (MIXED * n)[:n])
+    table, model = panel._table, panel._model
+    columns = range(model.columnCount())
+    metrics, sizes = table.fontMetrics(), [table.columnWidth(column) for column in columns]
+    assert len(sizes) == 5 and sum(sizes) <= table.viewport().width()
+    for row in range(n):
+        wide = [metrics.horizontalAdvance(text) for text in texts(panel, row + 1)]
+        wide[0] += table.style().pixelMetric(QStyle.PM_SmallIconSize)  # its colour
+        assert all(need < size for need, size in zip(wide, sizes)), texts(panel, row + 1)
+    assert any("." in cell for cell in texts(panel, 1)[1:3])
+
+
+def test_where_there_is_no_room_the_table_scrolls_rather_than_cut_off_what_it_says(panel):
+    panel.set_team(make_layout("random", 7, seed=1, size=30.0), (MIXED * 2)[:7])
+    before = panel.poses()
+    panel.resize(200, 640)
+    table = panel._table
+    assert table.horizontalScrollBar().maximum() > 0
+    advance = table.fontMetrics().horizontalAdvance("turtlebot3_burger")
+    assert table.columnWidth(4) > advance and texts(panel, 1)[4] == "pioneer3dx"
+    np.testing.assert_array_equal(panel.poses(), before)  # decimals are only not shown
+
+
 def test_the_panel_fits_a_narrow_column(panel):
-    panel._layout.setCurrentText("random")
+    panel._layouts._names.setCurrentText("random")
     panel.set_team(make_layout("grid", 200), KINDS[:1] * 200)
     assert panel.minimumSizeHint().width() <= 360
     table = panel._table

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import (
-    QGroupBox,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -14,10 +13,11 @@ from python_qt_binding.QtWidgets import (
 )
 
 from mrs_simulator import vehicles
-from mrs_simulator.core.layouts import LAYOUTS, extend_poses, make_layout
-from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
-from mrs_simulator.rqt_plugin.team.table import NO_PAIRS, TeamModel, TeamTable, kind_name, read_rows
+from mrs_simulator.core.layouts import extend_poses
+from mrs_simulator.rqt_plugin.team.layout_box import LayoutBox
+from mrs_simulator.rqt_plugin.team.model import NO_PAIRS, TeamModel, kind_name
+from mrs_simulator.rqt_plugin.team.spreadsheet import read_rows
+from mrs_simulator.rqt_plugin.team.table import TeamTable
 from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, PatientSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -29,8 +29,6 @@ NUMBER_TIP = (
 ).format(MOST_ROBOTS)
 KIND_TIP = "Kind of the robots that are selected in the table; of all while none is"
 MIXED = "several kinds"
-LAYOUT_ORDER = ("line", "circle", "grid", "random")
-SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")
 ROOM = (20.0, 2.5)  # [m] side of the square for new robots: at least, and times root n
 MOST_PAIRS = 3  # named in the line below the table
 
@@ -55,6 +53,9 @@ class TeamPanel(QWidget):
         self._table = TeamTable(self._model)
         self._table.pasted.connect(self._on_pasted)
         self._message, self._overlaps = MessageLabel(), MessageLabel()
+        self._layouts = LayoutBox(lambda: len(self.kinds()))
+        self._layouts.chosen.connect(self._on_layout)
+        self._layouts.refused.connect(self._message.say)
         self._build_number()
         self._build_scenario_buttons()
         self._model.refused.connect(self._message.say)
@@ -63,7 +64,7 @@ class TeamPanel(QWidget):
         layout.addWidget(self._table, 1)
         layout.addWidget(self._message)
         layout.addWidget(self._overlaps)
-        layout.addWidget(self._layout_group())
+        layout.addWidget(self._layouts)
         self.set_editable(True)
         self.set_team([[0.0, 0.0, 0.0]], vehicles.KINDS[:1])
 
@@ -95,26 +96,6 @@ class TeamPanel(QWidget):
         number.addWidget(self._kind, 1)
         self._first_line.addLayout(buttons)
         self._first_line.addLayout(number)
-
-    def _layout_group(self):
-        self._group = QGroupBox("Layout")
-        self._layout = PatientComboBox()
-        self._layout.setToolTip("Arrangement of all robots")
-        names = sorted(LAYOUTS, key=lambda name: (LAYOUT_ORDER + (name,)).index(name))
-        self._layout.addItems(names)
-        self._layout.currentIndexChanged.connect(self._on_layout)
-        self._apply = QPushButton("Apply")
-        self._apply.setToolTip("Put all robots to this layout")
-        self._apply.clicked.connect(self._on_apply)
-        self._form = ParameterForm()
-        self._layout_values = {}  # of all layouts seen so far
-        column, line = QVBoxLayout(self._group), QHBoxLayout()
-        line.addWidget(self._layout, 1)
-        line.addWidget(self._apply)
-        column.addLayout(line)
-        column.addWidget(self._form)
-        self._on_layout()
-        return self._group
 
     # What is shown -------------------------------------------------------------------------------
 
@@ -203,11 +184,11 @@ class TeamPanel(QWidget):
         """
         self._table.set_editable(editable)
         self._open.setEnabled(editable or may_open)
-        for widget in (self._number, self._kind, self._group):
+        for widget in (self._number, self._kind, self._layouts):
             widget.setEnabled(editable)
         remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
         self._number.setToolTip(NUMBER_TIP + remark)
-        self._group.setToolTip(remark)
+        self._layouts.setToolTip(remark)
         self._table.setToolTip(remark)
 
     def set_real(self, numbers):
@@ -290,23 +271,7 @@ class TeamPanel(QWidget):
         return poses, kinds + (kinds[-1] if kinds else vehicles.KINDS[0],) * (len(poses) - n)
 
     @guarded
-    def _on_layout(self, *_):
-        name = self._layout.currentText()
-        self._layout_values.update(self._form.values())
-        parameters = LAYOUTS[name] + ((SEED,) if name == "random" else ())
-        self._form.set_parameters(parameters, self._layout_values)
-
-    @guarded
-    def _on_apply(self, *_):
-        if not self._form.finish():
-            return
-        try:
-            poses = make_layout(
-                self._layout.currentText(), len(self.kinds()), **self._form.values()
-            )
-        except ValueError as error:
-            self._message.say(str(error))
-            return
+    def _on_layout(self, poses):
         self._change(poses, self.kinds())
         self.arranged.emit()
 

@@ -27,13 +27,18 @@ from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import MessageList
+from mrs_simulator.rqt_plugin.window.one_column import OneColumn
 
 SIZE = (1180, 720)  # [px] that shows everything
+SETTINGS = 21  # [lines of text] that the settings are wide at first
 STATUS = ("master", "stage", "controller", "robots", "time")
 
 
 class StudyPanels(QWidget):
-    """Run bar and banners on top, settings on the left, map above results on the right, status below."""
+    """Run bar and banners on top, settings on the left, map above results on the right, status below.
+
+    In a narrow window the settings are among the results.
+    """
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -49,6 +54,8 @@ class StudyPanels(QWidget):
         self.across.addWidget(self._build_settings())
         self.across.addWidget(self.right)
         self.across.setStretchFactor(1, 1)
+        settings = SETTINGS * self.fontMetrics().height()
+        self.across.setSizes([settings, max(settings, SIZE[0] - settings)])
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.setSpacing(4)
@@ -56,6 +63,13 @@ class StudyPanels(QWidget):
         layout.addWidget(self.banners)
         layout.addWidget(self.across, 1)
         layout.addLayout(self._build_status())
+        self.columns = OneColumn(self.settings_tabs, self.results_tabs, self.right)
+
+    @guarded
+    def resizeEvent(self, event):
+        """Put the settings beside the map where there is room for both."""
+        super().resizeEvent(event)
+        self.columns.fit(self.width(), self.fontMetrics().height())
 
     def sizeHint(self):
         """Return the size that a dock of rqt, or a window, begins with."""

@@ -1,0 +1,63 @@
+"""Ready-made layouts of a team, with their parameters."""
+
+from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVBoxLayout
+
+from mrs_simulator.core.layouts import LAYOUTS, make_layout
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
+from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+ORDER = ("line", "circle", "grid", "random")
+SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")
+
+
+class LayoutBox(QGroupBox):
+    """Offers layouts; ``chosen`` gives the poses (n, 3) [m, m, rad] of one, ``refused`` says why not."""
+
+    chosen = Signal(object)
+    refused = Signal(str)
+
+    def __init__(self, count, parent=None):
+        """``count()``: returns the number of robots."""
+        super().__init__("Layout", parent)
+        self._count = count
+        self._names = PatientComboBox()
+        self._names.setToolTip("Arrangement of all robots")
+        self._names.addItems(sorted(LAYOUTS, key=lambda name: (ORDER + (name,)).index(name)))
+        self._names.currentIndexChanged.connect(self._on_name)
+        self._apply = QPushButton("Apply")
+        self._apply.setToolTip("Put all robots to this layout")
+        self._apply.clicked.connect(self._on_apply)
+        self._form = ParameterForm()
+        self._values = {}  # of all layouts seen so far
+        column, line = QVBoxLayout(self), QHBoxLayout()
+        line.addWidget(self._names, 1)
+        line.addWidget(self._apply)
+        column.addLayout(line)
+        column.addWidget(self._form)
+        self._on_name()
+
+    def choose(self, name):
+        """Offer the parameters of the layout called ``name``."""
+        self._names.setCurrentText(name)
+
+    @guarded
+    def _on_name(self, *_):
+        name = self._names.currentText()
+        self._values.update(self._form.values())
+        self._form.set_parameters(
+            LAYOUTS[name] + ((SEED,) if name == "random" else ()), self._values
+        )
+
+    @guarded
+    def _on_apply(self, *_):
+        if not self._form.finish():
+            return
+        try:
+            poses = make_layout(self._names.currentText(), self._count(), **self._form.values())
+        except ValueError as error:
+            self.refused.emit(str(error))
+            return
+        self.chosen.emit(poses)

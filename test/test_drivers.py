@@ -11,7 +11,7 @@ import xmlrpc.client
 import numpy as np
 import pytest
 from p2os_robot import Commands
-from ros_fixtures import wait_until
+from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.core.guards import stilled
 from mrs_simulator.nodes.control.guards import Guards
@@ -40,6 +40,7 @@ class Forward(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {i: make_twist(0.15, 0.0) for i in pos_map}
 """
+NOISE = "what a driver complains of"
 PACKAGE = (
     "<package><name>{}</name><version>1.0.0</version><description>-</description>"
     "<maintainer email='a@b.c'>-</maintainer><license>BSD</license></package>"
@@ -66,7 +67,9 @@ class Bench:
         home = directory / package
         home.mkdir()
         (home / "package.xml").write_text(PACKAGE.format(package))
-        start = '#!/bin/sh\nexec {} {} "$@"\n'.format(sys.executable, os.path.join(HERE, robot))
+        start = '#!/bin/sh\necho {} >&2\nexec {} {} "$@"\n'.format(
+            NOISE, sys.executable, os.path.join(HERE, robot)
+        )
         (home / program).write_text(start)
         (home / program).chmod(stat.S_IRWXU)
         (directory / "lab.yaml").write_text(SCENARIO)
@@ -148,6 +151,8 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
             bench.far(max(bench.x(1), bench.x(2)) + 0.3)
     finally:
         os.kill(control, signal.SIGCONT)
+    # What drivers print goes to the log, and what stopped a robot stays on the screen.
+    assert NOISE not in log_of(bench.process)
     # A driver that loses its robot is silent, and all stop.
     assert bench.probe.ask("switch('/robot2/{}/lose_link')".format(bench.node))
     bench.probe.wait("control('stale') == [2] and not control('running')")
@@ -205,6 +210,13 @@ def test_a_topic_of_motors_may_name_its_type():
     assert split_topic("/r{}/on p2os_msgs/MotorState", 3) == ("/r3/on", "p2os_msgs/MotorState")
     with pytest.raises(ValueError, match="unknown type of message 'os/system', wanted one of"):
         split_topic("/robot{}/on os/system", 3)
+
+
+def test_what_any_driver_prints_goes_to_the_log():
+    for name in ("rosaria", *DRIVERS):
+        tree = ElementTree.parse(os.path.join(LAUNCH, name + "_robot.launch"))
+        (node,) = tree.getroot().iter("node")
+        assert node.get("output") == "log" and "2>&1" in node.get("launch-prefix"), name
 
 
 def test_the_launch_files_of_real_robots_have_the_same_arguments():

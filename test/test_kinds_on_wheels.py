@@ -17,6 +17,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 with open(os.path.join(ROOT, "docs", "kinds.md"), encoding="utf-8") as page:
     PAGE = page.read()
 
+ON_WHEELS = tuple(name for name in shipped_kinds() if kind(name).module.MEDIUM == "ground")
+
 DIFFERENTIAL = {
     # kind: forward m/s, turn on the spot deg/s, track m, wheel radius m, and the wheels' rad/s at
     # 0.1 m/s and 0.5 rad/s
@@ -167,7 +169,7 @@ def wheels_of(each):
     return [(0.235, 0.15), (0.235, -0.15), (-0.235, 0.15), (-0.235, -0.15)]
 
 
-@pytest.mark.parametrize("name", shipped_kinds())
+@pytest.mark.parametrize("name", ON_WHEELS)
 def test_the_model_has_the_numbers_of_its_kind(name):
     each = kind(name)
     root = ET.parse(each.model).getroot()
@@ -206,7 +208,8 @@ def test_the_model_has_the_outline_of_its_kind(name):
             (each.body.front, each.body.rear), abs=1e-4
         )
         assert width == pytest.approx(each.body.width)
-    assert each.numbers.radius + z + 0.5 * height == pytest.approx(each.body.height, abs=1e-4)
+    above = each.module.ride_height(each.numbers)
+    assert above + z + 0.5 * height == pytest.approx(each.body.height, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", ["pioneer3at", "husky"])
@@ -240,9 +243,12 @@ def test_the_page_of_kinds_has_the_numbers_of_each(name):
     if math.isfinite(turn.top):
         assert any(min(abs(v - turn.top), abs(math.radians(v) - turn.top)) < 1e-6 for v in said)
     if math.isinf(forward.acceleration):
-        assert ramps == "none"
+        assert ramps.startswith("its thrust" if each.drive == "vessel" else "none")
     else:
         assert forward.acceleration in numbers_in(ramps)
+    if each.drive == "vessel":
+        assert each.numbers.arm in numbers_in(wheels)
+        return
     lengths = {"differential": ["track", "radius"], "car": ["wheelbase", "steering_max"]}
     known = {getattr(each.numbers, key) for key in lengths.get(each.drive, ["radius"])}
     assert (known if each.drive != "omnidirectional" or name == "robotino3" else set()) <= (

@@ -11,6 +11,7 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple, Union
 import numpy as np
 import yaml
 
+from mrs_simulator.core.environment import CALM, Environment, read_environment
 from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
@@ -96,6 +97,7 @@ class Scenario(NamedTuple):
     links: Links = NO_FAULTS
     mismatch: Mismatch = NO_MISMATCH
     obstacles: Tuple[Union[Box, Cylinder], ...] = ()
+    environment: Environment = CALM
     duration: float = 60.0  # [s]
     seed: int = 0
     speed: float = 1.0  # [-] simulated over wall time; 0 = as fast as possible
@@ -211,6 +213,8 @@ class Scenario(NamedTuple):
         }
         for key in ("duration", "seed", "speed", "record_rate", "step"):
             result[key] = getattr(self, key)
+        if self.environment != CALM:
+            result["environment"] = self.environment.to_plain()
         if self.cmd_vel_timeout is not None:
             result["cmd_vel_timeout"] = self.cmd_vel_timeout
         if self.topology is not None:
@@ -270,6 +274,7 @@ def scenario_from_dict(content, where="scenario"):
         links=read_links(top.take("links", {}), top.at("links"), len(poses), topology),
         mismatch=read_mismatch(top.take("mismatch", {}), top.at("mismatch"), len(poses)),
         obstacles=_read_obstacles(top),
+        environment=read_environment(top.take("environment", {}), top.at("environment")),
         duration=top.number("duration", 60.0, above=0.0),
         seed=seed,
         speed=top.number("speed", 1.0, low=0.0),

@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 
+from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.vehicles import Team
@@ -30,11 +31,18 @@ SHORT = 0.05  # [m] in a step: a bound that is worth more than the time to look 
 class GroupMotion:
     """The inner state of the robots of one drive, and their exact motion."""
 
-    def __init__(self, group, step, encoders):
-        """``group``: a ``vehicles.team.Group``; ``step`` [s]; ``encoders``: keep ``travel``."""
+    def __init__(self, group, step, encoders, environment=CALM):
+        """``group``: a ``vehicles.team.Group``; ``step`` [s]; ``encoders``: keep ``travel``.
+
+        ``environment``: its current carries robots in the water.
+        """
         self.group, self._step = group, step
         self._move, self._encoders = move_function(group.drive), encoders
-        self._reach = step * group.drive.top_speed(group.limits)
+        afloat = group.drive.MEDIUM == "water"
+        self._current = np.array(environment.current if afloat else CALM.current)
+        self._drifting = bool(self._current.any())
+        self._drift = step * float(np.hypot(*self._current))  # [m] in a step
+        self._reach = step * group.drive.top_speed(group.limits) + self._drift
         self.reset()
 
     def reset(self):
@@ -53,38 +61,61 @@ class GroupMotion:
         if self._encoders:
             rims = group.drive.rim_speeds(self._mean, self.joints, group.numbers)
             self.travel += self._step * rims
+        if self._drifting:
+            after[:, :2] += self._step * self._current
         return after
 
     def farthest(self):
         """Return a distance [m] that no robot's centre exceeded in the last step."""
         if self._reach < SHORT:
             return self._reach
-        return self._step * self.group.drive.farthest(self._mean)
+        return self._step * self.group.drive.farthest(self._mean) + self._drift
+
+    def fill_twist(self, twist, theta):
+        """Write the body twists (m, 3) over ground into ``twist``; ``theta`` (m,) [rad]."""
+        self.group.drive.fill_twist(twist, self.velocity, self.joints, self.group.numbers)
+        if self._drifting:
+            # A drive writes those entries alone that it moves by.
+            twist[:, 1] = 0.0
+            self._add_drift(twist, theta)
+
+    def _add_drift(self, twist, theta):
+        if self._drifting:
+            twist[:, :2] += into_body(np.tile(self._current, (len(theta), 1)), theta)
 
     def feel(self, pushed, theta, moved):
         """Let the robots in ``pushed`` (m,) bool be as fast as contacts let them.
 
         ``theta`` (m,) [rad] before the step; ``moved`` (m, 2) [m/s] in the common frame.
         """
-        cos, sin = cos_sin(theta[pushed])
-        x, y = moved[pushed, 0], moved[pushed, 1]
-        body = np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
+        moved = moved[pushed] - self._current if self._drifting else moved[pushed]
+        body = into_body(moved, theta[pushed])
         self.velocity[pushed] = self.group.drive.blocked(self.velocity[pushed], body)
+
+
+def into_body(vectors, theta):
+    """Return ``vectors`` (m, 2), of the common frame, in the bodies' frames."""
+    cos, sin = cos_sin(theta)
+    x, y = vectors[:, 0], vectors[:, 1]
+    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
 
 
 class KinematicMotion:
     """Robots moved exactly, with the firmware's limits, bodies kept apart."""
 
     def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
-                 encoders=False):  # fmt: skip
+                 encoders=False, environment=CALM, make_group=GroupMotion):  # fmt: skip
         """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
 
         ``limits`` as in ``vehicles.limits.kind_limits``; ``mirrored``: rows of robots that ``place``
-        alone moves; ``encoders``: keep ``wheel_travel``, which only odometry wants.
+        alone moves; ``encoders``: keep ``wheel_travel``, which only odometry wants; ``make_group``:
+        what makes the motion of a group, by default its exact kinematics.
         """
         self.step = step
         self.team = Team.of(kinds, limits)
-        self._groups = [GroupMotion(group, step, encoders) for group in self.team.groups]
+        self._groups = [
+            make_group(group, step, encoders, environment) for group in self.team.groups
+        ]
         self._bodies = Bodies(self.team, obstacles, mirrored)
         self._mirrored = np.array(mirrored, dtype=int)
         self._simulated = None if not len(mirrored) else ~self._bodies.mirrored
@@ -123,6 +154,8 @@ class KinematicMotion:
             command[self._mirrored] = 0.0
         before = self.pose
         free = self._moved(before, command)
+        if len(self._mirrored):
+            free[self._mirrored] = before[self._mirrored]  # no current carries them off
         self.pose = free.copy()
         self._contacts = self._bodies.separate(self.pose, self._farthest())
         if self._contacts:
@@ -142,8 +175,7 @@ class KinematicMotion:
     def _fill_twist(self):
         twist = self.twist if self._order is None and self._simulated is None else self._by_group
         for each, part in zip(self._groups, self._parts):
-            group = each.group
-            group.drive.fill_twist(twist[part], each.velocity, each.joints, group.numbers)
+            each.fill_twist(twist[part], self.pose[each.group.rows, 2])
         if twist is self.twist:
             return
         twist = twist if self._order is None else _taken(twist, self._place)
@@ -202,16 +234,24 @@ class PointMassMotion:
     by exactly ``step * alpha'``.
     """
 
-    def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=(), period=0.0):
+    def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=(), period=0.0,
+                 environment=CALM):  # fmt: skip
         """``kinds``: the ``Team``, or its kinds; ``hand_length`` [m] is l, as the drives' points take it.
 
         ``mirrored``: rows of robots that ``place`` alone moves; ``period`` [s] for which a command is
-        held, by default ``step``: a car's tells the steering angle at its end.
+        held, by default ``step``: a car's tells the steering angle at its end; ``environment``: its current
+        carries points in the water.
         """
         self.step, self._period = step, period or step
         self.team = Team.of(kinds, None)
         self._hand_length = hand_length
         self._mirrored = np.array(mirrored, dtype=int)
+        self._current = np.zeros((self.team.n, 2))
+        for group in self.team.groups:
+            if group.drive.MEDIUM == "water":
+                self._current[group.rows] = environment.current
+        self._current[self._mirrored] = 0.0
+        self._drifting = bool(self._current.any())
         self.wheel_travel = [
             np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
         ]
@@ -237,6 +277,8 @@ class PointMassMotion:
         command = np.array(command, dtype=float)
         command[self._mirrored] = 0.0
         u = self.team.velocity(command, self.pose, self.joints(), self._hand_length, self._period)
+        if self._drifting:
+            u = u + self._current
         cos, sin = cos_sin(self.pose[:, 2])
         self.pose[:, :2] += self.step * u
         self.twist[:, 0] = cos * u[:, 0] + sin * u[:, 1]

@@ -11,14 +11,18 @@ True
 
 import numpy as np
 
+from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import compose, wrap_angle
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.forced import ForcedGroup
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
+from mrs_simulator.world.weather import Weather
 
 EVERY = slice(None)  # the rows of all robots
 FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
@@ -49,6 +53,7 @@ class World:
         mirrored=(),
         mismatch=NO_MISMATCH,
         command_period=0.0,
+        environment=CALM,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -56,8 +61,8 @@ class World:
         simulated time, by default that of each robot's kind, looked at every ``watch_period`` [s], 0:
         at each step.  ``mirrored``: rows of robots that obey no command and are only where ``place``
         puts them: bodies to the others, never pushed.  ``mismatch``: how they obey
-        commands; ``command_period`` [s] for which one is held, by default ``step``.  Raises
-        ``WorldError``.
+        commands; ``command_period`` [s] for which one is held, by default ``step``; ``environment``:
+        current, wind and waves.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -69,6 +74,7 @@ class World:
         self._seed = seed
         self._mismatch = mismatch
         self._command_period = command_period
+        self._environment = environment
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
@@ -92,6 +98,7 @@ class World:
                 seed=scenario.seed,
                 mismatch=scenario.mismatch,
                 command_period=1.0 / scenario.control.rate,
+                environment=scenario.environment,
                 **options,
             )
         except WorldError as error:
@@ -110,6 +117,7 @@ class World:
             )
         if self.fidelity != "point_mass":
             refuse_overlaps(team, poses, self.obstacles)
+        self._size = team.n
         motion = self._new_motion(team, poses)
         if self._motion is not None:
             self._motion.close()
@@ -132,17 +140,33 @@ class World:
                 self.step_size,
                 **mirrored,
                 period=self._command_period,
+                environment=self._environment,
             )
         bodies = team, poses, self.obstacles, self._limits, self.step_size
+        moving = {"encoders": self._odometry_kind == "wheel", "environment": self._environment}
         if self.fidelity == "kinematic":
-            return KinematicMotion(*bodies, **mirrored, encoders=self._odometry_kind == "wheel")
+            return KinematicMotion(*bodies, **mirrored, **moving)
         if self.fidelity != "dynamic":
             raise WorldError(
                 "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
             )
+        media = {group.drive.MEDIUM for group in team.groups}
+        if "ground" not in media:
+            return KinematicMotion(*bodies, **mirrored, **moving, make_group=self._forced_group)
+        if len(media) > 1:
+            raise WorldError(
+                "fidelity 'dynamic': robots on the ground and in the water in one team; "
+                "wanted one of both, or kinematic"
+            )
         from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
 
         return DynamicMotion(*bodies, **mirrored)
+
+    def _forced_group(self, group, step, encoders, environment):
+        rows = np.arange(self._size)[group.rows]
+        weather = Weather(environment, step, self._seed, rows)
+        group = group._replace(numbers=columns_of(group.kinds, group.drive))  # whatever the limits
+        return ForcedGroup(group, step, encoders, environment, weather)
 
     def _new_odometry(self):
         # Wheels that roll in pybullet slip by themselves.

@@ -7,7 +7,7 @@ import importlib
 
 from mrs_simulator.core.parameters import unknown_name
 
-DRIVES = ("differential", "omnidirectional", "car")
+DRIVES = ("differential", "omnidirectional", "car", "vessel")
 
 
 def drive_module(name):

@@ -43,6 +43,7 @@ from mrs_simulator.vehicles.drives.stand import Stand
 
 AXES = ("linear.x", "angular.z")
 LIMIT_AXES = ("linear.x",)  # the turn rate follows from speed and steering angle
+MEDIUM = "ground"  # in which the robots move: ground, water or air
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # distance of the rear axle [m], and angle turned [rad] as motor and servo give it
 POINT = "point ahead of the steered wheel"

@@ -28,6 +28,7 @@ from mrs_simulator.vehicles.drives.stand import Stand
 
 AXES = ("linear.x", "angular.z")
 LIMIT_AXES = AXES  # that a kind's file gives limits of
+MEDIUM = "ground"  # in which the robots move: ground, water or air
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # wheels that are counted: left, right
 POINT = "hand point"

@@ -22,6 +22,7 @@ from mrs_simulator.vehicles.quantities import quantity
 
 AXES = ("linear.x", "linear.y", "angular.z")
 LIMIT_AXES = AXES
+MEDIUM = "ground"  # in which the robots move: ground, water or air
 SECTION = "wheels"  # of a kind's file
 ENCODERS = 4  # wheels that are counted, in the order of ``rolling``
 POINT = "centre"

@@ -19,6 +19,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.vehicles.drives import flight_control
 from mrs_simulator.vehicles.drives.flight import acting, advanced
+from mrs_simulator.vehicles.drives.following import AT_ONCE, shrunk
 from mrs_simulator.vehicles.drives.rotors import (
     GRAVITY,
     effect_of,
@@ -33,8 +34,6 @@ POINT = "centre"
 SUBSTEP = 0.002  # [s] the longest of the motion with forces
 VELOCITY_EVERY = 5  # [-] substeps from one use of the velocity's controller to the next
 STEEPEST = 1.2  # [rad] of any tilt
-NO_LIMIT = 1e12  # [m/s^2] stands for no limit of acceleration
-AT_ONCE = 1e-12  # [s] stands for no time
 
 
 class Numbers(NamedTuple):
@@ -140,29 +139,19 @@ def followed(velocity, wanted, numbers, duration):
     from there on exponentially.
     """
     error = (wanted - velocity).T
-    response = np.maximum(parts(numbers.response), AT_ONCE)
+    response = parts(numbers.response)
     across = np.sqrt(error[0] * error[0] + error[1] * error[1])
     size = np.stack([across, np.abs(error[2])])
     most = np.empty(size.shape)
     most[0] = GRAVITY * np.tan(numbers.tilt_max)
     climbing = flight_control.CLIMBING * greatest_climb(numbers)
     most[1] = np.where(error[2] < 0.0, numbers.sinking, climbing)
-    most = np.minimum(most, NO_LIMIT)
-    left, mean = _shrunk(size, response[[0, 2]], most, duration)
+    left, mean = shrunk(size, response[[0, 2]], most, duration)
     shares = np.zeros((2,) + size.shape)
     np.divide(left, size, out=shares[0], where=size > 0.0)
     np.divide(mean, size, out=shares[1], where=size > 0.0)
     left, mean = shares[:, [0, 0, 1]]
     return (wanted.T - left * error).T, (wanted.T - mean * error).T
-
-
-def _shrunk(size, response, most, duration):
-    """Return errors, and their means over ``duration`` [s], of errors of ``size`` at first."""
-    steady = np.clip((size - most * response) / most, 0.0, duration)
-    reached = size - most * steady
-    share = np.exp((steady - duration) / response)
-    area = 0.5 * (size + reached) * steady + reached * response * (1.0 - share)
-    return reached * share, area / duration
 
 
 def flown(flight, wanted, heading, turning, air, numbers, duration):

@@ -1,0 +1,132 @@
+"""How vessels go with forces: inner state, controllers, thrusters, hull, wind and waves.
+
+Speed controllers as real boats carry them, of the error e of u and of r each,
+
+    force = k_f wanted + k_p e + k_i int e dt + k_d e',
+
+e' of the measured velocity, behind a first-order filter of ``FILTER``; the integral waits while the
+thrusters give less than the controllers ask for.  ``numbers`` are those of ``vessel``.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.vehicles.drives import hydrodynamics, thrusters
+from mrs_simulator.vehicles.drives.rotors import parts
+
+FILTER = 0.1  # [s] behind which controllers see accelerations
+SUBSTEP = 0.02  # [s] the longest
+
+
+class Afloat(NamedTuple):
+    """The inner state of m vessels, arrays in memory column by column."""
+
+    velocity: np.ndarray  # (m, 3) [m/s, m/s, rad/s] through the water, body frame
+    command: np.ndarray  # (m, 2) of the thrusters, in force
+    integral: np.ndarray  # (m, 2) [m, rad] of the errors of u and r
+    slope: np.ndarray  # (m, 2) [m/s^2, rad/s^2] of u and r, filtered
+
+
+def begin(m):
+    """Return the ``Afloat`` of m vessels at rest in the water."""
+    return Afloat(*(np.zeros((m, width), order="F") for width in (3, 2, 2, 2)))
+
+
+def _gain(numbers, index):
+    """Return the gains ``index`` of u and r, (2, 1) or (2, m)."""
+    if isinstance(numbers.gains, tuple):
+        return parts(tuple(each[index] for each in numbers.gains))
+    return numbers.gains[:, :, index].T
+
+
+def responses(numbers):
+    """Return the time constants [s] of u and r under their controllers, (2, 1) or (2, m)."""
+    inertia, linear = parts(numbers.inertia)[[0, 2]], parts(numbers.linear)[[0, 2]]
+    return (inertia + _gain(numbers, 3)) / (linear + _gain(numbers, 1))
+
+
+def told(afloat, wanted, numbers):
+    """Return the commands (m, 2) that the controllers give thrusters for ``wanted`` (m, 2) u and r, and
+    where, (2, m) bool, they ask for more than there is."""
+    error = (wanted - afloat.velocity[:, [0, 2]]).T
+    effort = _gain(numbers, 0) * wanted.T + _gain(numbers, 1) * error
+    effort += _gain(numbers, 2) * afloat.integral.T - _gain(numbers, 3) * afloat.slope.T
+    given = thrusters.allocated(effort[0], effort[1], numbers)
+    got = np.stack([given.sum(axis=1), numbers.arm * (given[:, 1] - given[:, 0])])
+    short = np.abs(got - effort) > 1e-9 * (1.0 + np.abs(effort))
+    return thrusters.command_for(given, numbers), short
+
+
+def thrust_force(afloat, numbers):
+    """Return the thrusters' force (m, 3) [N, N, N m] on the body."""
+    left, right = thrusters.thrust(afloat.command, numbers).T
+    result = np.zeros((3, len(left)))
+    result[0], result[2] = left + right, numbers.arm * (right - left)
+    return result.T
+
+
+def sailed(afloat, force, numbers, duration, wanted):
+    """Return the ``Afloat`` after ``duration`` [s], at most ``SUBSTEP``, and the mean velocity (m, 3).
+
+    ``force`` (m, 3) [N, N, N m]: of wind and waves; ``wanted`` (m, 2): u and r for the controllers.
+    """
+    command, short = told(afloat, wanted, numbers)
+    error = wanted - afloat.velocity[:, [0, 2]]
+    integral = afloat.integral + duration * np.where(short.T, 0.0, error)
+    afloat = afloat._replace(
+        command=thrusters.after_lag(afloat.command, command, numbers, duration)
+    )
+    total = force + thrust_force(afloat, numbers)
+    velocity = hydrodynamics.moved(afloat.velocity, total, numbers, duration)
+    slope = (velocity - afloat.velocity)[:, [0, 2]] / duration
+    share = np.exp(-duration / FILTER)
+    after = afloat._replace(
+        velocity=velocity, integral=integral, slope=slope + share * (afloat.slope - slope)
+    )
+    return after, 0.5 * (velocity + afloat.velocity)
+
+
+def voyage(pose, afloat, wanted, numbers, felt, step):
+    """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces, towards u and r ``wanted`` (m, 2).
+
+    ``felt``: the ``core.environment.Felt`` of these robots.
+    """
+    count = max(1, int(np.ceil(step / SUBSTEP - 1e-9)))
+    waves = wave_force(felt.waves, numbers)
+    for _ in range(count):
+        ground = hydrodynamics.over_ground(afloat.velocity, pose[:, 2], felt.current)
+        air = hydrodynamics.into_body(felt.wind, pose[:, 2]) - ground[:, :2]
+        force = hydrodynamics.wind_force(air, numbers) + waves
+        afloat, mean = sailed(afloat, force, numbers, step / count, wanted)
+        pose = hydrodynamics.drifted(pose, mean, felt.current, step / count)
+    return pose, afloat
+
+
+def obeyed(afloat):
+    """Return u and r (m, 2) of the inner state."""
+    return afloat.velocity[:, [0, 2]]
+
+
+def twist_of(afloat):
+    """Return the body twists (m, 3) through the water: vx, vy [m/s], omega [rad/s]."""
+    return afloat.velocity
+
+
+def stopped(afloat, pushed, moved):
+    """Return the ``Afloat`` where contacts let the robots ``pushed`` (m,) bool move by ``moved`` (k, 2).
+
+    [m/s] through the water, in the body's frame: no faster than they went, nor the other way.
+    """
+    velocity = afloat.velocity.copy(order="F")
+    own = velocity[pushed, :2]
+    velocity[pushed, :2] = np.sign(own) * np.clip(np.sign(own) * moved, 0.0, np.abs(own))
+    return afloat._replace(velocity=velocity)
+
+
+def wave_force(waves, numbers):
+    """Return the force (m, 3) [N, N, N m] of ``waves`` (m, 2) [m], aside and about the vertical."""
+    aside, turn = parts(numbers.waves)
+    result = np.zeros((3, len(waves)))
+    result[1], result[2] = aside * waves[:, 0], turn * waves[:, 1]
+    return result.T

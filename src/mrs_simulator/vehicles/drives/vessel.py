@@ -1,0 +1,270 @@
+"""Vessels with two thrusters: they obey the speed through the water ``u`` and the turn rate ``r``.
+
+With forces they are bodies in the water, ``hydrodynamics``, under controllers and thrusters, ``sailing``.
+Without forces u and r follow with the time constant of their controllers, ``(M + k_d)/(d + k_p)``, and the
+boat does not slip sideways.
+
+**The controlled point** lies at the bow, ``ahead + l`` before the centre along the heading, and moves
+through the water with
+
+    (cos, sin) u + (ahead + l) (-sin, cos) r,
+
+as the hand point of a unicycle does.  The current comes on top: it is not in the commands, so that under
+``u = -k (p - p*)`` the point rests ``V/k`` from where it should; and sideways slip, which steady motion has
+none of.
+
+Of m robots: ``command`` (m, 2), a column for each of ``AXES``.
+"""
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import (
+    arc,
+    clip_commands,
+    hand_points,
+    point_mass_from_unicycle,
+    unicycle_from_point_mass,
+    wrap_angle,
+)
+from mrs_simulator.vehicles.drives import thrusters
+from mrs_simulator.vehicles.drives.following import shrunk
+from mrs_simulator.vehicles.drives.sailing import (  # noqa: F401, of the drive too
+    begin,
+    obeyed,
+    responses,
+    stopped,
+    twist_of,
+    voyage,
+)
+
+AXES = ("linear.x", "angular.z")
+LIMIT_AXES = AXES
+SECTION = "hull"  # of a kind's file
+MEDIUM = "water"
+POINT = "point ahead of the bow"
+JOINTS = False  # whether ``joints`` move
+ENCODERS = 2  # distance through the water [m] by the log, and angle turned [rad] by the gyro
+
+
+class Numbers(NamedTuple):
+    """What a kind tells of its hull and thrusters; of several kinds each number is a column (m, ...)."""
+
+    inertia: Tuple[float, ...]  # (4,) m1, m2 [kg], m3 [kg m^2], s [kg m], added mass included
+    linear: Tuple[float, ...]  # (3,) damping, [N s/m, N s/m, N m s]
+    quadratic: Tuple[float, ...]  # (3,) [N s^2/m^2, ...]
+    wind: Tuple[float, ...]  # (3,) [N s^2/m^2, N s^2/m^2, N s^2/m]
+    waves: Tuple[float, ...]  # (2,) force aside [N/m] and torque [N], per m of significant height
+    point: float  # [m] of the bow ahead of the centre
+    arm: float  # [m] of a thruster from the middle
+    curve: str  # one of ``thrusters.CURVES``
+    ahead: float  # greatest command
+    astern: float
+    factor_ahead: float  # of the curve
+    factor_astern: float
+    lag: float  # [s] of the thrusters
+    gains: Tuple[Tuple[float, ...], ...]  # (2, 4): of u and r each k_f, k_p, k_i, k_d
+    backward: float = np.inf  # [m/s], greatest speed backwards where it is less than forwards
+
+
+COLUMNS = Numbers._fields  # the numbers that the functions below use
+
+
+def read(section):
+    """Return the ``Numbers`` in a kind's ``section``, a ``QuantitySection``."""
+    inertia, linear, quadratic, wind, waves, thrust = (
+        section.section(key)
+        for key in ("inertia", "linear", "quadratic", "wind", "waves", "thrusters")
+    )
+    gains = section.section("gains")
+    curve = thrust.text("curve", choices=thrusters.CURVES)
+    units = (
+        ("N", "") if curve == "linear" else ("N s^2", "rad/s") if curve == "square" else ("", "")
+    )
+    numbers = Numbers(
+        inertia=tuple(
+            inertia.quantity(key, unit, **bounds)
+            for key, unit, bounds in (
+                ("surge", "kg", {"above": 0.0}),
+                ("sway", "kg", {"above": 0.0}),
+                ("yaw", "kg m^2", {"above": 0.0}),
+                ("sway_yaw", "kg m", {"default": 0.0}),
+            )
+        ),
+        linear=_each(linear, ("N s/m", "N s/m", "N m s")),
+        quadratic=_each(quadratic, ("N s^2/m^2", "N s^2/m^2", "N m s^2"), default=0.0),
+        wind=_each(wind, ("N s^2/m^2", "N s^2/m^2", "N s^2/m"), default=0.0),
+        waves=(
+            waves.quantity("sway", "N/m", 0.0, low=0.0),
+            waves.quantity("yaw", "N", 0.0, low=0.0),
+        ),
+        point=section.quantity("bow", "m", low=0.0, high=100.0),
+        arm=thrust.quantity("arm", "m", above=0.0, high=100.0),
+        curve=curve,
+        ahead=thrust.quantity("ahead", units[1], 1.0, above=0.0),
+        astern=thrust.quantity("astern", units[1], 1.0, low=0.0),
+        factor_ahead=1.0
+        if curve == "logistic"
+        else thrust.quantity("thrust_ahead", units[0], above=0.0),
+        factor_astern=1.0
+        if curve == "logistic"
+        else thrust.quantity("thrust_astern", units[0], above=0.0),
+        lag=thrust.quantity("lag", "s", 0.0, low=0.0, high=10.0),
+        gains=tuple(_gains(gains.section(key)) for key in ("surge", "yaw")),
+        backward=section.quantity("backward", "m/s", above=0.0)
+        if section.has("backward")
+        else section.take("backward", np.inf),
+    )
+    for each in (inertia, linear, quadratic, wind, waves, thrust, gains):
+        each.done()
+    return numbers
+
+
+def _each(section, units, **default):
+    return tuple(
+        section.quantity(key, unit, low=0.0, **default)
+        for key, unit in zip(("surge", "sway", "yaw"), units)
+    )
+
+
+def _gains(section):
+    gains = tuple(section.quantity(key, "", 0.0, low=0.0) for key in ("kf", "kp", "ki", "kd"))
+    section.done()
+    return gains
+
+
+def unlimited(numbers):
+    """Return ``numbers`` of robots that answer at once, for motion without forces."""
+    gains = np.array(numbers.gains)
+    gains[..., 3] = 0.0
+    if isinstance(numbers.gains, tuple):
+        return numbers._replace(
+            inertia=(0.0,) * 4, gains=tuple(map(tuple, gains.tolist())), backward=np.inf
+        )
+    return numbers._replace(inertia=np.zeros_like(numbers.inertia), gains=gains, backward=np.inf)
+
+
+def _possible(command, limits, numbers):
+    """Return ``command`` (m, 2) clipped to the greatest speeds."""
+    result = clip_commands(command, limits.top)
+    result[:, 0] = np.maximum(result[:, 0], -numbers.backward)
+    return result
+
+
+def ramped(velocity, joints, command, limits, numbers, step):
+    """Return u and r (m, 2), joints (m,) and mean u and r (m, 2) after ``step`` [s] without forces."""
+    wanted = _possible(command, limits, numbers)
+    error = (wanted - velocity).T
+    left, mean = shrunk(
+        np.abs(error), responses(numbers), limits.acceleration.T.reshape(2, -1), step
+    )
+    return (wanted.T - np.copysign(left, error)).T, joints, (wanted.T - np.copysign(mean, error)).T
+
+
+def move(pose, velocity, joints, command, limits, numbers, step):
+    """Return u and r (m, 2), joints (m,), mean u and r (m, 2) and pose (m, 3) after ``step`` [s].
+
+    Along the arc of the mean velocity through the water; what carries the water comes on top.
+    """
+    velocity, joints, mean = ramped(velocity, joints, command, limits, numbers, step)
+    return velocity, joints, mean, reckoned(pose, step * mean, joints, numbers)
+
+
+def forced(pose, afloat, command, limits, numbers, felt, step):
+    """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces under ``command`` (m, 2).
+
+    ``felt``: the ``core.environment.Felt`` of these robots.
+    """
+    return voyage(pose, afloat, _possible(command, limits, numbers), numbers, felt, step)
+
+
+def fill_twist(twist, velocity, joints, numbers):
+    """Write the body twists (m, 3), vx, vy [m/s], omega [rad/s], of ``velocity`` into ``twist``."""
+    twist[:, 0], twist[:, 2] = velocity[:, 0], velocity[:, 1]
+
+
+def farthest(mean):
+    """Return the greatest speed [m/s] through the water at the ``mean`` velocities (m, 2)."""
+    return float(np.abs(mean[:, 0]).max(initial=0.0))
+
+
+def top_speed(limits):
+    """Return the speed [m/s] through the water that no robot of these ``limits`` exceeds."""
+    return float(np.max(limits.top[..., 0]))
+
+
+def blocked(velocity, moved):
+    """Return the velocities (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+
+    ``moved`` through the water, in the body's frame: no faster than they went, nor the other way.
+    """
+    result, own = velocity.copy(), velocity[:, 0]
+    result[:, 0] = np.sign(own) * np.clip(np.sign(own) * moved[:, 0], 0.0, np.abs(own))
+    return result
+
+
+def rim_speeds(mean, joints, numbers):
+    """Return what log and gyro count, (m, 2): speed through the water [m/s] and turn rate [rad/s]."""
+    return mean
+
+
+def reckoned(pose, rolled, joints, numbers):
+    """Return the poses (m, 3) by dead reckoning of ``rolled`` (m, 2): way through the water, turn."""
+    after = arc(pose, rolled, 1.0)
+    after[:, 2] = wrap_angle(after[:, 2])
+    return after
+
+
+def excess(command, joints, top, numbers, period):
+    """Return by which factor each ``command`` (m, 2) is beyond the limits, (m,); up to 1 within."""
+    u, r = command[:, 0], command[:, 1]
+    ahead, back = u / top[..., 0], u / -np.minimum(numbers.backward, top[..., 0])
+    return np.maximum(np.maximum(ahead, back), np.abs(r) / top[..., 1])
+
+
+def slowed(command, factor, joints, numbers):
+    """Return the commands (m, 2) divided by ``factor``, a number or (m,)."""
+    return command / np.reshape(factor, (-1, 1))
+
+
+def at_limits(command, top, numbers, share):
+    """Return where a ``command`` (..., m, 2) has reached ``share`` of its limits, (..., m) bool."""
+    u = command[..., 0]
+    fast = (u >= share * top[..., 0]) | (-u >= share * np.minimum(numbers.backward, top[..., 0]))
+    return fast | (np.abs(command[..., 1]) >= share * top[..., 1])
+
+
+def joints_after(command, joints, numbers, period):
+    """Return ``joints`` (m,): there are none."""
+    return joints
+
+
+def joints_seen(pose, point, l, numbers):
+    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
+    return np.zeros(len(pose))
+
+
+def lead(l, numbers):
+    """Return how far [m] the controlled point is ahead of the centre."""
+    return numbers.point + l
+
+
+def point(pose, joints, l, numbers):
+    """Return the controlled points (..., m, 2) [m]."""
+    return hand_points(pose, lead(l, numbers))
+
+
+def command(velocity, pose, joints, l, period, numbers):
+    """Return the commands (m, 2) that move the points with ``velocity`` (m, 2) [m/s] through the water."""
+    return unicycle_from_point_mass(velocity, pose[:, 2], lead(l, numbers))
+
+
+def velocity(command, pose, joints, l, period, numbers):
+    """Return the points' velocity (m, 2) [m/s] through the water under ``command`` (m, 2)."""
+    return point_mass_from_unicycle(command, pose[:, 2], lead(l, numbers))
+
+
+def ride_height(numbers):
+    """Return the height [m] of the model's base_link above the water: it lies on the waterline."""
+    return 0.0

@@ -2,7 +2,8 @@
 
 ``python3 test/recorded_values.py`` adds scenarios that are new to ``test/data/recorded_values.json``, on
 the kind of machine that the others were recorded on, and leaves those untouched.  ``--anew`` runs and
-writes all: to be done only where numbers had to change, in a commit that says why.
+writes all, ``--anew NAME ...`` the scenarios of these names: to be done only where numbers had to change,
+in a commit that says why.
 """
 
 import base64
@@ -164,9 +165,16 @@ def load():
 if __name__ == "__main__":
     import tempfile
 
+    given = [argument for argument in sys.argv[1:] if argument != "--anew"]
+    paths = [argument for argument in given if argument.endswith(".json")]
+    names = set(given) - set(paths)
+    known = load() if names or "--anew" not in sys.argv[1:] else None
+    if names - {name for name, _ in cases()}:
+        raise SystemExit("scenarios {}: not among those shipped".format(", ".join(sorted(names))))
+    for case in [case for case in (known or {"runs": ()})["runs"] if case.split()[0] in names]:
+        del known["runs"][case]
     with tempfile.TemporaryDirectory() as directory:
-        content = record(directory, None if "--anew" in sys.argv[1:] else load())
-    paths = [argument for argument in sys.argv[1:] if argument != "--anew"]
+        content = record(directory, known)
     with open(paths[0] if paths else RECORDED, "w", encoding="utf-8") as file:
         json.dump(content, file, indent=1, sort_keys=True)
         file.write("\n")

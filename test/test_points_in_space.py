@@ -74,7 +74,7 @@ FLIGHTS = {
     "marching": (8, graph, {"shape": "grid", "swing": 0.2}, anywhere, 30.0),
     "containment": (7, complete, {"leaders": 4}, tetrahedron_of_leaders, 10.0),
     "rendezvous": (6, complete, {"radius": 6.0}, anywhere, 40.0),
-    "flocking": (6, complete, {}, anywhere, 40.0),
+    "flocking": (6, complete, {}, anywhere, 25.0),
     "cucker_smale": (6, complete, {}, anywhere, 20.0),
     "reynolds": (6, complete, {}, anywhere, 10.0),
 }  # fmt: skip

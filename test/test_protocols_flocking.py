@@ -143,6 +143,13 @@ def test_groups_and_least_distance():
     assert laws.diameter(points) == pytest.approx(np.sqrt(25.25))
 
 
+def test_groups_of_many():
+    draw = np.random.default_rng(0)
+    snake = np.column_stack([np.arange(400.0), np.sin(np.arange(400.0))])[draw.permutation(400)]
+    assert laws.groups(snake, 1.5) == 1
+    assert laws.groups(np.concatenate([snake, snake + [0.0, 5.0], [[-9.0, 0.0]]]), 1.5) == 3
+
+
 # Cucker and Smale
 
 

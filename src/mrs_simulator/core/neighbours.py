@@ -21,14 +21,36 @@ def squared(a):
     return dot(a, a)
 
 
+def all_pairs(n):
+    """Return the rows of all pairs of n points, (m,) and (m,), i < j; not to be written to."""
+    return _kept_pairs(n) if n <= DENSE else np.triu_indices(n, 1)
+
+
+@functools.lru_cache(maxsize=8)
+def _kept_pairs(n):
+    pairs = np.triu_indices(n, 1)
+    for rows in pairs:
+        rows.setflags(write=False)
+    return pairs
+
+
 def close_pairs(position, distance):
     """Return the rows of all pairs of points closer than ``distance`` [m], (m,) and (m,), i < j."""
     if len(position) <= DENSE:
-        first, second = np.triu_indices(len(position), 1)
+        first, second = all_pairs(len(position))
     else:
         first, second = _grid_pairs(position, distance)
-    near = squared(position[second] - position[first]) < distance * distance
-    return first[near], second[near]
+    near = np.flatnonzero(squared_apart(position, first, second) < distance * distance)
+    return first.take(near), second.take(near)
+
+
+def squared_apart(position, first, second):
+    """Return the squared distances (m,) of pairs of points: rows ``first`` and ``second``, (m,)."""
+    total = 0.0
+    for column in position.T:  # by columns: a row of two numbers is slow to fetch
+        apart = column.take(second) - column.take(first)
+        total = total + apart * apart
+    return total
 
 
 def _grid_pairs(position, size):

@@ -4,6 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.edge_terms import apart, inner, pair_sum
+from mrs_simulator.core.neighbours import all_pairs, close_pairs
+
 EPSILON = 0.1  # [1/m^2] of the sigma-norm, as published
 BUMP_START = 0.2  # [-] share of the range up to which the bump function is 1, as published
 POTENTIAL_STEPS = 4000  # [-] of the table of the pair potential
@@ -47,28 +50,28 @@ def pair_force(z, lattice):
 
 
 def flocking(points, velocities, lattice, alignment, leader, c1, c2):
-    """Return the accelerations ``u_i`` (n, 2) [m/s^2] of algorithm 2.
+    """Return the accelerations ``u_i`` (n, d) [m/s^2] of algorithm 2.
 
     ``u_i = sum_j phi_alpha(|p_j - p_i|_s) n_ij + alignment sum_j a_ij (v_j - v_i) - c1 (p_i - p_r)
     - c2 (v_i - v_r)``, over neighbours within ``lattice.reach``; ``a_ij = rho_h(|p_ij|_s/r_a)``,
-    ``n_ij = p_ij/sqrt(1 + eps |p_ij|^2)``; ``leader`` (2, 2) holds the gamma agent's place p_r [m] and
+    ``n_ij = p_ij/sqrt(1 + eps |p_ij|^2)``; ``leader`` (2, d) holds the gamma agent's place p_r [m] and
     velocity v_r [m/s], constant; ``c1`` [1/s^2], ``c2``, ``alignment`` [1/s].
 
     With all gains above 0 :func:`flocking_energy` never increases, velocities agree on v_r, and no
     robot is ever farther than ``sqrt(2 E(0)/c1)`` from p_r.  Olfati-Saber, 2006.
     """
-    apart, squared = _apart(points)
+    pairs = close_pairs(points, lattice.reach)
+    among = pair_sum(alpha, pairs, points, apart(velocities, pairs), lattice, alignment)
+    return among - c1 * (points - leader[0]) - c2 * (velocities - leader[1])
+
+
+def alpha(apart, slip, lattice, alignment):
+    """Return the term ``phi_alpha n_ij + alignment a_ij (v_j - v_i)``, ``slip`` being ``v_j - v_i``."""
+    squared = inner(apart, apart)
     z = sigma_norm(squared)
-    push = pair_force(z, lattice) / np.sqrt(1.0 + EPSILON * squared)
+    pull = pair_force(z, lattice) / np.sqrt(1.0 + EPSILON * squared)
     heard = alignment * bump(z / sigma_norm(lattice.reach**2), BUMP_START)
-    np.fill_diagonal(heard, 0.0)
-    return (
-        np.einsum("ij,ijk->ik", push, apart)
-        + heard @ velocities
-        - heard.sum(axis=1)[:, np.newaxis] * velocities
-        - c1 * (points - leader[0])
-        - c2 * (velocities - leader[1])
-    )
+    return pull * apart + heard * slip
 
 
 def flocking_energy(points, velocities, lattice, leader, c1):
@@ -76,9 +79,8 @@ def flocking_energy(points, velocities, lattice, leader, c1):
 
     V is the sum over pairs of ``psi(z)``, the integral of :func:`pair_force` from d_a to z.
     """
-    _, squared = _apart(points)
-    pairs = np.triu_indices(len(points), 1)
-    potential = pair_potential(sigma_norm(squared[pairs]), lattice).sum()
+    between = apart(points, all_pairs(len(points)))
+    potential = pair_potential(sigma_norm(inner(between, between)), lattice).sum()
     away, slip = points - leader[0], velocities - leader[1]
     return float(potential + 0.5 * (c1 * np.sum(away**2) + np.sum(slip**2)))
 
@@ -96,7 +98,7 @@ def pair_potential(z, lattice):
 
 
 def cucker_smale(points, velocities, beta, reach=1.0):
-    """Return the accelerations ``1/n sum_j psi(|p_j - p_i|) (v_j - v_i)``, (n, 2) [m/s^2] per gain.
+    """Return the accelerations ``1/n sum_j psi(|p_j - p_i|) (v_j - v_i)``, (n, d) [m/s^2] per gain.
 
     ``psi(r) = (1 + (r/reach)^2)^-beta``.  Velocities agree from any start if ``beta <= 1/2``, else
     from starts that :func:`flock_bound` tells.  Cucker and Smale, 2007; the factor 1/n as in Ha and
@@ -132,8 +134,9 @@ def flock_bound(size, spread, gain, beta, reach=1.0):
 
 
 def diameter(points):
-    """Return the largest distance between two of ``points`` (n, 2)."""
-    return float(np.sqrt(_apart(points)[1].max()))
+    """Return the largest distance between two of ``points`` (n, d); 0 of one."""
+    between = apart(points, all_pairs(len(points)))
+    return float(np.sqrt(inner(between, between).max(initial=0.0)))
 
 
 # Vicsek ------------------------------------------------------------------------------------------
@@ -153,7 +156,7 @@ def vicsek(points, headings, radius, disturbance):
 
 
 def order(velocities):
-    """Return the order parameter of ``velocities`` (..., n, 2), (...,): 1 parallel, about 0 disordered."""
+    """Return the order parameter of ``velocities`` (..., n, d), (...,): 1 parallel, about 0 disordered."""
     speed = np.linalg.norm(velocities, axis=-1, keepdims=True)
     direction = velocities / np.where(speed > 0.0, speed, 1.0)
     return np.linalg.norm(direction.mean(axis=-2), axis=-1)
@@ -173,25 +176,33 @@ def vicsek_order(noise, n):
 
 
 def reynolds(points, velocities, radius, separation, alignment, cohesion):
-    """Return the accelerations (n, 2) [m/s^2] of Reynolds' three rules, 1987, in a common form.
+    """Return the accelerations (n, d) [m/s^2] of Reynolds' three rules, 1987, in a common form.
 
     Over the neighbours j closer than ``radius`` [m]: ``separation sum (p_i - p_j)/|p_ij|^2``,
     ``alignment (mean v_j - v_i)`` and ``cohesion (mean p_j - p_i)``; gains in m^2/s^2, 1/s and 1/s^2.
     No theorem is known for them.
     """
-    apart, squared = _apart(points)
-    near = squared < radius**2
-    np.fill_diagonal(near, False)
-    share = near / np.maximum(near.sum(axis=1), 1)[:, np.newaxis]
-    push = near / np.where(near & (squared > 0.0), squared, 1.0)
-    lonely = ~near.any(axis=1)
-    align = np.where(lonely[:, np.newaxis], 0.0, share @ velocities - velocities)
-    gather = np.einsum("ij,ijk->ik", share, apart)
-    return alignment * align + cohesion * gather - separation * np.einsum("ij,ijk->ik", push, apart)
+    pairs = close_pairs(points, radius)
+    heard = np.bincount(np.concatenate(pairs), minlength=len(points))
+    share = 1.0 / np.maximum(heard, 1)[:, np.newaxis]
+    gather = share * pair_sum(difference, pairs, points)
+    align = share * pair_sum(difference, pairs, velocities)
+    return alignment * align + cohesion * gather + separation * pair_sum(repulsion, pairs, points)
+
+
+def difference(apart):
+    """Return the term ``x_j - x_i``."""
+    return apart
+
+
+def repulsion(apart):
+    """Return the term ``(p_i - p_j)/|p_ij|^2``, zero where points coincide."""
+    squared = inner(apart, apart)
+    return -apart / np.where(squared > 0.0, squared, 1.0)
 
 
 def within_speeds(velocities, low, high):
-    """Return ``velocities`` (n, 2) with each speed brought into [low, high] [m/s]; zero stays zero."""
+    """Return ``velocities`` (n, d) with each speed brought into [low, high] [m/s]; zero stays zero."""
     speed = np.linalg.norm(velocities, axis=1, keepdims=True)
     return velocities * np.clip(speed, low, high) / np.where(speed > 0.0, speed, 1.0)
 
@@ -200,14 +211,21 @@ def within_speeds(velocities, low, high):
 
 
 def groups(points, radius):
-    """Return into how many groups robots closer than ``radius`` [m] make of ``points`` (n, 2)."""
-    near = _apart(points)[1] < radius**2
-    for _ in range(int(np.ceil(np.log2(max(len(points), 2))))):
-        near = near @ near
-    return len({row.tobytes() for row in near})
+    """Return into how many groups robots closer than ``radius`` [m] make of ``points`` (n, d)."""
+    first, second = close_pairs(points, radius)
+    group = np.arange(len(points))
+    while True:
+        # Both ends of each pair join the lower group, and groups that joined another follow it.
+        joined = group.copy()
+        np.minimum.at(joined, group[first], group[second])
+        np.minimum.at(joined, group[second], group[first])
+        joined = joined[joined]
+        if np.array_equal(joined, group):
+            return len(np.unique(group))
+        group = joined
 
 
 def _apart(points):
-    """Return ``p_j - p_i`` (n, n, 2) and its length squared (n, n)."""
+    """Return ``p_j - p_i`` (n, n, d) and its length squared (n, n)."""
     apart = points[np.newaxis] - points[:, np.newaxis]
     return apart, np.einsum("ijk,ijk->ij", apart, apart)

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from mrs_simulator.control.laws.consensus_equations import weighted
+from mrs_simulator.core.edge_terms import edge_sum
+
 MOST_CHECKED = 12  # [-] robots up to which all pairs of sets are looked at: 4^n of them
 
 
@@ -13,21 +16,23 @@ def resilient_consensus(points, topology, F):
     that do as they like, normal robots stay within the box of their initial points; they agree iff
     the topology is (F+1, F+1)-robust.  LeBlanc, Zhang, Koutsoukos and Sundaram, 2013.
     """
-    adjacency = topology.adjacency()
-    columns = [_kept_flow(column, adjacency, F) for column in points.T]
-    return np.stack(columns, axis=1)
+    hears, heard, weights = topology.arcs
+    kept = np.array([_kept(values, hears, heard, F) for values in points.T])
+    return edge_sum(weighted, topology.arcs, points, weights * kept)
 
 
-def _kept_flow(values, adjacency, F):
-    # Robots that are not heard differ by 0 here, so that they are never among those dropped.
-    apart = np.where(adjacency > 0.0, values[np.newaxis, :] - values[:, np.newaxis], 0.0)
-    order = np.argsort(apart, axis=1, kind="stable")
-    apart = np.take_along_axis(apart, order, axis=1)
-    weights = np.take_along_axis(adjacency, order, axis=1)
-    few = min(F, len(values))
-    apart[:, :few] = np.maximum(apart[:, :few], 0.0)
-    apart[:, len(values) - few :] = np.minimum(apart[:, len(values) - few :], 0.0)
-    return np.sum(weights * apart, axis=1)
+def _kept(values, hears, heard, F):
+    """Return which of the edges are kept, (m,) bool, as for one coordinate ``values`` (n,)."""
+    above = values[heard] - values[hears]
+    order = np.lexsort((above, hears))  # robot by robot, what it hears in ascending order
+    rows, place = hears[order], np.arange(len(hears))
+    from_low = place - np.searchsorted(rows, rows, "left")
+    from_high = np.searchsorted(rows, rows, "right") - 1 - place
+    ranked = above[order]
+    dropped = (ranked < 0.0) & (from_low < F) | (ranked > 0.0) & (from_high < F)
+    kept = np.empty(len(hears), dtype=bool)
+    kept[order] = ~dropped
+    return kept
 
 
 def is_robust(topology, r, s):

@@ -102,6 +102,9 @@ class Scenario(NamedTuple):
     seed: int = 0
     speed: float = 1.0  # [-] simulated over wall time; 0 = as fast as possible
     record_rate: float = 10.0  # [Hz]
+    odometry_rate: Union[str, float, None] = (
+        None  # [Hz], "kinds": each kind's own, None: as fast as can be
+    )
     cmd_vel_timeout: Optional[float] = None  # [s], None: that of each robot's kind
     step: float = LONGEST_STEP  # [s]
     path: str = ""
@@ -215,8 +218,9 @@ class Scenario(NamedTuple):
             result[key] = getattr(self, key)
         if self.environment != CALM:
             result["environment"] = self.environment.to_plain()
-        if self.cmd_vel_timeout is not None:
-            result["cmd_vel_timeout"] = self.cmd_vel_timeout
+        for key in ("cmd_vel_timeout", "odometry_rate"):
+            if getattr(self, key) is not None:
+                result[key] = getattr(self, key)
         if self.topology is not None:
             edges = [list(edge) for edge in self.topology.edges]
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
@@ -279,6 +283,7 @@ def scenario_from_dict(content, where="scenario"):
         seed=seed,
         speed=top.number("speed", 1.0, low=0.0),
         record_rate=top.number("record_rate", 10.0, above=0.0),
+        odometry_rate=_read_odometry_rate(top),
         cmd_vel_timeout=_read_timeout(top),
         step=_read_step(top, control.rate),
         own_kinds=own_kinds,
@@ -291,6 +296,19 @@ def scenario_from_dict(content, where="scenario"):
             )
         )
     return scenario
+
+
+def _read_odometry_rate(top):
+    if not top.has("odometry_rate"):
+        return top.take("odometry_rate")
+    given = top.take("odometry_rate")
+    if given == "kinds":
+        return given
+    if isinstance(given, str):
+        raise ScenarioError(
+            "{}: {}, wanted a number [Hz], or kinds".format(top.at("odometry_rate"), shown(given))
+        )
+    return top.number("odometry_rate", above=0.0)
 
 
 def _read_limits(top):

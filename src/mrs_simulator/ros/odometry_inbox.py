@@ -51,6 +51,7 @@ class Inbox:
         self.changed = np.full(n, -math.inf)  # [s] of wall time when pose or twist last changed
         self._tracks = Tracks(n, bounds)
         self._stamp = np.full(n, NEVER)  # [ns]
+        self._ages = np.zeros(n, dtype=np.int64)  # [ns] up to which the newest stamps may be older
         self._received = np.full(n, -math.inf)
         self._repeated, self._said = set(), {}
         self._changed = threading.Condition()
@@ -151,11 +152,21 @@ class Inbox:
             self._news = False
 
     def complete(self):
-        """Return the stamp that the newest odometry of all robots bears, or None."""
+        """Return the newest stamp if no robot's odometry of that time is still to come, else None.
+
+        All robots bear that stamp, unless ``set_periods`` has said that some tell theirs less often.
+        """
         with self._changed:
-            first = int(self._stamp[0])
-            same = first != NEVER and bool((self._stamp == first).all())
-        return rospy.Time(*divmod(first, 10**9)) if same else None
+            newest = int(self._stamp.max())
+            here = bool((self._stamp != NEVER).all() and (newest - self._stamp <= self._ages).all())
+        return rospy.Time(*divmod(newest, 10**9)) if here else None
+
+    def set_periods(self, periods, step):
+        """Take in how long after each other robots' odometry comes, ``periods`` (n,) [s].
+
+        ``step`` [s] of the world: the next of a robot has come before the period is over by half of it.
+        """
+        self._ages = ((np.asarray(periods) - 0.5 * step) * 1e9).astype(np.int64)
 
     def take_repeated(self):
         """Return the rows whose odometry came again with the same stamp, and forget them."""

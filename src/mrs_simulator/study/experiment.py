@@ -32,7 +32,7 @@ class Experiment:
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, protocol)
         self.collisions = []
-        self.warnings = scenario.doubts() + self.control.team.notes
+        self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
         self.warnings += call(self.control.warnings, scenario.poses)
 
     def samples(self):

@@ -17,6 +17,7 @@ from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
 from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
@@ -54,6 +55,7 @@ class World:
         mismatch=NO_MISMATCH,
         command_period=0.0,
         environment=CALM,
+        odometry_rate=None,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -62,7 +64,8 @@ class World:
         at each step.  ``mirrored``: rows of robots that obey no command and are only where ``place``
         puts them: bodies to the others, never pushed.  ``mismatch``: how they obey
         commands; ``command_period`` [s] for which one is held, by default ``step``; ``environment``:
-        current, wind and waves.  Raises ``WorldError``.
+        current, wind and waves; ``odometry_rate`` [Hz] at which ``estimate`` follows the odometry,
+        "kinds" for that of each robot's kind, None for each step.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -75,6 +78,7 @@ class World:
         self._mismatch = mismatch
         self._command_period = command_period
         self._environment = environment
+        self._odometry_rate, self._schedule = odometry_rate, None
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
@@ -99,6 +103,7 @@ class World:
                 mismatch=scenario.mismatch,
                 command_period=1.0 / scenario.control.rate,
                 environment=scenario.environment,
+                odometry_rate=scenario.odometry_rate,
                 **options,
             )
         except WorldError as error:
@@ -123,6 +128,9 @@ class World:
             self._motion.close()
         self._motion, self.team, self._start = motion, motion.team, poses
         self._odometry = self._new_odometry()
+        if self._odometry_rate is not None:
+            steps = odometry_steps(self.team, self._odometry_rate, self.step_size)
+            self._schedule = Schedule(steps)
         given = self._cmd_vel_timeout
         self.timeouts = self.team.timeouts if given is None else np.full(self.n, float(given))
         self._shortest_timeout = float(self.timeouts.min())
@@ -203,6 +211,7 @@ class World:
         self._touching = {}
         self._new_collisions = []
         self.closest_approach = self.closest_distance()
+        self._begun, self._estimate = self._step, self._newest_estimate().copy()
 
     # State ---------------------------------------------------------------------------------------
 
@@ -270,7 +279,15 @@ class World:
         return np.zeros((self.n, 3)) if self._odometry_kind == "world" else _read_only(self._start)
 
     def estimate(self):
-        """Return the poses in the common frame as odometry gives them, (n, 3)."""
+        """Return the poses in the common frame as odometry has told them last, (n, 3), read-only."""
+        return self._newest_estimate() if self._schedule is None else _read_only(self._estimate)
+
+    @property
+    def notes(self):
+        """Return what users of this world should know, a list of texts."""
+        return odometry_notes(self.team, self._odometry_rate, self.step_size)
+
+    def _newest_estimate(self):
         if self._odometry_kind == "world":
             return self.pose
         estimate = compose(self._start, self._odometry.pose)
@@ -327,6 +344,9 @@ class World:
         self._step += 1
         if self._odometry_kind == "wheel":
             self._odometry.update(self._motion.wheel_travel, self._motion.joints())
+        if self._schedule is not None:
+            rows = np.union1d(self._schedule.due(self._step - self._begun), self.mirrored)
+            self._estimate[rows] = self._newest_estimate()[rows]
         contacts = self._motion.contacts()
         if contacts:
             self._note_contacts(contacts)

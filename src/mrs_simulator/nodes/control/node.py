@@ -45,6 +45,7 @@ from mrs_simulator.ros.team_topics import COMMAND, TeamCommands
 from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.odometry_rates import odometry_steps
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 STATUS_PERIOD = 0.5  # [s] of wall time
@@ -115,6 +116,17 @@ class ControlNode:
         simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
         self._simulated_rows = sorted(simulated)
         self._open_topics(real)
+        if scenario.odometry_rate is not None:
+            self._heed_rates()
+
+    def _heed_rates(self):
+        """Wait for nobody's odometry that comes less often than commands are given."""
+        step = self.scenario.step
+        team = Team.from_scenario(self.scenario)
+        periods = step * odometry_steps(team, self.scenario.odometry_rate, step)
+        self.inbox.set_periods(periods, step)
+        often = periods < self.period + 0.5 * step
+        self._simulated_rows = [row for row in self._simulated_rows if often[row]]
 
     def _usual_limit(self, real):
         return max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT

@@ -28,10 +28,11 @@ class RoundTrips:
         self._heard = np.full(n, -np.inf)  # [s] when each robot's newest command came
         self._away = np.zeros(n, dtype=int)  # periods since, that count if it was only outrun
 
-    def sent(self):
-        """Odometry of all robots leaves now."""
+    def sent(self, rows=None):
+        """Odometry of the robots ``rows`` leaves now, by default of all."""
         self._sent = self._clock()
-        self._waiting[:] = True
+        self._waiting[:] = rows is None
+        self._waiting[[] if rows is None else rows] = True
         self._trips.append([])
 
     def answered(self, rows, times):

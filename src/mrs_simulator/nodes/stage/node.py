@@ -36,6 +36,7 @@ from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team, shipped_kinds
+from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.world.world import World
 
@@ -83,13 +84,12 @@ class Stage:
         self._most_robots = max(int(most), scenario.n)
         self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
         self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
-        odom_rate = number_parameter("~odom_rate", ODOM_RATE if rosaria else 50.0, above=0.0)
-        self._steps_per_odom = self._steps_between(odom_rate)
-        self._steps_per_command = self._steps_between(min(odom_rate, scenario.control.rate))
+        self._step = 0
+        self._odometry_rate = odometry_rate(scenario, ODOM_RATE if rosaria else 50.0)
+        self._schedule_odometry()
         self.round_trips = RoundTrips(self.world.n)
         self._started = False
         self._steps_asked = 0
-        self._step = 0
         self._stands_for = {}  # kinds as they were told to others -> as the scenario has them
         self.id, self.run = random.SystemRandom().getrandbits(32), 0
         self.trouble = ""  # who else simulates or drives these robots
@@ -117,8 +117,13 @@ class Stage:
         if flag_parameter("~view", False):
             self._open_view()
 
-    def _steps_between(self, rate):
-        return max(1, int(round(1.0 / (rate * self.world.step_size))))
+    def _schedule_odometry(self):
+        """Begin anew to tell odometry, each robot's at its own rate."""
+        step = self.world.step_size
+        self._schedule = Schedule(odometry_steps(self.world.team, self._odometry_rate, step))
+        self._scheduled = self._step
+        commands = max(1, int(round(1.0 / (self.scenario.control.rate * step))))
+        self._steps_per_command = max(self._schedule.shortest, commands)
 
     def _open_view(self):
         from mrs_simulator.world.view import View  # pybullet only where it is used
@@ -215,7 +220,9 @@ class Stage:
         if waits:
             self._report("waiting for " + " and ".join(waits))
             return False
-        for doubt in self.scenario.doubts():
+        step = self.world.step_size
+        rates = odometry_notes(self.world.team, self._odometry_rate, step)
+        for doubt in self.scenario.doubts() + rates:
             rospy.logwarn("stage: %s", doubt)
         rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
         if self.mirror.rows and self.pacer.speed != 1.0:
@@ -255,8 +262,9 @@ class Stage:
         self.topics.publish_collisions()
         if self._step % self._steps_per_command == 0:
             self.round_trips.end_period(self.world.commanded & self.world.command.any(axis=1))
-        if self._step % self._steps_per_odom == 0:
-            self._tell_odometry()
+        due = self._schedule.due(self._step - self._scheduled)
+        if len(due):
+            self._tell_odometry(due)
         self._publish_status()
 
     def _publish_state(self):
@@ -280,11 +288,13 @@ class Stage:
         else:
             time.sleep(min(IDLE, self.pacer.wait()))
 
-    def _tell_odometry(self):
+    def _tell_odometry(self, rows=None):
+        """Tell the odometry of the robots in ``rows``, by default of all."""
+        rows = np.arange(self.world.n) if rows is None else rows
         if self.lockstep:
-            self.lockstep.expect(range(self.world.n))
-        self.round_trips.sent()
-        self.topics.publish_odometry()
+            self.lockstep.expect(rows.tolist())
+        self.round_trips.sent(rows)
+        self.topics.publish_odometry(rows)
 
     def _report_silence(self):
         rospy.logerr(
@@ -293,7 +303,7 @@ class Stage:
             self.lockstep.timeout,
             self.world.time,
         )
-        self.topics.publish_odometry()
+        self.topics.publish_odometry(np.array(self.lockstep.waiting_for))
 
     def _report(self, text):
         if time.monotonic() - self._last["report"] > WAIT_REPORT:
@@ -362,6 +372,7 @@ class Stage:
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
         self.unobeyed.begin(self.world.team)
         self.round_trips.begin(self.world.n)
+        self._schedule_odometry()
         # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
         # back between two different states.
         self.world.step()
@@ -433,6 +444,19 @@ class Stage:
             closest_approach=world.measure_closest_approach(),
         )
         self._status.publish(message)
+
+
+def odometry_rate(scenario, usual):
+    """Return the rate of odometry [Hz], or "kinds": the scenario's, or ``~odom_rate``, else ``usual``."""
+    if scenario.odometry_rate is None:
+        return number_parameter("~odom_rate", usual, above=0.0)
+    if rospy.get_param("~odom_rate", "") != "":
+        raise ValueError(
+            "odom_rate = {}: the scenario's odometry_rate is {}; wanted one of them".format(
+                rospy.get_param("~odom_rate"), scenario.odometry_rate
+            )
+        )
+    return scenario.odometry_rate
 
 
 def only_stage():

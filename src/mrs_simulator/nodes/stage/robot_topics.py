@@ -151,11 +151,11 @@ class TeamTopics(Link):
             "~command", TeamCommand, self._on_command, queue_size=1, tcp_nodelay=True
         )
 
-    def publish(self, stamp, poses, twists):
-        """Publish ``poses`` and body ``twists``, (n, 3) each, if anybody listens."""
+    def publish(self, stamp, poses, twists, rows):
+        """Publish ``poses`` and body ``twists``, (m, 3) each, of robots ``rows`` if anybody listens."""
         if not self.listened_to:
             return
-        numbers = range(1, len(poses) + 1)
+        numbers = [row + 1 for row in rows]
         self._publisher.publish(team_odometry(numbers, poses, twists, stamp))
 
     def _on_command(self, message):

@@ -82,34 +82,36 @@ class WorldTopics:
         self.clock_sent = time.monotonic()
         self._clock.publish(Clock(clock=self.stamp()))
 
-    def publish_odometry(self):
-        """Publish the odometry of all robots, and the transforms that go with it."""
-        stamp = self.stamp()
+    def publish_odometry(self, rows=None):
+        """Publish the odometry of the robots in ``rows``, by default of all, and its transforms."""
+        rows, stamp = range(self._world.n) if rows is None else rows.tolist(), self.stamp()
         poses, twists = self._world.odometry(), self._world.twist
+        if len(rows) < self._world.n:
+            poses, twists = poses[rows], twists[rows]
         if self.team_topics:
-            self.team_topics.publish(stamp, poses, twists)
+            self.team_topics.publish(stamp, poses, twists, rows)
         poses = poses.tolist()
-        for robot, pose, twist in zip(self.robots, poses, twists.tolist()):
-            robot.publish(stamp, pose, twist)
-        for row, true_pose in self._true_poses.items():
-            true_pose.publish(stamp, self._world.pose[row].tolist())
+        for row, pose, twist in zip(rows, poses, twists.tolist()):
+            self.robots[row].publish(stamp, pose, twist)
+        for row in self._true_poses.keys() & set(rows) if self._true_poses else ():
+            self._true_poses[row].publish(stamp, self._world.pose[row].tolist())
         listeners = self._tf.get_num_connections()
         # tf complains of a stamp that it has had; at rest only a new listener is told.
         if listeners and (stamp, listeners) != self._tf_sent:
             self._tf_sent = (stamp, listeners)
-            self._tf.publish(self._transforms(self._frames.odom, self._frames.base, poses))
+            self._tf.publish(self._transforms(self._frames.odom, self._frames.base, poses, rows))
 
     def _publish_static_transforms(self):
         origins = self._world.odometry_origins().tolist()
-        world = self._frames.world
-        self._tf_static.publish(self._transforms(lambda _: world, self._frames.odom, origins))
+        world, rows = self._frames.world, range(self._world.n)
+        self._tf_static.publish(self._transforms(lambda _: world, self._frames.odom, origins, rows))
 
-    def _transforms(self, parent, child, poses):
+    def _transforms(self, parent, child, poses, rows):
         stamp = self.stamp()
         return TFMessage(
             transforms=[
                 transform(stamp, parent(row + 1), child(row + 1), pose)
-                for row, pose in enumerate(poses)
+                for row, pose in zip(rows, poses)
                 if row not in self._real
             ]
         )

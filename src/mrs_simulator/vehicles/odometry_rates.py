@@ -1,0 +1,60 @@
+"""How often robots tell their odometry: by one rate for all, or each as its kind does."""
+
+import numpy as np
+
+OF_KINDS = "kinds"  # the rate that means each kind's own
+FAR_OFF = 0.01  # [-] by which a rate may differ from the wanted one without a word
+MOST_NAMED = 5  # [-] robots whose rate is told
+
+
+def odometry_steps(team, rate, step):
+    """Return after how many steps each robot of ``team`` tells its odometry anew, (n,) whole numbers.
+
+    ``rate`` [Hz] of all robots, or ``OF_KINDS``; ``step`` [s].  The nearest whole number of steps, at
+    least one: :func:`odometry_notes` says where that is another rate.
+    """
+    wanted = _wanted(team, rate)
+    return np.maximum(1, np.round(1.0 / (wanted * step)).astype(int))
+
+
+def odometry_notes(team, rate, step):
+    """Return what to know of rates that a world with this ``step`` [s] cannot keep, a list of texts."""
+    if rate is None:
+        return []
+    wanted, steps = _wanted(team, rate), odometry_steps(team, rate, step)
+    kept = 1.0 / (steps * step)
+    off = np.flatnonzero(np.abs(kept - wanted) > FAR_OFF * wanted)
+    text = "robot{}: odometry at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
+    notes = [
+        text.format(row + 1, round(kept[row], 3), steps[row], step, wanted[row])
+        for row in off[:MOST_NAMED].tolist()
+    ]
+    more = len(off) - MOST_NAMED
+    return notes + (["and of {} more robots".format(more)] if more > 0 else [])
+
+
+def _wanted(team, rate):
+    if rate == OF_KINDS:
+        return np.array([kind.odometry_rate for kind in team.kinds], dtype=float)
+    return np.full(team.n, float(rate))
+
+
+class Schedule:
+    """Which robots tell their odometry when, each every so many steps since a common beginning."""
+
+    def __init__(self, steps):
+        """``steps`` (n,): as of :func:`odometry_steps`."""
+        self._steps = np.asarray(steps, dtype=int)
+        self._alike = bool((self._steps == self._steps[0]).all())
+        self._rows = np.arange(len(self._steps))
+
+    @property
+    def shortest(self):
+        """Return the least number of steps between two odometries of a robot."""
+        return int(self._steps.min())
+
+    def due(self, elapsed):
+        """Return the rows of the robots that tell it ``elapsed`` steps after the beginning, (m,)."""
+        if self._alike:
+            return self._rows if elapsed % int(self._steps[0]) == 0 else self._rows[:0]
+        return self._rows[elapsed % self._steps == 0]

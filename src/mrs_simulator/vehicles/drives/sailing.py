@@ -16,6 +16,7 @@ from mrs_simulator.vehicles.drives import hydrodynamics, thrusters
 from mrs_simulator.vehicles.drives.rotors import parts
 
 FILTER = 0.1  # [s] behind which controllers see accelerations
+SHORT = 1e-6  # [N, N m] by which thrusters give less than is asked for, beyond rounding
 SUBSTEP = 0.02  # [s] the longest
 
 
@@ -53,8 +54,10 @@ def told(afloat, wanted, numbers):
     effort = _gain(numbers, 0) * wanted.T + _gain(numbers, 1) * error
     effort += _gain(numbers, 2) * afloat.integral.T - _gain(numbers, 3) * afloat.slope.T
     given = thrusters.allocated(effort[0], effort[1], numbers)
-    got = np.stack([given.sum(axis=1), numbers.arm * (given[:, 1] - given[:, 0])])
-    short = np.abs(got - effort) > 1e-9 * (1.0 + np.abs(effort))
+    left, right = given.T
+    short = np.empty(effort.shape, dtype=bool)
+    short[0] = np.abs(left + right - effort[0]) > SHORT
+    short[1] = np.abs(numbers.arm * (right - left) - effort[1]) > SHORT
     return thrusters.command_for(given, numbers), short
 
 

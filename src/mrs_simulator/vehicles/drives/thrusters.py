@@ -84,12 +84,20 @@ def allocated(force, torque, numbers):
     Where a thruster would have to give more than it can, both give way by the same amount, so that the
     torque is kept as long as it can be; the rest is cut off.
     """
-    ends = np.stack([numbers.ahead, -np.asarray(numbers.astern)], axis=-1)
-    most, least = thrust(np.reshape(ends, (-1, 2)), numbers).T
-    difference = np.minimum(np.abs(0.5 * torque / numbers.arm), 0.5 * (most - least))
+    most, least = numbers.most, numbers.least
+    difference = np.minimum(np.abs(0.5 / numbers.arm * torque), 0.5 * (most - least))
     middle = np.minimum(np.maximum(0.5 * force, least + difference), most - difference)
     difference = np.copysign(difference, torque)
-    return np.stack([middle - difference, middle + difference]).T
+    result = np.empty((2, len(force)))
+    np.subtract(middle, difference, out=result[0])
+    np.add(middle, difference, out=result[1])
+    return result.T
+
+
+def ends(numbers):
+    """Return the greatest thrusts ahead and astern, the latter below 0, a pair [N], of one kind."""
+    most, least = thrust(np.array([[numbers.ahead, -numbers.astern]]), numbers)[0].tolist()
+    return most, least
 
 
 def after_lag(command, wanted, numbers, duration):

@@ -65,6 +65,8 @@ class Numbers(NamedTuple):
     factor_astern: float
     lag: float  # [s] of the thrusters
     gains: Tuple[Tuple[float, ...], ...]  # (2, 4): of u and r each k_f, k_p, k_i, k_d
+    most: float = np.nan  # [N] of a thruster, which follows from its curve
+    least: float = np.nan  # [N], astern, below 0
     backward: float = np.inf  # [m/s], greatest speed backwards where it is less than forwards
 
 
@@ -118,7 +120,8 @@ def read(section):
     )
     for each in (inertia, linear, quadratic, wind, waves, thrust, gains):
         each.done()
-    return numbers
+    most, least = thrusters.ends(numbers)
+    return numbers._replace(most=most, least=least)
 
 
 def _each(section, units, **default):

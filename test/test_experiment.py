@@ -119,7 +119,8 @@ def test_the_papers_experiment_passes_its_verdict(tmp_path, name, gap, spread):
     assert verdict["min_distance"] > 0.6
     if name != "paper_dynamic":
         (settling,) = [c for c in verdict["checks"] if c["name"].startswith("settling")]
-        assert settling["tolerance"] == pytest.approx(max(0.05 * settling["predicted"], 2.0))
+        # What held commands and limits cost, and a tenth of what points may be off.
+        assert settling["tolerance"] < max(0.05 * settling["predicted"], 2.0)
 
 
 # 5. The literal preset warns, and fails as it must.

@@ -101,11 +101,10 @@ def test_the_wrong_sign_fails(run, name):
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_missing_edges_and_a_negative_gain_are_said(run, name):
     verdict, _ = run(name, topology={"edges": [[1, 2]], "directed": False}, duration=0.5)
-    assert set(failed(verdict)) & {
-        "spanning tree",
-        "jointly a spanning tree",
-        "(F+1, F+1)-robust",
-    }
+    if name == "resilient_consensus":  # robustness is sufficient: without it theory says nothing
+        assert verdict["outcome"] == "not_judged" and "robust does not" in verdict["reason"]
+    else:
+        assert set(failed(verdict)) & {"spanning tree", "jointly a spanning tree"}
     if "gain" in scenario_of(name).control.parameters:
         verdict, _ = run(name, parameters={"gain": -0.1}, duration=0.5)
         assert "gain above 0" in failed(verdict)
@@ -481,7 +480,10 @@ def test_an_adversary_drags_nobody_along(run, turn):
 
 def test_two_adversaries_are_too_many_for_one_dropped(run):
     verdict, _ = run("resilient_consensus", parameters={"adversaries": 2}, duration=1.0)
-    assert failed(verdict) == ["adversaries <= F"]
+    assert verdict["outcome"] == "not_judged" and not failed(verdict)
+    assert verdict["reason"].endswith("adversaries <= F does not hold")
+    (extent,) = [c for c in verdict["checks"] if c["name"].startswith("final extent")]
+    assert extent["passed"] is None and extent["measured"] > 0.0
 
 
 def test_plain_consensus_is_dragged_out_by_an_adversary(run):
@@ -492,4 +494,4 @@ def test_plain_consensus_is_dragged_out_by_an_adversary(run):
 
 def test_all_robots_adversaries_is_said(run):
     verdict, _ = run("resilient_consensus", parameters={"adversaries": 9}, duration=1.0)
-    assert "a normal robot" in failed(verdict)
+    assert verdict["outcome"] == "not_judged" and "a normal robot" in verdict["reason"]

@@ -253,12 +253,14 @@ def test_a_gain_below_0_or_above_its_bound_fails(tmp_path, name):
         ("bearing_leaders", "unique target"),
     ],
 )
-def test_too_few_edges_fail(tmp_path, name, said):
+def test_too_few_edges_are_said(tmp_path, name, said):
     few = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 1], [1, 3], [1, 4]]
     few = few if name != "displacement_formation" else [[1, 2], [2, 3], [4, 5], [5, 6]]
     given = shipped(name, topology={"edges": few, "directed": False}, duration=1.0)
     verdict = verdict_of(given, tmp_path)
-    assert said in failed(verdict)
+    # Without a spanning tree theory says that the shape is missed, of the others it says nothing.
+    assert failed(verdict) == ([said] if said == "spanning tree" else [])
+    assert verdict["outcome"] == ("failed" if said == "spanning tree" else "not_judged")
     assert check(verdict, said)["note"]
 
 
@@ -270,7 +272,8 @@ def test_a_shape_that_bends_is_said_to(tmp_path):
 def test_directed_distances_and_collinear_starts_are_outside_the_theorem(tmp_path):
     edges = [list(edge[:2]) for edge in BRACED.edges]
     given = shipped("distance_formation", topology={"edges": edges}, duration=1.0)
-    assert "undirected graph" in failed(verdict_of(given, tmp_path))
+    verdict = verdict_of(given, tmp_path)
+    assert verdict["outcome"] == "not_judged" and "undirected graph does not" in verdict["reason"]
     row = [[2.0 * i, 0.0, 0.0] for i in range(6)]
     given = shipped("distance_formation", poses=row, duration=1.0)
     assert failed(verdict_of(given, tmp_path)) == ["start not on one line"]
@@ -280,7 +283,9 @@ def test_leaders_that_do_not_fit_the_shape_are_named(tmp_path):
     poses = shipped("bearing_leaders").poses.tolist()
     poses[1][0] += 1.0
     verdict = verdict_of(shipped("bearing_leaders", poses=poses, duration=1.0), tmp_path)
-    assert failed(verdict) == ["leaders fit the shape"]
+    assert verdict["outcome"] == "not_judged" and "leaders fit the shape" in verdict["reason"]
+    limit = check(verdict, "distance from the unique target")
+    assert limit["passed"] is None and limit["measured"] > 0.1
 
 
 def test_distance_targets_are_the_shape_turned_onto_the_robots():

@@ -238,7 +238,10 @@ class WrongSign(Marching):
 )
 def test_a_broken_march_fails(tmp_path, name, protocol):
     verdict = verdict_of(shipped(name, duration=15.0), tmp_path, protocol)
-    assert "steady displacement error [m]" in failed(verdict)
+    steady = check(verdict, "steady displacement error")
+    touched = "touched at" in steady["note"]  # and so no theorem speaks of the rest
+    assert steady["name"] in failed(verdict) or touched
+    assert "commands off the published law [-]" in failed(verdict)
 
 
 def test_a_follower_whose_edge_is_down_half_the_time_lags_twice_as_far(tmp_path):
@@ -286,14 +289,15 @@ def test_outside_the_theorem_the_verdict_says_so(tmp_path, name, topology, param
     if topology is not None:
         changes["topology"] = topology
     verdict = verdict_of(shipped(name, parameters, **changes), tmp_path)
-    assert said in failed(verdict)
+    sufficient = {"straight path", "no anchor", "one leader", "one leader each", "moving forward"}
+    assert (said in failed(verdict)) == (said not in sufficient)
+    assert verdict["outcome"] == ("not_judged" if said in sufficient else "failed")
     assert check(verdict, said)["note"]
 
 
 def test_points_cannot_keep_a_bearing(tmp_path):
-    assert "robots with headings" in failed(
-        verdict_of(as_points(shipped("leader_follower", duration=0.4)), tmp_path)
-    )
+    verdict = verdict_of(as_points(shipped("leader_follower", duration=0.4)), tmp_path)
+    assert verdict["outcome"] == "not_judged" and "robots with headings" in verdict["reason"]
 
 
 def test_a_follower_that_ignores_its_leaders_motion_fails(tmp_path):

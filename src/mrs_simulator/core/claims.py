@@ -33,7 +33,8 @@ class Claim(NamedTuple):
     spare).  ``free``: it holds only while no limit on the robots' speeds is reached.  ``unproved``:
     why no theorem says it of this run; it is measured all the same.  ``place``: where the hand points
     end according to it, (n, 2) or (2,) [m], if it says so.  ``own``: it compares with the exact
-    solution, and so is not asked of that itself.
+    solution, and so is not asked of that itself.  ``motion``: it is about robots that move freely, and
+    so not about a run in which bodies touched.
     """
 
     name: str
@@ -45,18 +46,22 @@ class Claim(NamedTuple):
     unproved: str = ""
     place: Any = None
     own: bool = False
+    motion: bool = True
 
 
 class Condition(NamedTuple):
     """A condition of the theorem: whether it holds here, and why not.
 
-    ``rules_out``: where it does not, no claim of the protocol is judged.
+    ``rules_out``: where it does not, no claim of the protocol is judged, and the run is not judged;
+    else it fails.  ``necessary``: without it the theorem says that the protocol fails, and so does the
+    run.
     """
 
     name: str
     holds: bool
     why: str = ""
     rules_out: bool = True
+    necessary: bool = False
 
 
 def converges_to(points, tolerance=0.05, name="final distance from the limit [m]", free=False):

@@ -358,3 +358,9 @@ def _shape_of(table, path):
 def closest_approach(pose):
     """Return the least distance [m] between two robots' centres over all samples; inf for one."""
     return min((least_distance(sample) for sample in pose[:, :, :2]), default=math.inf)
+
+
+def part_of(run, rows):
+    """Return the ``rows``, a slice, of ``run``."""
+    names = ("time", "pose", "hand", "command")
+    return run._replace(**{name: getattr(run, name)[rows] for name in names})

@@ -17,7 +17,7 @@ import numpy as np
 from mrs_simulator.core.claims import Condition, NothingDecays
 from mrs_simulator.core.controller_log import deadlock_text
 from mrs_simulator.core.reading import reason
-from mrs_simulator.core.recording import closest_approach
+from mrs_simulator.core.recording import closest_approach, part_of
 from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.version import __version__
@@ -33,6 +33,13 @@ NONE_APPLY = "none of the protocol's claims applies to this run"
 STILL = "robots held still by the safety filter"
 BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
 MOST_COLLISIONS = 3  # [-] that are told in words
+FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
+HIDDEN = "the published law on these robots does not show it either"
+TOO_COSTLY = 2.0  # [-] of a claim's tolerance: what held commands may cost at most
+COST = "held commands and limits cost {:.3g} of the tolerance"
+COSTLY = (
+    "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
+)
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
 
@@ -48,28 +55,47 @@ class Check(NamedTuple):
     note: str = ""
 
 
+class Theory(NamedTuple):
+    """What theory gives beside claims.
+
+    ``exact``: the ``Run`` of points, ``followed``: that of these robots under held commands and within
+    their limits, or None; ``narrow``: tolerances by the names of claims, where the robots are compared
+    with ``followed``; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
+    :class:`Late` of such a run; ``ruled_out``: why no claim applies, or "".
+    """
+
+    exact: Any = None
+    followed: Any = None
+    narrow: Dict[str, float] = {}
+    limited: str = ""
+    late: Any = None
+    ruled_out: str = ""
+
+
+NO_THEORY = Theory()
+
+
 class Late(NamedTuple):
     """What is judged of claims for unlimited inputs where a robot was at a limit, and ``why``.
 
     ``run``: the part of the run after that, None if nothing is judged; ``claims`` made of its start,
-    by name; ``exact``: the exact solution from there, or None.
+    by name; ``theory``: the :class:`Theory` of that part.
     """
 
     why: str
     run: Any = None
     claims: Any = None
-    exact: Any = None
+    theory: Any = NO_THEORY
 
 
-def judge(run, claims=None, measures=None, guards=(), late=None, exact=None, ruled_out=""):
+def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
     """Return the verdict on ``run`` as the plain mapping that ``verdict.json`` holds.
 
     ``claims``: ``Claim``s and ``Condition``s of the protocol, None without a protocol; ``measures``:
     further values for the verdict; ``guards``: claims of what watches over any protocol, which judge
-    no theory of its; ``late``: a :class:`Late` if a limit was reached; ``exact``: the exact solution
-    as a ``Run``, or None; ``ruled_out``: why no claim of the protocol applies, or "".
+    no theory of its; ``theory``: what they are compared with.
     """
-    checks = _checks(run, claims or (), late, exact, ruled_out)
+    checks = _checks(run, claims or (), theory)
     unjudged = _unjudged(run, claims, checks)
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
@@ -115,6 +141,9 @@ def _unjudged(run, claims, checks):
         return NO_COMMANDS
     if run.meta.get("degraded"):
         return run.meta["degraded"]
+    broken = _broken(claims)
+    if broken:
+        return "{}: {}".format(NONE_APPLY, broken)
     told = [check for check in checks if check.predicted != HOLDS]
     if not told:
         return NO_CLAIMS
@@ -160,49 +189,134 @@ def _ended(run):
     return "cut short" if short and ended == "complete" else ended
 
 
-def _checks(run, claims, late=None, exact=None, ruled_out=""):
-    conditions = [claim for claim in claims if isinstance(claim, Condition)]
-    broken = ", ".join(c.name for c in conditions if c.rules_out and not c.holds)
-    if broken:
-        ruled_out = "{} does not hold".format(broken)
-    checks = [_held(condition) for condition in conditions]
+def _checks(run, claims, theory=NO_THEORY):
+    """Return the checks of ``claims``, conditions first.
+
+    What compares with the law itself is judged whether or not a theorem's conditions hold.
+    """
+    checks = [_held(claim) for claim in claims if isinstance(claim, Condition)]
+    unproved, touch = _broken(claims), _first_touch(run)
     for claim in claims:
         if isinstance(claim, Condition):
             continue
-        if ruled_out or claim.unproved:
-            checks.append(_measured_only(run, claim, ruled_out or claim.unproved))
-        elif claim.free and late is not None:
-            checks.append(_judged_late(run, claim, late))
+        why = theory.ruled_out or claim.unproved or ("" if claim.own else unproved)
+        if why:
+            checks.append(_measured_only(run, claim, why))
+        elif touch is not None and claim.motion:
+            checks.append(_judged_before(run, claim, theory, touch))
         else:
-            checks.append(_judged(run, claim, exact))
+            checks.append(_judged(run, claim, theory))
     return checks
 
 
+def _broken(claims):
+    """Return which conditions do not hold that the claims need, as a text, or ""."""
+    conditions = [claim for claim in claims if isinstance(claim, Condition)]
+    broken = ", ".join(c.name for c in conditions if c.rules_out and not c.holds)
+    return broken and "{} does not hold".format(broken)
+
+
 def _held(condition):
-    measured, note = (HOLDS, "") if condition.holds else ("does not hold", condition.why)
-    return Check(condition.name, HOLDS, measured, None, bool(condition.holds), note=note)
+    if condition.holds:
+        return Check(condition.name, HOLDS, HOLDS, None, True)
+    fails = condition.necessary or not condition.rules_out
+    return Check(
+        condition.name, HOLDS, "does not hold", None, False if fails else None, note=condition.why
+    )
 
 
-def _judged_late(run, claim, late):
+def _first_touch(run):
+    """Return the first of the run's collisions, None if there was none."""
+    return min(run.collisions, key=lambda collision: collision.time, default=None)
+
+
+def _judged_before(run, claim, theory, touch):
+    """Return the check of a ``claim`` about free motion in a run in which bodies touched."""
+    why = "{} and {} touched at {:.1f} s".format(touch.first, touch.second, touch.time)
+    samples = int(np.searchsorted(run.time, touch.time))
+    if not claim.own or samples < FEWEST_SAMPLES:
+        return _measured_only(run, claim, why)
+    check = _judged(part_of(run, slice(0, samples)), claim, theory)
+    return check._replace(note=_joined(check.note, "until " + why))
+
+
+def _judged(run, claim, theory):
+    """Return the check of ``claim``, on the part of the run of which the theorem speaks.
+
+    The tolerance of what is not compared with the law itself has as a part what the same claim misses in
+    ``theory.followed``: what held commands and limits cost.  Where limits cost more than the claim
+    allows, the rest of the run is judged, from the last time at a limit on.
+    """
+    if claim.own:
+        return (
+            _judged_late(run, claim, theory)
+            if claim.free and theory.limited
+            else _measured(run, claim)
+        )
+    short = _shortage(claim, theory)
+    if theory.followed is None:
+        if claim.free and theory.limited:
+            return _judged_late(run, claim, theory)
+        check = _measured(run, claim)
+        if short and check.passed is not None and not check.note.startswith(BROKEN):
+            check = check._replace(passed=None, note=short)
+        return check
+    cost, why = _cost(claim, theory.followed)
+    if theory.limited and (cost is None or cost > claim.tolerance):
+        return _judged_late(run, claim, theory)
+    if short:
+        return _measured(run, claim)._replace(passed=None, note=short)
+    return _within_cost(run, claim, theory, cost, why)
+
+
+def _within_cost(run, claim, theory, cost, why):
+    """Return the check of ``claim`` whose tolerance takes in its ``cost``; ``why`` None is not known."""
+    if cost is None:
+        check = _measured(run, claim)
+        if check.passed is None or check.note.startswith(BROKEN):
+            return check
+        return check._replace(passed=None, note="does not apply: {}".format(why))
+    own = theory.narrow.get(claim.name, claim.tolerance)
+    check = _measured(run, claim._replace(tolerance=own + cost))
+    if check.passed is None or cost <= own:
+        return check
+    if cost > TOO_COSTLY * claim.tolerance:
+        check = _measured(run, claim)
+        return check._replace(note=_joined(check.note, COSTLY.format(cost)))
+    return check._replace(note=_joined(check.note, COST.format(cost)))
+
+
+def _cost(claim, followed):
+    """Return by how much ``claim`` is missed in the run ``followed``, or None and why that is not known."""
+    check = _measured(followed, claim)
+    if check.difference is None:
+        return None, HIDDEN
+    return max(0.0, _excess(check.difference, claim.relation)), ""
+
+
+def _judged_late(run, claim, theory):
     """Return the check of ``claim`` on the part of the run that limits left alone."""
+    late = theory.late() if theory.late else Late(theory.limited)
     if late.run is None or claim.name not in late.claims:
         return _measured_only(run, claim, late.why)
-    check = _judged(late.run, late.claims[claim.name], late.exact)
-    return check._replace(note=", ".join(filter(None, (check.note, late.why))))
+    check = _judged(late.run, late.claims[claim.name], late.theory)
+    return check._replace(note=_joined(check.note, late.why))
 
 
-def _judged(run, claim, exact):
-    """Return the check of ``claim``, which is not judged where the exact solution itself misses it."""
-    check = _measured(run, claim)
-    if exact is None or claim.own or check.passed is None or check.note.startswith(BROKEN):
-        return check
-    theory = _measured(exact, claim)
-    if theory.passed is not False or theory.note.startswith(BROKEN):
-        return check
-    note = "run too short for this claim: the exact solution itself {}".format(
-        "does not show it" if theory.measured is None else "has {:.3g}".format(theory.measured)
+def _joined(*notes):
+    return ", ".join(filter(None, notes))
+
+
+def _shortage(claim, theory):
+    """Return why the run is too short for ``claim``: the exact solution itself misses it; or ""."""
+    if theory.exact is None:
+        return ""
+    check = _measured(theory.exact, claim)
+    if check.passed is not False or check.note.startswith(BROKEN):
+        return ""
+    return "run too short for this claim: the exact solution itself {}".format(
+        "does not show it" if check.measured is None else "has {:.3g}".format(check.measured)
     )
-    return check._replace(passed=None, note=note)
 
 
 def _measured_only(run, claim, why):
@@ -246,9 +360,13 @@ def _compare(name, predicted, measured, tolerance, relation):
             name, predicted, None, tolerance, False, note="could not be measured in this run"
         )
     difference = measured - predicted
-    excess = {"equal": abs(difference), "at most": difference, "at least": -difference}[relation]
+    passed = bool(_excess(difference, relation) <= tolerance)
     note = "" if relation == "equal" else relation
-    return Check(name, predicted, measured, tolerance, bool(excess <= tolerance), difference, note)
+    return Check(name, predicted, measured, tolerance, passed, difference, note)
+
+
+def _excess(difference, relation):
+    return {"equal": abs(difference), "at most": difference, "at least": -difference}[relation]
 
 
 def versions() -> Dict[str, str]:

@@ -1,26 +1,28 @@
 """Judging a run: which claims are made of it, and on which part of it they are judged."""
 
 import contextlib
+import copy
+import functools
 import traceback
 
 import numpy as np
 
-from mrs_simulator.control.laws.exactness import (
-    at_limit,
-    exact_run,
-    exactness_claims,
-    filter_acted,
-    held_arcs,
-)
+from mrs_simulator.control.laws.exact_runs import exact_run, later, robots_run
+from mrs_simulator.control.laws.exactness import at_limit, exactness_claims, filter_acted
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.recording import part_of
 from mrs_simulator.core.stability import stability_measures
-from mrs_simulator.core.verdict import Late, judge
+from mrs_simulator.core.verdict import FEWEST_SAMPLES, Late, Theory, judge
 from mrs_simulator.study.certificates import certificate_claims
 from mrs_simulator.study.possible_runs import impossibilities
 from mrs_simulator.study.safety_claims import safety_claims
 
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
+SHOWN_ROBOTS = 3  # [-] beside the one that lost most, by number
+NARROWER = 0.1  # [-] of the tolerance of points, where the cost is known
+CLOSE = 1e-6  # [m] to where theory has a point, within which it is there
+LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which is judged
 FILTERED = "the safety filter acted"
 
 
@@ -33,41 +35,109 @@ def judged(run, control=None):
     if control is None:
         return judge(run, guards=impossibilities(run)), None
     faults, measures = [], {}
-    claims, exact = _claims(control, run, faults)
+    claims, theory = _claims(control, run, faults)
     with _keeping(faults, "measures"):
         measures = call(control.measures, run)
     with _keeping(faults, "stability"):
         measures.update(call(stability_measures, control, run))
     track = _track(control, run, faults)
-    ruled_out = FILTERED if filter_acted(control, run) else ""
-    verdict = judge(
-        run,
-        claims + faults,
-        measures,
-        safety_claims(control, run.hand[0]) + impossibilities(run),
-        _late(control, run),
-        exact,
-        ruled_out,
-    )
+    if filter_acted(control, run):
+        theory = theory._replace(ruled_out=FILTERED)
+    guards = safety_claims(control, run.hand[0]) + impossibilities(run)
+    verdict = judge(run, claims + faults, measures, guards, theory)
     return verdict, _end_of(run, claims) if track is None else track
 
 
-def _claims(control, run, faults):
-    """Return ``(claims, exact)`` on ``run``: all that are made, and the exact solution or None."""
-    claims, exact = [], None
+def _claims(control, run, faults, followed=None):
+    """Return ``(claims, theory)`` on ``run``: all that are made, and the ``Theory`` beside them.
+
+    ``followed``: the run of the robots under the published law, if it is known already.
+    """
+    claims, theory = [], Theory()
     with _keeping(faults, "claims"):
         claims = _checked(call(control.all_claims, run.hand[0]), faults)
     with _keeping(faults, "energy"):
         claims = claims + call(certificate_claims, control, run)
     with _keeping(faults, "published"):
         exact = call(exact_run, control, run)
-        claims = claims + [
-            claim._replace(tolerance=claim.tolerance + held_arcs(control, run))
-            if claim.free
-            else claim
-            for claim in call(exactness_claims, control, run, exact)
-        ]
-    return claims, exact
+        followed = call(robots_run, control, run) if followed is None else followed
+        claims = claims + call(exactness_claims, control, run, exact, followed)
+        theory = Theory(exact, followed, _narrow(control, run, followed))
+    return claims, _limited(control, run, theory)
+
+
+def _narrow(control, run, followed):
+    """Return the tolerances of claims by name for robots that are ``followed``, {} where they are not.
+
+    Where the motion of these robots is known to rounding, so is what held commands and limits cost,
+    and of what points are allowed, for ends and sampling, little is left to allow.
+    """
+    known = followed is not None and run.meta.get("lockstep")
+    if not known or control.fidelity != "kinematic":
+        return {}
+    points = copy.copy(control)
+    points._keep(fidelity="point_mass")
+    made = [claim for claim in call(points.all_claims, run.hand[0]) if isinstance(claim, Claim)]
+    return {c.name: max(NARROWER * c.tolerance, min(c.tolerance, CLOSE)) for c in made}
+
+
+def _limited(control, run, theory):
+    """Return ``theory`` with who was at a limit, and with what is judged then."""
+    if control.saturation == "none":
+        return theory
+    followed, cut = theory.followed, None
+    if followed is None:
+        limited = at_limit(control, run.command)
+    else:
+        limited, cut = followed.meta["limited"], followed.meta["cut"]
+        sure = run.meta.get("lockstep") and control.fidelity != "dynamic"
+        if sure and cut[-1].max() <= LITTLE:
+            return theory
+        limited = limited if sure else limited | at_limit(control, run.command)
+    if not limited.any():
+        return theory
+    if followed is None and control.saturation == "team" and not control.MEMORYLESS:
+        return theory  # one factor for all only re-times the motion
+    made = functools.partial(_late, control, run, limited, theory)
+    late = functools.lru_cache(maxsize=1)(made)
+    return theory._replace(limited=_who(run, limited, cut), late=late)
+
+
+def _who(run, limited, cut):
+    """Return which robots were at a limit, ``limited`` (m, n) bool, and what that took from their paths.
+
+    ``cut``: (m, n) [m] until each sample, or None where it is not known.
+    """
+    often = limited.sum(axis=0)
+    worst = int(np.argmax(often if cut is None else np.where(often > 0, cut[-1], -1.0)))
+    at = run.time[np.flatnonzero(limited[:, worst])[-1]] - run.time[0]
+    others = [row for row in np.flatnonzero(often).tolist() if row != worst]
+    text = "robot{} was at its limits until {:.1f} s".format(run.robots[worst], at)
+    if cut is not None:
+        text += ", which cut {:.2g} m off its path".format(cut[-1, worst])
+    also = ", ".join("robot{}".format(run.robots[row]) for row in others[:SHOWN_ROBOTS])
+    more = ", ..." if len(others) > SHOWN_ROBOTS else ""
+    return text + (" (and {}{})".format(also, more) if also else "")
+
+
+def _late(control, run, limited, theory):
+    """Return the ``Late`` part of a run in which robots were at limits, ``limited`` (m, n) bool."""
+    at, followed = limited.any(axis=1), theory.followed
+    cut = None if followed is None else followed.meta["cut"]
+    if cut is not None:  # what still is cut off later is no more than the rest is judged with
+        at &= (cut[-1] - cut).max(axis=1) > LITTLE
+    last = int(np.flatnonzero(at if at.any() else limited.any(axis=1))[-1])
+    if last + FEWEST_SAMPLES > len(run.time) or control.links.faults or not control.MEMORYLESS:
+        return Late(_who(run, limited, cut))
+    rows = slice(last + 1, None)
+    rest = part_of(run, rows)
+    # Robots that are where theory has them are followed already.
+    known = theory.narrow and np.abs(followed.hand[last + 1] - rest.hand[0]).max() < CLOSE
+    claims, theory = _claims(control, rest, [], later(followed, rows) if known else None)
+    after = _who(run, limited[: last + 1], None if cut is None else cut[: last + 1])
+    why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], after)
+    theory = theory._replace(limited="", late=None)
+    return Late(why, rest, {claim.name: claim for claim in claims}, theory)
 
 
 def _checked(claims, faults):
@@ -91,28 +161,6 @@ def _track(control, run, faults):
             came, track = np.shape(track), None
             raise ValueError("shape {}, wanted {}".format(came, run.hand.shape))
     return track
-
-
-def _late(control, run):
-    """Return the ``Late`` part of a run in which a robot was at a limit, None if none was."""
-    if control.saturation == "none":
-        limited = np.zeros(len(run.time), dtype=bool)
-    else:
-        limited = at_limit(control, run.command).any(axis=1)
-    if not limited.any():
-        return None
-    if control.saturation == "team" and not control.MEMORYLESS:
-        return None  # one factor for all only re-times the motion
-    last = int(np.flatnonzero(limited)[-1])
-    at = run.time[last] - run.time[0]
-    if not control.MEMORYLESS or control.links.faults or last + 2 >= len(run.time):
-        return Late("a robot was at its speed limit until {:.1f} s".format(at))
-    rest = run._replace(**{
-        name: getattr(run, name)[last + 1 :] for name in ("time", "pose", "hand", "command")
-    })  # fmt: skip
-    claims, exact = _claims(control, rest, [])
-    why = "from {:.1f} s on, after the last time at a speed limit".format(at)
-    return Late(why, rest, {claim.name: claim for claim in claims}, exact)
 
 
 def proved(claims):

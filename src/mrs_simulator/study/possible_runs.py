@@ -31,7 +31,7 @@ def _jumps(run, team):
     why = "at {:.3f} s robot{} by {:.2f} m within {:.3f} s".format(
         run.time[sample], run.robots[row], distance, run.time[sample] - run.time[sample - 1]
     )
-    return Condition("no robot jumps", False, why)
+    return Condition("no robot jumps", False, why, necessary=True)
 
 
 def _overlaps(run, team):
@@ -45,4 +45,4 @@ def _overlaps(run, team):
     why = "at {:.3f} s robot{} and robot{} were {:.2f} m apart, and fill {:.2f} m".format(
         run.time[sample], run.robots[i], run.robots[j], distance, inner[i] + inner[j]
     )
-    return Condition("bodies are apart", False, why)
+    return Condition("bodies are apart", False, why, necessary=True)

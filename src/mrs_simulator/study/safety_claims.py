@@ -33,7 +33,7 @@ def _apart(control, start):
     begun = measured(start)
     why = "{}: {:.2f} m at the start, wanted {:.2f} m".format(name[:-4], begun, least)
     return [
-        Condition("robots start apart", begun >= least, why),
+        Condition("robots start apart", begun >= least, why, necessary=True),
         stays_above(_of_each(measured), least, name, TOLERANCE[control.fidelity]),
     ]
 

@@ -11,12 +11,15 @@ SHARE = "decay rate over the exact solution's [-]"
 
 def spanning_tree(topology):
     """Return the condition that some robot is heard, over others, by all."""
-    return Condition("spanning tree", topology.has_spanning_tree(), "no robot is heard by all")
+    return Condition(
+        "spanning tree", topology.has_spanning_tree(), "no robot is heard by all", necessary=True
+    )
 
 
-def below(name, value, bound):
-    """Return the condition ``value < bound``, called ``name``."""
-    return Condition(name, bool(value < bound), "{:.4g} against {:.4g}".format(value, bound))
+def below(name, value, bound, necessary=False):
+    """Return the condition ``value < bound``, called ``name``; ``necessary`` as in ``Condition``."""
+    why = "{:.4g} against {:.4g}".format(value, bound)
+    return Condition(name, bool(value < bound), why, necessary=necessary)
 
 
 def all_hold(conditions):

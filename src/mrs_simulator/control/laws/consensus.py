@@ -95,8 +95,13 @@ class Consensus(PioneerControl):
         """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
         conditions = [
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
-            below("gain Tc < 2/lambda_max", self.gain * self.period, largest_step(self.topology)),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            below(
+                "gain Tc < 2/lambda_max",
+                self.gain * self.period,
+                largest_step(self.topology),
+                necessary=True,
+            ),
         ]
         if not self.topology.has_spanning_tree():
             return conditions
@@ -158,8 +163,8 @@ class DiscreteConsensus(PioneerControl):
         """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""
         conditions = [
             spanning_tree(self.topology),
-            Condition("eps above 0", self.eps > 0.0, "robots are driven apart"),
-            below("eps < 2/lambda_max", self.eps, largest_step(self.topology)),
+            Condition("eps above 0", self.eps > 0.0, "robots are driven apart", necessary=True),
+            below("eps < 2/lambda_max", self.eps, largest_step(self.topology), necessary=True),
         ]
         if not self.topology.has_spanning_tree():
             return conditions

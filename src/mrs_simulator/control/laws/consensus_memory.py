@@ -107,7 +107,7 @@ class DelayedConsensus(Remembering):
         """Return limit, invariant and rate if tau is below ``pi/(2 gain lambda_max)``."""
         conditions = [
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
         ]
         if not all_hold(conditions):
             return conditions
@@ -115,8 +115,13 @@ class DelayedConsensus(Remembering):
         decay = delayed_rate(self.topology, self.gain, self.period, self.delay_steps)
         bound = largest_delay(self.topology, self.gain)
         conditions += [
-            below("tau < pi/(2 gain lambda_max) [s]", tau, bound),
-            Condition("stable with held commands", decay > 0.0, "the command period is too long"),
+            below("tau < pi/(2 gain lambda_max) [s]", tau, bound, necessary=True),
+            Condition(
+                "stable with held commands",
+                decay > 0.0,
+                "the command period is too long",
+                necessary=True,
+            ),
         ]
         return conditions + [
             converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
@@ -175,11 +180,16 @@ class SecondOrderConsensus(Remembering):
         decay = second_order_rate(self.topology, self.g, self.period)
         bound = least_damping(self.topology)
         conditions += [
-            Condition(name, self.g > bound, "{:.4g} against {:.4g}".format(self.g, bound)),
-            Condition("stable with held commands", decay > 0.0, "the command period is too long"),
+            Condition(
+                name, self.g > bound, "{:.4g} against {:.4g}".format(self.g, bound), necessary=True
+            ),
+            Condition(
+                "stable with held commands",
+                decay > 0.0,
+                "the command period is too long",
+                necessary=True,
+            ),
         ]
-        if not all_hold(conditions):
-            return conditions
         return conditions + [
             Claim(
                 "distance from w^T p(0) + t w^T v(0) [m]", 0.0, AGREED, self._off_limit, free=True

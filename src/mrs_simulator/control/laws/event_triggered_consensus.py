@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.common import AGREED, all_hold, below, spanning_tree
+from mrs_simulator.control.laws.common import AGREED, below, spanning_tree
 from mrs_simulator.control.laws.consensus import GAIN, keeps_weighted_mean
 from mrs_simulator.control.laws.consensus_equations import (
     consensus,
@@ -69,10 +69,10 @@ class EventTriggeredConsensus(Remembering):
         conditions = [
             Condition("undirected", bool(symmetric), "the theorem needs L = L^T"),
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
             below("gain Tc lambda_max/sqrt(sigma) < 0.1", growth, 0.1),
         ]
-        if not all_hold(conditions):
+        if not conditions[1].holds:
             return conditions
         return conditions + [
             converges_to(start.mean(axis=0), AGREED, "distance from the mean [m]", free=True),

@@ -2,89 +2,96 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.published import FaultyEdges, Listeners, exact_motion, exact_poses
-from mrs_simulator.control.pioneer_control import OF_POINTS
+from mrs_simulator.control.laws.exact_runs import faulty_edges, published_law, robots_run
+from mrs_simulator.control.laws.published import Listeners
+from mrs_simulator.control.laws.published_robots import (
+    AT_LIMIT,
+    Robots,
+    are_stated,
+    posed_commands,
+)
 from mrs_simulator.control.safety_filter import filter_acts
-from mrs_simulator.core.claims import Claim
-from mrs_simulator.core.recording import Run
-from mrs_simulator.vehicles.drives import differential
+from mrs_simulator.core.claims import Claim, NothingDecays
 
 COMMANDS = "commands off the published law [-]"
 DISTANCE = "largest distance from the exact solution [m]"
-AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
+ROBOTS = "largest distance from the law on these robots [m]"
 ROUNDING = 1e-6  # [-] of the largest velocity or of the team's size: sums in another order
 # [-] of the largest velocity: what estimated poses and velocities that are rebuilt from samples cost.
 ESTIMATED, REBUILT = 0.05, 1e-3
-MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
+NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 
 
-def exact_run(control, run):
-    """Return the ``Run`` of point masses that the published law moves from the start of ``run``.
-
-    None where no law is published, or the solution is too long to compute.
-    """
-    law = _law(control)
-    if law is None:
-        return None
-    if law.SEES == "pose":
-        return _exact_robots(control, law, run)
-    edges = faulty_edges(control)
-    if control.links.changes_edges and law.over(np.ones((1, 1), dtype=bool)) is None:
-        return None
-    with np.errstate(all="ignore"):
-        motion = exact_motion(law, run.hand[0], control.period, run.time - run.time[0], edges)
-    if motion is None or not np.isfinite(motion[0]).all():
-        return None
-    hand, velocity = motion
-    pose = np.zeros(hand.shape[:2] + (3,))
-    pose[:, :, :2] = hand - [control.l, 0.0]
-    command = velocity / [1.0, control.l]
-    facts = {OF_POINTS: True}
-    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
-
-
-def _exact_robots(control, law, run):
-    """Return the exact ``Run`` of unicycles under a law that sees poses, or None."""
-    if control.fidelity == "point_mass" or not by_wheels(control):
-        return None
-    with np.errstate(all="ignore"):
-        time = run.time - run.time[0]
-        motion = exact_poses(law, run.pose[0], control.period, time, control.l)
-    if motion is None or not np.isfinite(motion[0]).all():
-        return None
-    pose, command = motion
-    theta = pose[:, :, 2, np.newaxis]
-    hand = pose[:, :, :2] + control.l * np.concatenate([np.cos(theta), np.sin(theta)], axis=2)
-    return Run(run.time, run.robots, pose, hand, command, [], run.scenario)
-
-
-def _law(control):
-    """Return the published law; None for teams too large for it."""
-    return control.published() if len(control.numbers) <= MOST_ROBOTS else None
-
-
-def exactness_claims(control, run, exact):
+def exactness_claims(control, run, exact, followed=None):
     """Return the claims on commands and motion, as far as the published law and ``run`` allow.
 
-    The motion of robots is not compared where what held commands leave may grow, where they speed up
-    in ramps, or where wheels slip.
+    ``exact``: the points' ``Run`` that theory gives, ``followed``: that of the robots, or None.  Points
+    are compared with robots where held commands can add up at most, on wheels that neither ramp nor slip.
     """
-    law, claims = _law(control), []
+    law, claims = published_law(control), []
     if law is None:
         return claims
     rows = _rows(control, run)
     every = 1 < len(rows) == len(run.time) and _commands_between(control, run, 0, 1) == 1
     by_one = law.SEES != "past" and not control.links.faults
-    if by_wheels(control) and len(rows) > 1 and (by_one or (every and law.SEES != "pose")):
+    told = by_one or (every and law.SEES != "pose")
+    if are_stated(control.team) and len(rows) > 1 and told:
         claims.append(_commands(control, law, run))
-    robots = law.NARROWS and control.fidelity == "kinematic" and by_wheels(control)
-    robots = robots and np.isinf(control.limits.acceleration).all()  # no ramps
-    if exact is not None and (robots or control.fidelity == "point_mass"):
-        claims.append(_distance(exact))
+    known = followed is not None and control.fidelity != "dynamic" and run.meta.get("lockstep")
+    narrow = law.NARROWS and control.fidelity == "kinematic" and not _is_ramped(control)
+    narrow = narrow and (known or control.team.is_of_unicycles)
+    if exact is not None and (control.fidelity == "point_mass" or narrow):
+        held = _apart(followed, exact) if known else held_arcs(control, run)
+        claims.append(_distance(DISTANCE, exact, held))
+    if known:
+        claims.append(_on_robots(control, run, followed))
     return claims
+
+
+def _on_robots(control, begun, followed):
+    """Return the claim that the robots are where the published law takes them, but for rounding."""
+    claim = _distance(ROBOTS, followed)
+
+    def distance(run):
+        value = claim.measure(run)
+        if value > claim.tolerance:
+            _refuse_chaos(control, begun, followed, claim.tolerance)
+        return value
+
+    return claim._replace(free=False, measure=distance)
+
+
+def _refuse_chaos(control, run, followed, tolerance):
+    """Raise ``NothingDecays`` where a start that is off by rounding ends farther off than ``tolerance``."""
+    aside = NUDGE * (-1.0) ** np.arange(len(run.robots))[:, np.newaxis] * [1.0, 0.0]
+    pose = run.pose.copy()
+    pose[:, :, :2] += aside
+    nudged = run._replace(pose=pose, hand=run.hand + aside)
+    other = robots_run(control, nudged)
+    off = np.inf if other is None else _apart(other, followed)
+    if off > tolerance:
+        text = "a start that is {:g} m beside this one ends up to {:.2g} m beside it"
+        raise NothingDecays(text.format(NUDGE, off))
+
+
+def held_arcs(control, run):
+    """Return by how much [m] held commands may carry hand points off the exact solution of ``run``.
+
+    A robot turns by ``omega Tc`` while a command is held, so that its hand point's velocity is off by
+    ``|u| |omega| Tc/2`` in the mean; added up over the run, of unicycles.
+    """
+    if control.fidelity == "point_mass":
+        return 0.0
+    turn = np.minimum(0.5 * np.abs(run.command[:, :, 1]) * control.period, 1.0)
+    speed = np.hypot(run.command[:, :, 0], control.l * run.command[:, :, 1])
+    return float(np.sum((speed * turn).max(axis=1)[:-1] * np.diff(run.time)))
+
+
+def _is_ramped(control):
+    return bool(np.isfinite(control.limits.acceleration).any())
 
 
 def _commands(control, law, run):
@@ -103,47 +110,43 @@ def _commands(control, law, run):
         lambda run: command_error(control, law, run),
         unproved=unproved,
         own=True,
+        motion=False,
     )
 
 
-def _distance(exact):
-    """Return the claim of the largest distance: from rounding for points, from held arcs for robots.
-
-    While a command is held a robot turns by ``omega Tc``, so that its hand point's velocity is off by
-    ``|u| |omega| Tc/2`` in the mean; the tolerance adds that up over the run.
-    """
+def _distance(name, exact, held=0.0):
+    """Return the claim of the largest distance from ``exact``: within rounding and ``held`` [m]."""
     size = max(1.0, float(np.ptp(exact.hand[0], axis=0).max(initial=0.0)))
+    tolerance = ROUNDING * size + held
 
     def distance(run):
-        return float(np.linalg.norm(run.hand - exact.hand, axis=2).max())
+        return _apart(run, exact)
 
-    return Claim(DISTANCE, 0.0, ROUNDING * size, distance, free=True, own=True)
+    return Claim(name, 0.0, tolerance, distance, free=True, own=True)
 
 
-def held_arcs(control, run):
-    """Return by how much [m] held commands may carry hand points off the exact solution of ``run``."""
-    if control.fidelity == "point_mass" or not by_wheels(control):
-        return 0.0
-    turn = np.minimum(0.5 * np.abs(run.command[:, :, 1]) * control.period, 1.0)
-    speed = np.hypot(run.command[:, :, 0], control.l * run.command[:, :, 1])
-    return float(np.sum((speed * turn).max(axis=1)[:-1] * np.diff(run.time)))
+def _apart(run, other):
+    """Return the largest distance [m] between points of two runs, over the samples of the shorter."""
+    samples = min(len(run.time), len(other.time))
+    return float(np.linalg.norm(run.hand[:samples] - other.hand[:samples], axis=2).max())
 
 
 def command_error(control, law, run):
     """Return the largest difference of a command from the law's, over the largest wanted velocity.
 
-    Both as velocities of hand points [m/s], the law's within the robots' limits.  At most
+    Both as velocities of the controlled points [m/s], the law's within the robots' limits.  At most
     ``MOST_CHECKED`` pairs of robots are looked at, over samples that are spread evenly.
     """
     rows = _rows(control, run)
     most = max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
+    robots = Robots(control.team, control.l, control.period, control.saturation)
     if control.links.faults or law.SEES == "past":
-        wanted_of = _wanted_by_listeners(control, law, run, rows[:most])
+        wanted_of = _wanted_by_listeners(control, law, robots, run, rows[:most])
     else:
-        wanted_of = _wanted(control, law, run, rows[:: -(-len(rows) // most)])
+        wanted_of = _wanted(control, law, robots, run, rows[:: -(-len(rows) // most)])
     worst = largest = 0.0
     for row, wanted in wanted_of:
-        error, size = (_speeds(c, control.l) for c in (wanted - run.command[row], wanted))
+        error, size = (robots.sizes(c) for c in (wanted - run.command[row], wanted))
         worst, largest = max(worst, error.max()), max(largest, size.max())
     return float(worst / max(largest, LEAST_SPEED))
 
@@ -158,14 +161,7 @@ def _commands_between(control, run, row, after):
     return int(round((run.time[after] - run.time[row]) / control.period))
 
 
-def faulty_edges(control):
-    """Return the control's edges as :class:`FaultyEdges`, None if they have no faults."""
-    if not control.links.faults:
-        return None
-    return FaultyEdges(control.links, control.topology, control.period, control.edge_seed)
-
-
-def _wanted_by_listeners(control, law, run, rows):
+def _wanted_by_listeners(control, law, robots, run, rows):
     """Yield ``(row, command)`` as :func:`_wanted` does, where each sample is a command."""
     time, edges = run.time - run.time[0], faulty_edges(control)
     team = None if edges is None else Listeners(law, edges, run.hand[0])
@@ -175,41 +171,46 @@ def _wanted_by_listeners(control, law, run, rows):
             u, memory = law.velocity(run.hand[row], time[row], memory)
         else:
             u = team.velocity(run.hand[row], time[row])
-        yield row, limited(control, commands_of(u, run.pose[row, :, 2], control.l))
+        yield row, _commanded(robots, run, row, u)
 
 
-def _wanted(control, law, run, rows):
-    """Yield ``(row, command)``: the commands (n, 2) that the law wants at samples of ``run``."""
+def _commanded(robots, run, row, u):
+    """Return the commands (n, a) for the velocities ``u`` (n, 2) [m/s] at a ``row`` of ``run``."""
+    robots.be(run.pose[row], run.hand[row])
+    return robots.commands(u)
+
+
+def _wanted(control, law, robots, run, rows):
+    """Yield ``(row, command)``: the commands (n, a) that the law wants at samples of ``run``."""
     time, memory = run.time - run.time[0], law.begin(run.hand[0])
     if law.SEES == "pose":
         for row in rows:
-            yield (
-                row,
-                law.commands(run.pose[row], run.hand[row], run.command[row], time[row], control.l),
-            )
+            robots.be(run.pose[row], run.hand[row])
+            yield row, posed_commands(law, robots, run.pose[row], time[row])[1]
         return
     if law.SEES == "now":
         for row in rows:
             u, _ = law.velocity(run.hand[row], time[row], memory)
-            yield row, limited(control, commands_of(u, run.pose[row, :, 2], control.l))
+            yield row, _commanded(robots, run, row, u)
         return
     u, _ = law.velocity(run.hand[0], 0.0, memory)
-    yield 0, limited(control, commands_of(u, run.pose[0, :, 2], control.l))
+    yield 0, _commanded(robots, run, 0, u)
     for row, after in zip(rows, rows[1:]):
-        u = _next(control, law, run, memory, row, after)
+        u = _next(control, law, robots, run, memory, row, after)
         if u is not None:
-            yield after, limited(control, commands_of(u, run.pose[after, :, 2], control.l))
+            yield after, _commanded(robots, run, after, u)
 
 
-def _next(control, law, run, memory, row, after):
+def _next(control, law, robots, run, memory, row, after):
     """Return the velocities at sample ``after`` from those commanded at ``row``; None at a limit."""
     command = run.command[row]
     if at_limit(control, command).any():
         return None
-    then = law.resumed(velocities_of(command, run.pose[row, :, 2], control.l), memory)
+    robots.be(run.pose[row], run.hand[row])
+    u = robots.velocities(command)
+    then = law.resumed(u, memory)
     steps = _commands_between(control, run, row, after)
     points, left = run.hand[row], run.hand[after]
-    u = velocities_of(command, run.pose[row, :, 2], control.l)
     for step in range(1, steps + 1):
         time = run.time[row] - run.time[0] + step * control.period
         if control.fidelity == "point_mass":
@@ -220,49 +221,18 @@ def _next(control, law, run, memory, row, after):
     return u
 
 
-def commands_of(u, theta, l):
-    """Return ``(v, omega)``, (n, 2), that give hand points the velocities ``u`` (n, 2) [m/s]."""
-    ahead = (u[:, 0] + 1j * u[:, 1]) * np.exp(-1j * theta)
-    return np.column_stack([ahead.real, ahead.imag / l])
-
-
-def velocities_of(command, theta, l):
-    """Return the hand points' velocities (n, 2) [m/s] under ``command`` (n, 2)."""
-    u = (command[:, 0] + 1j * l * command[:, 1]) * np.exp(1j * theta)
-    return np.column_stack([u.real, u.imag])
-
-
-def limited(control, command):
-    """Return ``command`` (n, 2) scaled as the control's saturation says, in each robot or in all."""
-    if control.saturation == "none":
-        return command
-    share = np.max(np.abs(command) / control.limits.top, axis=-1)
-    share = np.full(len(command), share.max()) if control.saturation == "team" else share
-    return command / np.maximum(share, 1.0)[:, np.newaxis]
-
-
 def at_limit(control, command):
     """Return which robots are at a limit of theirs, (..., n) bool, under ``command`` (..., n, a)."""
     return control.team.at_limits(command, AT_LIMIT)
 
 
-def by_wheels(control):
-    """Return whether all robots take ``(v, omega)``: the mapping (7) is known here for those alone."""
-    return all(group.drive is differential for group in control.team.groups)
-
-
 def filter_acted(control, run):
     """Return whether the safety filter changed a command of ``run``, as far as its samples tell."""
-    if not np.any(control.safety) or not by_wheels(control):
+    if not np.any(control.safety):
         return False
     distance, speed = control.safe_distance, control.safe_speed
-    for hand, pose, command in zip(run.hand, run.pose, run.command):
-        u = velocities_of(command, pose[:, 2], control.l)
+    for hand, u in zip(run.hand, control.velocities(run)):
         bounds = control.safe_bounds(hand)
         if filter_acts(u, hand, distance, control.period, bounds=bounds, speed=speed):
             return True
     return False
-
-
-def _speeds(command, l):
-    return np.hypot(command[:, 0], l * command[:, 1])

@@ -221,7 +221,9 @@ class CuckerSmale(DoubleIntegrator):
         first = self.first_velocity(len(start))
         size, spread = flocking_equations.diameter(start), flocking_equations.diameter(first)
         conditions = [
-            Condition("gain above 0", self.gain > 0.0, "velocities are driven apart"),
+            Condition(
+                "gain above 0", self.gain > 0.0, "velocities are driven apart", necessary=True
+            ),
             Condition(
                 "gain Tc < 1",
                 self.gain * self.period < 1.0,

@@ -121,7 +121,11 @@ class Formation(PioneerControl):
     def claims(self, start):
         """Return what theory predicts of a run from hand points ``start`` (n, d)."""
         if self._closure.edges and not self._closure.has_spanning_tree():
-            return [Condition("spanning tree", False, "some robots hear of no common one")]
+            return [
+                Condition(
+                    "spanning tree", False, "some robots hear of no common one", necessary=True
+                )
+            ]
         tolerance = TOLERANCES[self.fidelity]
         claims = [
             Claim(

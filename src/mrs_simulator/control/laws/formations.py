@@ -106,8 +106,8 @@ def without_rates(claims, fidelity):
 def gain_conditions(gain, period, eigenvalues):
     """Return the conditions that ``gain`` neither drives apart nor overshoots at ``eigenvalues``."""
     return [
-        Condition("gain above 0", gain > 0.0, "robots are driven apart"),
-        below("gain Tc < 2/lambda_max", gain * period, stable_step(eigenvalues)),
+        Condition("gain above 0", gain > 0.0, "robots are driven apart", necessary=True),
+        below("gain Tc < 2/lambda_max", gain * period, stable_step(eigenvalues), necessary=True),
     ]
 
 
@@ -160,7 +160,7 @@ def spread_as(places, start):
     dimensions = int(np.count_nonzero(wanted > FLAT))
     held = ("at one place", "at one place", "on one line", "in one plane")[dimensions]
     spread = not dimensions or have[dimensions - 1] > FLAT
-    return Condition("start not " + held, bool(spread), "robots would stay on it")
+    return Condition("start not " + held, bool(spread), "robots would stay on it", necessary=True)
 
 
 class DisplacementFormation(Shaped):
@@ -190,9 +190,9 @@ class DisplacementFormation(Shaped):
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
         conditions = [spanning_tree(self.topology)]
-        conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
         if not all_hold(conditions):
             return conditions
+        conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
         places, limit, allowed = self.places(), self.targets(start), self.tolerance
         weights = left_null_vector(self.topology)
         decay = sampled_rate(self.gain * self.topology.laplacian(), self.period)
@@ -293,8 +293,6 @@ class DistanceFormation(Shaped):
             rigid(places, topology),
             spread_as(places, start),
         ] + gain_conditions(self.gain, self.period, values)
-        if not all_hold(conditions):
-            return conditions
 
         def potential(hand):
             return laws.distance_potential(hand, places, topology)
@@ -363,8 +361,6 @@ class BearingFormation(Shaped):
         limit = self.targets(start)
         matrix = laws.bearing_laplacian(limit, topology, over_length=True)
         conditions += gain_conditions(self.gain, self.period, np.linalg.eigvalsh(matrix))
-        if not all_hold(conditions):
-            return conditions
         size = laws.scale(start)
         # A scale that is off by a share moves the outermost robot by that share.
         reach = allowed.place + allowed.share * np.linalg.norm(limit - limit.mean(0), axis=1).max()
@@ -430,8 +426,6 @@ class BearingLeaders(Shaped):
         matrix = self._follower_matrix()
         conditions += gain_conditions(self.gain, self.period, np.linalg.eigvals(matrix))
         conditions.append(self._leaders_fit(start))
-        if not all_hold(conditions):
-            return conditions
         limit = self.targets(start)
         claims = [
             converges_to(limit, allowed.place, "distance from the unique target [m]"),

@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.laws import gathering_equations
 from mrs_simulator.control.laws import published_consensus as published
-from mrs_simulator.control.laws.common import all_hold, commands_by
+from mrs_simulator.control.laws.common import commands_by
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.energies import coverage_energy, laplacian_energy, tension_energy
 from mrs_simulator.control.laws.published import Averaging, weights_of
@@ -92,14 +92,17 @@ class Containment(PioneerControl):
                 "all hear a leader",
                 reached,
                 "some follower hears no leader, not even over others",
+                necessary=True,
             ),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
         ]
         if reached:  # else there is an eigenvalue 0, whatever the gain
             why = "it is {:.3g}".format(step)
-            conditions.append(Condition("|1 - gain Tc lambda(L_ff)| < 1", bool(step < 1.0), why))
+            conditions.append(
+                Condition("|1 - gain Tc lambda(L_ff)| < 1", bool(step < 1.0), why, necessary=True)
+            )
         followers = len(start) - self.leaders
-        if not followers or not all_hold(conditions):
+        if not followers or not reached:
             return conditions
         limit, corners = self.targets(start), start[followers:]
         decay = sampled_rate(own, self.period)
@@ -201,16 +204,15 @@ class Rendezvous(PioneerControl):
                 "connected at the start",
                 edges.has_spanning_tree(),
                 "robots within {:g} m do not make one group".format(self.radius),
+                necessary=True,
             ),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
             Condition(
                 "gain Tc curvature of the tension < 2",
                 bool(step < 2.0),
                 "it is {:.3g}: one command may carry an edge past D".format(step),
             ),
         ]
-        if not all_hold(conditions):
-            return conditions
         decay = sampled_rate(self.gain * 2.0 / self.radius * edges.laplacian(), self.period)
 
         def longest_edge(hand):
@@ -418,7 +420,7 @@ class Coverage(PioneerControl):
     def claims(self, start):
         """Return that the cost never grows and that each robot ends at its centroid."""
         conditions = [
-            Condition("gain above 0", self.gain > 0.0, "robots are driven away"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven away", necessary=True),
             Condition(
                 "gain Tc < 2",
                 self.gain * self.period < 2.0,

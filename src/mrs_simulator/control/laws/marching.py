@@ -134,13 +134,18 @@ class Marching(Shaped):
         """Return that no steady error is left, or without feed-forward the one that is."""
         values = self.gain * laplacian_eigenvalues(self.topology) + self.anchor
         conditions = [
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
-            below("Tc < 2/(gain lambda_max + anchor) [s]", self.period, stable_step(values)),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            below(
+                "Tc < 2/(gain lambda_max + anchor) [s]",
+                self.period,
+                stable_step(values),
+                necessary=True,
+            ),
             spanning_tree(self.topology),
         ]
         if not self.feed_forward:
             conditions += self._straight()
-        if not all_hold(conditions):
+        if not all_hold(conditions[2:]):
             return conditions
         claims = self._no_error() if self.feed_forward else self._lags()
         return conditions + without_rates(claims, self.fidelity)
@@ -348,8 +353,10 @@ class LeaderFollower(Shaped):
         conditions = [
             spanning_tree(self.topology),
             Condition("one leader each", bool(heard.max() <= 1), "a follower hears several robots"),
-            Condition("k1 and k2 above 0", min(self.k1, self.k2) > 0.0, "errors grow"),
-            Condition("k Tc < 2", largest < 2.0, "it is {:.3g}".format(largest)),
+            Condition(
+                "k1 and k2 above 0", min(self.k1, self.k2) > 0.0, "errors grow", necessary=True
+            ),
+            Condition("k Tc < 2", largest < 2.0, "it is {:.3g}".format(largest), necessary=True),
             Condition("moving forward", self.speed > 0.0, "followers' headings are not stable"),
             Condition("robots with headings", self.fidelity != "point_mass", "points do not turn"),
         ]

@@ -84,8 +84,13 @@ class NoisyConsensus(Remembering):
         conditions = [
             Condition("undirected", not self.topology.directed, "modes are not independent"),
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
-            below("gain Tc < 2/lambda_max", self.gain * self.period, largest_step(self.topology)),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            below(
+                "gain Tc < 2/lambda_max",
+                self.gain * self.period,
+                largest_step(self.topology),
+                necessary=True,
+            ),
         ]
         if not all(condition.holds for condition in conditions) or len(start) < 2:
             return conditions

@@ -118,7 +118,7 @@ def linear_claims(law, start):
         return None
     conditions = [
         _joint_tree(law),
-        Condition("gain above 0", law.gain > 0.0, "robots are driven apart"),
+        Condition("gain above 0", law.gain > 0.0, "robots are driven apart", necessary=True),
     ]
     if not all_hold(conditions):
         return conditions
@@ -149,9 +149,7 @@ def _known_claims(law, start, conditions):
     why = "errors are multiplied by {:.6g} in each round".format(modulus)
     name = "stable over these edges, with held commands"
     least = LEAST_DECAY * law.turn * law.links.switching.count
-    conditions.append(Condition(name, modulus < 1.0 - least, why))
-    if not all_hold(conditions):
-        return conditions
+    conditions.append(Condition(name, modulus < 1.0 - least, why, necessary=True))
     limit = law.places + weights @ (start - law.places)
     claims = [
         converges_to(limit, law.place, "distance from the limit over these edges [m]", free=True)
@@ -172,16 +170,20 @@ def _delay_bound(law):
     if not equal or law.topology.directed:
         return []
     bound = np.pi / (2.0 * law.gain * spectral_radius(law.topology))
-    return [below("tau < pi/(2 gain lambda_max) [s]", float(ages[0]) * law.period, bound)]
+    return [
+        below(
+            "tau < pi/(2 gain lambda_max) [s]", float(ages[0]) * law.period, bound, necessary=True
+        )
+    ]
 
 
 def _chance_claims(law, start, conditions):
     degree = float(np.max(law.topology.in_degree()))
     conditions = conditions + [below("gain Tc max degree < 1", law.gain * law.period * degree, 1.0)]
     if law.links.on_loss == "hold":  # over an edge that loses all, the start is held for ever
-        conditions.append(below("loss < 1", float(np.max(law.losses, initial=0.0)), 1.0))
-    if not all_hold(conditions):
-        return conditions
+        conditions.append(
+            below("loss < 1", float(np.max(law.losses, initial=0.0)), 1.0, necessary=True)
+        )
     return conditions + _agreement_claims(law, start) + _mean_claims(law, start)
 
 

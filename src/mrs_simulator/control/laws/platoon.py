@@ -86,10 +86,12 @@ class Platoon(Remembering):
         tau = self.delay_steps * self.period
         conditions = [
             Condition("two robots", len(start) > 1, "nobody follows"),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
         ]
         if self.delayed == "difference":
-            conditions.append(below("gain tau < pi/2", self.gain * tau, 0.5 * np.pi))
+            conditions.append(
+                below("gain tau < pi/2", self.gain * tau, 0.5 * np.pi, necessary=True)
+            )
         if not all(condition.holds for condition in conditions) or self.amplitude == 0.0:
             return conditions
         links = len(start) - 1

@@ -4,7 +4,6 @@ import numpy as np
 
 from mrs_simulator.control.laws.common import (
     AGREED,
-    all_hold,
     below,
     decays_as,
     spanning_tree,
@@ -108,10 +107,10 @@ class SwitchingConsensus(Remembering):
         conditions = [
             # All sets come up in turn, so that the union over one round is the whole topology.
             spanning_tree(self.topology)._replace(name="jointly a spanning tree"),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart"),
+            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
             below("gain Tc max degree < 1", self.gain * self.period * degree, 1.0),
         ]
-        if not all_hold(conditions):
+        if not conditions[0].holds:
             return conditions
         claims = [
             ends_at(extent, 0.0, AGREED, "final extent [m]", free=True),

@@ -1,0 +1,198 @@
+"""The run that theory gives beside a recorded one: of points, and of robots as their drives are stated."""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.control.laws.published import (
+    MOST_COMMANDS,
+    MOST_PAIRS,
+    FaultyEdges,
+    Listeners,
+    exact_motion,
+    exact_poses,
+)
+from mrs_simulator.control.laws.published_robots import Robots, are_stated, posed_commands
+from mrs_simulator.control.pioneer_control import OF_POINTS
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.mismatch import NO_MISMATCH
+from mrs_simulator.core.recording import Run, part_of
+
+MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
+MOST_STEPS = 200000  # [-] of robots that speed up in ramps, each a step of the world
+
+
+def published_law(control):
+    """Return the published law of ``control``; None for teams too large for it."""
+    return control.published() if len(control.numbers) <= MOST_ROBOTS else None
+
+
+def faulty_edges(control):
+    """Return the control's edges as ``FaultyEdges``, None if they have no faults."""
+    if not control.links.faults:
+        return None
+    return FaultyEdges(control.links, control.topology, control.period, control.edge_seed)
+
+
+def _is_blind(control, law):
+    """Return whether the control's edges come and go in a way that the law cannot be followed over."""
+    return control.links.changes_edges and law.over(np.ones((1, 1), dtype=bool)) is None
+
+
+def exact_run(control, run):
+    """Return the ``Run`` of point masses that the published law moves from the start of ``run``.
+
+    Of a law that sees poses: of unicycles without limits.  None where no law is published, or the
+    solution is too long to compute.
+    """
+    law = published_law(control)
+    if law is None or _is_blind(control, law):
+        return None
+    if law.SEES == "pose":
+        return _exact_unicycles(control, law, run)
+    edges = faulty_edges(control)
+    with np.errstate(all="ignore"):
+        motion = exact_motion(law, run.hand[0], control.period, run.time - run.time[0], edges)
+    if motion is None or not np.isfinite(motion[0]).all():
+        return None
+    hand, velocity = motion
+    pose = np.zeros(hand.shape[:2] + (3,))
+    pose[:, :, :2] = hand - [control.l, 0.0]
+    command = velocity / [1.0, control.l]
+    facts = {OF_POINTS: True}
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
+
+
+def _exact_unicycles(control, law, run):
+    if control.fidelity == "point_mass":
+        return None
+    with np.errstate(all="ignore"):
+        time = run.time - run.time[0]
+        motion = exact_poses(law, run.pose[0], control.period, time, control.l)
+    if motion is None or not np.isfinite(motion[0]).all():
+        return None
+    pose, command = motion
+    theta = pose[:, :, 2, np.newaxis]
+    hand = pose[:, :, :2] + control.l * np.concatenate([np.cos(theta), np.sin(theta)], axis=2)
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, axes=UNICYCLE_AXES)
+
+
+def robots_run(control, run):
+    """Return the ``Run`` of the robots themselves under the published law, from the start of ``run``.
+
+    Commands are held, speeds limited and ramped, and wheels roll without slip, as
+    :mod:`published_drives` states it; bodies pass through each other, and point masses keep their
+    headings.  Its ``meta`` holds ``limited``, (m, n) bool, who is at a limit or speeds up as fast as it
+    can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then.
+
+    None where that cannot be told: of points without limits, under the safety filter, of robots that
+    disobey, and as in :func:`exact_run`.
+    """
+    law, scenario = published_law(control), run.scenario
+    if law is None or scenario is None or not _can_be_followed(control, run, law):
+        return None
+    frozen = scenario.fidelity == "point_mass"
+    robots = Robots(control.team, control.l, control.period, control.saturation, frozen)
+    step = scenario.step if robots.is_ramped and not frozen else math.inf
+    last = run.time[-1] - run.time[0]
+    commands = last / control.period
+    work = law.WORK * commands * len(run.robots) ** 2
+    work *= len(run.robots) if control.links.faults else 1
+    if commands > MOST_COMMANDS or work > MOST_PAIRS or last / step > MOST_STEPS:
+        return None
+    robots.be(run.pose[0], run.hand[0])
+    with np.errstate(all="ignore"):
+        rows = [
+            (robots.pose, robots.points, command, limited, cut)
+            for command, limited, cut in _moved(control, law, robots, run.time - run.time[0], step)
+        ]
+    pose, hand, command, limited, cut = (np.array(values) for values in zip(*rows))
+    if not np.isfinite(pose).all():
+        return None
+    facts = {"limited": limited, "cut": cut}
+    return Run(run.time, run.robots, pose, hand, command, [], scenario, facts, control.team.axes)
+
+
+def later(followed, rows):
+    """Return the ``rows``, a slice, of a run that :func:`robots_run` gave."""
+    limited, cut = followed.meta["limited"][rows], followed.meta["cut"][rows]
+    facts = {"limited": limited, "cut": cut - cut[0]}
+    return part_of(followed, rows)._replace(meta=facts)
+
+
+def _can_be_followed(control, run, law):
+    scenario = run.scenario
+    unlimited = bool(np.isinf(control.limits.top).all())
+    return not (
+        (scenario.fidelity == "point_mass" and (unlimited or law.SEES == "pose"))
+        or not are_stated(control.team)
+        or _is_blind(control, law)
+        or np.any(control.safety)
+        or scenario.mismatch != NO_MISMATCH
+        or len(run.robots) != control.team.n
+        or control.period > _timeout(scenario, control.team)
+    )
+
+
+def _timeout(scenario, team):
+    own = scenario.cmd_vel_timeout
+    return float(team.timeouts.min()) if own is None else own
+
+
+def _moved(control, law, robots, time, step):
+    """Yield ``(command, limited, cut)`` at each sample, at ``time`` (m,) [s], while ``robots`` move there.
+
+    ``step`` [s]: of ramps.
+    """
+    wanted = _Wanted(control, law, robots)
+    cut, row, now, count = np.zeros(robots.team.n), 0, 0.0, 0
+    late, ramped = np.zeros(robots.team.n, dtype=bool), robots.is_ramped and not math.isinf(step)
+    tiny = 1e-6 * control.period
+    while True:
+        u, command = wanted.at(now)
+        limited = robots.limited_now | late
+        begin, until = robots.points, (count + 1) * control.period
+        while row < len(time) and time[row] < until - tiny:
+            _advance(robots, command, time[row] - now, step)
+            now = max(now, time[row])
+            yield command, limited, cut.copy()
+            row += 1
+        if row == len(time):
+            return
+        _advance(robots, command, until - now, step)
+        late = robots.lag(command) if ramped else late
+        if (limited | late).any():
+            moved = (robots.points - begin) / control.period
+            lost = np.hypot(*(u - moved).T) * control.period
+            cut += np.where(limited | late, lost, 0.0)
+        now, count = until, count + 1
+
+
+def _advance(robots, command, duration, step):
+    """Move ``robots`` for ``duration`` [s], in parts of at most ``step`` [s]."""
+    if duration <= 0.0:
+        return
+    parts = 1 if math.isinf(step) else max(1, int(round(duration / step)))
+    robots.move(command, duration, parts)
+
+
+class _Wanted:
+    """What the published law wants of the robots, command by command."""
+
+    def __init__(self, control, law, robots):
+        self.law, self.robots, self.control = law, robots, control
+        edges, start = faulty_edges(control), robots.points
+        self.team = None if edges is None else Listeners(law, edges, start)
+        self.memory = None if self.team or law.SEES == "pose" else law.begin(start)
+
+    def at(self, time):
+        """Return velocities (n, 2) [m/s] and commands (n, a) at ``time`` [s], which is a command's."""
+        law, robots = self.law, self.robots
+        if law.SEES == "pose":
+            wanted, command = posed_commands(law, robots, robots.pose, time)
+            return robots.velocities(wanted), command
+        if self.team is not None:
+            u = self.team.velocity(robots.points, time)
+        else:
+            u, self.memory = law.velocity(robots.points, time, self.memory)
+        return u, robots.commands(u)

@@ -1,0 +1,299 @@
+"""What each drive makes of a velocity of its point, and how it moves, written a second time for verdicts.
+
+Nothing is shared with ``vehicles.drives``, whose functions drive the robots, but the numbers of the
+kinds.  Robots are complex numbers here: ``z`` (m,) [m] the centre, ``theta`` (m,) [rad] the heading,
+``steered`` (m,) [rad] the steering angle of a car, else 0.
+"""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.vehicles.drives import car, differential, omnidirectional
+
+SMALL = 1e-9  # [rad] of a turn, below which an arc is a straight line to rounding
+CREEP = 1e-6  # [m/s] with which a standing car tells its steering angle
+STEEPEST = 1.5  # [rad] that a Twist may ask of a steering angle
+CLOSE = 1e-9  # [rad] within which a steering angle has reached its limit
+
+
+class Unicycles:
+    """Differential drives: ``z' = v e^{i theta}``, ``theta' = omega``; the point is ``z + l e^{i theta}``.
+
+    Its velocity is ``p' = (v + i l omega) e^{i theta}``, so that ``v + i l omega = u e^{-i theta}``.
+    """
+
+    def __init__(self, group, l, period):
+        """``group``: a ``vehicles.team.Group``; ``l`` [m]; ``period`` [s] between two commands."""
+        self.group, self.l, self.period = group, l, period
+        self.numbers, self.top = group.numbers, group.limits.top
+        self.acceleration = group.limits.acceleration
+        if np.isinf(self.acceleration).all():
+            self.acceleration = np.inf
+
+    def be(self, z, theta, steered):
+        """Be at rest at ``z`` (m,) [m], ``theta`` (m,) [rad], steered by ``steered`` (m,) [rad]."""
+        self.z, self.theta, self.steered = z, theta, steered
+        self.velocity = np.zeros((len(z), self.top.shape[-1]))
+
+    @property
+    def is_ramped(self):
+        """Return whether speeds change in ramps, so that motion is reckoned step by step."""
+        return bool(np.isfinite(self.acceleration).any())
+
+    def points(self):
+        """Return the controlled points, (m,) complex [m]."""
+        return self.z + self.l * np.exp(1j * self.theta)
+
+    def angles_at(self, points, z, theta):
+        """Return the steering angles (m,) [rad] with which the points are at ``points`` (m,)."""
+        return np.zeros(len(z))
+
+    def commands(self, u):
+        """Return the commands (m, a) that give the points the velocities ``u`` (m,) complex [m/s]."""
+        ahead = u * np.exp(-1j * self.theta)
+        result = ahead.view(float).reshape(-1, 2)
+        result[:, 1] /= self.l
+        return result
+
+    def velocities(self, command):
+        """Return the points' mean velocities, (m,) complex [m/s], while ``command`` is held."""
+        return (command[:, 0] + 1j * self.l * command[:, 1]) * np.exp(1j * self.theta)
+
+    def is_full(self):
+        """Return whether an inner joint is at its limit, (m,) bool or False for all."""
+        return False
+
+    def sizes(self, command):
+        """Return how fast ``command`` (m, a), or a difference of two, moves the points, (m,) [m/s]."""
+        return np.hypot(command[:, 0], self.l * command[:, 1])
+
+    def twists(self, command):
+        """Return the commands (m, a) for ``(v, omega)``, (m, 2)."""
+        return command
+
+    def unicycle(self, command):
+        """Return ``(v, omega)``, (m, 2), of commands (m, a); undoes :meth:`twists`."""
+        return command
+
+    def excess(self, command):
+        """Return by which factor each ``command`` (m, a) is beyond a limit, (m,)."""
+        return (np.abs(command) / self.top).max(axis=1)
+
+    def slowed(self, command, factor):
+        """Return ``command`` (m, a) that moves the points the same way, ``factor`` (m,) more slowly."""
+        return command / factor[:, np.newaxis]
+
+    def obeyed(self, command):
+        """Return ``command`` (m, a) as the firmware takes it: each axis up to its limit."""
+        return np.minimum(np.maximum(command, -self.top), self.top)
+
+    def is_steady(self, command):
+        """Return whether nothing changes any more under ``command`` (m, a)."""
+        return not self.lags(command).any()
+
+    def lags(self, command):
+        """Return which robots have not reached the speeds of ``command`` (m, a) yet, (m,) bool."""
+        return (self.velocity != self.obeyed(command)).any(axis=1)
+
+    def move(self, command, duration):
+        """Move for ``duration`` [s] under ``command`` (m, a)."""
+        self.velocity, mean = reached(
+            self.velocity, self.obeyed(command), self.acceleration, duration
+        )
+        self._along(mean[:, 0], mean[:, 1], duration)
+
+    def _along(self, v, omega, duration):
+        """Move on arcs of circles at speeds ``v`` (m,), complex in the body, and ``omega`` (m,)."""
+        turn = omega * duration
+        slow = np.abs(turn) < SMALL
+        chord = (np.exp(1j * turn) - 1.0) / (1j * np.where(slow, 1.0, turn))
+        chord[slow] = 1.0 + 0.5j * turn[slow]
+        self.z = self.z + v * duration * chord * np.exp(1j * self.theta)
+        self.theta = self.theta + turn
+
+
+class Bases(Unicycles):
+    """Omnidirectional bases: ``z' = w e^{i theta}``, ``w = vx + i vy``; the point is ``z`` itself.
+
+    The law leaves the heading alone: ``w = u e^{-i theta}``, ``omega = 0``.
+    """
+
+    def points(self):
+        """Return the centres, (m,) complex [m]."""
+        return self.z
+
+    def commands(self, u):
+        """Return ``(vx, vy, 0)``, (m, 3)."""
+        w = u * np.exp(-1j * self.theta)
+        return np.stack([w.real, w.imag, np.zeros(len(w))], axis=1)
+
+    def velocities(self, command):
+        """Return the centres' velocities, (m,) complex [m/s], while ``command`` is held."""
+        return (command[:, 0] + 1j * command[:, 1]) * np.exp(1j * self.theta)
+
+    def sizes(self, command):
+        """Return the speeds (m,) [m/s] of ``command`` (m, 3): of the centre, or of ``l`` beside it."""
+        return np.sqrt(command[:, 0] ** 2 + command[:, 1] ** 2 + (self.l * command[:, 2]) ** 2)
+
+    def twists(self, command):
+        """Return ``(v, 0, omega)``, (m, 3), for ``(v, omega)``, (m, 2)."""
+        return np.stack([command[:, 0], np.zeros(len(command)), command[:, 1]], axis=1)
+
+    def unicycle(self, command):
+        """Return ``(vx, omega)``, (m, 2)."""
+        return command[:, ::2]
+
+    def _rims(self, command):
+        """Return the greatest speed (m,) [m/s] of a rim, a row of ``rolling`` times the twist."""
+        rolling = np.broadcast_to(np.asarray(self.numbers.rolling), (len(command), 4, 3))
+        return np.abs((rolling * command[:, np.newaxis]).sum(axis=2)).max(axis=1)
+
+    def excess(self, command):
+        """Return by which factor each ``command`` (m, 3) is beyond a limit of an axis or a rim, (m,)."""
+        return np.maximum(super().excess(command), self._rims(command) / self.numbers.rim_max)
+
+    def obeyed(self, command):
+        """Return ``command`` (m, 3), each axis up to its limit, then all slowed for the fastest rim."""
+        clipped = super().obeyed(command)
+        return self.slowed(clipped, np.maximum(self._rims(clipped) / self.numbers.rim_max, 1.0))
+
+    def move(self, command, duration):
+        """Move for ``duration`` [s] under ``command`` (m, 3)."""
+        self.velocity, mean = reached(
+            self.velocity, self.obeyed(command), self.acceleration, duration
+        )
+        self._along(mean[:, 0] + 1j * mean[:, 1], mean[:, 2], duration)
+
+
+class Cars(Unicycles):
+    """Cars: ``z' = v e^{i theta}``, ``theta' = v tan(delta)/L``, the steering rate an input of its own.
+
+    The point is ``p = z + e^{i theta}(L + l e^{i delta})``, so that
+
+        e^{-i theta} p' = v (1 + i tan(delta) + i (l/L) tan(delta) e^{i delta}) + delta' i l e^{i delta},
+
+    two real equations for ``v`` and ``delta'``.  A steering angle at its limit, asked for more, stays,
+    and the car drives on as fast as the steered wheel would have to.
+    """
+
+    @property
+    def is_ramped(self):
+        """Return whether speeds or steering angles change step by step."""
+        return super().is_ramped or bool(np.isfinite(self.numbers.steering_rate).any())
+
+    def points(self):
+        """Return the points ``l`` ahead of the steered wheels, (m,) complex [m]."""
+        ahead = self.numbers.wheelbase + self.l * np.exp(1j * self.steered)
+        return self.z + ahead * np.exp(1j * self.theta)
+
+    def angles_at(self, points, z, theta):
+        """Return the steering angles (m,) [rad] with which the points are at ``points`` (m,)."""
+        return np.angle((points - z) * np.exp(-1j * theta) - self.numbers.wheelbase)
+
+    def _columns(self):
+        """Return what ``v`` and ``delta'`` each do to the points, (m,) complex, in the bodies' frames."""
+        tan, turned = np.tan(self.steered), np.exp(1j * self.steered)
+        return 1.0 + 1j * tan * (
+            1.0 + self.l / self.numbers.wheelbase * turned
+        ), 1j * self.l * turned
+
+    def commands(self, u):
+        """Return ``(v, v tan(delta + delta' period)/L)``, (m, 2)."""
+        w, (by_speed, by_steering) = u * np.exp(-1j * self.theta), self._columns()
+        # Cramer's rule; Im(conj(a) b) is the determinant of the columns a and b.
+        both = (by_speed.conj() * by_steering).imag
+        v = (w.conj() * by_steering).imag / both
+        rate = (by_speed.conj() * w).imag / both
+        wanted = np.clip(self.steered + rate * self.period, -STEEPEST, STEEPEST)
+        full = np.abs(self.steered) >= self.numbers.steering_max - CLOSE
+        full &= rate * self.steered > 0.0
+        wanted = np.where(full, self.steered, wanted)
+        v = np.where(full, np.abs(u) * np.cos(self.steered), v)
+        v = np.where((v == 0.0) & (wanted != self.steered), CREEP, v)
+        return self._told(v, wanted)
+
+    def _told(self, v, steering):
+        return np.stack([v, v * np.tan(steering) / self.numbers.wheelbase], axis=1)
+
+    def _asked(self, command):
+        """Return the steering angles (m,) [rad] that ``command`` (m, 2) asks for; at rest the present."""
+        v, omega = command.T
+        goes = v != 0.0
+        asked = np.arctan(self.numbers.wheelbase * omega / np.where(goes, v, 1.0))
+        return np.where(goes, asked, self.steered)
+
+    def velocities(self, command):
+        """Return the points' mean velocities, (m,) complex [m/s], while ``command`` is held."""
+        rate = (self._asked(command) - self.steered) / self.period
+        by_speed, by_steering = self._columns()
+        return (command[:, 0] * by_speed + rate * by_steering) * np.exp(1j * self.theta)
+
+    def is_full(self):
+        """Return whether the steering angle is at its limit, (m,) bool."""
+        return np.abs(self.steered) >= self.numbers.steering_max - CLOSE
+
+    def sizes(self, command):
+        """Return the speeds (m,) [m/s] of ``command`` (m, 2), at most: of the point straight ahead."""
+        return np.hypot(command[:, 0], (self.numbers.wheelbase + self.l) * command[:, 1])
+
+    def excess(self, command):
+        """Return by which factor each ``command`` (m, 2) is beyond a limit of speed or steering rate."""
+        v, top = command[:, 0], self.top[..., 0]
+        back = np.minimum(top, self.numbers.backward)
+        speed = np.maximum(v / top, -v / back)
+        rate = np.abs(self._asked(command) - self.steered) / self.period
+        turn = np.abs(command[:, 1]) / self.top[..., 1]
+        return np.maximum(np.maximum(speed, turn), rate / self.numbers.steering_rate)
+
+    def slowed(self, command, factor):
+        """Return ``command`` (m, 2) with speed and steering rate ``factor`` (m,) times less.
+
+        Of the steering angle then what the wheels can do.
+        """
+        most = self.numbers.steering_max
+        wanted = self.steered + (self._asked(command) - self.steered) / factor
+        return self._told(command[:, 0] / factor, np.clip(wanted, -most, most))
+
+    def is_steady(self, command):
+        """Return False: a car is asked for another angle with each command."""
+        return False
+
+    def lags(self, command):
+        """Return which cars have not reached speed and steering angle of ``command`` yet, (m,) bool."""
+        target, asked = self._targets(command)
+        return (self.velocity[:, 0] != target) | (np.abs(self.steered - asked) > CLOSE)
+
+    def _targets(self, command):
+        """Return speeds [m/s] and angles [rad], (m,) each, that ``command`` (m, 2) asks wheels for."""
+        top, most = self.top[..., 0], self.numbers.steering_max
+        speed = np.clip(command[:, 0], -np.minimum(top, self.numbers.backward), top)
+        return speed, np.clip(self._asked(command), -most, most)
+
+    def _along_axis(self):
+        return self.acceleration if np.isscalar(self.acceleration) else self.acceleration[..., 0]
+
+    def move(self, command, duration):
+        """Move for ``duration`` [s] under ``command`` (m, 2)."""
+        target, asked = self._targets(command)
+        speed, mean = reached(self.velocity[:, 0], target, self._along_axis(), duration)
+        steered, between = reached(self.steered, asked, self.numbers.steering_rate, duration)
+        self.velocity = speed[:, np.newaxis]
+        self._along(mean, mean * np.tan(between) / self.numbers.wheelbase, duration)
+        self.steered = steered
+
+
+STATED = {differential: Unicycles, omnidirectional: Bases, car: Cars}
+
+
+def reached(value, target, rate, duration):
+    """Return ``value`` after a ramp to ``target`` at ``rate`` for ``duration`` [s], and its mean."""
+    if np.isscalar(rate) and math.isinf(rate):
+        return target, target
+    gap = target - value
+    with np.errstate(invalid="ignore", divide="ignore"):
+        needed = np.where(gap == 0.0, 0.0, np.abs(gap) / rate)  # [s] until it is there
+    ramping = np.minimum(needed, duration)
+    change = np.where(needed > duration, np.sign(gap) * rate * duration, gap)
+    # Along the ramp the mean is half the change, after it all of it.
+    return value + change, value + change * (1.0 - 0.5 * ramping / duration)

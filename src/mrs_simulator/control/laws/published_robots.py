@@ -1,0 +1,142 @@
+"""Robots under a published law: commands, limits and motion as :mod:`published_drives` states them."""
+
+import numpy as np
+
+from mrs_simulator.control.laws.published_drives import STATED
+
+AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
+
+
+class Robots:
+    """A team of robots of stated drives; arrays (n, ...) hold one robot per row."""
+
+    def __init__(self, team, l, period, scope, frozen=False):
+        """``team``: a ``vehicles.Team``; ``l`` [m]; ``period`` [s] of a command; ``scope`` of saturation;
+        ``frozen``: point masses, whose headings stay."""
+        self.team, self.l, self.scope, self.frozen = team, l, scope, frozen
+        self.parts = [(g, STATED[g.drive](g, l, period)) for g in team.groups]
+        self.is_ramped = any(part.is_ramped for _, part in self.parts)
+        self.limited_now = np.zeros(team.n, dtype=bool)  # at a limit under the last ``limited``
+
+    def be(self, pose, points=None):
+        """Be at rest at ``pose`` (n, 3); with ``points`` (n, 2) [m], steered so that they are there."""
+        z = complex_of(pose)
+        seen = None if points is None else complex_of(points)
+        for g, part in self.parts:
+            own, theta = z[g.rows], np.array(pose[g.rows, 2])
+            steered = np.zeros(len(own))
+            if seen is not None:
+                steered = part.angles_at(seen[g.rows], own, theta)
+            part.be(own, theta, steered)
+
+    @property
+    def pose(self):
+        """Return the poses (n, 3), headings not wrapped."""
+        result = np.empty((self.team.n, 3))
+        for g, part in self.parts:
+            result[g.rows, 0], result[g.rows, 1] = part.z.real, part.z.imag
+            result[g.rows, 2] = part.theta
+        return result
+
+    @property
+    def points(self):
+        """Return the controlled points (n, 2) [m]."""
+        return self._pairs(lambda g, part: part.points())
+
+    def commands(self, u):
+        """Return the commands (n, a) for velocities ``u`` (n, 2) [m/s] of the points, within limits."""
+        w = complex_of(u)
+        return self.limited(self._columns(lambda g, part: part.commands(w[g.rows])))
+
+    def velocities(self, command):
+        """Return the points' mean velocities (n, 2) [m/s] while ``command`` (n, a) is held."""
+        return self._pairs(lambda g, part: part.velocities(g.of(command)))
+
+    def twists(self, command):
+        """Return the commands (n, a) for ``(v, omega)`` (n, 2) of each robot."""
+        return self._columns(lambda g, part: part.twists(command[g.rows]))
+
+    def unicycle(self, command):
+        """Return ``(v, omega)`` (n, 2) of commands (n, a)."""
+        result = np.empty((self.team.n, 2))
+        for g, part in self.parts:
+            result[g.rows] = part.unicycle(g.of(command))
+        return result
+
+    def sizes(self, command):
+        """Return how fast each ``command`` (n, a), or a difference of two, moves the points, (n,) [m/s]."""
+        return self._values(lambda g, part: part.sizes(g.of(command)))
+
+    def limited(self, command, scope=None):
+        """Return ``command`` (n, a) as saturation leaves it; by ``scope``, or that of the team."""
+        scope = scope or self.scope
+        factor = self._values(lambda g, part: part.excess(g.of(command)))
+        self.limited_now = (factor >= AT_LIMIT) | (
+            self._values(lambda g, part: part.is_full()) > 0.0
+        )
+        if scope == "none":
+            return command
+        factor = np.maximum(factor, 1.0)
+        if scope == "team":
+            factor[:] = factor.max()
+        return self._columns(lambda g, part: part.slowed(g.of(command), factor[g.rows]))
+
+    def move(self, command, duration, parts=1):
+        """Move for ``duration`` [s] under ``command`` (n, a), in ``parts`` while anything ramps."""
+        for g, part in self.parts:
+            own, left = g.of(command), parts
+            if self.frozen:
+                part.z = part.z + duration * part.velocities(own)
+                continue
+            while left:
+                steady = left > 1 and part.is_steady(own)
+                taken = left if steady else 1
+                part.move(own, duration * taken / parts)
+                left -= taken
+
+    def lag(self, command):
+        """Return who has not reached the speeds of ``command`` (n, a) yet, (n,) bool."""
+        return self._values(lambda g, part: part.lags(g.of(command))) > 0.0
+
+    def _values(self, of_part):
+        result = np.empty(self.team.n)
+        for g, part in self.parts:
+            result[g.rows] = of_part(g, part)
+        return result
+
+    def _pairs(self, of_part):
+        result = np.empty(self.team.n, dtype=complex)
+        for g, part in self.parts:
+            result[g.rows] = of_part(g, part)
+        return result.view(float).reshape(-1, 2)
+
+    def _columns(self, of_part):
+        result = np.zeros((self.team.n, len(self.team.axes)))
+        for g, part in self.parts:
+            g.put(result, of_part(g, part))
+        return result
+
+
+def are_stated(team):
+    """Return whether all drives of ``team`` are stated a second time."""
+    return all(group.drive in STATED for group in team.groups)
+
+
+def complex_of(points):
+    """Return ``x + i y``, (n,), of ``points`` (n, 2 or more) [m]."""
+    return points[:, 0] + 1j * points[:, 1]
+
+
+def posed_commands(law, robots, pose, time):
+    """Return the commands (n, a) of a law that sees ``pose`` (n, 3), wanted and within limits.
+
+    Leaders' come before their followers': what a leader cannot do, its followers need not follow.
+    """
+    l, theta = robots.l, pose[:, 2]
+    hand = pose[:, :2] + l * np.column_stack([np.cos(theta), np.sin(theta)])
+    command, scope = np.zeros((len(pose), 2)), robots.scope
+    for _ in range(law.depth):
+        wanted = robots.twists(law.commands(pose, hand, command, time, l))
+        known = robots.limited(wanted) if scope == "robot" else wanted
+        command = robots.unicycle(known)
+    return wanted, robots.limited(wanted)

@@ -48,7 +48,7 @@ def _clear(control, start):
         return []
     why = "{}: {:.2f} m at the start, wanted 0 m".format(CLEARANCE[:-4], begun)
     return [
-        Condition("robots start clear of obstacles and border", begun >= 0.0, why),
+        Condition("robots start clear of obstacles and border", begun >= 0.0, why, necessary=True),
         stays_above(_of_each(measured), 0.0, CLEARANCE, TOLERANCE[control.fidelity]),
     ]
 

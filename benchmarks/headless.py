@@ -70,9 +70,9 @@ def scenario_of(n, fidelity, kinds=()):
     return Scenario(poses, kinds, fidelity=fidelity, limits="top", control=Control(), duration=1e6)
 
 
-def real_time_factor(n, fidelity, protocol, kinds=()):
-    """Return simulated over wall time of one experiment."""
-    experiment = Experiment(scenario_of(n, fidelity, kinds), protocol)
+def real_time_factor(n, fidelity, protocol):
+    """Return simulated over processor time of one experiment."""
+    experiment = Experiment(scenario_of(n, fidelity), protocol)
     samples = experiment.samples()
     next(samples)
     begin, simulated = time.process_time(), experiment.world.time
@@ -147,10 +147,6 @@ CASES = (
     (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
     ("dynamic, by arrays", "dynamic", Formation, (7, 100)),
 )
-MIXED = (  # name, kinds by turns
-    ("four kinds of one drive", (DEFAULT_KIND, "pioneer3at", "amigobot", "turtlebot3_burger")),
-    ("three drives", (DEFAULT_KIND, "robotino3", "f1tenth")),
-)
 COMPILED = "MRS_SIMULATOR_COMPILED"
 
 
@@ -174,11 +170,6 @@ def main():
     for case, fidelity, protocol, sizes in CASES:
         for n in sizes:
             factors[case, n] = note(case, n, real_time_factor, fidelity, protocol)
-    for name, kinds in MIXED:
-        case = "{}, {}".format(ARRAYS, name)
-        factor = note(case, 100, real_time_factor, "kinematic", Formation, kinds)
-        share = factor / factors[ARRAYS, 100]
-        report.note("{}, of 100 robots of the default kind".format(name), 100, share, "-")
     for n in (100, 1000):
         note("kinematic, a crowd in contact", n, crowd_factor)
     if find_spec("numba"):

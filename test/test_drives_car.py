@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from mrs_simulator.core.kinematics import displaced, ramp
+from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.drives import car
 from mrs_simulator.vehicles.limits import AxisLimits
 
@@ -25,18 +27,42 @@ def limits(acceleration=9.51, top=20.0):
 
 def move(pose, speed, steering, command, step, **given):
     """Return speed, steering angle, mean twist and pose after ``step`` [s]."""
-    velocity = car.twist_of(speed, steering, CAR)
-    after, joints, mean, pose = car.move(
-        pose, velocity, steering, command, limits(**given), CAR, step
-    )
-    np.testing.assert_allclose(after, car.twist_of(after[:, 0], joints, CAR))
-    return after[:, 0], joints, mean, pose
+    inner, own = np.column_stack([speed, steering]), limits(**given)
+    after, mean = ramp(inner, car.target(command, inner, own, CAR), car.rates(own, CAR), step)
+    mean = car.velocities(mean, CAR)
+    np.testing.assert_allclose(car.velocities(after, CAR), car.twist_of(*after.T, CAR))
+    return after[:, 0], car.joints_of(after), mean, displaced(pose, mean, step)
 
 
 def limited(command, steering):
     """Return ``command`` as the control's saturation lets it pass."""
-    factor = car.excess(command, steering, limits().top, CAR, 0.02)
-    return car.slowed(command, np.maximum(factor, 1.0), steering, CAR)
+    inner = car.asked(command, steering, CAR)
+    ahead = np.abs(command / limits().top).max(axis=1)
+    factor = np.maximum(car.excess(inner, steering, CAR, 0.02), ahead)
+    return car.slowed(inner, np.maximum(factor, 1.0), steering, CAR)
+
+
+def point(pose, steering, ahead, numbers=CAR):
+    """Return the controlled points of cars."""
+    direction = pose[:, 2] + steering
+    along = np.stack([np.cos(direction), np.sin(direction)], axis=1)
+    return np.stack(car.pivot(pose, numbers), axis=1) + car.arm(ahead, numbers) * along
+
+
+def seen(vectors, angle):
+    """Return components of ``vectors`` (1, 2) along and across a direction at ``angle`` (1,)."""
+    (x, y), cos, sin = vectors[0], np.cos(angle), np.sin(angle)
+    return cos * x + sin * y, cos * y - sin * x
+
+
+def common(along, across, angle):
+    """Return the vectors (1, 2) of such components; undoes ``seen``."""
+    return np.stack(seen(np.stack([along, across], axis=1), -angle), axis=1)
+
+
+def led(wanted, pose, steering, ahead):
+    """Return the command that moves the point with the velocity ``wanted`` (1, 2) over 0.02 s."""
+    return car.command(*seen(wanted, pose[:, 2] + steering), steering, ahead, 0.02, CAR)
 
 
 def test_the_least_radius_and_the_turn_rate_there():
@@ -95,7 +121,7 @@ def test_a_stopped_car_keeps_its_wheels_turned():
 def test_the_point_lies_ahead_of_the_steered_wheel():
     numbers = CAR._replace(wheelbase=0.3)
     np.testing.assert_allclose(
-        car.point(row(1.0, 2.0, 0.5 * np.pi), one(-0.5 * np.pi), 0.1, numbers), row(1.1, 2.3)
+        point(row(1.0, 2.0, 0.5 * np.pi), one(-0.5 * np.pi), 0.1, numbers), row(1.1, 2.3)
     )
 
 
@@ -106,18 +132,19 @@ def test_the_mapping_moves_the_point_as_wanted(steering):
     x, y, theta = pose[0]
     for angle in np.linspace(0.0, 6.0, 7):
         wanted = row(np.cos(angle), np.sin(angle))
-        (speed,), (rate,) = car.inputs(wanted, pose, steering, ahead, CAR)
+        (speed,), (rate,) = car.inputs(*seen(wanted, pose[:, 2] + steering), steering, ahead, CAR)
         turned = dt * speed * np.tan(steering[0] + 0.5 * dt * rate) / L
         middle = theta + 0.5 * turned
         after = row(
             x + dt * speed * np.cos(middle), y + dt * speed * np.sin(middle), theta + turned
         )
-        gone = car.point(after, steering + dt * rate, ahead, CAR) - car.point(
-            pose, steering, ahead, CAR
-        )
+        gone = point(after, steering + dt * rate, ahead) - point(pose, steering, ahead)
         np.testing.assert_allclose(gone / dt, wanted, atol=1e-5)
         np.testing.assert_allclose(
-            car.point_velocity(one(speed), one(rate), pose, steering, ahead, CAR),
+            common(
+                *car.point_velocity(one(speed), one(rate), steering, ahead, CAR),
+                pose[:, 2] + steering,
+            ),
             wanted,
             atol=SMALL,
         )
@@ -127,13 +154,13 @@ def test_the_point_follows_a_wanted_path_on_the_wire():
     """Twists of 50 Hz lead the point of a car along a line 0.3 m beside it, as a first-order law wants."""
     pose, steering, speed, ahead = row(0.0, 0.0, 0.0), one(0.0), one(0.0), 0.3
     for step in range(500):
-        point = car.point(pose, steering, ahead, CAR)
+        at = point(pose, steering, ahead)
         target = np.array([[0.63 + 0.5 * 0.02 * step, 0.3]])
-        wanted = row(0.5, 0.0) + 1.0 * (target - point)
-        command = limited(car.command(wanted, pose, steering, ahead, 0.02, CAR), steering)
+        wanted = row(0.5, 0.0) + 1.0 * (target - at)
+        command = limited(led(wanted, pose, steering, ahead), steering)
         speed, steering, _, pose = move(pose, speed, steering, command, 0.02, acceleration=1e3)
     # One step behind.
-    assert np.abs(car.point(pose, steering, ahead, CAR) - target).max() < 0.011
+    assert np.abs(point(pose, steering, ahead) - target).max() < 0.011
     assert abs(steering[0]) < 1e-3
 
 
@@ -142,7 +169,7 @@ def test_a_car_that_cannot_steer_further_turns_forwards_until_its_aim_is_ahead()
     wanted = row(-1.0, 0.2)  # behind
     turned_forwards = False
     for _ in range(400):
-        command = limited(car.command(wanted, pose, steering, 0.3, 0.02, CAR), steering)
+        command = limited(led(wanted, pose, steering, 0.3), steering)
         at_limit = abs(steering[0]) == pytest.approx(MOST)
         turned_forwards |= at_limit and command[0, 0] > 0.9
         speed, steering, _, pose = move(pose, speed, steering, command, 0.02)
@@ -155,42 +182,47 @@ def test_the_excess_is_of_speed_or_of_steering_rate():
     commands = car.twist_of(
         np.array([30.0, -10.0, 1.0]), np.array([0.1, 0.1, 0.1 + 3.2 * 0.02 * 4.0]), CAR
     )
-    excess = car.excess(commands, np.full(3, 0.1), limits().top, CAR, 0.02)
-    np.testing.assert_allclose(excess, [1.5, 2.0, 4.0], atol=SMALL)
-    none = car.excess(commands, np.full(3, 0.1), np.full(2, np.inf), car.unlimited(CAR), 0.02)
+    steering = np.full(3, 0.1)
+    inner = car.asked(commands, steering, CAR)
+    excess = car.excess(inner, steering, CAR, 0.02)
+    np.testing.assert_allclose(excess, [0.0, 2.0, 4.0], atol=SMALL)
+    none = car.excess(inner, steering, car.unlimited(CAR), 0.02)
     np.testing.assert_array_equal(none, 0.0)
+    fast = Team(("f1tenth",) * 3).excess(commands, steering, 0.02)
+    assert fast[0] == pytest.approx(30.0 / kind("f1tenth").limits["firmware"][0].top)
 
 
 def test_a_slowed_command_keeps_the_direction_of_the_point():
-    pose, steering = row(0.0, 0.0, 0.4), one(0.1)
+    steering = one(0.1)
     full = car.twist_of(one(1.2), one(0.3), CAR)
-    slow = car.slowed(full, one(4.0), steering, CAR)
+    slow = car.slowed(row(1.2, 0.3), one(4.0), steering, CAR)
     assert slow[0, 0] == pytest.approx(0.3)
     assert car.steering_of(slow, steering, CAR)[0] == pytest.approx(0.15)
-    slowly, fast = (car.velocity(each, pose, steering, 0.2, 0.02, CAR) for each in (slow, full))
-    np.testing.assert_allclose(slowly, fast / 4.0, rtol=1e-12)
+    slowly, fast = (car.velocity(each, steering, 0.2, 0.02, CAR) for each in (slow, full))
+    np.testing.assert_allclose(slowly, np.array(fast) / 4.0, rtol=1e-12)
 
 
 def test_a_command_means_the_velocity_that_it_was_made_of():
     pose, steering, wanted = row(1.0, 0.0, 0.4), one(0.1), row(0.7, 0.5)
-    command = car.command(wanted, pose, steering, 0.2, 0.02, CAR)
-    np.testing.assert_allclose(
-        car.velocity(command, pose, steering, 0.2, 0.02, CAR), wanted, rtol=1e-12
-    )
+    command = led(wanted, pose, steering, 0.2)
+    given = common(*car.velocity(command, steering, 0.2, 0.02, CAR), pose[:, 2] + steering)
+    np.testing.assert_allclose(given, wanted, rtol=1e-12)
 
 
 def test_a_standing_car_creeps_to_steer():
     # Wanted: straight across the wheel, so no speed; a Twist of v = 0 could not tell the angle.
-    command = car.command(row(0.0, 0.01), row(0.0, 0.0, 0.0), one(0.0), 0.2, 0.02, CAR)
+    command = led(row(0.0, 0.01), row(0.0, 0.0, 0.0), one(0.0), 0.2)
     assert command[0, 0] == car.CREEP
     assert car.steering_of(command, one(0.0), CAR)[0] == pytest.approx(0.001)
-    assert (car.command(row(0.0, 0.0), row(0.0, 0.0, 0.0), one(0.0), 0.2, 0.02, CAR) == 0.0).all()
+    assert (led(row(0.0, 0.0), row(0.0, 0.0, 0.0), one(0.0), 0.2) == 0.0).all()
 
 
 def test_a_contact_slows_a_car_and_its_turning_with_it():
-    velocity = np.array([[2.0, 1.0], [-2.0, 1.0], [0.0, 0.0]])
-    blocked = car.blocked(velocity, np.array([[0.5, 0.0], [0.5, 0.0], [0.1, 0.0]]))
-    np.testing.assert_allclose(blocked, [[0.5, 0.25], [0.0, 0.0], [0.0, 0.0]])
+    inner = np.array([[2.0, 0.3], [-2.0, 0.3], [0.0, 0.0]])
+    blocked = car.blocked(inner, np.array([[0.5, 0.0], [0.5, 0.0], [0.1, 0.0]]))
+    np.testing.assert_allclose(blocked, [[0.5, 0.3], [0.0, 0.3], [0.0, 0.0]])
+    turning = car.velocities(blocked, CAR)[:, 1]
+    np.testing.assert_allclose(turning, [0.5 * np.tan(0.3) / L, 0.0, 0.0])
 
 
 def test_odometry_follows_distance_and_turn():

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from mrs_simulator.core.kinematics import Limits, displaced, ramp
+from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.drives import omnidirectional as omni
 from mrs_simulator.vehicles.limits import AxisLimits
 
@@ -94,28 +96,29 @@ def test_a_command_beyond_the_rims_is_slowed_along_its_direction():
     limited = omni.limited(wanted, top, base)
     np.testing.assert_allclose(limited, wanted * 0.5 / 0.87)
     assert np.abs(rims(limited, base)).max() == pytest.approx(0.5)
-    factor = omni.excess(wanted, None, top, base, 0.02)
+    factor = np.maximum(omni.excess(wanted, None, base, 0.02), np.abs(wanted / top).max())
     assert factor[0] == pytest.approx(0.87 / 0.5)
-    np.testing.assert_allclose(omni.slowed(wanted, factor, None, base), limited)
-    assert omni.excess(limited, None, top, base, 0.02)[0] == pytest.approx(1.0)
+    np.testing.assert_allclose(wanted / factor, limited)
+    assert omni.excess(limited, None, base, 0.02)[0] == pytest.approx(1.0)
     np.testing.assert_array_equal(omni.limited(wanted, top, omni.unlimited(base)), wanted)
 
 
 def test_an_axis_has_a_limit_of_its_own():
     top, base = np.array([0.2, 1.0, 9.0]), THREE._replace(rim_max=10.0)
     np.testing.assert_allclose(omni.limited(row(-0.4, 0.3, 0.0), top, base), row(-0.2, 0.3, 0.0))
-    assert omni.excess(row(-0.4, 0.3, 0.0), None, top, base, 0.02)[0] == pytest.approx(2.0)
+    team = Team(("robotino3",), Limits(0.2, 9.0, np.inf, np.inf))
+    assert team.excess(row(-0.4, 0.1, 0.0), np.zeros(1), 0.02)[0] == pytest.approx(2.0)
 
 
 def test_a_held_twist_moves_along_its_circle():
     # A quarter turn at 0.5 m/s to the left and 0.5 rad/s: the circle's centre is 1 m behind.
-    after = omni.displaced(row(0.0, 0.0, 0.0), row(0.0, 0.5, 0.5), np.pi)
+    after = displaced(row(0.0, 0.0, 0.0), row(0.0, 0.5, 0.5), np.pi)
     np.testing.assert_allclose(after, row(-1.0, 1.0, 0.5 * np.pi), atol=SMALL)
-    half = omni.displaced(row(0.3, 0.1, 1.9), row(0.3, -0.2, 0.8), 0.35)
-    half = omni.displaced(half, row(0.3, -0.2, 0.8), 0.35)
-    whole = omni.displaced(row(0.3, 0.1, 1.9), row(0.3, -0.2, 0.8), 0.7)
+    half = displaced(row(0.3, 0.1, 1.9), row(0.3, -0.2, 0.8), 0.35)
+    half = displaced(half, row(0.3, -0.2, 0.8), 0.35)
+    whole = displaced(row(0.3, 0.1, 1.9), row(0.3, -0.2, 0.8), 0.7)
     np.testing.assert_allclose(half, whole, atol=1e-14)
-    straight = omni.displaced(row(1.0, 2.0, 0.5 * np.pi), row(0.4, 0.1, 0.0), 2.0)
+    straight = displaced(row(1.0, 2.0, 0.5 * np.pi), row(0.4, 0.1, 0.0), 2.0)
     np.testing.assert_allclose(straight, row(0.8, 2.8, 0.5 * np.pi), atol=1e-14)
 
 
@@ -123,9 +126,9 @@ def test_ramps_bring_every_axis_to_its_target():
     limits = AxisLimits(np.array([1.0, 1.0, 3.0]), np.array([0.4, 0.4, 1.6]))
     pose, velocity = row(0.0, 0.0, 0.0), np.zeros((1, 3))
     for _ in range(50):
-        velocity, _, _, pose = omni.move(
-            pose, velocity, None, row(0.2, 0.0, 0.0), limits, THREE, 0.02
-        )
+        target = omni.target(row(0.2, 0.0, 0.0), velocity, limits, THREE)
+        velocity, mean = ramp(velocity, target, omni.rates(limits, THREE), 0.02)
+        pose = displaced(pose, mean, 0.02)
     np.testing.assert_allclose(velocity, row(0.2, 0.0, 0.0), atol=SMALL)
     # 0.2 m/s after 0.5 s: 0.05 m on the ramp and 0.1 m after it.
     np.testing.assert_allclose(pose, row(0.15, 0.0, 0.0), atol=SMALL)
@@ -136,20 +139,21 @@ def test_encoders_give_the_pose_back():
     draw = np.random.default_rng(4)
     for _ in range(100):
         twist = draw.normal(size=(1, 3))
-        pose = omni.displaced(pose, twist, 0.05)
+        pose = displaced(pose, twist, 0.05)
         estimate = omni.reckoned(estimate, 0.05 * rims(twist, FOUR), None, FOUR)
     np.testing.assert_allclose(estimate, pose, atol=SMALL)
 
 
 def test_the_centre_moves_as_wanted_whatever_the_heading():
     pose = np.array([[1.0, 2.0, 0.5 * np.pi], [0.0, 0.0, 2.1]])
-    np.testing.assert_array_equal(omni.point(pose, None, 0.3, THREE), pose[:, :2])
+    team, still = Team(("robotino3",) * 2), np.zeros(2)
+    np.testing.assert_array_equal(team.point(pose, still, 0.3), pose[:, :2])
     wanted = np.array([[0.3, 0.1], [-0.2, 0.5]])
-    command = omni.command(wanted, pose, None, 0.3, 0.02, THREE)
+    command = team.command(wanted, pose, still, 0.3, 0.02)
     np.testing.assert_allclose(command[0], [0.1, -0.3, 0.0], atol=1e-15)
-    given = omni.velocity(command, pose, None, 0.3, 0.02, THREE)
+    given = team.velocity(command, pose, still, 0.3, 0.02)
     np.testing.assert_allclose(given, wanted, atol=1e-15)
-    moved = omni.displaced(pose, command, 0.1)
+    moved = displaced(pose, command, 0.1)
     np.testing.assert_allclose(moved[:, :2] - pose[:, :2], 0.1 * wanted, atol=1e-15)
     np.testing.assert_array_equal(moved[:, 2], pose[:, 2])
 

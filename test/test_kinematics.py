@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core import kinematics as kin
-from mrs_simulator.vehicles.drives import differential
 from mrs_simulator.vehicles.kind import Body
-from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.world import compiled, kinematic
 from mrs_simulator.world.collisions import Footprints
 
@@ -132,7 +130,7 @@ def test_sines_are_taken_of_contiguous_arrays_only(monkeypatch):
         Footprints([Body(0.2, 0.3, 0.4, 0.2)]).at(rows)
 
 
-def same_moves(move):
+def same_motion(ramp, displaced):
     draw = np.random.default_rng(2)
     for limits in (LIMITS, kin.NO_LIMITS):
         pose = np.asfortranarray(draw.uniform(-np.pi, np.pi, (50, 3)))
@@ -140,31 +138,46 @@ def same_moves(move):
         for _ in range(60):
             command = np.asfortranarray(draw.normal(size=(50, 2)))
             command[::3, 1] = 0.0
-            both = limits.velocities(), limits.accelerations()
-            how = velocity, None, command, AxisLimits(*both), None, 0.1
-            wanted, found = differential.move(pose, *how), move(pose, *how)
-            for one, other in zip(wanted, found):
+            how = velocity, command, limits.accelerations(), 0.1
+            velocity, mean = kin.ramp(*how)
+            for one, other in zip((velocity, mean), ramp(*how)):
                 np.testing.assert_array_equal(one, other)
-            velocity, _, _, pose = wanted
+            sliding = np.column_stack([mean[:, 0], draw.normal(size=50), mean[:, 1]])
+            for twist in (np.asfortranarray(sliding), mean):
+                after = kin.displaced(pose, twist, 0.1)
+                np.testing.assert_array_equal(displaced(pose, twist, 0.1), after)
+            pose = after
 
 
 def test_the_kernels_give_numpys_bits():
-    same_moves(compiled.driver(lambda kernel: kernel))
+    same_motion(
+        *(twin(lambda kernel: kernel) for twin in (compiled.ramp_by, compiled.displaced_by))
+    )
 
 
 def test_the_compiled_kernels_give_numpys_bits():
     pytest.importorskip("numba")
-    same_moves(compiled.compiled_move())
+    same_motion(compiled.compiled_ramp(), compiled.compiled_displaced())
 
 
 def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
     monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
-    assert kinematic.move_function(differential) is differential.move
+    assert kinematic.ramp_function() is kin.ramp
+    assert kinematic.displaced_function() is kin.displaced
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "yes")
     with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=yes: wanted 0 or 1"):
-        kinematic.move_function(differential)
+        kinematic.ramp_function()
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
     monkeypatch.setitem(sys.modules, "numba", None)
-    compiled.compiled_move.cache_clear()
+    compiled.compiled_ramp.cache_clear()
     with pytest.raises(ValueError, match="numba is not installed"):
-        kinematic.move_function(differential)
+        kinematic.ramp_function()
+
+
+def test_a_twist_without_sideways_speed_moves_as_a_unicycle_does():
+    draw = np.random.default_rng(5)
+    pose, twist = draw.normal(size=(20, 3)), draw.normal(size=(20, 3))
+    twist[:, 1] = 0.0
+    np.testing.assert_array_equal(
+        kin.displaced(pose, twist, 0.1), kin.displaced(pose, twist[:, ::2], 0.1)
+    )

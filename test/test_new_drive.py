@@ -35,19 +35,23 @@ def ball(monkeypatch, tmp_path):
     return kind(str(path))
 
 
-def test_the_page_names_what_a_drive_has():
-    table = set(re.findall(r"`(\w+)`", SECTION.partition("As an example")[0]))
-    module = drives.drive_module("differential")
-    own = {
+def names_of(drive):
+    module = drives.drive_module(drive)
+    return {
         name
         for name, value in vars(module).items()
         if not name.startswith("_")
         and getattr(value, "__module__", module.__name__) == module.__name__
     } - {"np", "NamedTuple", "Tuple"}
-    assert own == table - {"pose", "velocity", "command", "joints", "limits", "top", "acceleration",
-                           "DRIVES"} | {"velocity", "command"}  # fmt: skip
-    for name in re.findall(r"^def (\w+)", CODE, re.M):
-        assert name in table or name == "turned", name
+
+
+def test_the_page_names_what_a_drive_has():
+    page, _, further = SECTION.partition("As an example")[0].partition("With `OWN_LIMITS` also")
+    table = set(re.findall(r"`(\w+)`", page.partition("| name |")[2])) - {"joints", "inner"}
+    assert names_of("differential") == table
+    assert set(re.findall(r"^def (\w+)", CODE, re.M)) <= table
+    more = set(re.findall(r"`(\w+)`", further)) - {"JOINTS", "RAMPS", "followed"}
+    assert table | more <= names_of("car") | {"wheel_rates"}
 
 
 def test_the_example_drives_beside_other_robots(ball):

@@ -25,7 +25,7 @@ OWN = {
     "_surroundings": "what robots keep away from",
     "_standstill": "how long robots have stood still",
     "_has_joints": "whether the drives have inner joints",
-    "_next_joints": "the inner joints after the last command",
+    "_given": "the commands of the last period",
 }
 SET_BY_ALL = ("topology", "time")  # its own too, but a law or a test may set them
 

@@ -250,13 +250,15 @@ class PioneerControl:
         command = self.saturated(command, self.saturation)
         if self._is_filtered:
             command = self._safe(command, pose)
-        if self._has_joints:  # odometry does not tell them: expected is what the command does
-            self._keep(_next_joints=self.team.joints_after(command, self.joints, self.period))
+        self._keep(_given=command)
         return command
 
     def _know_joints(self, time, joints):
-        if joints is None:
-            joints = np.zeros(self.team.n) if time <= self.time else self._next_joints
+        """Take in the ``joints``; None: those that the last command leads to."""
+        if joints is None and (self._given is None or time <= self.time):
+            joints = np.zeros(self.team.n)
+        elif joints is None:
+            joints = self.team.joints_after(self._given, self.joints, self.period)
         self._keep(joints=joints)
 
     def wanted_commands(self, pose):
@@ -289,10 +291,7 @@ class PioneerControl:
         """
         if scope == "none":
             return command
-        factor = np.maximum(self.team.excess(command, self.joints, self.period), 1.0)
-        if scope == "team":
-            factor = np.full(len(factor), factor.max(initial=1.0))
-        return self.team.slowed(command, factor, self.joints)
+        return self.team.saturated(command, self.joints, self.period, scope)
 
     @property
     def is_by_neighbours(self):
@@ -331,7 +330,7 @@ class PioneerControl:
             written = " or ".join(map(str, self.DIMENSIONS))
             raise ControlError(text.format(type(self).__name__, written, team.dimension))
         joints = np.zeros(team.n)  # [rad]
-        self._keep(team=team, joints=joints, _next_joints=joints, _has_joints=team.has_joints)
+        self._keep(team=team, joints=joints, _given=None, _has_joints=team.has_joints)
 
     def all_claims(self, start):
         """Return what theory says of a run from ``start`` (n, d) over the edges that there are."""

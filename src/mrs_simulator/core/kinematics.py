@@ -122,23 +122,37 @@ def point_mass_from_unicycle(command, theta, l):
     return u
 
 
-def arc(pose, command, duration):
-    """Return the poses, shape (n, 3), after ``duration`` [s] of constant ``(v, omega)``.
+def arc(pose, twist, duration):
+    """Return the poses, shape (n, 3), after ``duration`` [s] of a constant ``twist`` of the body.
 
-    The exact solution of the unicycle (1), ``x' = v cos theta, y' = v sin theta, theta' = omega``:
-    with ``D = omega duration`` the centre moves by ``v duration sin(D/2)/(D/2)`` along
-    ``theta + D/2``.  The heading is not wrapped.
+    ``twist``: ``(v, omega)``, (n, 2), or ``(vx, vy, omega)``, (n, 3) [m/s, m/s, rad/s].  The exact
+    solution of the unicycle (1), ``x' = v cos theta, y' = v sin theta, theta' = omega``, and of
+    ``(x', y') = R(theta) (vx, vy)``: with ``D = omega duration`` the centre moves by
+    ``duration sin(D/2)/(D/2) R(theta + D/2) (vx, vy)``.  Without ``vy`` both are the same to the bit.
+    The heading is not wrapped.
     """
-    half = 0.5 * duration * command[:, 1]
+    half = 0.5 * duration * twist[:, -1]
     share = np.empty(len(half))
     share.fill(1.0)
     np.divide(np.sin(half), half, out=share, where=half != 0.0)
-    chord = duration * command[:, 0] * share
     middle = pose[:, 2] + half
+    cos, sin = np.cos(middle), np.sin(middle)
+    along = duration * twist[:, 0] * share
     after = np.empty(pose.shape, order="F")
-    after[:, 0] = pose[:, 0] + chord * np.cos(middle)
-    after[:, 1] = pose[:, 1] + chord * np.sin(middle)
-    after[:, 2] = middle + half
+    np.add(pose[:, 0], along * cos, out=after[:, 0])
+    np.add(pose[:, 1], along * sin, out=after[:, 1])
+    np.add(middle, half, out=after[:, 2])
+    if twist.shape[1] == 3:
+        across = duration * twist[:, 1] * share
+        np.subtract(after[:, 0], across * sin, out=after[:, 0])
+        np.add(after[:, 1], across * cos, out=after[:, 1])
+    return after
+
+
+def displaced(pose, twist, duration):
+    """Return the poses, shape (n, 3), as :func:`arc` does, with headings in [-pi, pi)."""
+    after = arc(pose, twist, duration)
+    after[:, 2] = wrap_angle(after[:, 2])
     return after
 
 
@@ -158,7 +172,7 @@ def ramp(velocity, target, acceleration, duration):
     reach = acceleration * duration
     change = np.minimum(np.maximum(target - velocity, -reach), reach)
     after = velocity + change
-    mean = after - change * np.abs(change) / (2.0 * reach)
+    mean = after - change * np.abs(change) / (reach + reach)
     return after, mean
 
 

@@ -32,6 +32,11 @@ class AxisLimits(NamedTuple):
             return self
         return AxisLimits(self.top[rows], self.acceleration[rows])
 
+    def of_all(self, n):
+        """Return the same limits as arrays (n, a), column by column in memory."""
+        shape = n, self.top.shape[-1]
+        return AxisLimits(*(np.array(np.broadcast_to(each, shape), order="F") for each in self))
+
 
 def kind_limits(kind, limits):
     """Return one ``AxisLimit`` for each axis of a ``kind`` of robot under ``limits``.

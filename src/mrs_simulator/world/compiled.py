@@ -1,4 +1,4 @@
-"""``differential.move`` compiled by numba, with results equal to the bit.
+"""The kinematic step compiled by numba, with results equal to the bit.
 
 Worth it on small teams, where numpy's calls cost more than its arithmetic (docs/benchmarks.md).  The
 kernels do numpy's operations in numpy's order, without fused or reordered ones; sines and cosines stay
@@ -12,56 +12,78 @@ import numpy as np
 PI, TURN = np.pi, 2.0 * np.pi
 
 
-def ramp_all(velocity, command, top, acceleration, step, after, mean):
-    """Fill ``after`` and ``mean`` (n, 2) as ``clip_commands`` and ``ramp`` do, robot by robot."""
-    for column in range(2):
+def ramp_all(velocity, target, acceleration, step, after, mean):
+    """Fill ``after`` and ``mean`` (n, a) as ``ramp`` does, robot by robot."""
+    for column in range(velocity.shape[1]):
         for row in range(len(velocity)):
-            most, reach = top[row, column], acceleration[row, column] * step
-            target = min(max(command[row, column], -most), most)
-            change = min(max(target - velocity[row, column], -reach), reach)
+            reach = acceleration[row, column] * step
+            change = min(max(target[row, column] - velocity[row, column], -reach), reach)
             reached = velocity[row, column] + change
             after[row, column] = reached
-            mean[row, column] = reached - change * abs(change) / (2.0 * reach)
+            mean[row, column] = reached - change * abs(change) / (reach + reach)
 
 
-def move_all(pose, mean, step, half, sin_half, cos, sin, after):
-    """Fill ``after`` (n, 3) as ``arc`` and ``wrap_angle`` do; ``cos``, ``sin`` of the mean headings."""
+def displace_all(pose, twist, step, half, sin_half, cos, sin, after):
+    """Fill ``after`` (n, 3) as ``displaced`` does; ``cos``, ``sin`` of the mean headings."""
+    slides = twist.shape[1] == 3
     for row in range(len(pose)):
         share = sin_half[row] / half[row] if half[row] != 0.0 else 1.0
-        chord = step * mean[row, 0] * share
-        after[row, 0] = pose[row, 0] + chord * cos[row]
-        after[row, 1] = pose[row, 1] + chord * sin[row]
+        along = step * twist[row, 0] * share
+        x, y = pose[row, 0] + along * cos[row], pose[row, 1] + along * sin[row]
+        if slides:
+            across = step * twist[row, 1] * share
+            x, y = x - across * sin[row], y + across * cos[row]
+        after[row, 0], after[row, 1] = x, y
         angle = pose[row, 2] + half[row] + half[row]
         if angle < -PI or angle >= PI:
             angle = (angle + PI) % TURN - PI
         after[row, 2] = angle
 
 
-def driver(compile_):
-    """Return the twin of ``differential.move`` whose kernels went through ``compile_``."""
-    ramp_kernel, move_kernel = compile_(ramp_all), compile_(move_all)
+def ramp_by(compile_):
+    """Return the twin of ``core.kinematics.ramp`` whose kernel went through ``compile_``."""
+    kernel = compile_(ramp_all)
 
-    def move(pose, velocity, joints, command, limits, numbers, step):
-        n = len(pose)
-        top, acceleration = (np.broadcast_to(each, (n, 2)) for each in limits)
-        reached, mean = np.empty((n, 2), order="F"), np.empty((n, 2), order="F")
-        ramp_kernel(velocity, command, top, acceleration, step, reached, mean)
-        half = 0.5 * step * mean[:, 1]
+    def ramp(velocity, target, acceleration, duration):
+        acceleration = np.broadcast_to(acceleration, velocity.shape)
+        after, mean = np.empty_like(velocity), np.empty_like(velocity)
+        kernel(velocity, target, acceleration, duration, after, mean)
+        return after, mean
+
+    return ramp
+
+
+def displaced_by(compile_):
+    """Return the twin of ``core.kinematics.displaced`` whose kernel went through ``compile_``."""
+    kernel = compile_(displace_all)
+
+    def displaced(pose, twist, duration):
+        half = 0.5 * duration * twist[:, -1]
         middle = pose[:, 2] + half
-        after = np.empty((n, 3), order="F")
-        move_kernel(pose, mean, step, half, np.sin(half), np.cos(middle), np.sin(middle), after)
-        return reached, joints, mean, after
+        after = np.empty(pose.shape, order="F")
+        kernel(pose, twist, duration, half, np.sin(half), np.cos(middle), np.sin(middle), after)
+        return after
 
-    return move
+    return displaced
 
 
 @functools.lru_cache(maxsize=None)
-def compiled_move():
-    """Return the compiled twin; ``ValueError`` where numba is not installed."""
+def compiled_ramp():
+    """Return the compiled twin of ``core.kinematics.ramp``; ``ValueError`` without numba."""
+    return ramp_by(_compiler())
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_displaced():
+    """Return the compiled twin of ``core.kinematics.displaced``; ``ValueError`` without numba."""
+    return displaced_by(_compiler())
+
+
+def _compiler():
     try:
         import numba  # optional
     except ImportError:
         raise ValueError(
             "MRS_SIMULATOR_COMPILED=1: numba is not installed, wanted `pip install numba`"
         ) from None
-    return driver(numba.njit(cache=True, fastmath=False, error_model="numpy"))
+    return numba.njit(cache=True, fastmath=False, error_model="numpy")

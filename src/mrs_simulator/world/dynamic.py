@@ -10,10 +10,10 @@ from typing import List, NamedTuple, Tuple
 import numpy as np
 import pybullet
 
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import ramp, wrap_angle
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.limits import AxisLimits
-from mrs_simulator.vehicles.team import joined, shared
+from mrs_simulator.vehicles.team import shared
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.scene import (
     add_ground,
@@ -196,10 +196,9 @@ class DynamicMotion:
         self._plane.moved_elsewhere()
         self.pose, self.twist = poses, np.zeros((n, 3))
         self._angles = np.zeros((n, 2))
-        self._velocities = [
+        self._inner = [
             np.zeros((len(group.kinds), len(group.drive.AXES))) for group in self.team.groups
         ]
-        self._joints = [np.zeros(len(group.kinds)) for group in self.team.groups]
         for forces in self._pushed:
             if forces is not None:
                 forces.reset()
@@ -223,7 +222,7 @@ class DynamicMotion:
 
     def joints(self):
         """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
-        return joined(self.team, self._joints)
+        return self.team.joints_of(self._inner)
 
     def _put(self, row, pose):
         x, y, theta = pose
@@ -253,10 +252,10 @@ class DynamicMotion:
             self._put(row, pose)
         speeds = np.empty((self.team.n, 2))
         for index, group in enumerate(self.team.groups):
-            self._velocities[index], self._joints[index], _ = group.drive.ramped(
-                self._velocities[index], self._joints[index], group.of(command),
-                self._limits[index], group.numbers, self.step,
-            )  # fmt: skip
+            inner, limits, numbers = self._inner[index], self._limits[index], group.numbers
+            target = group.drive.target(group.of(command), inner, limits, numbers)
+            rates = group.drive.rates(limits, numbers)
+            self._inner[index], _ = ramp(inner, target, rates, self.step)
             speeds[group.rows] = self._rates(index, group)
         self._drive(speeds)
         pushed = [forces for forces in self._pushed if forces is not None]
@@ -269,9 +268,8 @@ class DynamicMotion:
 
     def _rates(self, index, group):
         """Return the turn rates, (m, 2) [rad/s], of wheels that roll in the solver; aim the others."""
-        velocity, joints, forces = (
-            part[index] for part in (self._velocities, self._joints, self._pushed)
-        )
+        inner, forces = self._inner[index], self._pushed[index]
+        velocity, joints = group.velocities(inner), group.joints_of(inner)
         if forces is not None:
             forces.aim(velocity[forces.members], joints[forces.members])
         if all(group.drive.is_pushed(kind.numbers) for kind in group.kinds):

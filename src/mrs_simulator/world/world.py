@@ -18,12 +18,10 @@ from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
-from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world import odometry
 from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.forced import ForcedGroup
+from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
-from mrs_simulator.world.weather import Weather
 
 EVERY = slice(None)  # the rows of all robots
 FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
@@ -122,7 +120,6 @@ class World:
             )
         if self.fidelity != "point_mass":
             refuse_overlaps(team, poses, self.obstacles)
-        self._size = team.n
         motion = self._new_motion(team, poses)
         if self._motion is not None:
             self._motion.close()
@@ -160,7 +157,7 @@ class World:
             )
         media = {group.drive.MEDIUM for group in team.groups}
         if "ground" not in media:
-            return KinematicMotion(*bodies, **mirrored, **moving, make_group=self._forced_group)
+            return ForcedMotion(*bodies, **mirrored, **moving, seed=self._seed)
         if len(media) > 1:
             raise WorldError(
                 "fidelity 'dynamic': robots on the ground and in the water in one team; "
@@ -169,12 +166,6 @@ class World:
         from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
 
         return DynamicMotion(*bodies, **mirrored)
-
-    def _forced_group(self, group, step, encoders, environment):
-        rows = np.arange(self._size)[group.rows]
-        weather = Weather(environment, step, self._seed, rows)
-        group = group._replace(numbers=columns_of(group.kinds, group.drive))  # whatever the limits
-        return ForcedGroup(group, step, encoders, environment, weather)
 
     def _new_odometry(self):
         # Wheels that roll in pybullet slip by themselves.

@@ -6,7 +6,8 @@
 wheelbase.  Commands are Twists as ackermann controllers read them: ``linear.x = v``,
 ``angular.z = v tan(delta)/L``; at ``v = 0`` the steering angle is not told and the wheels stay.
 Of m robots: ``pose`` (m, 3) [m, m, rad]; ``velocity`` and ``command`` (m, 2), one column for each of
-``AXES``; ``joints`` (m,) [rad], the steering angles.
+``AXES``; ``inner`` (m, 2), what ramps: speed [m/s] and steering angle [rad]; ``joints`` (m,) [rad], the
+steering angles.
 
 **The controlled point** lies d ahead of the steered wheel's centre, along its direction
 ``phi = theta + delta``:
@@ -37,8 +38,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import arc, cos_sin, ramp, wrap_angle
-from mrs_simulator.vehicles.drives.differential import farthest, fill_twist, top_speed  # noqa: F401
+from mrs_simulator.core.kinematics import cos_sin, displaced, wrap_angle
 from mrs_simulator.vehicles.drives.stand import Stand
 
 AXES = ("linear.x", "angular.z")
@@ -48,6 +48,8 @@ SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # distance of the rear axle [m], and angle turned [rad] as motor and servo give it
 POINT = "point ahead of the steered wheel"
 JOINTS = True  # whether ``joints`` move
+OWN_LIMITS = True  # whether there are others than those of the axes: of steering, and backwards
+RAMPS = True  # whether inner states ramp towards their targets
 CREEP = 1e-6  # [m/s] forwards while a standing car steers: at v = 0 a Twist tells no steering angle
 STEEPEST = 1.5  # [rad] of any steering angle; at pi/2 a car turns about its rear axle
 CLOSE = 1e-9  # [rad] to its limit a steering angle is at it
@@ -125,9 +127,10 @@ def steering_of(command, joints, numbers):
     v, asked = command[:, 0], numbers.wheelbase * command[:, 1]
     if np.logical_and.reduce(v):
         return np.arctan(asked / v)
-    ratio = np.zeros(len(command))
-    np.divide(asked, v, out=ratio, where=v != 0.0)
-    return np.where(v != 0.0, np.arctan(ratio), joints)
+    moves = v != 0.0
+    result = np.array(joints, dtype=float)
+    result[moves] = np.arctan(asked[moves] / v[moves])
+    return result
 
 
 def _possible(steering, numbers):
@@ -138,41 +141,49 @@ def _within(value, least, most):
     return np.minimum(np.maximum(value, least), most)
 
 
-def move(pose, velocity, joints, command, limits, numbers, step):
-    """Return velocity (m, 2), joints (m,), mean velocity (m, 2) and pose (m, 3) after ``step`` [s].
-
-    The speed is clipped and ramps by ``limits``; the steering angle asked for is approached at the
-    steering rate.  The pose follows the arc of the mean speed and the mean steering angle, exact while
-    both hold.
-    """
-    velocity, joints, mean = ramped(velocity, joints, command, limits, numbers, step)
-    after = arc(pose, mean, step)
-    after[:, 2] = wrap_angle(after[:, 2])
-    return velocity, joints, mean, after
+def asked(command, joints, numbers):
+    """Return the inner states (m, 2) that ``command`` (m, 2) asks for: speed and steering angle."""
+    result = np.empty((len(command), 2), order="F")
+    result[:, 0], result[:, 1] = command[:, 0], steering_of(command, joints, numbers)
+    return result
 
 
-def ramped(velocity, joints, command, limits, numbers, step):
-    """Return velocity (m, 2), joints (m,) and mean velocity (m, 2) after ``step`` [s]: ``move`` but for
-    the pose."""
-    top, acceleration = limits.top[..., 0], limits.acceleration[..., 0]
-    wanted = _within(command[:, 0], -np.minimum(top, numbers.backward), top)
-    speed, mean_speed = ramp(velocity[:, 0], wanted, acceleration, step)
-    asked = _possible(steering_of(command, joints, numbers), numbers)
-    steering, mean_steering = ramp(joints, asked, numbers.steering_rate, step)
-    mean = twist_of(mean_speed, mean_steering, numbers)
-    return twist_of(speed, steering, numbers), steering, mean
+def target(command, inner, limits, numbers):
+    """Return the inner states (m, 2) to which the firmware ramps: those asked for, clipped."""
+    result, top = asked(command, inner[:, 1], numbers), limits.top[..., 0]
+    result[:, 0] = _within(result[:, 0], -np.minimum(top, numbers.backward), top)
+    result[:, 1] = _possible(result[:, 1], numbers)
+    return result
 
 
-def blocked(velocity, moved):
-    """Return the velocities (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+def rates(limits, numbers):
+    """Return how fast it does, (m, 2): acceleration [m/s^2] and steering rate [rad/s]."""
+    result = np.array(limits.acceleration, dtype=float, order="F")
+    result[..., 1] = numbers.steering_rate
+    return result
+
+
+def velocities(inner, numbers):
+    """Return the velocities (m, 2) along ``AXES`` of ``inner`` states (m, 2)."""
+    return twist_of(inner[:, 0], inner[:, 1], numbers)
+
+
+def joints_of(inner):
+    """Return the steering angles (m,) [rad] of ``inner`` states (m, 2)."""
+    return inner[:, 1]
+
+
+def blocked(inner, moved):
+    """Return the ``inner`` states (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
 
     ``moved`` is given in the body's frame.  A car is no faster than its wheels turn, and never goes the
     other way; its turn rate follows its speed.
     """
-    own = velocity[:, 0]
+    result, own = inner.copy(), inner[:, 0]
     share = np.ones(len(own))
     np.divide(moved[:, 0], own, out=share, where=own != 0.0)
-    return velocity * np.clip(share, 0.0, 1.0)[:, np.newaxis]
+    result[:, 0] = own * np.clip(share, 0.0, 1.0)
+    return result
 
 
 def rim_speeds(mean, joints, numbers):
@@ -182,22 +193,16 @@ def rim_speeds(mean, joints, numbers):
 
 def reckoned(pose, rolled, joints, numbers):
     """Return the poses (m, 3) that odometry makes of ``rolled`` (m, 2): distance [m], turn [rad]."""
-    after = arc(pose, rolled, 1.0)
-    after[:, 2] = wrap_angle(after[:, 2])
-    return after
+    return displaced(pose, rolled, 1.0)
 
 
-def excess(command, joints, top, numbers, period):
-    """Return by which factor each ``command`` (m, 2) is beyond the limits, (m,); up to 1 within.
+def excess(inner, joints, numbers, period):
+    """Return by which factor the ``inner`` states asked for are beyond limits of the car's own, (m,).
 
-    ``top`` (2,) or (m, 2): of speed and, if finite, turn rate.  The steering rate is that which brings
-    ``joints`` to the angle asked for within ``period`` [s].
+    Of speed backwards, and of the steering rate that brings ``joints`` there within ``period`` [s].
     """
-    v, omega = command[:, 0], command[:, 1]
-    ahead, back = v / top[..., 0], v / -np.minimum(numbers.backward, top[..., 0])
-    turn = np.abs(steering_of(command, joints, numbers) - joints)
-    share = np.maximum(np.maximum(ahead, back), np.abs(omega) / top[..., 1])
-    return np.maximum(share, turn / (numbers.steering_rate * period))
+    turn = np.abs(inner[:, 1] - joints)
+    return np.maximum(inner[:, 0] / -numbers.backward, turn / (numbers.steering_rate * period))
 
 
 def at_limits(command, top, numbers, share):
@@ -214,15 +219,16 @@ def at_limits(command, top, numbers, share):
     return fast | steered | (np.abs(omega) >= share * top[..., 1])
 
 
-def slowed(command, factor, joints, numbers):
-    """Return ``command`` (m, 2) with speed and steering rate divided by ``factor``, a number or (m,).
+def slowed(inner, factor, joints, numbers):
+    """Return the commands (m, 2) that ask for ``inner`` (m, 2) with speed and steering rate divided by
+    ``factor``, a number or (m,).
 
     The point moves in the same direction, more slowly: the steering angle asked for comes nearer to the
     present one.  (The Twist over the factor would ask for the same angle.)  Then, and only then, it is
     clipped to what the wheels can do.
     """
-    wanted = joints + (steering_of(command, joints, numbers) - joints) / factor
-    return twist_of(command[:, 0] / factor, _possible(wanted, numbers), numbers)
+    wanted = joints + (inner[:, 1] - joints) / factor
+    return twist_of(inner[:, 0] / factor, _possible(wanted, numbers), numbers)
 
 
 def ride_height(numbers):
@@ -277,15 +283,15 @@ def lead(l, numbers):
     return numbers.wheelbase + l
 
 
-def point(pose, joints, l, numbers):
-    """Return the points ``l`` [m] ahead of the steered wheels, (..., m, 2) [m]."""
-    wheelbase = numbers.wheelbase
+def arm(l, numbers):
+    """Return how far [m] the controlled point is ahead of the steered wheel, in its direction."""
+    return l
+
+
+def pivot(pose, numbers):
+    """Return the steered wheels' centres, x and y, (..., m) [m]."""
     cos, sin = cos_sin(pose[..., 2])
-    cos_wheel, sin_wheel = cos_sin(pose[..., 2] + joints)
-    result = np.empty(pose.shape[:-1] + (2,), order="F")
-    result[..., 0] = pose[..., 0] + wheelbase * cos + l * cos_wheel
-    result[..., 1] = pose[..., 1] + wheelbase * sin + l * sin_wheel
-    return result
+    return pose[..., 0] + numbers.wheelbase * cos, pose[..., 1] + numbers.wheelbase * sin
 
 
 def joints_seen(pose, point, l, numbers):
@@ -296,45 +302,42 @@ def joints_seen(pose, point, l, numbers):
     return wrap_angle(np.arctan2(y, x) - pose[:, 2])
 
 
-def inputs(velocity, pose, joints, l, numbers):
-    """Return speed [m/s] and steering rate [rad/s], (m,) each, that move the points with ``velocity``
-    (m, 2) [m/s] of the common frame: the mapping derived above."""
-    cos, sin = cos_sin(pose[:, 2] + joints)
-    along = cos * velocity[:, 0] + sin * velocity[:, 1]
-    across = cos * velocity[:, 1] - sin * velocity[:, 0]
-    cos_steering, sin_steering = cos_sin(joints)
-    return along * cos_steering, across / l - along * sin_steering / numbers.wheelbase
+def inputs(along, across, joints, l, numbers):
+    """Return speed [m/s] and steering rate [rad/s], (m,) each, that move the points ``along`` and
+    ``across`` the steered wheels, (m,) [m/s]: the mapping derived above."""
+    cos, sin = cos_sin(joints)
+    return along * cos, across / l - along * sin / numbers.wheelbase
 
 
-def point_velocity(speed, rate, pose, joints, l, numbers):
-    """Return the points' velocity, (m, 2) [m/s], under speeds and steering rates; undoes ``inputs``."""
-    cos_steering, sin_steering = cos_sin(joints)
-    along = speed / cos_steering
-    across = l * (along * sin_steering / numbers.wheelbase + rate)
-    cos, sin = cos_sin(pose[:, 2] + joints)
-    result = np.empty((len(pose), 2), order="F")
-    result[:, 0] = cos * along - sin * across
-    result[:, 1] = sin * along + cos * across
-    return result
+def point_velocity(speed, rate, joints, l, numbers):
+    """Return the points' velocities along and across the steered wheels, (m,) [m/s]; undoes ``inputs``."""
+    cos, sin = cos_sin(joints)
+    along = speed / cos
+    return along, l * (along * sin / numbers.wheelbase + rate)
 
 
-def command(velocity, pose, joints, l, period, numbers):
-    """Return the commands, (m, 2), for the points' ``velocity`` (m, 2) [m/s] over ``period`` [s].
+def command(along, across, joints, l, period, numbers):
+    """Return the commands, (m, 2), that move the points ``along`` and ``across`` the steered wheels, (m,)
+    [m/s], over ``period`` [s].
 
     The steering angle asked for is ``delta + delta' period``, which may be more than the wheels can do
     until ``slowed``.  A car that cannot steer further drives forwards along its tightest circle, as fast
     as the point is wanted to move, until the wanted direction lies ahead.
     """
-    speed, rate = inputs(velocity, pose, joints, l, numbers)
+    speed, rate = inputs(along, across, joints, l, numbers)
+    steering = _within(joints + rate * period, -STEEPEST, STEEPEST)
     at_limit = np.abs(joints) >= numbers.steering_max - CLOSE
-    stuck = at_limit & (np.sign(rate) == np.sign(joints))
-    steering = np.where(stuck, joints, _within(joints + rate * period, -STEEPEST, STEEPEST))
-    speed = np.where(stuck, np.hypot(velocity[:, 0], velocity[:, 1]) * np.cos(joints), speed)
-    speed = np.where((speed == 0.0) & (steering != joints), CREEP, speed)
+    if np.logical_or.reduce(at_limit):
+        (stuck,) = np.nonzero(at_limit & (np.sign(rate) == np.sign(joints)))
+        steering[stuck] = joints[stuck]
+        speed[stuck] = np.hypot(along[stuck], across[stuck]) * np.cos(joints[stuck])
+    if not np.logical_and.reduce(speed):
+        speed[(speed == 0.0) & (steering != joints)] = CREEP
     return twist_of(speed, steering, numbers)
 
 
-def velocity(command, pose, joints, l, period, numbers):
-    """Return the points' mean velocity, (m, 2) [m/s], under ``command`` (m, 2) held for ``period`` [s]."""
+def velocity(command, joints, l, period, numbers):
+    """Return the points' mean velocities along and across the steered wheels, (m,) [m/s], under ``command``
+    (m, 2) held for ``period`` [s]."""
     rate = (steering_of(command, joints, numbers) - joints) / period
-    return point_velocity(command[:, 0], rate, pose, joints, l, numbers)
+    return point_velocity(command[:, 0], rate, joints, l, numbers)

@@ -5,7 +5,8 @@ the effective one, at which wheel speeds give the true turn rate.
 
 It obeys forward speed ``v`` and turn rate ``omega``.  Its controlled point is the hand point, ``l``
 ahead of the axle's centre, eq. (2).  Of m robots: ``pose`` (m, 3) [m, m, rad]; ``velocity`` and
-``command`` (m, 2), one column for each of ``AXES``; ``joints`` (m,), which this drive has none of.
+``command`` (m, 2), one column for each of ``AXES``; ``inner`` (m, 2), what ramps: the velocities;
+``joints`` (m,), which this drive has none of.
 """
 
 from typing import NamedTuple, Tuple
@@ -13,15 +14,10 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import (
-    arc,
     body_speeds,
     clip_commands,
-    hand_points,
-    point_mass_from_unicycle,
-    ramp,
-    unicycle_from_point_mass,
+    displaced,
     wheel_speeds,
-    wrap_angle,
 )
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives.stand import Stand
@@ -33,6 +29,8 @@ SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # wheels that are counted: left, right
 POINT = "hand point"
 JOINTS = False  # whether ``joints`` move
+OWN_LIMITS = False  # whether there are others than those of the axes
+RAMPS = True  # whether inner states ramp towards their targets
 
 
 class Numbers(NamedTuple):
@@ -100,50 +98,23 @@ def ride_height(numbers):
     return numbers.radius
 
 
-def ramped(velocity, joints, command, limits, numbers, step):
-    """Return velocity (m, 2), joints (m,) and mean velocity (m, 2) of the firmware's next ``step`` [s].
-
-    Commands are clipped to ``limits.top`` and ramped by ``limits.acceleration``, (2,) or (m, 2).
-    """
-    velocity, mean = ramp(velocity, clip_commands(command, limits.top), limits.acceleration, step)
-    return velocity, joints, mean
+def target(command, inner, limits, numbers):
+    """Return the inner states, velocities (m, 2), to which the firmware ramps: clipped commands."""
+    return clip_commands(command, limits.top)
 
 
-def move(pose, velocity, joints, command, limits, numbers, step):
-    """Return velocity (m, 2), joints (m,), mean velocity (m, 2) and pose (m, 3) after ``step`` [s].
-
-    The velocities are those of :func:`ramped`; the arc is that of the mean velocity, exact while the
-    velocity holds.
-    """
-    top, acceleration = limits
-    velocity, mean = ramp(velocity, clip_commands(command, top), acceleration, step)
-    after = arc(pose, mean, step)
-    after[:, 2] = wrap_angle(after[:, 2])
-    return velocity, joints, mean, after
+def rates(limits, numbers):
+    """Return how fast it does, (m, 2) [m/s^2, rad/s^2]."""
+    return limits.acceleration
 
 
-def fill_twist(twist, velocity, joints, numbers):
-    """Write the body twists (m, 3), vx, vy [m/s], omega [rad/s], of ``velocity`` into ``twist``."""
-    twist[:, 0], twist[:, 2] = velocity[:, 0], velocity[:, 1]
-
-
-def farthest(mean):
-    """Return the greatest speed [m/s] of a centre at the ``mean`` velocities (m, 2)."""
-    return float(np.abs(mean[:, 0]).max(initial=0.0))
-
-
-def top_speed(limits):
-    """Return the speed [m/s] that no robot of these ``limits`` exceeds."""
-    return float(np.max(limits.top[..., 0]))
-
-
-def blocked(velocity, moved):
-    """Return the velocities (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+def blocked(inner, moved):
+    """Return the ``inner`` states (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
 
     ``moved`` is given in the body's frame.  A robot is no faster than its wheels turn, and never
     goes the other way.
     """
-    result, own = velocity.copy(), velocity[:, 0]
+    result, own = inner.copy(), inner[:, 0]
     result[:, 0] = np.sign(own) * np.clip(np.sign(own) * moved[:, 0], 0.0, np.abs(own))
     return result
 
@@ -160,30 +131,12 @@ def rim_speeds(mean, joints, numbers):
 
 def reckoned(pose, rolled, joints, numbers):
     """Return the poses (m, 3) that odometry makes of wheels that ``rolled`` (m, 2) [m] further."""
-    after = arc(pose, body_speeds(rolled, numbers.track), 1.0)
-    after[:, 2] = wrap_angle(after[:, 2])
-    return after
-
-
-def excess(command, joints, top, numbers, period):
-    """Return by which factor each ``command`` (m, 2) is beyond ``top``, (m,); up to 1 within."""
-    share = np.abs(command) / top
-    return np.maximum(share[:, 0], share[:, 1])
+    return displaced(pose, body_speeds(rolled, numbers.track), 1.0)
 
 
 def at_limits(command, top, numbers, share):
     """Return where a ``command`` (..., m, 2) has reached ``share`` of its limits, (..., m) bool."""
     return (np.abs(command) >= share * top).any(axis=-1)
-
-
-def slowed(command, factor, joints, numbers):
-    """Return the commands (m, 2) divided by ``factor`` (m,): the path keeps its shape."""
-    return command / factor[:, np.newaxis]
-
-
-def joints_after(command, joints, numbers, period):
-    """Return ``joints`` (m,): there are none."""
-    return joints
 
 
 def is_pushed(numbers):
@@ -226,21 +179,21 @@ def lead(l, numbers):
     return l
 
 
-def joints_seen(pose, point, l, numbers):
-    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
-    return np.zeros(len(pose))
+def arm(l, numbers):
+    """Return how far [m] the controlled point is ahead of the centre: eq. (2)."""
+    return l
 
 
-def point(pose, joints, l, numbers):
-    """Return the hand points (..., m, 2) [m], eq. (2)."""
-    return hand_points(pose, l)
+def command(along, across, joints, l, period, numbers):
+    """Return the commands (m, 2) that move the hand points ``along`` and ``across`` the heading.
+
+    ``(v, omega) = (along, across/l)``: eq. (7), in which ``R(theta)' u = (along, across)``, (m,) [m/s].
+    """
+    result = np.empty((len(along), 2), order="F")
+    result[:, 0], result[:, 1] = along, across / l
+    return result
 
 
-def command(velocity, pose, joints, l, period, numbers):
-    """Return the commands (m, 2) that give the hand points ``velocity`` (m, 2) [m/s], eq. (7)."""
-    return unicycle_from_point_mass(velocity, pose[:, 2], l)
-
-
-def velocity(command, pose, joints, l, period, numbers):
-    """Return the hand points' velocities (m, 2) [m/s] under ``command`` (m, 2), eq. (3)."""
-    return point_mass_from_unicycle(command, pose[:, 2], l)
+def velocity(command, joints, l, period, numbers):
+    """Return the hand points' velocities along and across the heading, (m,) [m/s], eq. (3)."""
+    return command[:, 0], l * command[:, 1]

@@ -2,7 +2,8 @@
 
 They obey ``vx`` (forward), ``vy`` (to the left) and ``omega``.  The controlled point is the centre
 itself.  Of m robots: ``pose`` (m, 3) [m, m, rad]; ``velocity`` and ``command`` (m, 3), one column for
-each of ``AXES``; ``joints`` (m,), which this drive has none of.
+each of ``AXES``; ``inner`` (m, 3), what ramps: the velocities; ``joints`` (m,), which this drive has
+none of.
 
 ``rolling`` (w, 3), or (m, w, 3), holds one row per wheel: the speed of its rim is
 ``rolling @ (vx, vy, omega)``.  Three wheels have a fourth row of zeros, a wheel that never turns.  The
@@ -15,7 +16,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import clip_commands, cos_sin, ramp, wrap_angle
+from mrs_simulator.core.kinematics import clip_commands, cos_sin, displaced
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives.stand import Stand
 from mrs_simulator.vehicles.quantities import quantity
@@ -27,6 +28,8 @@ SECTION = "wheels"  # of a kind's file
 ENCODERS = 4  # wheels that are counted, in the order of ``rolling``
 POINT = "centre"
 JOINTS = False  # whether ``joints`` move
+OWN_LIMITS = True  # whether there are others than those of the axes: of the rims
+RAMPS = True  # whether inner states ramp towards their targets
 LAYOUTS = ("omni", "mecanum")
 LARGEST = 100.0  # [m]
 
@@ -161,14 +164,13 @@ def top_speed_along(direction, numbers):
     return numbers.rim_max / np.abs(rim_speeds(along, None, numbers)).max(axis=1)
 
 
-def excess(command, joints, top, numbers, period):
-    """Return by which factor each ``command`` (m, 3) is beyond the limits, (m,); up to 1 within.
+def excess(command, joints, numbers, period):
+    """Return by which factor the rims are too fast at each ``command`` (m, 3), (m,); up to 1 within.
 
-    ``top`` (3,) or (m, 3): of the axes; the rims have theirs.  Divided by a factor above 1, a command
-    is within all limits and moves the robot along the same path.
+    Divided by a factor above 1, a command is within the limits and moves the robot along the same path.
     """
     rims = np.maximum.reduce(np.abs(rim_speeds(command, joints, numbers)), axis=1)
-    return np.maximum(np.maximum.reduce(np.abs(command) / top, axis=1), rims / numbers.rim_max)
+    return rims / numbers.rim_max
 
 
 def at_limits(command, top, numbers, share):
@@ -177,77 +179,31 @@ def at_limits(command, top, numbers, share):
     return (np.abs(command) >= share * top).any(axis=-1) | (rims >= share * numbers.rim_max)
 
 
-def slowed(command, factor, joints, numbers):
-    """Return the commands (m, 3) divided by ``factor``, a number or (m,)."""
-    return command / np.reshape(factor, (-1, 1))
-
-
 def limited(command, top, numbers):
     """Return commands (m, 3) as the base carries them out: each axis clipped to ``top``, then the
     twist slowed as a whole until no rim is beyond its limit."""
     clipped = clip_commands(command, top)
     rims = np.maximum.reduce(np.abs(rim_speeds(clipped, None, numbers)), axis=1)
-    return clipped / np.maximum(rims / numbers.rim_max, 1.0)[:, np.newaxis]
+    return (clipped.T / np.maximum(rims / numbers.rim_max, 1.0)).T
 
 
-def displaced(pose, twist, duration):
-    """Return the poses, (m, 3), after ``duration`` [s] of constant body ``twist`` (m, 3).
-
-    The exact solution of ``x' = R(theta) (vx, vy), theta' = omega``: with ``D = omega duration`` the
-    centre moves by ``duration sin(D/2)/(D/2) R(theta + D/2) (vx, vy)``.  The heading is wrapped.
-    """
-    half = 0.5 * duration * twist[:, 2]
-    share = np.full(len(half), float(duration))
-    np.divide(duration * np.sin(half), half, out=share, where=half != 0.0)
-    middle = pose[:, 2] + half
-    cos, sin = np.cos(middle), np.sin(middle)
-    after = np.empty(pose.shape, order="F")
-    after[:, 0] = pose[:, 0] + share * (cos * twist[:, 0] - sin * twist[:, 1])
-    after[:, 1] = pose[:, 1] + share * (sin * twist[:, 0] + cos * twist[:, 1])
-    after[:, 2] = wrap_angle(middle + half)
-    return after
+def target(command, inner, limits, numbers):
+    """Return the inner states, velocities (m, 3), to which the firmware ramps: those of :func:`limited`."""
+    return limited(command, limits.top, numbers)
 
 
-def move(pose, velocity, joints, command, limits, numbers, step):
-    """Return velocity (m, 3), joints (m,), mean velocity (m, 3) and pose (m, 3) after ``step`` [s].
-
-    Commands are limited as :func:`limited` does; every axis ramps by ``limits.acceleration``; the pose
-    moves by the mean twist, exactly while the twist holds.
-    """
-    velocity, joints, mean = ramped(velocity, joints, command, limits, numbers, step)
-    return velocity, joints, mean, displaced(pose, mean, step)
+def rates(limits, numbers):
+    """Return how fast it does, (m, 3) [m/s^2, m/s^2, rad/s^2]."""
+    return limits.acceleration
 
 
-def ramped(velocity, joints, command, limits, numbers, step):
-    """Return velocity (m, 3), joints (m,) and mean velocity (m, 3) after ``step`` [s]: ``move`` but for
-    the pose."""
-    target = limited(command, limits.top, numbers)
-    velocity, mean = ramp(velocity, target, limits.acceleration, step)
-    return velocity, joints, mean
-
-
-def fill_twist(twist, velocity, joints, numbers):
-    """Write the body twists (m, 3), vx, vy [m/s], omega [rad/s], of ``velocity`` into ``twist``."""
-    twist[:] = velocity
-
-
-def farthest(mean):
-    """Return the greatest speed [m/s] of a centre at the ``mean`` velocities (m, 3)."""
-    return float(np.hypot(mean[:, 0], mean[:, 1]).max(initial=0.0))
-
-
-def top_speed(limits):
-    """Return the speed [m/s] that no robot of these ``limits`` exceeds."""
-    return float(np.max(np.hypot(limits.top[..., 0], limits.top[..., 1])))
-
-
-def blocked(velocity, moved):
-    """Return the velocities (m, 3) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+def blocked(inner, moved):
+    """Return the ``inner`` states (m, 3) of robots that a contact let move by ``moved`` (m, 2) [m/s].
 
     ``moved`` is given in the body's frame.  Neither axis is faster than the wheels turn, nor does it go
     the other way.
     """
-    result, own = velocity.copy(), velocity[:, :2]
+    result, own = inner.copy(), inner[:, :2]
     result[:, :2] = np.sign(own) * np.clip(np.sign(own) * moved, 0.0, np.abs(own))
     return result
 
@@ -291,43 +247,26 @@ def counted(turning, joints, numbers):
     return turning
 
 
-def joints_after(command, joints, numbers, period):
-    """Return ``joints`` (m,): there are none."""
-    return joints
-
-
 def lead(l, numbers):
     """Return how far [m] the controlled point is from the centre: it is the centre."""
     return 0.0
 
 
-def joints_seen(pose, point, l, numbers):
-    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
-    return np.zeros(len(pose))
+def arm(l, numbers):
+    """Return how far [m] the controlled point is ahead of the centre: it is the centre, whatever ``l``."""
+    return 0.0
 
 
-def point(pose, joints, l, numbers):
-    """Return the controlled points, (..., m, 2) [m]: the centres themselves, whatever ``l``."""
-    return pose[..., :2].copy(order="F")
+def command(along, across, joints, l, period, numbers):
+    """Return the commands, (m, 3), that move the centres ``along`` and ``across`` the heading, not turning.
 
-
-def command(velocity, pose, joints, l, period, numbers):
-    """Return the commands, (m, 3), that move the centres with ``velocity`` (m, 2) [m/s], not turning.
-
-    ``(vx, vy) = R(theta)' velocity``, ``omega = 0``: for any velocity and heading, hence theory for
-    point masses holds as it stands.
+    For any velocity and heading, hence theory for point masses holds as it stands.
     """
-    cos, sin = cos_sin(pose[:, 2])
-    result = np.zeros((len(pose), 3), order="F")
-    result[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
-    result[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0]
+    result = np.zeros((len(along), 3), order="F")
+    result[:, 0], result[:, 1] = along, across
     return result
 
 
-def velocity(command, pose, joints, l, period, numbers):
-    """Return the velocity of the centres, (m, 2) [m/s], under ``command`` (m, 3)."""
-    cos, sin = cos_sin(pose[:, 2])
-    result = np.empty((len(pose), 2), order="F")
-    result[:, 0] = cos * command[:, 0] - sin * command[:, 1]
-    result[:, 1] = sin * command[:, 0] + cos * command[:, 1]
-    return result
+def velocity(command, joints, l, period, numbers):
+    """Return the centres' velocities along and across the heading, (m,) [m/s], under ``command`` (m, 3)."""
+    return command[:, 0], command[:, 1]

@@ -13,21 +13,14 @@ as the hand point of a unicycle does.  The current comes on top: it is not in th
 ``u = -k (p - p*)`` the point rests ``V/k`` from where it should; and sideways slip, which steady motion has
 none of.
 
-Of m robots: ``command`` (m, 2), a column for each of ``AXES``.
+Of m robots: ``command`` (m, 2), a column for each of ``AXES``; ``inner`` (m, 2): u and r.
 """
 
 from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import (
-    arc,
-    clip_commands,
-    hand_points,
-    point_mass_from_unicycle,
-    unicycle_from_point_mass,
-    wrap_angle,
-)
+from mrs_simulator.core.kinematics import clip_commands, displaced
 from mrs_simulator.vehicles.drives import thrusters
 from mrs_simulator.vehicles.drives.following import shrunk
 from mrs_simulator.vehicles.drives.sailing import (  # noqa: F401, of the drive too
@@ -45,6 +38,10 @@ SECTION = "hull"  # of a kind's file
 MEDIUM = "water"
 POINT = "point ahead of the bow"
 JOINTS = False  # whether ``joints`` move
+OWN_LIMITS = True  # whether there are others than those of the axes: backwards
+RAMPS = (
+    False  # whether inner states ramp towards their targets: they follow as controllers let them
+)
 ENCODERS = 2  # distance through the water [m] by the log, and angle turned [rad] by the gyro
 
 
@@ -155,23 +152,23 @@ def _possible(command, limits, numbers):
     return result
 
 
-def ramped(velocity, joints, command, limits, numbers, step):
-    """Return u and r (m, 2), joints (m,) and mean u and r (m, 2) after ``step`` [s] without forces."""
-    wanted = _possible(command, limits, numbers)
-    error = (wanted - velocity).T
+def target(command, inner, limits, numbers):
+    """Return the inner states, u and r (m, 2), that controllers bring about: the possible ones."""
+    return _possible(command, limits, numbers)
+
+
+def rates(limits, numbers):
+    """Return the greatest accelerations, (m, 2) [m/s^2, rad/s^2]."""
+    return limits.acceleration
+
+
+def followed(inner, wanted, limits, numbers, step):
+    """Return u and r (m, 2), and mean u and r (m, 2), after ``step`` [s] without forces."""
+    error = (wanted - inner).T
     left, mean = shrunk(
         np.abs(error), responses(numbers), limits.acceleration.T.reshape(2, -1), step
     )
-    return (wanted.T - np.copysign(left, error)).T, joints, (wanted.T - np.copysign(mean, error)).T
-
-
-def move(pose, velocity, joints, command, limits, numbers, step):
-    """Return u and r (m, 2), joints (m,), mean u and r (m, 2) and pose (m, 3) after ``step`` [s].
-
-    Along the arc of the mean velocity through the water; what carries the water comes on top.
-    """
-    velocity, joints, mean = ramped(velocity, joints, command, limits, numbers, step)
-    return velocity, joints, mean, reckoned(pose, step * mean, joints, numbers)
+    return (wanted.T - np.copysign(left, error)).T, (wanted.T - np.copysign(mean, error)).T
 
 
 def forced(pose, afloat, command, limits, numbers, felt, step):
@@ -182,27 +179,12 @@ def forced(pose, afloat, command, limits, numbers, felt, step):
     return voyage(pose, afloat, _possible(command, limits, numbers), numbers, felt, step)
 
 
-def fill_twist(twist, velocity, joints, numbers):
-    """Write the body twists (m, 3), vx, vy [m/s], omega [rad/s], of ``velocity`` into ``twist``."""
-    twist[:, 0], twist[:, 2] = velocity[:, 0], velocity[:, 1]
-
-
-def farthest(mean):
-    """Return the greatest speed [m/s] through the water at the ``mean`` velocities (m, 2)."""
-    return float(np.abs(mean[:, 0]).max(initial=0.0))
-
-
-def top_speed(limits):
-    """Return the speed [m/s] through the water that no robot of these ``limits`` exceeds."""
-    return float(np.max(limits.top[..., 0]))
-
-
-def blocked(velocity, moved):
-    """Return the velocities (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+def blocked(inner, moved):
+    """Return the ``inner`` states (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
 
     ``moved`` through the water, in the body's frame: no faster than they went, nor the other way.
     """
-    result, own = velocity.copy(), velocity[:, 0]
+    result, own = inner.copy(), inner[:, 0]
     result[:, 0] = np.sign(own) * np.clip(np.sign(own) * moved[:, 0], 0.0, np.abs(own))
     return result
 
@@ -214,21 +196,12 @@ def rim_speeds(mean, joints, numbers):
 
 def reckoned(pose, rolled, joints, numbers):
     """Return the poses (m, 3) by dead reckoning of ``rolled`` (m, 2): way through the water, turn."""
-    after = arc(pose, rolled, 1.0)
-    after[:, 2] = wrap_angle(after[:, 2])
-    return after
+    return displaced(pose, rolled, 1.0)
 
 
-def excess(command, joints, top, numbers, period):
-    """Return by which factor each ``command`` (m, 2) is beyond the limits, (m,); up to 1 within."""
-    u, r = command[:, 0], command[:, 1]
-    ahead, back = u / top[..., 0], u / -np.minimum(numbers.backward, top[..., 0])
-    return np.maximum(np.maximum(ahead, back), np.abs(r) / top[..., 1])
-
-
-def slowed(command, factor, joints, numbers):
-    """Return the commands (m, 2) divided by ``factor``, a number or (m,)."""
-    return command / np.reshape(factor, (-1, 1))
+def excess(command, joints, numbers, period):
+    """Return by which factor each ``command`` (m, 2) is beyond the limit backwards, (m,)."""
+    return command[:, 0] / -numbers.backward
 
 
 def at_limits(command, top, numbers, share):
@@ -238,34 +211,27 @@ def at_limits(command, top, numbers, share):
     return fast | (np.abs(command[..., 1]) >= share * top[..., 1])
 
 
-def joints_after(command, joints, numbers, period):
-    """Return ``joints`` (m,): there are none."""
-    return joints
-
-
-def joints_seen(pose, point, l, numbers):
-    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
-    return np.zeros(len(pose))
-
-
 def lead(l, numbers):
     """Return how far [m] the controlled point is ahead of the centre."""
     return numbers.point + l
 
 
-def point(pose, joints, l, numbers):
-    """Return the controlled points (..., m, 2) [m]."""
-    return hand_points(pose, lead(l, numbers))
+def arm(l, numbers):
+    """Return how far [m] the controlled point is ahead of the centre."""
+    return numbers.point + l
 
 
-def command(velocity, pose, joints, l, period, numbers):
-    """Return the commands (m, 2) that move the points with ``velocity`` (m, 2) [m/s] through the water."""
-    return unicycle_from_point_mass(velocity, pose[:, 2], lead(l, numbers))
+def command(along, across, joints, l, period, numbers):
+    """Return the commands (m, 2) that move the points ``along`` and ``across`` the heading, (m,) [m/s],
+    through the water."""
+    result = np.empty((len(along), 2), order="F")
+    result[:, 0], result[:, 1] = along, across / arm(l, numbers)
+    return result
 
 
-def velocity(command, pose, joints, l, period, numbers):
-    """Return the points' velocity (m, 2) [m/s] through the water under ``command`` (m, 2)."""
-    return point_mass_from_unicycle(command, pose[:, 2], lead(l, numbers))
+def velocity(command, joints, l, period, numbers):
+    """Return the points' velocities along and across the heading, (m,) [m/s], through the water."""
+    return command[:, 0], arm(l, numbers) * command[:, 1]
 
 
 def ride_height(numbers):

@@ -14,7 +14,7 @@ from python_qt_binding.QtWidgets import QApplication
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, PreflightRun
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
-from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
+from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
 
 APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]
@@ -64,10 +64,10 @@ def panel():
 
 
 def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
-    assert verdict.title() == "Four robots: FAILED (2 passed, 1 failed, 1 does not apply)"
+    assert verdict.title() == "Four robots: FAILED (2 passed, 1 failed, 1 not judged)"
     gap, speed, rate = map(verdict.row, ("gap [m]", "speed [m/s]", "rate [1/s]"))
     assert (gap["predicted"], gap["measured"], gap["difference"]) == ("2", "2.05", "0.05")
-    assert [row["result"] for row in (gap, speed, rate)] == ["passed", "FAILED", "does not apply"]
+    assert [row["result"] for row in (gap, speed, rate)] == ["passed", "FAILED", "not judged"]
     assert rate["measured"] == rate["difference"] == "\u2013"
     assert "speed limit" in rate["remark"] and verdict.row("connected")["measured"] == "holds"
     tip = verdict._table.item(0, 0).toolTip()
@@ -77,7 +77,7 @@ def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
 
 def test_results_are_tinted_as_the_theme_allows(verdict):
     def tints():
-        return [verdict._table.item(row, 5).foreground().color().lightness() for row in range(4)]
+        return [verdict._table.item(row, 1).foreground().color().lightness() for row in range(4)]
 
     assert max(tints()) < 128
     palette = QPalette(verdict.palette())
@@ -91,15 +91,15 @@ def test_results_are_tinted_as_the_theme_allows(verdict):
 def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
     QTest.mouseClick(verdict._copy, Qt.LeftButton)
     lines = QApplication.clipboard().text().split("\n")
-    assert lines[0].split("\t")[:4] == ["claim", "predicted", "measured", "difference"]
-    assert len(lines) == 5 and lines[1].split("\t")[5] == "FAILED"
+    assert lines[0].split("\t")[:4] == ["claim", "result", "predicted", "measured"]
+    assert len(lines) == 5 and lines[1].split("\t")[1] == "FAILED"
     where = verdict._table.visualItemRect(
         verdict._table.findItems("gap [m]", Qt.MatchExactly)[0]
     ).center()
     QTest.mouseClick(verdict._table.viewport(), Qt.LeftButton, pos=where)
     QTest.keyClick(verdict._table, Qt.Key_C, Qt.ControlModifier)
     copied = QApplication.clipboard().text().split("\n")
-    assert len(copied) == 2 and copied[1].startswith("gap [m]\t2\t2.05\t")
+    assert len(copied) == 2 and copied[1].startswith("gap [m]\tpassed\t2\t2.05\t")
 
 
 def test_the_table_uses_the_width_that_there_is(verdict):
@@ -183,6 +183,7 @@ def test_a_check_that_fails_or_is_called_off_starts_nothing():
         ("eps above 0", "\u03b5 above 0"),
         ("p^T L p over its bound [-]", "p\u1d40 L p over its bound [-]"),
         ("|1 - gain Tc lambda(L_ff)| < 1", "|1 - gain Tc \u03bb(L_ff)| < 1"),
+        ("m/s^0.5", "m/\u221as"),
         ("a_ij in m/s^2", "a\u1d62\u2c7c in m/s\u00b2"),
         ("the pipe of my_law.py, robot_1 and max_speed", None),
         ("adversaries <= F", "adversaries \u2264 F"),
@@ -203,3 +204,20 @@ def test_failed_rows_come_first_and_those_that_do_not_apply_last():
     )
     order = [panel._table.text(row, 0) for row in range(4)]
     assert order == ["bad", "good", "better", "none"]
+
+
+@pytest.mark.parametrize(
+    "name, printed",
+    [
+        ("k", "<i>k</i>"),
+        ("c1", "<i>c</i><sub>1</sub>"),
+        ("beta", "<i>\u03b2</i>"),
+        ("leader_vx", "leader <i>v</i><sub><i>x</i></sub>"),
+        ("centre_y", "centre <i>y</i>"),
+        ("swing_period", "swing period"),
+        ("loss", "loss"),
+        ("_", "_"),
+    ],
+)
+def test_names_of_parameters_are_printed_as_mathematics_or_words(name, printed):
+    assert printed_name(name) == printed

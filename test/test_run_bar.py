@@ -103,6 +103,30 @@ def test_the_emergency_stop_is_seen_in_the_whole_gui_however_narrow(app, study, 
     assert study.rect().contains(place(stop, study))
 
 
+@pytest.mark.parametrize("size", [(480, 800), (1366, 768)])
+def test_no_banner_and_no_verdict_makes_the_window_grow(app, study, size):
+    shown(app, study, *size)
+    for matter, kind in (("a", "alarm"), ("b", "error"), ("c", "warning")):
+        study.banners.tell(matter, kind, "so much is wrong that it takes several lines " * 3)
+    study.verdict.set_verdict(
+        {
+            "title": "run",
+            "passed": False,
+            "checks": [],
+            "warnings": ["long " * 60] * 3,
+            "final_gaps": None,
+            "min_distance": None,
+        }
+    )
+    study.results_tabs.setCurrentWidget(study.verdict)
+    app.processEvents()
+    assert study.size() == QSize(*size)
+    strips = study.banners.findChildren(QLabel)
+    assert len(strips) == 3
+    for strip in strips:  # whole, in as many lines as the width makes of it
+        assert strip.height() >= strip.heightForWidth(strip.width())
+
+
 def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, study):
     shown(app, study, 1180, 720)
     assert study.settings_tabs.count() == 3 and study.settings_tabs.isVisible()

@@ -240,7 +240,7 @@ def _draw_body(painter, look, shape, shade, fresh):
 def draw_numbers(painter, look, frame, pose, numbers, shapes, sprites):
     """Draw each number beside its robot, to the upper side of its heading, by ``sprites``.
 
-    Of many robots only those numbers are drawn that do not cover another.
+    Only those numbers are drawn that do not cover another.
     """
     font = QFont(painter.font())
     if len(pose) > SOME_ROBOTS:
@@ -262,9 +262,8 @@ def draw_numbers(painter, look, frame, pose, numbers, shapes, sprites):
 
     longest = max([len(str(number)) for number in numbers] + [1])
     half = 0.5 * look.line * max(1.0, 0.6 * longest) + 2.0 * look.unit
-    if len(pose) > SOME_ROBOTS:
-        rows = apart(places, 0.48 * look.line * longest, 0.7 * look.line)
-        places, numbers = places[rows], [numbers[row] for row in rows]
+    rows = apart(places, 0.48 * look.line * longest, 0.7 * look.line)
+    places, numbers = places[rows], [numbers[row] for row in rows]
     sprites.put(painter, (look, font), half, places, numbers, paint)
 
 

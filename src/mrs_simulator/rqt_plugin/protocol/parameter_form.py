@@ -3,12 +3,13 @@
 import functools
 import html
 
-from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import QGridLayout, QLabel, QWidget
 
 from mrs_simulator.rqt_plugin.widgets.fields import field
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel, TintedLabel, breakable
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel, TintedLabel
+from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
 
 
 class ParameterForm(QWidget):
@@ -120,7 +121,8 @@ class _Row:
         self.editor = field(parameter)
         self.editor.setObjectName(parameter.name)
         self.note = MessageLabel()
-        name, unit = QLabel(breakable(parameter.name)), QLabel(parameter.unit)
+        name, unit = QLabel(printed_name(parameter.name)), QLabel(symbolic(parameter.unit))
+        name.setTextFormat(Qt.RichText)
         name.setWordWrap(True)
         allowed = TintedLabel("aside", interval(parameter))
         tip = tooltip(parameter)
@@ -179,7 +181,11 @@ def interval(parameter):
 
 def tooltip(parameter):
     """Return meaning, unit, range, reason and default of ``parameter`` as rich text that wraps."""
-    title = "{} [{}]".format(parameter.name, parameter.unit) if parameter.unit else parameter.name
+    title = (
+        "{} [{}]".format(parameter.name, symbolic(parameter.unit))
+        if parameter.unit
+        else parameter.name
+    )
     lines = [title + (": " + parameter.meaning if parameter.meaning else "")]
     lines.append("wanted: " + parameter._replace(why="").wanted())
     if parameter.why:

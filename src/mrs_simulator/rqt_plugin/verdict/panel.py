@@ -5,19 +5,20 @@ from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, Q
 from mrs_simulator.core.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 
 HEADERS = (
     ("claim", "What theory, or good order, says of the run"),
+    ("result", "Whether prediction and measurement agree"),
     ("predicted", "The value that theory gives"),
     ("measured", "The value in this run"),
     ("difference", "Measured minus predicted"),
     ("tolerance", "The difference that passes"),
-    ("result", "Whether prediction and measurement agree"),
     ("remark", "How they are compared, or why the claim does not apply"),
 )
-RESULT = 5  # column
-WORDS = {True: "passed", False: "FAILED", None: "does not apply"}
+RESULT = 1  # column
+WORDS = {True: "passed", False: "FAILED", None: "not judged"}
 TINTS = {True: "good", False: "error", None: "aside"}
 ORDER = (False, True, None)  # of the rows
 OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results are
@@ -37,13 +38,17 @@ class VerdictPanel(QWidget):
         self._copy = QPushButton("Copy")
         self._copy.setToolTip("Copy the table, or the rows selected, for a spreadsheet")
         self._copy.clicked.connect(self._table.copy)
-        layout, line = QVBoxLayout(self), QHBoxLayout()
+        page, line = QWidget(), QHBoxLayout()
+        layout = QVBoxLayout(page)
         layout.setContentsMargins(4, 4, 4, 4)
         line.addWidget(self._title, 1)
         line.addWidget(self._copy)
         layout.addLayout(line)
         layout.addWidget(self._table, 1)
         layout.addWidget(self._more)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(scrolled(page))
         self._copy.setEnabled(False)
         self._title.say(BEFORE)
 
@@ -88,7 +93,7 @@ class VerdictPanel(QWidget):
 
 def _cells(check):
     numbers = [shown(check[key]) for key in ("predicted", "measured", "difference", "tolerance")]
-    return [symbolic(check["name"]), *numbers, WORDS[check["passed"]], symbolic(check["note"])]
+    return [symbolic(check["name"]), WORDS[check["passed"]], *numbers, symbolic(check["note"])]
 
 
 def _tip(check):

@@ -13,7 +13,7 @@ from python_qt_binding.QtWidgets import (
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import tint
 
-WIDEST = 0.4  # [-] of the table's width that a column takes at most by itself
+WIDEST = 0.3  # [-] of the table's width that a column takes at most by itself
 
 
 class ResultsTable(QTableWidget):
@@ -30,7 +30,6 @@ class ResultsTable(QTableWidget):
         header = self.horizontalHeader()
         header.setDefaultAlignment(Qt.AlignLeft | Qt.AlignVCenter)
         header.setSectionResizeMode(QHeaderView.Interactive)
-        header.setSectionResizeMode(widest, QHeaderView.Stretch)
         header.setHighlightSections(False)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(int(1.5 * self.fontMetrics().height()))
@@ -61,11 +60,14 @@ class ResultsTable(QTableWidget):
             item.setForeground(QColor(tint(kind, self.palette())))
 
     def _fit_columns(self):
-        most = max(100, int(WIDEST * self.viewport().width()))
+        room = self.viewport().width()
+        most = max(100, int(WIDEST * room))
         for column in range(self.columnCount()):
-            if column != self._widest:
-                self.resizeColumnToContents(column)
-                self.setColumnWidth(column, min(most, self.columnWidth(column)))
+            self.resizeColumnToContents(column)
+            self.setColumnWidth(column, min(most, self.columnWidth(column)))
+        left = room - sum(self.columnWidth(column) for column in range(self.columnCount()))
+        if left > 0:
+            self.setColumnWidth(self._widest, self.columnWidth(self._widest) + left)
 
     def text(self, row, column):
         """Return a cell's text."""

@@ -9,6 +9,8 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 TURN = 0.4  # [deg] of the camera for a pixel of the mouse
 ZOOM = 1.15  # [-] for a notch of the wheel
 TIP = "Render the stage in a process of its own; drag to orbit, wheel to zoom"
+OFF = "Off: it costs up to half of a core"
+AWAITED = "Waiting for the first picture"
 NEAREST, FARTHEST = 1.0, 300.0  # [m]
 
 
@@ -56,6 +58,10 @@ class ViewPanel(QWidget):
         self._on.setEnabled(possible or self._on.isChecked())
         self._on.setToolTip(TIP if possible else "{}\nNot now: {}".format(TIP, remark))
 
+    def is_on(self):
+        """Return whether the view is switched on."""
+        return self._on.isChecked()
+
     def follow(self):
         """Return the number of the robot to follow, 0 for none."""
         return self._follow.currentData() or 0
@@ -72,7 +78,7 @@ class ViewPanel(QWidget):
     def _on_switched(self, on):
         if not on:
             self.picture.image = None
-            self.picture.update()
+        self.picture.update()
         self.switched.emit(on)
 
     def turn(self, right, down):
@@ -106,7 +112,7 @@ class Picture(QWidget):
 
     def _paint(self, painter):
         if self.image is None:
-            painter.drawText(self.rect(), Qt.AlignCenter, "Off: it costs up to half of a core")
+            painter.drawText(self.rect(), Qt.AlignCenter, AWAITED if self._panel.is_on() else OFF)
             return
         size = self.image.size().scaled(self.size(), Qt.KeepAspectRatio)
         place = QRect(0, 0, size.width(), size.height())

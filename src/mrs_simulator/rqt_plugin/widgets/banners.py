@@ -133,7 +133,11 @@ class _Text(QLabel):
         self.setWordWrap(True)
         self.setTextInteractionFlags(Qt.TextSelectableByMouse)
         self.setFocusPolicy(Qt.NoFocus)
-        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Minimum)
+        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
 
     def sizeHint(self):
         return QSize(0, super().sizeHint().height())
+
+    def minimumSizeHint(self):
+        # Not that of the text broken into a narrow column: the window would grow by it.
+        return QSize(0, self.fontMetrics().height())

@@ -18,6 +18,7 @@ class FlowLayout(QLayout):
         self._items, self._corner, self._gaps = [], None, []
         self.setContentsMargins(0, 0, 0, 0)
         self.setSpacing(SPACING)
+        self.line_spacing = None  # [px] between lines, None: as between items
 
     def add_corner(self, widget):
         """Keep ``widget`` at the right end of the first line, whatever the width."""
@@ -88,14 +89,15 @@ class FlowLayout(QLayout):
         margins = self.contentsMargins()
         room = rect.adjusted(margins.left(), margins.top(), -margins.right(), -margins.bottom())
         y = room.y()
+        between = self.spacing() if self.line_spacing is None else self.line_spacing
         for gap in self._gaps if place else ():
             gap.setGeometry(QRect())  # unless a line has it
         for line in self._lines(room.width()):
             high = max([size.height() for _, size in line] + [0])
             if place:
                 self._place(line, room, y, high)
-            y += high + self.spacing()
-        return max(0, y - self.spacing() - room.y()) + margins.top() + margins.bottom()
+            y += high + between
+        return max(0, y - between - room.y()) + margins.top() + margins.bottom()
 
     def _place(self, line, room, y, high):
         x = room.x()

@@ -58,12 +58,16 @@ class MessageLabel(TintedLabel):
         super().__init__(kind, parent=parent)
         self.message = ""
         self.setWordWrap(True)
-        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Minimum)
+        self.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         self.setVisible(False)
 
     def sizeHint(self):
         """Return a small width, so that no long text makes its surroundings wide."""
         return QSize(0, super().sizeHint().height())
+
+    def minimumSizeHint(self):
+        """Return one line: how many are needed follows from the width."""
+        return QSize(0, self.fontMetrics().height())
 
     def say(self, message, kind=None):
         """Show ``message``, or nothing if it is empty."""

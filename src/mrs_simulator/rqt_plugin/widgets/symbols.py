@@ -1,5 +1,6 @@
-"""Mathematics in plain texts as it is printed: Greek letters, indices, powers and relations."""
+"""Mathematics as it is printed: Greek letters, indices, powers and relations."""
 
+import html
 import re
 
 GREEK = {
@@ -33,7 +34,9 @@ NAMES = re.compile(r"(?<![A-Za-z])({})(?![A-Za-z])".format("|".join(sorted(GREEK
 INDEX = re.compile(
     r"(?<![A-Za-z0-9])([A-Za-z\u03b1-\u03c9])_([0-9aeijklmnoprstuvx]{1,2})(?![A-Za-z0-9_])"
 )
-POWER = re.compile(r"\^(-?[0-9]+|[nT])(?![A-Za-z0-9])")
+POWER = re.compile(r"\^(-?[0-9]+|[nT])(?![A-Za-z0-9.])")
+ROOT = re.compile(r"([A-Za-z\u03b1-\u03c9]+)\^0\.5(?![0-9])")
+SYMBOL = re.compile(r"([A-Za-z]|v(?=[xy]$))([0-9xy]{0,2})$")  # of a parameter, with its index
 RELATIONS = (("<=", "\u2264"), (">=", "\u2265"), ("!=", "\u2260"), (" +- ", " \u00b1 "))
 
 
@@ -41,7 +44,26 @@ def symbolic(text):
     """Return ``text`` with its symbols as mathematics is printed, lambda_2 as \u03bb\u2082."""
     text = NAMES.sub(lambda found: GREEK[found.group(1)], text.replace("lambda_", "\u03bb_"))
     text = INDEX.sub(lambda found: found.group(1) + found.group(2).translate(LOW), text)
+    text = ROOT.sub("\u221a\\1", text)
     text = POWER.sub(lambda found: found.group(1).translate(HIGH), text)
     for plain, printed in RELATIONS:
         text = text.replace(plain, printed)
     return text
+
+
+def printed_name(name):
+    """Return the name of a parameter as rich text: c1 as a symbol with an index, leader_vx as words."""
+    return " ".join(_printed_word(word) for word in name.split("_") if word) or html.escape(name)
+
+
+def _printed_word(word):
+    if word in GREEK:
+        return "<i>{}</i>".format(GREEK[word])
+    found = SYMBOL.match(word)
+    if not found:
+        return html.escape(word)
+    symbol, index = found.groups()
+    if not index:
+        return "<i>{}</i>".format(symbol)
+    index = index if index.isdigit() else "<i>{}</i>".format(index)
+    return "<i>{}</i><sub>{}</sub>".format(symbol, index)

@@ -2,6 +2,7 @@
 
 import time
 
+from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.law_answers import Prediction
@@ -111,8 +112,9 @@ class LiveRun:
     def _tell_trouble(self, control):
         """Say once why a controller, here or elsewhere, stopped all robots or some of them."""
         if control.trouble != self._told_trouble and (not control.running or control.stopped):
-            said = control.trouble and Trouble("controller: {}".format(control.trouble))
-            self._panels.say(said)
+            text = control.trouble and "controller: {}".format(control.trouble)
+            # Of the emergency stop there is a bar of its own.
+            self._panels.say(text if control.trouble == EMERGENCY else Trouble(text))
         self._told_trouble = control.trouble
 
     # 3D view -------------------------------------------------------------------------------------

@@ -2,9 +2,7 @@
 
 from python_qt_binding.QtCore import QSize, Qt
 from python_qt_binding.QtWidgets import (
-    QFrame,
     QLabel,
-    QScrollArea,
     QSizePolicy,
     QSplitter,
     QTabWidget,
@@ -27,6 +25,7 @@ from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.messages import MessageList
+from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.window.one_column import OneColumn
 
 SIZE = (1180, 720)  # [px] that shows everything
@@ -84,7 +83,7 @@ class StudyPanels(QWidget):
             (self.protocol, "Protocol"),
             (self.topology, "Topology"),
         ):
-            self.settings_tabs.addTab(_scrolled(widget), title)
+            self.settings_tabs.addTab(scrolled(widget), title)
         return self.settings_tabs
 
     def _build_map(self):
@@ -111,6 +110,7 @@ class StudyPanels(QWidget):
     def _build_status(self):
         row = FlowLayout()
         row.setSpacing(16)
+        row.line_spacing = 2
         self.status = {}
         for name in STATUS:
             label = QLabel()
@@ -142,12 +142,3 @@ class StudyPanels(QWidget):
     def _on_unseen(self, count):
         title = "Messages ({})".format(count) if count else "Messages"
         self.results_tabs.setTabText(self.results_tabs.indexOf(self.messages), title)
-
-
-def _scrolled(widget):
-    """Return ``widget`` in an area that scrolls where there is less room than it needs."""
-    area = QScrollArea()
-    area.setWidgetResizable(True)
-    area.setFrameShape(QFrame.NoFrame)
-    area.setWidget(widget)
-    return area

@@ -4,8 +4,8 @@ import html
 
 GOOD = {True: "#2e8b57", False: "#c00000", None: "#888888"}  # colour of a light
 LATCHED = (
-    "EMERGENCY STOP: every controller is stopped and none can start. To release it, press RELEASE STOP; "
-    "then press Start controller for the robots to move again."
+    "EMERGENCY STOP: no controller moves any robot. Press RELEASE STOP to release it, and then "
+    "Start controller."
 )
 
 

@@ -1,0 +1,12 @@
+"""Lets a widget scroll where there is less room than it needs."""
+
+from python_qt_binding.QtWidgets import QFrame, QScrollArea
+
+
+def scrolled(widget):
+    """Return an area with ``widget``, which is as large as the area at least."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.NoFrame)
+    area.setWidget(widget)
+    return area

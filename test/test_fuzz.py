@@ -13,7 +13,8 @@ from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.recording import RunError, read_run_csv
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.ros.arguments import parse, scenario_from
-from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.ros.node_parameters import NODES
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.world.world import World, WorldError
 
@@ -151,15 +152,11 @@ def test_ros_parameters_are_read_or_refused_by_name(value):
     given_value = rospy.get_param
     rospy.get_param = lambda name, default=None: value
     try:
-        for read in (
-            lambda: number_parameter("~speed", 1.0, low=0.0),
-            lambda: flag_parameter("~speed", True),
-            lambda: text_parameter("~speed", "a", ("a", "b")),
-        ):
+        for parameter in {each for node in NODES.values() for each in node}:
             try:
-                read()
+                read(parameter, 1.0, n=3)
             except ValueError as error:
-                assert "speed" in str(error)
+                assert parameter.name in str(error)
     finally:
         rospy.get_param = given_value
 

@@ -26,7 +26,8 @@ def services(monkeypatch):
             return lambda: self.called.append(name)
 
     made = Services()
-    monkeypatch.setattr(module, "pattern_parameter", lambda *_: "/robot{}/on")
+    given = {module.ENABLE_MOTORS: "/robot{}/on"}
+    monkeypatch.setattr(module, "read", lambda parameter: given.get(parameter, ""))
     monkeypatch.setattr(module.rospy, "wait_for_service", made.wait)
     monkeypatch.setattr(module.rospy, "ServiceProxy", made.proxy)
     monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)

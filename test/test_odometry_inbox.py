@@ -29,7 +29,7 @@ def hear(request, monkeypatch):
     monkeypatch.setattr(odometry_inbox, "CLOCK_PATIENCE", 0.05)
     monkeypatch.setattr(odometry_inbox.rospy, "Subscriber", lambda *_, **__: None)
     monkeypatch.setattr(odometry_inbox.rospy, "is_shutdown", lambda: False)
-    monkeypatch.setattr(odometry_inbox, "text_parameter", lambda *_: "")
+    monkeypatch.setattr(odometry_inbox, "read", lambda _: "")
     monkeypatch.setattr(odometry_inbox.OdometryInbox, "doubled", dict)
 
     def by_robots(stamp):

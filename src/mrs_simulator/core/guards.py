@@ -20,7 +20,6 @@ AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
 LEAST_TOLD = np.array([0.05, 0.1])  # [m/s, rad/s] from which on a robot counts as told to move
 LEAST_DONE = 0.2  # [-] of what it was told that a moving robot does at least, its ramps included
-FROZEN = 0.5  # [s] for which a robot that moves never tells the very same pose and twist
 FROZEN_AFTER = np.array([0.02, math.radians(2.0)])  # [m, rad] that it was told to move meanwhile
 COMMAND_UNIT = np.array([1e-3, math.radians(1.0)])  # [m/s, rad/s] to which drivers round commands
 SMOOTHING = 0.5  # [s] over which its measured speed is averaged

@@ -11,6 +11,7 @@ import sys
 
 from mrs_simulator.core.scenario import OVERRIDES, load_scenario
 from mrs_simulator.ros.launch_arguments import refuse_unknown_launch_arguments
+from mrs_simulator.ros.node_parameters import help_text
 from mrs_simulator.study.shipped import scenario_path
 
 DEFAULT_SCENARIO = "paper.yaml"
@@ -27,14 +28,17 @@ RUN_ARGUMENTS = {
 DIRECTORY_MEANING = "where relative file names begin (default: the current directory)"
 
 
-def parse(description, names, argv=None):
+def parse(description, names, argv=None, node=""):
     """Return the local arguments called ``names`` as attributes, "" where not given.
 
     roslaunch's ``__name:=`` and the ``_parameter:=`` and ``topic:=`` of others are left to rospy.
+    ``--help`` lists the parameters of ``node`` too.
     """
     refuse_unknown_launch_arguments()
     parser = argparse.ArgumentParser(
-        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=description,
+        epilog=help_text(node) if node else None,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     for name, meaning in dict(names, directory=DIRECTORY_MEANING).items():
         parser.add_argument("--" + name, default="", help=meaning)

@@ -12,7 +12,8 @@ from mrs_simulator.core.intake import FARTHEST_REAL, Intake
 from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
-from mrs_simulator.ros.parameters import pattern_parameter, text_parameter
+from mrs_simulator.ros.node_parameters import ODOM_FRAME, ODOM_TOPIC
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.planar_messages import PlanarOdometry
 from mrs_simulator.ros.senders import Senders
 from mrs_simulator.ros.team_topics import ODOMETRY, team_topics_wanted
@@ -195,7 +196,7 @@ class OdometryInbox(Inbox):
         matters in which frame they are.
         """
         super().__init__(numbers, bounds, real, timeout)
-        self.topic = topic or pattern_parameter("~odom_topic", "/robot{}/odom")
+        self.topic = topic or read(ODOM_TOPIC)
         odometry = kind is PlanarOdometry
         wanted = OdometryFrames(self._numbers) if odometry else SameFrame()
         farthest = FARTHEST_REAL if odometry else FARTHEST
@@ -311,7 +312,7 @@ class OdometryFrames:
     def __init__(self, numbers):
         """``numbers``: the robots' numbers, which ``{}`` in the parameter stands for."""
         self._numbers = list(numbers)
-        self._pattern = text_parameter("~odom_frame", "").lstrip("/")
+        self._pattern = read(ODOM_FRAME).lstrip("/")
 
     def __call__(self, row, frame):
         """Return what frame was wanted of robot ``row`` instead of ``frame``, "" for a right one."""

@@ -5,103 +5,105 @@ import math
 import numpy as np
 import rospy
 
+from mrs_simulator.ros import node_parameters as kinds
 
-def number_parameter(name, default, low=None, above=None, high=None):
-    """Return the parameter as a finite float, at least ``low`` or above ``above``, at most ``high``.
 
-    An empty text counts as not given: launch files pass it for an argument left out.
+def read(parameter, default=None, n=None):
+    """Return the value of a ``NodeParameter``, else ``default``, else the declared default.
+
+    A number is a finite float, a flag a bool or one of the choices, numbers are a tuple; of a parameter
+    for each robot an array (n,).  An empty text counts as not given: launch files pass it for an
+    argument left out.  Raises ``ValueError``.
     """
-    value = _given(name, default)
+    default = parameter.default if default is None else default
+    value = rospy.get_param("~" + parameter.name, None)
+    value = None if isinstance(value, str) and value == "" else value
+    if parameter.kind == kinds.FOR_EACH_ROBOT:
+        return _for_each_robot(parameter, value, n, default)
+    if value is None:
+        return float(default) if parameter.kind == kinds.NUMBER else default
+    return _READERS[parameter.kind](parameter, value)
+
+
+def is_given(parameter):
+    """Return whether somebody has set the parameter."""
+    return rospy.get_param("~" + parameter.name, "") != ""
+
+
+def _number(parameter, value):
     try:
         result = math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError):
         result = math.nan
     fits = math.isfinite(result)
-    fits = fits and (low is None or result >= low) and (above is None or result > above)
-    fits = fits and (high is None or result <= high)
-    if not fits:
-        wanted = "" if low is None else " of at least {:g}".format(low)
-        wanted = wanted if above is None else " above {:g}".format(above)
-        if high is not None:
-            wanted += (
-                " and at most {:g}".format(high) if wanted else " of at most {:g}".format(high)
-            )
-        raise ValueError(
-            "parameter {} = {!r}: wanted a number{}".format(rospy.resolve_name(name), value, wanted)
-        )
+    fits = fits and (parameter.low is None or result >= parameter.low)
+    fits = fits and (parameter.above is None or result > parameter.above)
+    if not fits or (parameter.high is not None and result > parameter.high):
+        raise _refused(parameter, value)
     return result
 
 
-def flag_parameter(name, default, or_text=None):
-    """Return the parameter as a bool, or as the text ``or_text`` if that is allowed too."""
-    value = _given(name, default)
-    if not isinstance(value, bool) and (or_text is None or value != or_text):
-        more = ", or {}".format(or_text) if or_text else ""
-        raise ValueError(
-            "parameter {} = {!r}: wanted true or false{}".format(
-                rospy.resolve_name(name), value, more
-            )
-        )
+def _flag(parameter, value):
+    if not isinstance(value, bool) and value not in parameter.choices:
+        raise _refused(parameter, value)
     return value
 
 
-def text_parameter(name, default, choices=()):
-    """Return the parameter as a text, one of ``choices`` if given."""
-    value = _given(name, default)
-    if not isinstance(value, str) or (choices and value not in choices):
-        wanted = "one of " + ", ".join(choices) if choices else "a text"
-        raise ValueError(
-            "parameter {} = {!r}: wanted {}".format(rospy.resolve_name(name), value, wanted)
-        )
+def _text(parameter, value):
+    if not isinstance(value, str) or (parameter.choices and value not in parameter.choices):
+        raise _refused(parameter, value)
     return value
 
 
-def pattern_parameter(name, default):
-    """Return the parameter as a text with one ``{}`` for the robot's number, or "" if that is default."""
-    value = text_parameter(name, default)
-    if value.count("{}") != 1 and value != default:
-        raise ValueError(
-            "parameter {} = {!r}: wanted one {{}} for the robot's number".format(
-                rospy.resolve_name(name), value
-            )
-        )
+def _pattern(parameter, value):
+    if not isinstance(value, str):
+        raise _refused(parameter, value, kinds.TEXT)
+    if value.count("{}") != 1:
+        raise _refused(parameter, value)
     return value
 
 
-def numbers_parameter(name, count):
-    """Return the parameter as a tuple of ``count`` finite numbers, None where it is not given.
-
-    A launch file's text of numbers with commas between them will do.
-    """
-    value = _given(name, None)
-    if value is None:
-        return None
-    parts = value.strip(" []").split(",") if isinstance(value, str) else value
+def _numbers(parameter, value, size=None):
+    """Return ``value``, a list, or a launch file's text of numbers with commas between them."""
+    size = parameter.size if size is None else size
     try:
+        parts = value.strip(" []").split(",") if isinstance(value, str) else value
         result = tuple(math.nan if isinstance(part, bool) else float(part) for part in parts)
     except (TypeError, ValueError):
         result = ()
-    if len(result) != count or not all(map(math.isfinite, result)):
-        raise ValueError(
-            "parameter {} = {!r}: wanted {} numbers".format(rospy.resolve_name(name), value, count)
-        )
+    if len(result) != size or not all(map(math.isfinite, result)):
+        raise _refused(parameter, value, "{} numbers".format(size))
     return result
 
 
-def robots_parameter(name, n, default):
-    """Return the parameter as numbers above 0, one for each of n robots, (n,); one holds for all."""
-    value = _given(name, None)
+def _for_each_robot(parameter, value, n, default):
     if value is None:
         return np.full(n, default)
     if not isinstance(value, (list, tuple)) and "," not in str(value):
-        return np.full(n, number_parameter(name, default, above=0.0))
-    result = np.array(numbers_parameter(name, n))
-    if not (result > 0.0).all():
-        text = "parameter {} = {!r}: wanted {} numbers above 0"
-        raise ValueError(text.format(rospy.resolve_name(name), value, n))
+        return np.full(n, _number(parameter._replace(kind=kinds.NUMBER), value))
+    result = np.array(_numbers(parameter, value, n))
+    if not (result > parameter.above).all():
+        raise _refused(parameter, value, "{} numbers above {:g}".format(n, parameter.above))
     return result
 
 
-def _given(name, default):
-    value = rospy.get_param(name, default)
-    return default if isinstance(value, str) and value == "" else value
+def _as_text(_, value):
+    return str(value)
+
+
+def _refused(parameter, value, wanted=""):
+    return ValueError(
+        "parameter {} = {!r}: wanted {}".format(
+            rospy.resolve_name("~" + parameter.name), value, wanted or parameter.wanted()
+        )
+    )
+
+
+_READERS = {
+    kinds.NUMBER: _number,
+    kinds.FLAG: _flag,
+    kinds.TEXT: _text,
+    kinds.PATTERN: _pattern,
+    kinds.NUMBERS: _numbers,
+    kinds.ROBOTS: _as_text,
+}

@@ -11,7 +11,8 @@ import rospy
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.ros.messages import TeamCommand, team_command
-from mrs_simulator.ros.parameters import text_parameter
+from mrs_simulator.ros.node_parameters import CMD_VEL_TOPIC, ODOM_TOPIC, TEAM_TOPICS
+from mrs_simulator.ros.parameters import is_given, read
 
 ODOMETRY, COMMAND = "stage/odometry", "stage/command"  # names as the control node resolves them
 TEAM_FROM = 50  # [-] robots from which on the control node uses them by itself
@@ -25,10 +26,10 @@ def team_topics_wanted(n):
     auto: from ``TEAM_FROM`` simulated robots on, if a stage offers them; without any simulator for
     ``PATIENCE`` [s] of wall time it does not.
     """
-    choice = text_parameter("~team_topics", "auto", ("auto", "always", "never"))
+    choice = read(TEAM_TOPICS)
     if choice != "auto":
         return choice == "always"
-    named = rospy.get_param("~odom_topic", "") or rospy.get_param("~cmd_vel_topic", "")
+    named = is_given(ODOM_TOPIC) or is_given(CMD_VEL_TOPIC)
     simulated = rospy.get_param("/use_sim_time", False) and not named
     return bool(simulated) and n >= TEAM_FROM and _stage_offers()
 

@@ -7,16 +7,11 @@ import rospy
 
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS
+from mrs_simulator.ros.node_parameters import NAMES
 
-# What the nodes read as ~name, and the local names that not all of them have.
-_NAMES = (
-    "autostart base_frame cmd_vel_timeout cmd_vel_topic deadband dry_run enable_motors frame_source "
-    "frozen_time geofence l law_limit law_process lockstep lockstep_timeout max_jump min_distance "
-    "motors_state odom_frame odom_rate odom_timeout odom_topic omega_max paused place_tolerance "
-    "pose_timeout pose_topic preset rate real resume saturation silence speed stuck_time team_topics "
-    "time_limit v_max view wait_for_control wait_for_recorders world_frame most_robots directory json out"
-)
-PARAMETERS = frozenset(RUN_ARGUMENTS).union(_NAMES.split())
+# Arguments that some nodes have besides.
+LOCAL = ("directory", "json", "last", "out", "preset", "real", "require_verdict")
+PARAMETERS = NAMES.union(RUN_ARGUMENTS, LOCAL)
 ALIKE = 0.75  # of 1, from which on a name is taken for another one misspelt
 
 

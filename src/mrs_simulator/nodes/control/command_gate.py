@@ -7,8 +7,9 @@ import time
 import numpy as np
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.ros.node_parameters import CMD_VEL_TOPIC
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.parameters import pattern_parameter
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.planar_messages import QuickTwist
 from mrs_simulator.vehicles.team import on_all_axes
 
@@ -82,7 +83,7 @@ class CommandGate:
 
 def command_topics(numbers):
     """Return the names of the robots' commands, by the parameter ``~cmd_vel_topic``."""
-    pattern = pattern_parameter("~cmd_vel_topic", "/robot{}/cmd_vel")
+    pattern = read(CMD_VEL_TOPIC)
     return [pattern.replace("{}", str(number)) for number in numbers]
 
 

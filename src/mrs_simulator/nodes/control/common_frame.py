@@ -10,12 +10,20 @@ from mrs_simulator.core.guards import JumpBounds
 from mrs_simulator.core.kinematics import compose, origins
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.messages import TeamOdometry, read_odometry, team_odometry
+from mrs_simulator.ros.node_parameters import (
+    BASE_FRAME,
+    FRAME_SOURCE,
+    MAX_JUMP,
+    ODOM_TIMEOUT,
+    POSE_TIMEOUT,
+    POSE_TOPIC,
+    WORLD_FRAME,
+)
 from mrs_simulator.ros.odometry_inbox import OdometryInbox, make_inbox, silence
-from mrs_simulator.ros.parameters import number_parameter, pattern_parameter, text_parameter
+from mrs_simulator.ros.parameters import is_given, read
 from mrs_simulator.vehicles import Team
 
 DEFAULT_SOURCES = {"world": "odometry", "wheel": "scenario"}
-MAX_JUMP = 0.3  # [m], [rad], and what the robot's speed explains
 RESTART = 0.5  # [s] of silence that a driver's restart takes at least
 WATCHDOG = 0.6  # [s] of silence after which a robot's driver stops it
 START = "then call the service {}"
@@ -29,7 +37,7 @@ def make_common_frame(scenario, leads=False, rows=None):
     robots to listen to, all of them real; by default those of the whole team.
     """
     default = DEFAULT_SOURCES[scenario.odometry]
-    return SOURCES[text_parameter("~frame_source", default, tuple(SOURCES))](scenario, leads, rows)
+    return SOURCES[read(FRAME_SOURCE, default)](scenario, leads, rows)
 
 
 class CommonFrame:
@@ -46,7 +54,7 @@ class CommonFrame:
         self._leads = leads
         self.rows = list(range(scenario.n) if rows is None else rows)
         self.numbers = tuple(row + 1 for row in self.rows)
-        self.odom_timeout = number_parameter("~odom_timeout", 0.5, above=0.0)
+        self.odom_timeout = read(ODOM_TIMEOUT)
         self.begin_at(scenario.poses)
         self._real = real_among(scenario.n) if rows is None else list(range(len(rows)))
         self._bounds = self._jump_bounds(scenario)
@@ -62,9 +70,9 @@ class CommonFrame:
     def _jump_bounds(self, scenario):
         """Return the ``JumpBounds`` of each robot, None for one that may be anywhere, or None."""
         # The simulator's robots are put elsewhere on purpose: by reset, by another team.
-        given = rospy.get_param("~max_jump", "") != ""
+        given = is_given(MAX_JUMP)
         rows = range(len(self.rows)) if given else self._real
-        slack = number_parameter("~max_jump", MAX_JUMP, low=0.0)
+        slack = read(MAX_JUMP)
         if slack == 0.0 or not len(rows):
             return None
         speeds = Team.from_scenario(scenario).speeds
@@ -188,7 +196,7 @@ class LocalisedFrame(CommonFrame):
     def __init__(self, scenario, leads=False, rows=None):
         """Listen to the poses and to the odometry."""
         super().__init__(scenario, leads, rows)
-        self.pose_timeout = number_parameter("~pose_timeout", 0.5, above=0.0)
+        self.pose_timeout = read(POSE_TIMEOUT)
         self._poses = self._open_poses()
 
     def pose(self):
@@ -234,7 +242,7 @@ class ExternalFrame(LocalisedFrame):
     WHAT = "pose"
 
     def _open_poses(self):
-        topic = pattern_parameter("~pose_topic", "/robot{}/pose")
+        topic = read(POSE_TOPIC)
         return OdometryInbox(
             self.numbers, self._bounds, self._real, self.pose_timeout, topic, PoseStamped
         )
@@ -250,8 +258,8 @@ class TfFrame(LocalisedFrame):
             TransformInbox,  # tf only where it is wanted
         )
 
-        world = text_parameter("~world_frame", "world").lstrip("/")
-        base = pattern_parameter("~base_frame", "robot{}/base_link").lstrip("/")
+        world = read(WORLD_FRAME).lstrip("/")
+        base = read(BASE_FRAME).lstrip("/")
         return TransformInbox(
             self.numbers, self._bounds, self._real, self.pose_timeout, world, base
         )

@@ -7,7 +7,6 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.guards import (
-    FROZEN,
     Repetition,
     Standstill,
     Violations,
@@ -19,9 +18,17 @@ from mrs_simulator.core.guards import (
 )
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.nodes.real.real_robots import real_among
-from mrs_simulator.ros.parameters import number_parameter, numbers_parameter, robots_parameter
+from mrs_simulator.ros.node_parameters import (
+    DEADBAND,
+    FROZEN_TIME,
+    GEOFENCE,
+    MIN_DISTANCE,
+    OMEGA_MAX,
+    STUCK_TIME,
+    V_MAX,
+)
+from mrs_simulator.ros.parameters import is_given, read
 
-PATIENCE = 2.0  # [s] for which a real robot may fail to move as it is told
 REPEATS = (
     "told to move at {:.2f} m/s, {:.2f} rad/s, and for {:g} s its odometry says the very same: is its "
     "link lost, its emergency button pressed?"
@@ -35,7 +42,7 @@ STUCK = (
 
 def speed_limits(n):
     """Return ``~v_max`` [m/s] and ``~omega_max`` [rad/s] of each robot, (n,), ``inf`` if not given."""
-    return tuple(robots_parameter(name, n, math.inf) for name in ("~v_max", "~omega_max"))
+    return tuple(read(parameter, math.inf, n) for parameter in (V_MAX, OMEGA_MAX))
 
 
 def top_speeds(n):
@@ -51,16 +58,16 @@ def slower(scenario):
     return scenario._replace(limits=limited(scenario.limits, *speeds))
 
 
-def patience(n, name="~stuck_time", default=PATIENCE):
+def patience(n, parameter):
     """Return for how long [s] each of n robots may stand though it is told to move, (n,).
 
-    The parameter ``name`` for all, 0: for ever; by default ``default`` for real robots and no bound
-    for simulated ones, which obstacles may hold.
+    The ``parameter`` for all, 0: for ever; by default its own for real robots and no bound for simulated
+    ones, which obstacles may hold.
     """
-    if rospy.get_param(name, "") != "":
-        return np.full(n, number_parameter(name, default, low=0.0) or math.inf)
+    if is_given(parameter):
+        return np.full(n, read(parameter) or math.inf)
     result = np.full(n, math.inf)
-    result[real_among(n)] = default
+    result[real_among(n)] = parameter.default
     return result
 
 
@@ -74,15 +81,15 @@ class Guards(Violations):
         """
         super().__init__(
             numbers,
-            numbers_parameter("~geofence", 4),
-            number_parameter("~min_distance", 0.0, low=0.0),
+            read(GEOFENCE),
+            read(MIN_DISTANCE),
         )
         n = len(self.numbers)
         self._speeds, self._scope = speed_limits(n), scope
-        self._deadband = number_parameter("~deadband", 0.0, low=0.0)
-        self._patience = np.full(n, math.inf) if dry_run else patience(n)
+        self._deadband = read(DEADBAND)
+        self._patience = np.full(n, math.inf) if dry_run else patience(n, STUCK_TIME)
         never = np.full(n, math.inf)
-        self._frozen_time = never if dry_run else patience(n, "~frozen_time", FROZEN)
+        self._frozen_time = never if dry_run else patience(n, FROZEN_TIME)
         self._standstill, self._passed = Standstill(self._patience), np.zeros((n, len(axes)))
         self._axes = axes
         self._repetition = Repetition(self._frozen_time)

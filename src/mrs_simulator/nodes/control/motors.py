@@ -12,8 +12,9 @@ from mrs_simulator.nodes.control.motor_messages import (
     message_class,
     split_topic,
 )
+from mrs_simulator.ros.node_parameters import ENABLE_MOTORS, MOTORS_STATE
 from mrs_simulator.ros.odometry_inbox import MOST_NAMED
-from mrs_simulator.ros.parameters import pattern_parameter
+from mrs_simulator.ros.parameters import read
 
 PATIENCE = 1.0  # [s] of wall time after which a missing service is looked for again
 AGAIN = 0.2  # [s] of wall time between two calls of a service that failed
@@ -28,7 +29,7 @@ class Motors:
 
     def __init__(self, numbers, dry_run=False):
         """``numbers``: the robots' numbers; in a dry run no motor is touched."""
-        pattern = pattern_parameter("~enable_motors", "")
+        pattern = read(ENABLE_MOTORS)
         pattern = "" if dry_run else pattern
         topics = [split_topic(pattern, number) for number in numbers if pattern]
         self._names = [name for name, _ in topics]
@@ -37,7 +38,7 @@ class Motors:
         self._waiting, self._round = {}, 0
         self._switching = False  # from a start on until the motors of all are on
         self._off, self._tells = set(), []
-        pattern = pattern_parameter("~motors_state", "")
+        pattern = read(MOTORS_STATE)
         for row, number in enumerate(numbers if pattern else ()):
             topic, kind = split_topic(pattern, number, BOOL)
             told = rospy.Subscriber(topic, message_class(kind), self._on_state, row, queue_size=1)

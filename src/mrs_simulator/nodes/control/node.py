@@ -25,7 +25,6 @@ from mrs_simulator.control.loading import choose_protocol, in_progress
 from mrs_simulator.control.user_code import CallFailed, Nursery, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.scenario import RATES
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
 from mrs_simulator.nodes.control.guards import Guards, slower
@@ -37,8 +36,17 @@ from mrs_simulator.ros import lifecycle
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.clock_watch import ClockWatch
 from mrs_simulator.ros.messages import ControlStatus, control_status
+from mrs_simulator.ros.node_parameters import (
+    AUTOSTART,
+    DRY_RUN,
+    LAW_LIMIT,
+    LAW_PROCESS,
+    RATE,
+    RESUME,
+    SATURATION,
+)
 from mrs_simulator.ros.odometry_inbox import TeamInbox
-from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.rivals import Rivals
 from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.ros.team_topics import COMMAND, TeamCommands
@@ -78,25 +86,23 @@ class ControlNode:
     def __init__(self, scenario, protocol, nursery=None):
         """``protocol``: a ``PioneerControl`` subclass; ``nursery``: forks processes for it, or None."""
         self.scenario = scenario
-        rate = number_parameter("~rate", scenario.control.rate, low=RATES[0], high=RATES[1])
+        rate = read(RATE, scenario.control.rate)
         self.period = 1.0 / rate
-        saturation = text_parameter(
-            "~saturation", scenario.control.saturation, ("robot", "team", "none")
-        )
+        saturation = read(SATURATION, scenario.control.saturation)
         control = scenario.control._replace(rate=rate, saturation=saturation)
         real = real_among(scenario.n)
-        self.law_limit = number_parameter("~law_limit", self._usual_limit(real), above=0.0)
+        self.law_limit = read(LAW_LIMIT, self._usual_limit(real))
         apart = where_to_run(protocol, nursery)
         self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
-        self.dry_run = flag_parameter("~dry_run", False)
+        self.dry_run = read(DRY_RUN)
         self.guards = Guards(
             self.law.numbers, saturation, self.dry_run, Team.from_scenario(scenario).axes
         )
         self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real, scenario.speed)
-        self.resumes = flag_parameter("~resume", not real)
+        self.resumes = read(RESUME, not real)
         # Whoever only names a law at real robots is not to see them move.
-        self.running = flag_parameter("~autostart", not real)
+        self.running = read(AUTOSTART, not real)
         self.trouble = "" if self.running else "not started"
         self._lock = threading.Lock()
         self._real = bool(real)
@@ -539,14 +545,14 @@ def run(protocol=None, argv=None):
     argv = sys.argv[1:] if argv is None else argv
     local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
     with refusing_bad_input("pioneer_control"):
-        arguments = parse("Control of a team of robots over ROS.", local, argv)
+        arguments = parse("Control of a team of robots over ROS.", local, argv, "pioneer_control")
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
         # Before there are threads, which no fork survives.
         nursery = None if is_shipped(protocol) else Nursery(lambda: LawService(protocol))
         own = [parameter.name for parameter in protocol.PARAMETERS]
         foreign = protocol.__module__.partition(".")[0] != "mrs_simulator"
         lifecycle.start_node("pioneer_control", own, foreign)
-        apart = flag_parameter("~law_process", not speaks_ros(protocol))
+        apart = read(LAW_PROCESS, not speaks_ros(protocol))
         node = ControlNode(scenario, protocol, nursery if apart else None)
     lifecycle.run(node.spin)
 

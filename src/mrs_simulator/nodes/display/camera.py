@@ -11,9 +11,11 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from mrs_simulator.core.scenario import scenario_from_yaml
+from mrs_simulator.ros.arguments import parse
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
-from mrs_simulator.ros.parameters import number_parameter
+from mrs_simulator.ros.node_parameters import PICTURES
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.world.view import PITCH, YAW, View
@@ -26,7 +28,7 @@ class CameraNode:
     """Listens to the stage; publishes ``~image`` while somebody looks."""
 
     def __init__(self):
-        self._period = 1.0 / number_parameter("~rate", 10.0, above=0.0, high=100.0)
+        self._period = 1.0 / read(PICTURES)
         self._newest, self._wanted = None, None
         self._told = None  # the ``Team`` and the obstacles
         self._view, self._shown = None, None
@@ -98,6 +100,7 @@ class CameraNode:
 def main():
     """Run the node ``camera``."""
     with refusing_bad_input("camera"):
+        parse("Pictures of the stage.", {}, node="camera")
         start_node("camera")
         camera = CameraNode()
     run(camera.spin)

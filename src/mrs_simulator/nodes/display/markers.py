@@ -10,12 +10,14 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, hand_points
+from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
+from mrs_simulator.ros.arguments import parse
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import TeamState, read_state
-from mrs_simulator.ros.parameters import number_parameter
+from mrs_simulator.ros.node_parameters import HAND_LENGTH
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.study.figures import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
@@ -37,7 +39,7 @@ class Markers:
     """Listens to the stage's states; publishes markers at a display's rate."""
 
     def __init__(self):
-        self._hand_length = number_parameter("~l", DEFAULT_HAND_LENGTH, above=0.0)
+        self._hand_length = read(HAND_LENGTH)
         self._newest, self._header, self._obstacles, self._shown = None, None, (), {}
         self._kinds = ()  # the robots' ``Kind``s
         self._trails, self._lock = Trails(), threading.Lock()
@@ -207,6 +209,7 @@ def _place(marker, x, y, theta, ahead, left, up):
 def main():
     """Run the node ``markers``."""
     with refusing_bad_input("markers"):
+        parse("Robots, trails and obstacles for RViz.", {}, node="markers")
         start_node("markers")
         markers = Markers()
     run(markers.spin)

@@ -17,11 +17,11 @@ from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.control.guards import slower, top_speeds
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.lifecycle import start_node
-from mrs_simulator.ros.parameters import number_parameter, numbers_parameter
+from mrs_simulator.ros.node_parameters import GEOFENCE, LEAST_DISTANCE, PLACE_TOLERANCE, TIME_LIMIT
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.study import preflight
 from mrs_simulator.study.programs import refusing_bad_input
 
-TIME_LIMIT = 5.0  # [s] of wall time in which every robot is to be heard
 LISTENING = 2.0  # [s] of wall time in which silences are measured
 NAP = 0.02  # [s] of wall time
 INTERRUPTED = 130  # exit code
@@ -34,10 +34,10 @@ class Preflight:
     def __init__(self, scenario):
         """Take the bounds from the same parameters as the control node."""
         self.scenario = scenario
-        self.fence = checked_fence(numbers_parameter("~geofence", 4))
-        self.least = number_parameter("~min_distance", preflight.MIN_DISTANCE, low=0.0)
-        self.tolerance = number_parameter("~place_tolerance", preflight.PLACE_TOLERANCE, above=0.0)
-        self.time_limit = number_parameter("~time_limit", TIME_LIMIT, above=0.0)
+        self.fence = checked_fence(read(GEOFENCE))
+        self.least = read(LEAST_DISTANCE)
+        self.tolerance = read(PLACE_TOLERANCE)
+        self.time_limit = read(TIME_LIMIT)
         self.slowed, self.speeds = slower(scenario), top_speeds(scenario.n)
         self.frame = make_common_frame(scenario)
 
@@ -100,7 +100,7 @@ def main(argv=None):
     argv = sys.argv[1:] if argv is None else argv
     with refusing_bad_input("preflight"):
         text = "Check that the robots stand ready; parameters as those of pioneer_control."
-        arguments = parse(text, ARGUMENTS, argv)
+        arguments = parse(text, ARGUMENTS, argv, "preflight")
         scenario = scenario_from(arguments)
         if not rosgraph.is_master_online():
             raise OSError("no ROS master at {}".format(os.environ.get("ROS_MASTER_URI", "")))

@@ -2,6 +2,9 @@
 
 import rospy
 
+from mrs_simulator.ros.node_parameters import REAL
+from mrs_simulator.ros.parameters import read
+
 
 def real_rows(text):
     """Return the rows of the robots whose numbers are listed in ``text``, such as "2,4"."""
@@ -21,7 +24,7 @@ def real_among(n):
     """
     if not rospy.get_param("/use_sim_time", False):
         return list(range(n))
-    rows = real_rows(str(rospy.get_param("~real", "")).strip("[] "))
+    rows = real_rows(read(REAL).strip("[] "))
     wrong = [row + 1 for row in rows if not 0 <= row < n]
     if wrong:
         name = rospy.resolve_name("~real")

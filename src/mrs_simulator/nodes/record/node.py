@@ -21,11 +21,11 @@ from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.last_words import print_last
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import ControlStatus, read_control_status
-from mrs_simulator.ros.parameters import number_parameter
+from mrs_simulator.ros.node_parameters import SILENCE
+from mrs_simulator.ros.parameters import read
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.report import begin_run, write_report
 
-SILENCE = 10.0  # [s] of wall time without a sample after which the run counts as ended
 NAP = 0.2  # [s] of wall time
 ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
 
@@ -44,7 +44,7 @@ class RunRecorder:
         """Write to the directory ``out``."""
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
-        self.silence = number_parameter("~silence", SILENCE, above=0.0)
+        self.silence = read(SILENCE)
         self.source = make_source(scenario)
         columns = self.source.columns(self.control.team)
         self._file = begin_run(scenario, out, tell=_tell, columns=columns)
@@ -152,7 +152,9 @@ def _tell(text):
 def main():
     """Run the node ``record``; exits with 2 for bad input, else with the verdict's code."""
     with refusing_bad_input("record"):
-        arguments = parse("Record a run; at its end write figures and verdict.", LOCAL)
+        arguments = parse(
+            "Record a run; at its end write figures and verdict.", LOCAL, node="record"
+        )
         scenario = scenario_from(arguments)
         if not arguments.out:
             raise ValueError("--out: nothing given, wanted a directory for the results")

@@ -2,7 +2,8 @@
 
 import time
 
-from mrs_simulator.ros.parameters import flag_parameter, number_parameter
+from mrs_simulator.ros.node_parameters import LOCKSTEP, SPEED
+from mrs_simulator.ros.parameters import read
 
 QUIET = 0.2  # [s] of wall time without an answer after which none is under way
 
@@ -14,9 +15,9 @@ def lockstep_wanted(real, speed):
     control that cannot keep up would drive another experiment.  ``speed``: the scenario's, unless
     ``~speed`` tells another.
     """
-    wanted = flag_parameter("~lockstep", False, or_text="auto")
+    wanted = read(LOCKSTEP)
     if wanted == "auto":
-        return not real and number_parameter("~speed", speed, low=0.0) != 1.0
+        return not real and read(SPEED, speed) != 1.0
     if wanted and real:
         numbers = ", ".join(str(row + 1) for row in real)
         raise ValueError(

@@ -10,7 +10,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from mrs_simulator.core.parameters import unknown_name
-from mrs_simulator.core.scenario import DEFAULT_KIND, MOST_ROBOTS
+from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
@@ -26,10 +26,11 @@ from mrs_simulator.nodes.stage.rosaria import (
 )
 from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
+from mrs_simulator.ros import node_parameters as declared
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import StageStatus, read_robot_specs, stage_status
-from mrs_simulator.ros.parameters import flag_parameter, number_parameter, text_parameter
+from mrs_simulator.ros.parameters import is_given, read
 from mrs_simulator.ros.requests import Requests
 from mrs_simulator.ros.rivals import Rivals, wait_for_end
 from mrs_simulator.ros.senders import doubled_text
@@ -47,7 +48,6 @@ VIEW_PERIOD = 0.05  # [s] of wall time
 WAIT_REPORT = 5.0  # [s] of wall time between reports on what is waited for
 PREDECESSOR = 5.0  # [s] of wall time that a stage before this one has to end
 MOST_NAMED = 8  # [-] robots named in one message
-MOST_BY_SERVICE = 1000  # [-] robots of a team that comes by service
 MOST_STEPS = 1000000  # [-] of one request
 LOCAL = dict(
     RUN_ARGUMENTS,
@@ -67,8 +67,8 @@ class Stage:
         rosaria = preset == "rosaria"
         self.scenario = scenario = behind_rosaria(scenario) if rosaria else scenario
         timeout = scenario.cmd_vel_timeout
-        if rospy.get_param("~cmd_vel_timeout", "") != "":
-            timeout = number_parameter("~cmd_vel_timeout", timeout, above=0.0)
+        if is_given(declared.CMD_VEL_TIMEOUT):
+            timeout = read(declared.CMD_VEL_TIMEOUT)
         self.world = World.from_scenario(
             scenario._replace(cmd_vel_timeout=timeout),
             watch_period=WATCH_PERIOD if rosaria else 0.0,
@@ -77,13 +77,12 @@ class Stage:
         self.mirror = Mirror(real, scenario)
         self.lockstep = None
         if lockstep_wanted(real, scenario.speed):
-            self.lockstep = Lockstep(number_parameter("~lockstep_timeout", 5.0, above=0.0))
-        self.pacer = Pacer(number_parameter("~speed", scenario.speed, low=0.0))
-        self.paused = flag_parameter("~paused", False)
-        most = number_parameter("~most_robots", MOST_BY_SERVICE, low=1, high=MOST_ROBOTS)
-        self._most_robots = max(int(most), scenario.n)
-        self._wait_for_control = flag_parameter("~wait_for_control", False) or bool(self.lockstep)
-        self._recorders_wanted = number_parameter("~wait_for_recorders", 0, low=0)
+            self.lockstep = Lockstep(read(declared.LOCKSTEP_TIMEOUT))
+        self.pacer = Pacer(read(declared.SPEED, scenario.speed))
+        self.paused = read(declared.PAUSED)
+        self._most_robots = max(int(read(declared.MOST_BY_SERVICE)), scenario.n)
+        self._wait_for_control = read(declared.WAIT_FOR_CONTROL) or bool(self.lockstep)
+        self._recorders_wanted = read(declared.WAIT_FOR_RECORDERS)
         self._step = 0
         self._odometry_rate = odometry_rate(scenario, ODOM_RATE if rosaria else 50.0)
         self._schedule_odometry()
@@ -100,9 +99,9 @@ class Stage:
         self.requests = Requests()
         self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
         self.frames = Frames(
-            text_parameter("~world_frame", "world"),
-            text_parameter("~odom_frame", "robot{}/odom"),
-            text_parameter("~base_frame", "robot{}/base_link"),
+            read(declared.STAGE_WORLD_FRAME),
+            read(declared.STAGE_ODOM_FRAME),
+            read(declared.STAGE_BASE_FRAME),
         )
         self.rivals = only_stage()
         self.topics = WorldTopics(
@@ -114,7 +113,7 @@ class Stage:
         self._follow_team()
         self._open_services()
         self.view = None
-        if flag_parameter("~view", False):
+        if read(declared.VIEW):
             self._open_view()
 
     def _schedule_odometry(self):
@@ -449,11 +448,11 @@ class Stage:
 def odometry_rate(scenario, usual):
     """Return the rate of odometry [Hz], or "kinds": the scenario's, or ``~odom_rate``, else ``usual``."""
     if scenario.odometry_rate is None:
-        return number_parameter("~odom_rate", usual, above=0.0)
-    if rospy.get_param("~odom_rate", "") != "":
+        return read(declared.ODOM_RATE, usual)
+    if is_given(declared.ODOM_RATE):
         raise ValueError(
             "odom_rate = {}: the scenario's odometry_rate is {}; wanted one of them".format(
-                rospy.get_param("~odom_rate"), scenario.odometry_rate
+                read(declared.ODOM_RATE), scenario.odometry_rate
             )
         )
     return scenario.odometry_rate
@@ -485,7 +484,7 @@ def named(rows):
 def main():
     """Run the node ``stage``."""
     with refusing_bad_input("stage", RuntimeError):
-        arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL)
+        arguments = parse("The stage: a world of robots behind ROS topics.", LOCAL, node="stage")
         scenario, real = scenario_from(arguments), real_rows(arguments.real)
         start_node("stage")
         stage = Stage(scenario, chosen_preset(arguments.preset), real)

@@ -7,9 +7,9 @@ import rospy
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty, EmptyResponse
 
-from mrs_simulator.ros.parameters import text_parameter
+from mrs_simulator.ros.node_parameters import PRESET
+from mrs_simulator.ros.parameters import read
 
-PRESETS = ("none", "rosaria")
 ODOM_RATE = 10.0  # [Hz] at the usual packets of 100 ms
 CMD_VEL_TIMEOUT = 0.6  # [s]
 WATCH_PERIOD = 0.1  # [s] between two looks of the driver's watchdog
@@ -18,9 +18,9 @@ UNIT = np.array([0.001, math.radians(1.0)])  # [m/s, rad/s] the finest command o
 
 def chosen_preset(argument):
     """Return the preset that the command line's ``argument`` or else ``~preset`` names."""
-    preset = argument or text_parameter("~preset", "none", PRESETS)
-    if preset not in PRESETS:
-        raise ValueError("preset = {!r}: wanted one of {}".format(preset, ", ".join(PRESETS)))
+    preset = argument or read(PRESET)
+    if preset not in PRESET.choices:
+        raise ValueError("preset = {!r}: wanted {}".format(preset, PRESET.wanted()))
     return preset
 
 

@@ -8,8 +8,9 @@ from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, transform
 from mrs_simulator.ros.messages import Collision, TeamState, collision_message, team_state
+from mrs_simulator.ros.node_parameters import TRUE_POSE_TOPIC
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.parameters import pattern_parameter
+from mrs_simulator.ros.parameters import read
 
 CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
 
@@ -26,7 +27,7 @@ class WorldTopics:
         self._world, self._frames = world, frames
         self._real, self._topics_of = real, topics_of
         self.robots = []
-        self._pose_topic = pattern_parameter("~pose_topic", "")
+        self._pose_topic = read(TRUE_POSE_TOPIC)
         self._true_poses = {}  # TruePose by row
         self.collisions = 0
         self.clock_sent = 0.0  # [s] of wall time

@@ -18,7 +18,7 @@ from history import Report
 
 from mrs_simulator.core.environment import Environment
 from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.vehicles.drives import flight, quadrotor
+from mrs_simulator.vehicles.drives import flight, quadrotor, quadrotor_forces
 from mrs_simulator.vehicles.drives.rotors import hover_speed
 from mrs_simulator.vehicles.quantities import QuantitySection
 from mrs_simulator.world.world import EVERY, World
@@ -60,7 +60,9 @@ def quadrotors(n):
     state = [flight.at_rest(np.zeros((n, 3)), heading, hover_speed(numbers))]
 
     def step():
-        state[0] = quadrotor.flown(state[0], wanted, heading, np.zeros(n), 0.0, numbers, STEP)
+        state[0] = quadrotor_forces.moved(
+            state[0], wanted, heading, np.zeros(n), 0.0, numbers, STEP
+        )
 
     return step
 

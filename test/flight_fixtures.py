@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.vehicles.drives import flight, quadrotor
+from mrs_simulator.vehicles.drives import flight, quadrotor, quadrotor_forces
 from mrs_simulator.vehicles.drives.rotors import hover_speed
 from mrs_simulator.vehicles.quantities import QuantitySection
 
@@ -56,7 +56,7 @@ def flown(state, wanted, duration, numbers, step=0.02, heading=0.0):
     m, states = len(wanted), []
     heading = np.full(m, heading) + 0.0
     for _ in range(int(round(duration / step))):
-        state = quadrotor.flown(state, wanted, heading, np.zeros(m), 0.0, numbers, step)
+        state = quadrotor_forces.moved(state, wanted, heading, np.zeros(m), 0.0, numbers, step)
         states.append(state)
     return flight.Flight(*(np.array(part) for part in zip(*states)))
 

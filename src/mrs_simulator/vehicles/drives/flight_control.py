@@ -16,6 +16,7 @@ unstable from ``k_R > 1/T`` on (Routh), and badly damped long before.
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.vehicles.drives.rotors import (
     GRAVITY,
     greatest_climb,
@@ -49,19 +50,22 @@ def wanted_acceleration(velocity, wanted, numbers):
 
 
 def attitude_of(acceleration, heading):
-    """Return the attitudes (m, 4) whose thrust gives ``acceleration`` (m, 3): upright turned by
-    ``heading`` (m,) [rad], then tilted the shortest way."""
-    ax, ay, az = acceleration.T
-    up = az + GRAVITY
-    w = up + np.sqrt(ax * ax + ay * ay + up * up)
-    half = np.array(0.5 * heading, order="C")
-    cos, sin = np.cos(half), np.sin(half)
+    """Return the attitudes (m, 4) whose thrust gives ``acceleration`` (m, 3) at ``heading`` (m,) [rad].
+
+    Turned by the heading, then nose down by ``pitch``, then over to the right by ``roll``: the body's x
+    axis, seen from above, points along the heading whatever the tilt.
+    """
+    cos, sin = cos_sin(heading)
+    ax, ay, up = acceleration[:, 0], acceleration[:, 1], acceleration[:, 2] + GRAVITY
+    ahead, left = cos * ax + sin * ay, cos * ay - sin * ax
+    pitch = np.arctan2(ahead, up)
+    roll = np.arctan2(-left, np.sqrt(ahead * ahead + up * up))
+    (c, s), (cp, sp), (cr, sr) = (cos_sin(0.5 * angle) for angle in (heading, pitch, roll))
     result = np.empty((4, len(ax)))
-    result[0] = ax * sin - ay * cos
-    result[1] = ax * cos + ay * sin
-    result[2] = w * sin
-    result[3] = w * cos
-    result /= np.sqrt((result * result).sum(axis=0))
+    result[0] = c * cp * sr - s * sp * cr
+    result[1] = c * sp * cr + s * cp * sr
+    result[2] = s * cp * cr - c * sp * sr
+    result[3] = c * cp * cr + s * sp * sr
     return result.T
 
 

@@ -8,17 +8,20 @@ tilt allows,
 
     v' = e min(1/T, A/|e|),   e = v_wanted - v,   A = g tan(tilt_max),
 
-across; up and down apart from that, with their own T and A.  With forces it is that of a rigid body under
-four rotors, ``flight`` and ``flight_control``, in substeps of at most ``SUBSTEP``.
+across; up and down apart from that, with their own T and A.  With forces, in ``quadrotor_forces``, it is
+that of a rigid body under four rotors.
+
+To stop is to hover: a command of zero keeps the place.  On the ground a robot stays until it is told to
+rise.
 """
 
 from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.kinematics import clip_commands, cos_sin, ramp, wrap_angle
+from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.vehicles.drives import flight_control
-from mrs_simulator.vehicles.drives.flight import acting, advanced
 from mrs_simulator.vehicles.drives.following import AT_ONCE, shrunk
 from mrs_simulator.vehicles.drives.rotors import (
     GRAVITY,
@@ -30,9 +33,9 @@ from mrs_simulator.vehicles.drives.rotors import (
 AXES = ("linear.x", "linear.y", "linear.z", "angular.z")
 LIMIT_AXES = AXES
 SECTION = "flight"  # of a kind's file
+MEDIUM = "air"
 POINT = "centre"
-SUBSTEP = 0.002  # [s] the longest of the motion with forces
-VELOCITY_EVERY = 5  # [-] substeps from one use of the velocity's controller to the next
+JOINTS, ENCODERS = False, 0  # no joints that move, nothing that rolls
 STEEPEST = 1.2  # [rad] of any tilt
 
 
@@ -154,19 +157,175 @@ def followed(velocity, wanted, numbers, duration):
     return (wanted.T - left * error).T, (wanted.T - mean * error).T
 
 
-def flown(flight, wanted, heading, turning, air, numbers, duration):
-    """Return the ``flight.Flight`` after ``duration`` [s] with forces, towards ``wanted`` (m, 3) [m/s].
+class Following(NamedTuple):
+    """The inner state of m robots without forces, arrays in memory column by column."""
 
-    ``heading`` (m,) [rad]: what attitudes aim at, which turns by ``turning`` (m,) [rad/s]; ``air`` (m, 3)
-    [m/s]: the wind.  The velocity's controller works every few substeps, the others at each.
+    place: np.ndarray  # (m, 3) [m], common frame
+    velocity: np.ndarray  # (m, 3) [m/s], common frame
+    heading: np.ndarray  # (m,) [rad]
+    turning: np.ndarray  # (m,) [rad/s]
+    acceleration: np.ndarray  # (m, 3) [m/s^2], mean over the last step, which shows in the tilt
+
+
+def begin(pose, z, numbers):
+    """Return the inner state of robots that hover, or stand, at ``pose`` (m, 3) and ``z`` (m,) [m]."""
+    place, zeros = np.empty((len(pose), 3), order="F"), np.zeros((len(pose), 3), order="F")
+    place[:, :2], place[:, 2] = pose[:, :2], z
+    return Following(place, zeros, pose[:, 2].copy(), np.zeros(len(pose)), zeros)
+
+
+def possible(command, limits):
+    """Return ``command`` (m, 4) slowed to the greatest speed, all of its velocity alike, and turn rate."""
+    top = limits.top
+    share = np.maximum((np.abs(command[:, :3]) / top[..., :3]).max(axis=1), 1.0)
+    result = clip_commands(command, top)
+    result[:, :3] = command[:, :3] / share[:, np.newaxis]
+    return result
+
+
+def stays(z, command):
+    """Return which robots at heights ``z`` (m,) stand on the ground and are not told to rise, (m,) bool."""
+    return (z <= 0.0) & (command[:, 2] <= 0.0)
+
+
+def flown(inner, command, limits, numbers, step):
+    """Return the inner state after ``step`` [s] under ``command`` (m, 4), without forces.
+
+    The command is taken along the heading in the middle of the step.
     """
-    count = max(1, int(np.ceil(duration / SUBSTEP - 1e-9)))
-    step = duration / count
-    for index in range(count):
-        if index % VELOCITY_EVERY == 0:
-            acceleration = flight_control.wanted_acceleration(flight.velocity, wanted, numbers)
-            attitude = flight_control.attitude_of(acceleration, heading + index * step * turning)
-        forces = acting(flight, numbers)
-        told = flight_control.rotor_speeds(flight, forces, acceleration, attitude, turning, numbers)
-        flight = advanced(flight, forces, told, air, numbers, step)
-    return flight
+    told = possible(command, limits)
+    told[stays(inner.place[:, 2], told)] = 0.0
+    acceleration = limits.acceleration[..., 3]
+    turning, mean_turning = ramp(inner.turning, told[:, 3], acceleration, step)
+    middle = inner.heading + 0.5 * step * mean_turning
+    velocity, mean = followed(inner.velocity, level(told, middle), numbers, step)
+    return Following(
+        inner.place + step * mean,
+        velocity,
+        wrap_angle(inner.heading + step * mean_turning),
+        turning,
+        (velocity - inner.velocity) / step,
+    )
+
+
+def state(inner):
+    """Return poses (m, 3), body twists (m, 3) in the plane, and ``Spatial`` of an inner state."""
+    attitude = flight_control.attitude_of(_tilting(inner), inner.heading)
+    rates = np.zeros((len(inner.heading), 3), order="F")
+    rates[:, 2] = inner.turning
+    return seen(inner.place, inner.velocity, inner.heading, attitude, rates)
+
+
+def _tilting(inner):
+    """Return the accelerations (m, 3) that show: of those who answer at once and on the ground none."""
+    size = np.sqrt((inner.acceleration[:, :2] ** 2).sum(axis=1))
+    shown = (size < GRAVITY * np.tan(STEEPEST)) & (inner.place[:, 2] > 0.0)
+    return np.where(shown[:, np.newaxis], inner.acceleration, 0.0)
+
+
+def seen(place, velocity, heading, attitude, rates):
+    """Return poses (m, 3), body twists (m, 3) in the plane, and ``Spatial``.
+
+    ``place`` and ``velocity`` (m, 3) in the common frame; ``attitude`` (m, 4), of which ``heading`` (m,)
+    is; ``rates`` (m, 3) [rad/s] in the body's frame, in which the twist is told.
+    """
+    body = into_body(velocity, attitude)
+    pose, twist, rest = (np.empty(place.shape, order="F") for _ in range(3))
+    pose[:, :2], pose[:, 2] = place[:, :2], heading
+    twist[:, :2], twist[:, 2] = body[:, :2], rates[:, 2]
+    rest[:, 0], rest[:, 1:] = body[:, 2], rates[:, :2]
+    return pose, twist, Spatial(place[:, 2].copy(), attitude, rest)
+
+
+def into_body(vectors, attitude):
+    """Return ``vectors`` (m, 3), of the common frame, in the frames of bodies with ``attitude`` (m, 4)."""
+    x, y, z, w = attitude.T
+    a, b, c = vectors.T
+    # v - 2 w (q x v) + 2 q x (q x v), q the vector part.
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    result = np.empty((3, len(a)))
+    result[0] = a - w * p + (y * r - z * q)
+    result[1] = b - w * q + (z * p - x * r)
+    result[2] = c - w * r + (x * q - y * p)
+    return result.T
+
+
+def stopped(inner, pushed, place, bound):
+    """Return the inner state where contacts put the robots ``pushed`` (m,) bool at ``place`` (m, 3) [m].
+
+    ``bound`` (3,) or (m, 3) [m/s]: no component of their velocity in the common frame is faster.
+    """
+    return inner._replace(**put(inner, pushed, place, bound))
+
+
+def put(inner, pushed, place, bound):
+    """Return place and velocity of an inner state after contacts, by name."""
+    where, velocity = inner.place.copy(order="F"), inner.velocity.copy(order="F")
+    where[pushed] = np.asarray(place)[pushed]
+    bound = np.broadcast_to(bound, velocity.shape)[pushed]
+    velocity[pushed] = np.minimum(np.maximum(velocity[pushed], -bound), bound)
+    return {"place": where, "velocity": velocity}
+
+
+def top_speed(limits):
+    """Return the speed across [m/s] that no robot of these ``limits`` exceeds."""
+    return float(np.max(np.hypot(limits.top[..., 0], limits.top[..., 1])))
+
+
+def excess(command, joints, top, numbers, period):
+    """Return by which factor each ``command`` (m, 4) is beyond the limits, (m,); up to 1 within."""
+    return (np.abs(command) / top).max(axis=1)
+
+
+def slowed(command, factor, joints, numbers):
+    """Return the commands (m, 4) divided by ``factor``, a number or (m,)."""
+    return command / np.reshape(factor, (-1, 1))
+
+
+def at_limits(command, top, numbers, share):
+    """Return where a ``command`` (..., m, 4) has reached ``share`` of its limits, (..., m) bool."""
+    return (np.abs(command) >= share * top).any(axis=-1)
+
+
+def joints_after(command, joints, numbers, period):
+    """Return ``joints`` (m,): there are none."""
+    return joints
+
+
+def joints_seen(pose, point, l, numbers):
+    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
+    return np.zeros(len(pose))
+
+
+def lead(l, numbers):
+    """Return how far [m] the controlled point is from the centre: it is the centre."""
+    return 0.0
+
+
+def ride_height(numbers):
+    """Return the height [m] of the model's base_link above the position: it lies there."""
+    return 0.0
+
+
+def point(pose, joints, l, numbers):
+    """Return the controlled points, (..., m, 2) [m]: the centres themselves, whatever ``l``."""
+    return pose[..., :2].copy(order="F")
+
+
+def command(velocity, pose, joints, l, period, numbers):
+    """Return the commands (m, 4) that move the centres with ``velocity`` (m, 2) or (m, 3) [m/s].
+
+    ``(vx, vy) = R(theta)' velocity``, ``omega = 0``: for any velocity and heading.  Of two components the
+    height is held.
+    """
+    cos, sin = cos_sin(pose[:, 2])
+    result = np.zeros((len(pose), 4), order="F")
+    result[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
+    result[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0]
+    result[:, 2 : velocity.shape[1]] = velocity[:, 2:]
+    return result
+
+
+def velocity(command, pose, joints, l, period, numbers):
+    """Return the velocity of the centres across, (m, 2) [m/s], under ``command`` (m, 4)."""
+    return level(command, pose[:, 2])[:, :2]

@@ -1,0 +1,172 @@
+"""Quadrotors as the world moves them, without forces and with them."""
+
+import numpy as np
+import pytest
+from flight_fixtures import crazyflie, tilts
+
+from mrs_simulator.core.spatial import headings
+from mrs_simulator.vehicles.drives import quadrotor, quadrotor_forces
+from mrs_simulator.vehicles.drives.rotors import hover_speed
+from mrs_simulator.vehicles.limits import AxisLimits
+
+ONE = crazyflie()
+LIMITS = AxisLimits(np.array([1.0, 1.0, 1.0, 2.0]), np.full(4, np.inf))
+BOTH = pytest.mark.parametrize("motion", [quadrotor, quadrotor_forces])
+STEP = 0.02
+
+
+def row(*values):
+    return np.array([values])
+
+
+def flown(motion, inner, command, duration):
+    for _ in range(int(round(duration / STEP))):
+        inner = motion.flown(inner, np.array(command), LIMITS, ONE, STEP)
+    return inner
+
+
+def hovering(motion, *pose, z=1.0):
+    return motion.begin(row(*pose), np.array([z]), ONE)
+
+
+@BOTH
+def test_a_command_of_zero_hovers(motion):
+    inner = flown(motion, hovering(motion, 1.0, 2.0, 0.5), row(0.0, 0.0, 0.0, 0.0), 5.0)
+    pose, twist, spatial = motion.state(inner)
+    np.testing.assert_allclose(pose, row(1.0, 2.0, 0.5), atol=1e-9)
+    np.testing.assert_allclose(twist, 0.0, atol=1e-9)
+    np.testing.assert_allclose(spatial.z, 1.0, atol=1e-9)
+    np.testing.assert_allclose(spatial.twist, 0.0, atol=1e-9)
+
+
+@BOTH
+def test_commands_are_along_the_heading_and_up(motion):
+    inner = flown(motion, hovering(motion, 0.0, 0.0, 0.5 * np.pi), row(0.5, 0.2, 0.3, 0.0), 5.0)
+    pose, twist, spatial = motion.state(inner)
+    np.testing.assert_allclose(twist, row(0.5, 0.2, 0.0), atol=5e-3)  # body frame, a little tilted
+    np.testing.assert_allclose(spatial.twist, row(0.3, 0.0, 0.0), atol=8e-3)
+    # Less what is lost until it goes that fast.
+    assert pose[0, 1] == pytest.approx(2.5, abs=0.15)
+    assert pose[0, 0] == pytest.approx(-1.0, abs=0.07)
+    assert spatial.z[0] == pytest.approx(2.5, abs=0.1)
+
+
+@BOTH
+def test_it_turns_on_the_spot_and_in_flight(motion):
+    inner = flown(motion, hovering(motion, 0.0, 0.0, 0.0), row(0.0, 0.0, 0.0, 1.0), 4.0)
+    pose, twist, spatial = motion.state(inner)
+    assert pose[0, 2] == pytest.approx(4.0 - 2.0 * np.pi, abs=0.06)
+    assert twist[0, 2] == pytest.approx(1.0, abs=0.02)
+    np.testing.assert_allclose(pose[0, :2], 0.0, atol=1e-3)
+    assert headings(spatial.orientation)[0] == pytest.approx(pose[0, 2], abs=1e-9)
+    # A circle of 0.5 m while it turns by 1 rad/s.
+    seen = []
+    for _ in range(700):
+        inner = flown(motion, inner, row(0.5, 0.0, 0.0, 1.0), STEP)
+        seen.append(motion.state(inner)[0][0, :2].copy())
+    across = np.ptp(np.array(seen)[350:], axis=0)
+    np.testing.assert_allclose(across, 1.0, atol=0.08)
+
+
+@BOTH
+def test_it_leans_into_where_it_speeds_up(motion):
+    inner = flown(motion, hovering(motion, 0.0, 0.0, 1.0), row(1.0, 0.0, 0.0, 0.0), 0.1)
+    _, _, spatial = motion.state(inner)
+    assert tilts(spatial.orientation)[0] > 0.1
+    assert headings(spatial.orientation)[0] == pytest.approx(1.0, abs=1e-6)
+    x, y, z, w = spatial.orientation[0]
+    up = np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)])
+    np.testing.assert_allclose(up / np.hypot(*up), [np.cos(1.0), np.sin(1.0)], atol=1e-3)
+
+
+@BOTH
+def test_it_stands_until_it_is_told_to_rise_and_again_once_it_has_landed(motion):
+    inner = hovering(motion, 0.0, 0.0, 0.3, z=0.0)
+    inner = flown(motion, inner, row(0.8, 0.0, 0.0, 1.0), 1.0)
+    pose, twist, spatial = motion.state(inner)
+    np.testing.assert_allclose(pose, row(0.0, 0.0, 0.3), atol=1e-12)
+    assert spatial.z[0] == 0.0
+    inner = flown(motion, inner, row(0.0, 0.0, 0.5, 0.0), 2.0)
+    assert motion.state(inner)[2].z[0] == pytest.approx(0.9, abs=0.15)
+    for _ in range(200):
+        inner = flown(motion, inner, row(0.3, 0.0, -0.5, 0.0), STEP)
+        z = motion.state(inner)[2].z
+        if z[0] < 0.0:  # as the world does
+            place = np.column_stack([motion.state(inner)[0][:, :2], [0.0]])
+            inner = motion.stopped(inner, z < 0.0, place, np.array([np.inf, np.inf, 0.0]))
+    pose, twist, spatial = motion.state(inner)
+    assert spatial.z[0] == 0.0
+    np.testing.assert_allclose(twist, 0.0, atol=1e-6)
+    np.testing.assert_allclose(tilts(spatial.orientation), 0.0, atol=1e-6)
+    assert 0.2 < pose[0, 0] < 0.8
+
+
+def test_rotors_run_out_on_the_ground():
+    inner = hovering(quadrotor_forces, 0.0, 0.0, 0.0, z=0.0)
+    assert not inner.flight.rotors.any()
+    assert hovering(quadrotor_forces, 0.0, 0.0, 0.0).flight.rotors == pytest.approx(
+        hover_speed(ONE)
+    )
+    inner = flown(quadrotor_forces, inner, row(0.0, 0.0, 0.5, 0.0), 1.0)
+    place = row(0.0, 0.0, 0.0)
+    inner = quadrotor_forces.stopped(inner, np.array([True]), place, np.zeros(3))
+    inner = flown(quadrotor_forces, inner, row(0.0, 0.0, 0.0, 0.0), 0.072)
+    left = inner.flight.rotors / hover_speed(ONE)
+    np.testing.assert_allclose(left, np.exp(-0.08 / 0.072), atol=0.05)
+
+
+def test_the_height_is_held_with_forces():
+    inner = hovering(quadrotor_forces, 0.0, 0.0, 0.0)
+    inner = flown(quadrotor_forces, inner, row(0.0, 0.0, 1.0, 0.0), 1.0)
+    climbed = inner.place[0, 2]
+    inner = flown(quadrotor_forces, inner, row(1.0, 0.0, 0.0, 0.0), 4.0)
+    # It comes to rest a quarter of a second after, at 4/s, and stays there while it speeds up.
+    assert inner.place[0, 2] == pytest.approx(climbed + 0.25, abs=0.03)
+    pushed = quadrotor_forces.stopped(
+        inner, np.array([True]), inner.place - [[0.0, 0.0, 0.2]], np.full(3, np.inf)
+    )
+    back = flown(quadrotor_forces, pushed, row(0.0, 0.0, 0.0, 0.0), 4.0)
+    assert back.place[0, 2] == pytest.approx(inner.place[0, 2], abs=0.01)
+
+
+def test_wind_pushes_it_by_its_drag_over_its_gain():
+    inner = hovering(quadrotor_forces, 0.0, 0.0, 0.0)
+    for _ in range(250):
+        inner = quadrotor_forces.flown(
+            inner, row(0.0, 0.0, 0.0, 0.0), LIMITS, ONE, STEP, row(2.0, 0.0, 0.0)
+        )
+    # 5.56e-3 N s/m of 2 m/s on 27 g against 4/s and that drag: 0.412/(4 + 0.206).
+    assert inner.velocity[0, 0] == pytest.approx(0.098, abs=0.002)
+
+
+@BOTH
+def test_a_contact_takes_velocity_alone_of_those_it_pushed(motion):
+    inner = motion.begin(np.zeros((2, 3)), np.ones(2), ONE)
+    inner = flown(motion, inner, [[1.0, 0.0, 0.0, 0.0]] * 2, 2.0)
+    place = inner.place - 0.1
+    after = motion.stopped(inner, np.array([True, False]), place, np.array([0.2, 1.0, 0.0]))
+    np.testing.assert_allclose(after.place, [place[0], inner.place[1]])
+    np.testing.assert_allclose(after.velocity[:, 0], [0.2, inner.velocity[1, 0]])
+
+
+def test_a_command_too_fast_keeps_its_direction():
+    told = quadrotor.possible(np.array([[4.0, -2.0, 1.0, 9.0], [0.1, 0.2, 0.3, -0.5]]), LIMITS)
+    np.testing.assert_allclose(told, [[1.0, -0.5, 0.25, 2.0], [0.1, 0.2, 0.3, -0.5]])
+    np.testing.assert_allclose(
+        quadrotor.excess(np.array([[4.0, -2.0, 1.0, 9.0]]), None, LIMITS.top, ONE, 0.02), 4.5
+    )
+    slow = quadrotor.slowed(np.array([[4.0, -2.0, 1.0, 9.0]]), 2.0, None, ONE)
+    np.testing.assert_allclose(slow, row(2.0, -1.0, 0.5, 4.5))
+    assert quadrotor.at_limits(row(0.0, 0.0, -0.95, 0.0), LIMITS.top, ONE, 0.9).all()
+
+
+def test_a_velocity_of_the_point_becomes_a_command_and_back():
+    draw = np.random.default_rng(2)
+    pose, wanted = draw.normal(size=(20, 3)), draw.normal(size=(20, 2))
+    told = quadrotor.command(wanted, pose, None, 0.05, 0.02, ONE)
+    assert not told[:, 2:].any()
+    np.testing.assert_allclose(quadrotor.velocity(told, pose, None, 0.05, 0.02, ONE), wanted)
+    in_space = np.column_stack([wanted, draw.normal(size=20)])
+    told = quadrotor.command(in_space, pose, None, 0.05, 0.02, ONE)
+    np.testing.assert_allclose(quadrotor.level(told, pose[:, 2]), in_space)
+    np.testing.assert_array_equal(quadrotor.point(pose, None, 0.05, ONE), pose[:, :2])

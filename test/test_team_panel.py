@@ -410,6 +410,22 @@ def test_a_layout_is_told_of_so_that_it_can_be_brought_into_view(panel):
     assert len(arranged) == 1
 
 
+def test_a_kind_in_a_file_is_offered_by_its_short_name_and_stays_offered(panel, tmp_path):
+    own = tmp_path / "mine.yaml"
+    own.write_text("base: husky")
+    panel.set_team([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], (str(own), "husky"))
+    assert [texts(panel, robot)[4] for robot in (1, 2)] == ["mine.yaml", "husky"]
+    panel._kind.setCurrentIndex(panel._kind.findData("epuck"))
+    panel._kind.activated.emit(panel._kind.currentIndex())
+    assert panel.kinds() == ("epuck", "epuck") and panel._kind.findData(str(own)) >= 0
+    panel.set_team([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], ("epuck", "husky"))
+    index = panel._model.index(1, 4)
+    editor = panel._table.itemDelegateForColumn(4).createEditor(panel._table, None, index)
+    editor.setCurrentText("mine.yaml")
+    panel._table.itemDelegateForColumn(4).setModelData(editor, panel._model, index)
+    assert panel.kinds() == ("epuck", str(own))
+
+
 def test_one_kind_needs_no_column(panel):
     assert panel._model.columnCount() == 4
 

@@ -74,6 +74,8 @@ class TeamModel(QAbstractTableModel):
     def set_team(self, poses, kinds, pairs):
         """Show ``poses`` (n, 3) [m, m, rad]; ``pairs``: rows (m,), (m,) of robots that overlap."""
         before = len(self.poses)
+        # A kind in a file of its own is offered from then on.
+        self.kind_choices = tuple(dict.fromkeys(self.kind_choices + tuple(kinds)))
         if (len(set(kinds)) > 1) != self.is_mixed():  # the kinds' column comes or goes
             self.beginResetModel()
             self.poses, self.kinds = poses, tuple(kinds)

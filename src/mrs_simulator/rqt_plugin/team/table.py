@@ -13,7 +13,7 @@ from python_qt_binding.QtWidgets import (
 )
 
 from mrs_simulator.rqt_plugin.team.columns import widths
-from mrs_simulator.rqt_plugin.team.model import KIND
+from mrs_simulator.rqt_plugin.team.model import KIND, kind_name
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 ROWS_SHOWN = 4  # at least
@@ -27,18 +27,19 @@ class KindDelegate(QStyledItemDelegate):
     def createEditor(self, parent, option, index):
         """Return a list of the kinds."""
         editor = QComboBox(parent)
-        editor.addItems(list(index.model().kind_choices))
+        for name in index.model().kind_choices:
+            editor.addItem(kind_name(name), name)
         return editor
 
     @guarded
     def setEditorData(self, editor, index):
         """Show the robot's kind."""
-        editor.setCurrentText(index.data(Qt.EditRole))
+        editor.setCurrentIndex(editor.findData(index.data(Qt.EditRole)))
 
     @guarded
     def setModelData(self, editor, model, index):
         """Take the chosen kind."""
-        model.setData(index, editor.currentText())
+        model.setData(index, editor.currentData())
 
 
 class TeamTable(QTableView):

@@ -9,7 +9,7 @@ from protocol_fixtures import check, shipped, verdict_of
 from mrs_simulator.control.laws import energies, gathering_equations
 from mrs_simulator.control.laws import shipped as law_of
 from mrs_simulator.control.making import make_control
-from mrs_simulator.core.curves import Curve, Energy, energy_residual, integral
+from mrs_simulator.core.curves import Curve, Energy, dissipated, integral
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Run
@@ -43,20 +43,76 @@ def test_energies_typed_out():
     assert cost.dissipation(two) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize(
-    "name", ["consensus", "displacement_formation", "distance_formation", "rendezvous", "coverage"]
+def test_energies_of_bearings_and_errors_typed_out():
+    pair = Topology.preset("path", 2)
+    goal, hand = np.array([[0.0, 0.0], [2.0, 0.0]]), np.array([[0.0, 0.0], [3.0, 4.0]])
+    bearings = energies.bearing_energy(pair, goal, 0.5)
+    # (1 + 16)/2; 0.5 * 2 * (1 - 0.36).
+    assert bearings.value(hand) == 8.5 and bearings.dissipation(hand) == pytest.approx(0.64)
+    leaders = energies.bearing_leaders_energy(pair, goal, 0.5, 1)
+    # What is across x: 16/2; the follower's pull 4, squared, times 0.5.
+    assert leaders.value(hand) == 8.0 and leaders.dissipation(hand) == 8.0
+    moving = energies.second_order_energy(pair, 0.5)
+    velocity = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    # 25/2 + 2/2; 0.5 * 4.
+    assert moving.of(hand, velocity, 0.0) == 13.5 and moving.spent(hand, velocity, 0.0) == 2.0
+    agreeing = energies.agreement_energy(2.0, 1.0, 5.0)
+    # 2/2; 2/2 * (1 + 25/25)^-1 * 4.
+    assert agreeing.of(hand, velocity, 0.0) == 1.0 and agreeing.spent(hand, velocity, 0.0) == 2.0
+
+
+def test_the_weight_of_a_matrix_typed_out():
+    # 2 * 0.5 P = 1, and a chain: [[1, -1], [0, 1]].
+    np.testing.assert_allclose(energies.lyapunov(np.array([[0.5]])), [[1.0]])
+    matrix = np.array([[1.0, -1.0], [0.0, 1.0]])
+    weight = energies.lyapunov(matrix)
+    np.testing.assert_allclose(weight, [[0.5, 0.25], [0.25, 0.75]])
+    np.testing.assert_allclose(matrix.T @ weight + weight @ matrix, np.eye(2), atol=1e-12)
+
+
+OF_PLACES = (
+    "consensus consensus_directed discrete_consensus displacement_formation distance_formation "
+    "bearing_formation bearing_leaders containment rendezvous coverage paper"
 )
+OF_STATES = "second_order_consensus flocking cucker_smale marching marching_lag"
+
+
+@pytest.mark.parametrize("name", OF_PLACES.split())
 def test_energies_fall_along_the_law_as_fast_as_they_say(name):
-    scenario = shipped(name)
-    if scenario.topology is not None:
-        scenario = scenario._replace(topology=Topology(scenario.n, scenario.topology.edges, False))
-    control = make_control(scenario)
-    hand = hand_points(scenario.poses, control.l)
+    control, hand = begun(name)
     energy = control.energy(hand)
-    control.start()
     step = 1e-6 * control.pointMassLaw(hand)
     slope = (energy.value(hand + step) - energy.value(hand - step)) / 2e-6
-    assert slope == pytest.approx(-energy.dissipation(hand), rel=2e-3)
+    assert slope == pytest.approx(-energy.dissipation(hand), rel=2e-3) and slope < 0.0
+
+
+@pytest.mark.parametrize("name", OF_STATES.split())
+def test_energies_of_states_fall_as_fast_as_they_say(name):
+    """Over a period so short that held commands and their steps cost nothing."""
+    control, hand = begun(name)
+    law, energy, dt = control.published(), control.energy(hand), control.period
+    memory = law.begin(hand)
+    velocity, memory = law.velocity(hand, 0.0, memory)
+    after = hand + dt * velocity
+    then, _ = law.velocity(after, dt, memory)
+    slope = (energy.of(after, then, dt) - energy.of(hand, velocity, 0.0)) / dt
+    spent = energy.spent(hand, velocity, 0.0)
+    assert slope == pytest.approx(-spent, rel=0.02) and spent > 0.0
+
+
+def begun(name):
+    """Return the control of a shipped scenario with commands every 0.1 ms, and its hand points."""
+    scenario = shipped(name)
+    parameters = dict(scenario.control.parameters)
+    if name == "second_order_consensus":
+        parameters["push"] = 0.5
+    rate = 2.0 if name == "discrete_consensus" else 1e4  # whose step is a command's
+    own = scenario.control._replace(rate=rate, parameters=parameters)
+    control = make_control(scenario._replace(fidelity="point_mass", limits=None, control=own))
+    draw = np.random.default_rng(3).uniform(-0.5, 0.5, (scenario.n, 2))
+    hand = hand_points(scenario.poses, control.l) + draw * (name in ("marching", "marching_lag"))
+    control.start()
+    return control, hand
 
 
 def test_the_residual_of_a_decay_typed_out():
@@ -64,13 +120,21 @@ def test_the_residual_of_a_decay_typed_out():
     hand = np.exp(-0.5 * time)[:, np.newaxis, np.newaxis] * np.array([[[1.0, 0.0]]])
     run = Run(time, np.array([1]), None, hand, None)
     energy = Energy("V", lambda p: float((p**2).sum()), lambda p: float((p**2).sum()))
-    residual, allowed = energy_residual(energy, run, 0.01)
-    assert residual < 1e-4 and 0.009 < allowed < 0.011
+    balance = balanced(energy, run)
+    assert balance.residual < 1e-4 and 0.009 < balance.allowed < 0.011
+    late = balance.since(100)
+    assert late.measured[0] == late.predicted[0] == pytest.approx(np.exp(-1.0))
     wrong = Energy("V", energy.value, lambda p: 1.1 * float((p**2).sum()))
-    assert energy_residual(wrong, run, 0.01)[0] == pytest.approx(0.1, abs=0.01)
+    assert balanced(wrong, run).residual == pytest.approx(0.1, abs=0.01)
+    nothing = Energy("V", lambda p: 0.0, lambda p: 0.0)
+    assert balanced(nothing, run).residual is None
     np.testing.assert_allclose(
         integral(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 4.0])), [0, 1, 7]
     )
+
+
+def balanced(energy, run):
+    return dissipated(energy, run.time, run.hand, np.zeros_like(run.hand), 0.01)
 
 
 def test_a_law_that_loses_a_tenth_is_off_its_balance(tmp_path):
@@ -83,6 +147,49 @@ def test_a_law_that_loses_a_tenth_is_off_its_balance(tmp_path):
     wrong = verdict_of(shipped("consensus", duration=10.0), tmp_path / "wrong", Weak)
     found = check(wrong, BALANCE)
     assert found["passed"] is False and found["measured"] == pytest.approx(0.1, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["containment", "distance_formation", "marching"])
+def test_robots_keep_the_balance_of_a_right_law_and_miss_that_of_a_weak_one(name, tmp_path):
+    class Weak(law_of(name)):
+        def commands_for(self, velocity, pose):
+            return super().commands_for(0.8 * velocity, pose)
+
+    scenario = shipped(name, duration=6.0)
+    right = check(verdict_of(scenario, tmp_path / "right"), BALANCE)
+    wrong = check(verdict_of(scenario, tmp_path / "wrong", Weak), BALANCE)
+    assert right["passed"] and right["measured"] < 0.005, right
+    assert wrong["passed"] is False and wrong["measured"] > 4.0 * wrong["tolerance"], wrong
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["second_order_consensus", "event_triggered_consensus", "discrete_consensus", "flocking"],
+)
+def test_points_keep_the_balance_to_rounding(name, tmp_path):
+    class Weak(law_of(name)):
+        def pointMassLaw(self, hand):
+            return 0.99 * super().pointMassLaw(hand)
+
+    scenario = shipped(name, duration=6.0)._replace(fidelity="point_mass", limits=None)
+    right = check(verdict_of(scenario, tmp_path / "right"), BALANCE)
+    wrong = check(verdict_of(scenario, tmp_path / "wrong", Weak), BALANCE)
+    assert right["passed"] and right["measured"] < 1e-9, right
+    assert wrong["passed"] is False and wrong["measured"] > 1e-4, wrong
+
+
+def test_a_team_that_was_slowed_is_judged_from_then_on(tmp_path):
+    """Where one factor slows all, the energy of the whole run says nothing, that of the rest does."""
+    verdict = verdict_of(shipped("displacement_formation", duration=6.0), tmp_path)
+    balance = check(verdict, BALANCE)
+    assert balance["passed"] and "after" in balance["note"], balance
+
+
+def test_robots_that_ramp_are_not_judged_by_energy(tmp_path):
+    scenario = shipped("containment", duration=4.0)._replace(limits="firmware")
+    balance = check(verdict_of(scenario, tmp_path), BALANCE)
+    assert balance["passed"] is None and "ramps" in balance["note"]
+    assert balance["measured"] is not None
 
 
 def test_a_graph_that_falls_apart_is_noticed(tmp_path):

@@ -4,6 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+NOTHING = 1e-9  # [-] an energy that begins with less cannot be balanced
+
 
 class Curve(NamedTuple):
     """A measured curve and the predicted one, for the figure ``certificates``.
@@ -26,26 +28,25 @@ class Curve(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """A Lyapunov function ``value`` of hand points (n, 2) and its ``dissipation``, both one number.
+    """A Lyapunov function ``value`` of points (n, d) and its ``dissipation``, both one number.
 
     Along the exact law ``V' = -dissipation <= 0``.  Both stand here by themselves: neither calls the
-    law.  ``name``: with the unit.
+    law.  ``name``: with the unit.  Those of a ``moving`` thing are functions of points (n, d) [m],
+    velocities (n, d) [m/s] and the time [s] since the start.
     """
 
     name: str
     value: Any
     dissipation: Any
+    moving: bool = False
 
+    def of(self, hand, velocity, time):
+        """Return the value in that state."""
+        return self.value(hand, velocity, time) if self.moving else self.value(hand)
 
-def energy_curve(energy, run):
-    """Return the ``Curve`` of ``energy`` along ``run`` beside ``V(0)`` less what was dissipated.
-
-    Predicted: ``V(0) - integral of the dissipation`` over the measured hand points, by trapezoids.
-    """
-    time = run.time - run.time[0]
-    values = np.array([energy.value(hand) for hand in run.hand])
-    spent = np.array([energy.dissipation(hand) for hand in run.hand])
-    return Curve(energy.name, time, values, values[0] - integral(time, spent), log=False)
+    def spent(self, hand, velocity, time):
+        """Return the dissipation in that state."""
+        return self.dissipation(hand, velocity, time) if self.moving else self.dissipation(hand)
 
 
 def integral(time, values):
@@ -54,19 +55,50 @@ def integral(time, values):
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def energy_residual(energy, run, period):
-    """Return the largest residual of the energy's balance over the run and what it may be, [-] of V(0).
+class Balance(NamedTuple):
+    """What an energy was, and what theory makes of it, over the samples ``rows`` of a run."""
 
-    The residual is ``|V(t) - V(0) + integral of the dissipation|``.  It may be what sampling costs:
-    commands that are held for ``period`` [s] act on where robots were, at most ``period`` times the
+    rows: Any  # (k,) of the run's samples
+    measured: Any  # (k,)
+    predicted: Any  # (k,) from the first on
+    allowed: float  # [-] of the first value, by which sampling alone may set them apart
+
+    def since(self, first):
+        """Return the balance from the sample ``first`` of the run on."""
+        kept = self.rows >= first
+        return Balance(
+            self.rows[kept], self.measured[kept], self.predicted[kept], self.allowed
+        ).anew()
+
+    def anew(self):
+        """Return it with the prediction begun at its first sample."""
+        if not len(self.rows):
+            return self
+        off = self.measured[0] - self.predicted[0]
+        return self._replace(predicted=self.predicted + off)
+
+    @property
+    def residual(self):
+        """Return the largest difference, [-] of the first value; None where that is nothing."""
+        scale = abs(float(self.measured[0])) if len(self.rows) else 0.0
+        if scale <= NOTHING:
+            return None
+        return float(np.abs(self.measured - self.predicted).max()) / scale
+
+
+def dissipated(energy, time, hand, velocity, period):
+    """Return the ``Balance`` of ``energy`` with ``V(0)`` less the integral of the dissipation.
+
+    Over all samples ``time`` (m,) [s], ``hand`` and ``velocity`` (m, n, d).  Allowed is what sampling
+    costs: commands that are held for ``period`` [s] act on where robots were, at most ``period`` times the
     largest dissipation, and trapezoids miss a third of what they lose on every other sample.
     """
-    curve = energy_curve(energy, run)
-    scale = max(abs(float(curve.measured[0])), 1e-12)
-    residual = float(np.abs(curve.measured - curve.predicted).max()) / scale
-    spent = np.array([energy.dissipation(hand) for hand in run.hand])
-    coarse = integral(curve.at[::2], spent[::2])
-    fine = integral(curve.at, spent)[::2]
-    quadrature = float(np.abs(coarse - fine).max(initial=0.0)) / 3.0
+    states = list(zip(hand, velocity, time))
+    values = np.array([energy.of(*state) for state in states])
+    spent = np.array([energy.spent(*state) for state in states])
+    lost = integral(time, spent)
+    coarse = integral(time[::2], spent[::2])
+    quadrature = float(np.abs(coarse - lost[::2]).max(initial=0.0)) / 3.0
+    scale = max(abs(float(values[0])), NOTHING)
     allowed = (period * float(spent.max(initial=0.0)) + 2.0 * quadrature) / scale
-    return residual, allowed + 1e-9
+    return Balance(np.arange(len(time)), values, values[0] - lost, allowed + 1e-9)

@@ -15,7 +15,7 @@ from mrs_simulator.control.laws.consensus_equations import (
     has_simple_modes,
     largest_step,
 )
-from mrs_simulator.control.laws.energies import laplacian_energy
+from mrs_simulator.control.laws.energies import averaging_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, exact_motion, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -86,10 +86,8 @@ class Consensus(PioneerControl):
         return self.gain * consensus(hand, self.topology)
 
     def energy(self, start):
-        """Return ``p^T L p/2`` on an undirected graph."""
-        if self.topology.directed or self.gain <= 0.0:
-            return None
-        return laplacian_energy(self.topology, self.gain)
+        """Return ``p^T L p/2``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.gain)
 
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
@@ -154,10 +152,8 @@ class DiscreteConsensus(PioneerControl):
         return (discrete_consensus(hand, self.topology, self.eps) - hand) / self.period
 
     def energy(self, start):
-        """Return ``p^T L p/2`` on an undirected graph."""
-        if self.topology.directed or self.eps <= 0.0:
-            return None
-        return laplacian_energy(self.topology, self.eps / self.period)
+        """Return ``p^T L p/2``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.eps / self.period)
 
     def claims(self, start):
         """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""

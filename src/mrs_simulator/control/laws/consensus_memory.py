@@ -18,6 +18,7 @@ from mrs_simulator.control.laws.consensus_equations import (
     second_order_consensus,
     second_order_rate,
 )
+from mrs_simulator.control.laws.energies import second_order_energy
 from mrs_simulator.control.laws.published import exact_motion, weights_of
 from mrs_simulator.control.laws.published_consensus import Delayed, SecondOrder
 from mrs_simulator.control.pioneer_control import PioneerControl
@@ -170,6 +171,12 @@ class SecondOrderConsensus(Remembering):
         force = second_order_consensus(hand, self._velocity, self.topology, self.g)
         self._velocity = self._velocity + self.period * force
         return self._velocity
+
+    def energy(self, start):
+        """Return ``p^T L p/2 + |v|^2/2``, over a directed graph that of what is not shared."""
+        if self.g <= 0.0 or len(start) < 2:
+            return None
+        return second_order_energy(self.topology, self.g)
 
     def claims(self, start):
         """Return limit and rate if ``g`` exceeds the bound that the directed graph sets."""

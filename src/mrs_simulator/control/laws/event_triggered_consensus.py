@@ -10,6 +10,7 @@ from mrs_simulator.control.laws.consensus_equations import (
     laplacian_potential,
 )
 from mrs_simulator.control.laws.consensus_memory import Remembering
+from mrs_simulator.control.laws.energies import averaging_energy
 from mrs_simulator.control.laws.published import exact_motion, weights_of
 from mrs_simulator.control.laws.published_consensus import EventTriggered
 from mrs_simulator.core.claims import RATE_FLOOR, Claim, Condition, converges_to, decreases
@@ -59,6 +60,10 @@ class EventTriggeredConsensus(Remembering):
         allowed = event_thresholds(hand, self.topology, self.sigma)
         events = np.linalg.norm(hand - known, axis=1) > allowed
         return np.where(events[:, np.newaxis], hand, known), int(events.sum())
+
+    def energy(self, start):
+        """Return ``p^T L p/2`` on an undirected graph, which falls by what was broadcast last."""
+        return None if self.topology.directed else averaging_energy(self.topology, self.gain)
 
     def claims(self, start):
         """Return limit, invariant, decrease of ``p^T L p`` and few broadcasts."""

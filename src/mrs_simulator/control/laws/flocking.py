@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.control.laws import flocking_equations
 from mrs_simulator.control.laws import published_flocking as published
 from mrs_simulator.control.laws.common import level
+from mrs_simulator.control.laws.energies import agreement_energy, flock_energy
 from mrs_simulator.control.laws.published_flocking import (
     AlphaGamma,
     Boids,
@@ -131,6 +132,13 @@ class Flocking(DoubleIntegrator):
         velocity = level([self.leader_vx, self.leader_vy], self.dimension)
         return np.stack([middle + time * velocity, velocity])
 
+    def energy(self, start):
+        """Return the flock's energy about the virtual leader."""
+        if min(self.alignment, self.c1, self.c2) <= 0.0:
+            return None
+        leader = level([self.leader_vx, self.leader_vy], self.dimension)
+        return flock_energy(self, start.mean(axis=0), leader)
+
     def claims(self, start):
         """Return that energy falls, velocities agree on the leader's, and the flock stays near it."""
         gains = {name: getattr(self, name) for name in ("alignment", "c1", "c2")}
@@ -205,6 +213,10 @@ class CuckerSmale(DoubleIntegrator):
         first = random_directions(self.seed, n, self.start_speed, self.dimension)
         first[:, 0] += self.drift
         return published.CuckerSmale(first, self.period, self.gain, self.beta, self.reach)
+
+    def energy(self, start):
+        """Return ``sum |v_i - mean v|^2/2``."""
+        return agreement_energy(self.gain, self.beta, self.reach) if self.gain > 0.0 else None
 
     def first_velocity(self, n):
         """Return the drift and ``start_speed`` in random directions, (n, d) [m/s]."""

@@ -6,11 +6,13 @@ import numpy as np
 
 from mrs_simulator.control.laws import formation_equations as formation
 from mrs_simulator.control.laws.common import commands_by
+from mrs_simulator.control.laws.energies import disagreement_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology, arcs_of
+from mrs_simulator.core.spectra import ZERO
 
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
 SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
@@ -117,6 +119,17 @@ class Formation(PioneerControl):
         steps = commands_by(time, self.T)
         track = formation.predict(start, self._offsets, self._closure, self.k, int(steps.max()))
         return track[steps]
+
+    def energy(self, start):
+        """Return the energy of what robots are off each other's places, None where some drift apart."""
+        law = self.published()
+        heard = law.weights.sum(axis=1)
+        laplacian = np.diag(heard) - law.weights
+        laplacian[heard > 0.0] /= heard[heard > 0.0, np.newaxis]
+        tree = int(np.sum(np.abs(np.linalg.eigvals(laplacian)) < ZERO)) == 1
+        return (
+            disagreement_energy(laplacian, law.gain, law.places) if tree and self.k > 0.0 else None
+        )
 
     def claims(self, start):
         """Return what theory predicts of a run from hand points ``start`` (n, d)."""

@@ -8,7 +8,12 @@ from mrs_simulator.control.laws import formations_equations as laws
 from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
-from mrs_simulator.control.laws.energies import laplacian_energy, length_energy
+from mrs_simulator.control.laws.energies import (
+    averaging_energy,
+    bearing_energy,
+    bearing_leaders_energy,
+    length_energy,
+)
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, shape_of, weights_of
 from mrs_simulator.control.laws.published_formations import (
@@ -182,10 +187,8 @@ class DisplacementFormation(Shaped):
         return places + left_null_vector(self.topology) @ (hand - places)
 
     def energy(self, start):
-        """Return ``e^T L e/2``, ``e = p - d``, on an undirected graph."""
-        if self.topology.directed or self.gain <= 0.0:
-            return None
-        return laplacian_energy(self.topology, self.gain, self.places())
+        """Return ``e^T L e/2``, ``e = p - d``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.gain, self.places())
 
     def claims(self, start):
         """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
@@ -352,6 +355,15 @@ class BearingFormation(Shaped):
         places = self.places()
         return hand.mean(axis=0) + places * (laws.scale(hand) / laws.scale(places))
 
+    def energy(self, start):
+        """Return ``|p - p*|^2/2`` on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        places = self.published_places()
+        middle, size = start.mean(axis=0), np.sqrt(((start - start.mean(axis=0)) ** 2).sum())
+        goal = middle + places * (size / max(np.sqrt((places**2).sum()), 1e-300))
+        return bearing_energy(self.topology, goal, self.gain)
+
     def claims(self, start):
         """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
@@ -416,6 +428,13 @@ class BearingLeaders(Shaped):
         if not self._unique().holds:
             return None
         return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
+
+    def energy(self, start):
+        """Return what bearings other than the wanted ones cost, on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        places = self.published_places()
+        return bearing_leaders_energy(self.topology, places, self.gain, LEADERS)
 
     def claims(self, start):
         """Return that the unique target is reached, at the rate of ``B_ff``, with its bearings."""

@@ -6,7 +6,12 @@ from mrs_simulator.control.laws import gathering_equations
 from mrs_simulator.control.laws import published_consensus as published
 from mrs_simulator.control.laws.common import commands_by
 from mrs_simulator.control.laws.consensus import powers
-from mrs_simulator.control.laws.energies import coverage_energy, laplacian_energy, tension_energy
+from mrs_simulator.control.laws.energies import (
+    coverage_energy,
+    error_energy,
+    laplacian_energy,
+    tension_energy,
+)
 from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
@@ -77,10 +82,20 @@ class Containment(PioneerControl):
         )
 
     def energy(self, start):
-        """Return ``p^T L p/2`` on an undirected graph, of which the leaders' places are held."""
-        if self.topology.directed or self.gain <= 0.0:
+        """Return ``p^T L p/2`` with leaders that stand, over a directed graph the followers' errors'."""
+        if self.gain <= 0.0:
             return None
-        return laplacian_energy(self.topology, self.gain, standing=self.leaders)
+        if not self.topology.directed:
+            return laplacian_energy(self.topology, self.gain, standing=self.leaders)
+        if self.targets(start) is None or self.leaders == len(start):
+            return None
+        laplacian, count = self.topology.laplacian(), len(start) - self.leaders
+        among, above = laplacian[:count, :count], laplacian[:count, count:]
+
+        def error(hand):
+            return hand[:count] + np.linalg.solve(among, above @ hand[count:])
+
+        return error_energy(among, self.gain, error)
 
     def claims(self, start):
         """Return the followers' limit, its place in the leaders' hull, and the rate of ``L_ff``."""

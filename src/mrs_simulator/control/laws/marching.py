@@ -9,6 +9,7 @@ from mrs_simulator.control.laws import published_formations as published
 from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
+from mrs_simulator.control.laws.energies import error_energy, unshared
 from mrs_simulator.control.laws.formations import (
     GAIN,
     SHAPE,
@@ -129,6 +130,24 @@ class Marching(Shaped):
         return now + left_null_vector(self.topology) @ (hand - now)
 
     # What theory says of a run -------------------------------------------------------------------
+
+    def energy(self, start):
+        """Return ``e^T P e`` of the errors, without feed-forward of what is off the lags."""
+        moves = self.feed_forward or all_hold(self._straight())
+        if self.gain <= 0.0 or not self.topology.has_spanning_tree() or not moves:
+            return None
+        steady = np.zeros_like(start)
+        if not self.feed_forward:
+            steady[:, 0] = -self._lag()
+        laplacian, n = self.topology.laplacian(), len(start)
+        basis = np.eye(n) if self.anchor > 0.0 else unshared(n)
+        matrix = basis.T @ (laplacian + self.anchor / self.gain * np.eye(n)) @ basis
+        wanted = self.published().wanted
+
+        def error(hand, velocity, time):
+            return basis.T @ (hand - wanted(time) - steady)
+
+        return error_energy(matrix, self.gain, error, moving=True)
 
     def claims(self, start):
         """Return that no steady error is left, or without feed-forward the one that is."""

@@ -242,7 +242,7 @@ class PioneerControl:
         """
         if self._has_joints:
             self._know_joints(time, joints)
-        self.time = time
+        self._keep(time=time)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
         wanted = self.wanted_commands if self._network is None else self._network.commands
         command = wanted(pose)
@@ -250,7 +250,8 @@ class PioneerControl:
         command = self.saturated(command, self.saturation)
         if self._is_filtered:
             command = self._safe(command, pose)
-        self._keep(_given=command)
+        if self._has_joints:
+            self._keep(_given=command)
         return command
 
     def _know_joints(self, time, joints):

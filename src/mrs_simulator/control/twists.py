@@ -1,5 +1,7 @@
 """Commands of a team and the ``Twist`` messages of the hook: conversion, and what is refused."""
 
+import itertools
+
 import numpy as np
 from geometry_msgs.msg import Twist
 
@@ -39,11 +41,10 @@ def commands_of(twists, numbers, team):
     does not obey and that is not 0.
     """
     table = _table(_in_order(twists, numbers), numbers)
-    obeyed = np.zeros(table.shape, dtype=bool)
-    columns = [TWIST_AXES.index(axis) for axis in team.axes]
-    obeyed[:, columns] = team.robot_axes
-    _refuse_components((table != 0.0) & ~obeyed, table, numbers, team)
-    return np.asfortranarray(table[:, columns])
+    refused = np.logical_and(table, team.unobeyed)
+    if refused.any():
+        _refuse_components(refused, table, numbers, team)
+    return np.array(table[:, team.components], order="F")
 
 
 def _in_order(twists, numbers):
@@ -67,7 +68,10 @@ def _in_order(twists, numbers):
 def _table(twists, numbers):
     """Return all components, (n, 6) in the order of ``TWIST_AXES``."""
     try:
-        return np.array([_components(twist) for twist in twists], dtype=float)
+        components = itertools.chain.from_iterable(map(_components, twists))
+        return np.fromiter(components, float, len(TWIST_AXES) * len(twists)).reshape(
+            len(twists), -1
+        )
     except (AttributeError, TypeError, ValueError):
         pass
     for number, twist in zip(numbers, twists):
@@ -88,8 +92,6 @@ def _components(twist):
 
 
 def _refuse_components(refused, table, numbers, team):
-    if not refused.any():
-        return
     row, column = np.argwhere(refused)[0]
     kind = team.kinds[row]
     raise ControlError(

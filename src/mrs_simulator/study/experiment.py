@@ -69,8 +69,9 @@ class Experiment:
         return dict(told, joints=world.joints) if columns.joints else told
 
     def _check_near(self, world):
-        far = np.flatnonzero(~(np.abs(world.pose[:, :2]) <= FARTHEST).all(axis=1))
-        if len(far):
+        apart = np.abs(world.pose[:, :2])
+        if not apart.max() <= FARTHEST:  # nor is nan
+            far = np.flatnonzero(~(apart <= FARTHEST).all(axis=1))
             world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))

@@ -118,6 +118,10 @@ class Team:
         self.reach = self._rows(lambda each: each.body.reach)
         self.speeds = self._speeds()
         self.record_columns = self._record_columns()
+        # Of all components of a Twist: where the axes are, and which a robot does not obey, (n, 6) bool.
+        self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
+        self.unobeyed = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
+        self.unobeyed[:, self.components] = ~self.robot_axes
         self._top = self.limits.of_all(self.n).top
         self._arms_of = {}  # by l, of the one last asked for
 

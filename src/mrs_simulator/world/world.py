@@ -299,9 +299,9 @@ class World:
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        finite = np.abs(commands) <= FASTEST  # false for nan
-        if not finite.all():
-            finite = finite.all(axis=1)
+        size = np.abs(commands)
+        if not size.max(initial=0.0) <= FASTEST:  # nor is nan
+            finite = (size <= FASTEST).all(axis=1)
             rows = np.arange(self.n)[rows]
             np.add.at(self.refused, rows[~finite], 1)
             rows, commands = rows[finite], commands[finite]

@@ -234,6 +234,32 @@ def test_a_law_of_differences_turns_with_the_space(name):
     np.testing.assert_allclose(turned, control.pointMassLaw(start) @ turn.T, atol=1e-12)
 
 
+ENERGIES = {"consensus", "discrete_consensus", "containment", "rendezvous"}
+ENERGIES |= {"displacement_formation", "distance_formation"}
+
+
+@pytest.mark.parametrize("name", sorted(ENERGIES))
+def test_an_energy_falls_in_space_as_it_says(name):
+    control, point = flight(name)
+    energy, u, step = control.energy(point), control.pointMassLaw(point), 1e-5
+    if name == "containment":  # whose leaders stay
+        assert not u[-control.leaders :].any()
+    slope = (energy.value(point + step * u) - energy.value(point - step * u)) / (2.0 * step)
+    assert slope < 0.0 and slope == pytest.approx(-energy.dissipation(point), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", SPATIAL)
+def test_what_else_a_law_tells_of_a_run_in_space(name):
+    control, start = flight(name)
+    run = flown(control, start, 3.0)
+    targets = control.targets(run.hand[-1])
+    assert targets is None or targets.shape == start.shape
+    measures = control.measures(run).values()
+    assert all(value is None or np.isfinite(value).all() for value in measures)
+    graph = control.graph_at(start, run.hand[-1])
+    assert graph is None or graph.n == len(start)
+
+
 # Rigidity ----------------------------------------------------------------------------------------
 
 

@@ -7,6 +7,7 @@ from space_fixtures import Flyers, flown, flying, wrong_claims
 from mrs_simulator import PioneerControl, make_twist
 from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.laws import formations_equations as formations
+from mrs_simulator.control.laws.formation_equations import y_spread
 from mrs_simulator.control.laws.gathering_equations import outside_hull
 from mrs_simulator.control.laws.published import exact_motion
 from mrs_simulator.control.twists import ControlError
@@ -258,6 +259,22 @@ def test_what_else_a_law_tells_of_a_run_in_space(name):
     assert all(value is None or np.isfinite(value).all() for value in measures)
     graph = control.graph_at(start, run.hand[-1])
     assert graph is None or graph.n == len(start)
+
+
+def test_three_axes_measure_a_variance_better_than_two():
+    """Each axis is one trial: the tolerance falls with the square root of their number."""
+    flat = shipped("noisy_consensus")(range(1, 5), complete(4), fidelity="point_mass")
+    found = [
+        control.claims(anywhere(4))[-2]
+        for control in (flat, flying("noisy_consensus", 4, complete(4)))
+    ]
+    assert found[0].predicted == found[1].predicted  # per axis
+    assert found[1].tolerance == pytest.approx(found[0].tolerance * np.sqrt(2.0 / 3.0))
+
+
+def test_a_line_in_space_is_left_to_both_sides():
+    assert y_spread(np.array([[0.0, 1.0, 5.0], [2.0, 1.5, 3.0]])) == 2.0
+    assert y_spread(np.array([[0.0, 1.0, 5.0], [2.0, 7.0, 3.0]])) == 6.0
 
 
 # Rigidity ----------------------------------------------------------------------------------------

@@ -45,7 +45,9 @@ LATTICE = laws.Lattice(2.0, 3.0, 1.0, 4.0)
 
 def test_the_functions_of_flocking_typed_out():
     assert laws.sigma_norm(80.0) == pytest.approx((3.0 - 1.0) / 0.1)
-    np.testing.assert_allclose(laws.bump([0.1, 0.2, 0.6, 1.0, 1.5], 0.2), [1, 1, 0.5, 0, 0])
+    np.testing.assert_allclose(
+        laws.bump(np.array([0.1, 0.2, 0.6, 1.0, 1.5]), 0.2), [1, 1, 0.5, 0, 0]
+    )
     d_a, r_a = (np.sqrt(1.4) - 1.0) / 0.1, (np.sqrt(1.9) - 1.0) / 0.1
     np.testing.assert_allclose(laws.pair_force(np.array([d_a, r_a]), LATTICE), 0.0, atol=1e-12)
     # c = 3/4; close by the bump is 1: (5 s/sqrt(1 + s^2) - 3)/2 with s = 0.3 - d_a + c.

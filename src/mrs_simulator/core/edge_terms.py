@@ -8,7 +8,21 @@ functions of numpy, :func:`inner` and :func:`unit`, and neither knows how many e
 are nor how they are summed: what evaluates it is free to choose.
 """
 
+import functools
+
 import numpy as np
+
+from mrs_simulator.core import compiling
+
+
+@functools.lru_cache(maxsize=None)
+def compiled():
+    """Return the module ``compiled_terms`` where the environment asks for it, else None."""
+    if not compiling.is_wanted():
+        return None
+    from mrs_simulator.core import compiled_terms  # only where it is wanted
+
+    return compiled_terms
 
 
 def edge_sum(term, arcs, values, *given):
@@ -17,6 +31,8 @@ def edge_sum(term, arcs, values, *given):
     ``arcs``: rows i (m,) and j (m,), i hears j, and whatever else, as ``Topology.arcs`` gives them;
     ``values`` x (n, d).
     """
+    if compiled():
+        return compiled().edge_sum(term, arcs, values, *given)
     return gathered(term(apart(values, arcs), *given), arcs[0], len(values))
 
 
@@ -26,16 +42,25 @@ def pair_sum(term, pairs, values, *given):
     ``pairs``: rows i (m,) and j (m,), each pair once.  Each robot gets the terms of pairs in which it comes
     first, less those in which it comes second, so that they add up to zero over the team.
     """
+    if compiled():
+        return compiled().pair_sum(term, pairs, values, *given)
     flow, n = term(apart(values, pairs), *given), len(values)
     return gathered(flow, pairs[0], n) - gathered(flow, pairs[1], n)
 
 
 def difference_sum(values, topology):
-    """Return ``sum_j a_ij (x_j - x_i)``, ``-L x``, (n, d), of ``values`` x (n, d): the linear term.
+    """Return the sum of the linear term :func:`weighted`, ``-L x``, (n, d), of ``values`` x (n, d).
 
     As ``A x - D x``: sums of weighted values take half of the memory that differences take.
     """
+    if compiled():
+        return compiled().edge_sum(weighted, topology.arcs, values, topology.arcs[2])
     return topology.neighbour_sum(values) - topology.in_degree()[:, np.newaxis] * values
+
+
+def weighted(apart, weight):
+    """Return the linear term ``a_ij (x_j - x_i)``, (d, m)."""
+    return weight * apart
 
 
 def apart(values, arcs):

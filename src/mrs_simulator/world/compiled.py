@@ -9,6 +9,8 @@ import functools
 
 import numpy as np
 
+from mrs_simulator.core.compiling import jit
+
 PI, TURN = np.pi, 2.0 * np.pi
 
 
@@ -70,20 +72,10 @@ def displaced_by(compile_):
 @functools.lru_cache(maxsize=None)
 def compiled_ramp():
     """Return the compiled twin of ``core.kinematics.ramp``; ``ValueError`` without numba."""
-    return ramp_by(_compiler())
+    return ramp_by(jit(cache=True))
 
 
 @functools.lru_cache(maxsize=None)
 def compiled_displaced():
     """Return the compiled twin of ``core.kinematics.displaced``; ``ValueError`` without numba."""
-    return displaced_by(_compiler())
-
-
-def _compiler():
-    try:
-        import numba  # optional
-    except ImportError:
-        raise ValueError(
-            "MRS_SIMULATOR_COMPILED=1: numba is not installed, wanted `pip install numba`"
-        ) from None
-    return numba.njit(cache=True, fastmath=False, error_model="numpy")
+    return displaced_by(jit(cache=True))

@@ -1,9 +1,8 @@
 """Motion without forces: each drive's exact kinematics, and point masses for pure theory."""
 
-import os
-
 import numpy as np
 
+from mrs_simulator.core import compiling
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin, displaced, ramp
 from mrs_simulator.core.neighbours import least_distance, squared
@@ -12,17 +11,9 @@ from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.bodies import Bodies
 
 
-def is_compiled():
-    """Return whether ``MRS_SIMULATOR_COMPILED=1`` asks for the compiled kernels."""
-    wanted = os.environ.get("MRS_SIMULATOR_COMPILED", "0")
-    if wanted not in ("0", "1"):
-        raise ValueError("MRS_SIMULATOR_COMPILED={}: wanted 0 or 1".format(wanted))
-    return wanted == "1"
-
-
 def ramp_function():
     """Return ``core.kinematics.ramp``, or its compiled twin where that is wanted."""
-    if not is_compiled():
+    if not compiling.is_wanted():
         return ramp
     from mrs_simulator.world.compiled import compiled_ramp  # numba only where it is wanted
 
@@ -31,7 +22,7 @@ def ramp_function():
 
 def displaced_function():
     """Return ``core.kinematics.displaced``, or its compiled twin where that is wanted."""
-    if not is_compiled():
+    if not compiling.is_wanted():
         return displaced
     from mrs_simulator.world.compiled import compiled_displaced  # numba only where it is wanted
 

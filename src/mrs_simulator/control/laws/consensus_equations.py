@@ -5,7 +5,7 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 
 import numpy as np
 
-from mrs_simulator.core.edge_terms import difference_sum, edge_sum
+from mrs_simulator.core.edge_terms import difference_sum, edge_sum, weighted
 from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
 
 
@@ -125,11 +125,6 @@ def _rate_of(modulus, period):
 
 
 # Edges that come and go ------------------------------------------------------------------------
-
-
-def weighted(apart, weight):
-    """Return the term ``a_ij (p_j - p_i)``, (d, m), of edges as ``core.edge_terms`` has them."""
-    return weight * apart
 
 
 def switching_consensus(points, arcs, weights):

@@ -31,8 +31,10 @@ def sigma_norm(squared):
 
 
 def bump(z, start):
-    """Return the bump function rho_h: 1 below h = ``start``, smoothly down to 0 at 1 and beyond."""
-    z = np.asarray(z, dtype=float)
+    """Return the bump function rho_h: 1 below h = ``start``, smoothly down to 0 at 1 and beyond.
+
+    ``z``: an array of the arguments.
+    """
     falling = 0.5 * (1.0 + np.cos(np.pi * (z - start) / (1.0 - start)))
     return np.where(z < start, 1.0, np.where(z <= 1.0, falling, 0.0))
 

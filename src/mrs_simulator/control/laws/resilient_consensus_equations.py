@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.consensus_equations import weighted
-from mrs_simulator.core.edge_terms import edge_sum
+from mrs_simulator.core.edge_terms import edge_sum, weighted
 
 MOST_CHECKED = 12  # [-] robots up to which all pairs of sets are looked at: 4^n of them
 

@@ -1,0 +1,111 @@
+"""Terms over edges in compiled loops: numpy's results, from the same functions."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from mrs_simulator.control.laws import consensus_equations, flocking_equations
+from mrs_simulator.control.laws import formations_equations as formations
+from mrs_simulator.control.laws import gathering_equations as gathering
+from mrs_simulator.core import compiled_terms, edge_terms
+from mrs_simulator.core.edge_terms import apart, inner, unit
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.neighbours import close_pairs
+
+EXACT, LIBM = 0.0, 1e-12  # [-] of the largest value, where the C library has a say
+DIMENSIONS = (2, 3)
+
+
+def same(function):
+    return function
+
+
+def case(name, dimension):
+    """Return the term called ``name``, whether it is of pairs, rows, points and what else it takes."""
+    points = np.random.default_rng(0).uniform(-3.0, 3.0, (9, dimension))
+    arcs = Topology.random(9, 0.5, 2).arcs
+    pairs, lattice = close_pairs(points, 4.0), flocking_equations.Lattice(2.0, 4.0)
+    wanted = apart(points**2, arcs)
+    return {
+        "weighted": (edge_terms.weighted, False, arcs, (arcs[2],)),
+        "spring": (formations.spring, False, arcs, (arcs[2], inner(wanted, wanted))),
+        "off_bearing": (formations.off_bearing, False, arcs, (arcs[2], unit(wanted))),
+        "beside_bearing": (formations.beside_bearing, False, arcs, (arcs[2], unit(wanted))),
+        "tension": (gathering.tension, True, pairs, (20.0,)),
+        "repulsion": (flocking_equations.repulsion, True, pairs, ()),
+        "alpha": (flocking_equations.alpha, True, pairs, (apart(points**2, pairs), lattice, 0.7)),
+    }[name] + (points,)
+
+
+NAMES = ["weighted", "spring", "off_bearing", "beside_bearing", "tension", "repulsion", "alpha"]
+
+
+def compare(name, dimension, compile_, compile_kept, allowed):
+    term, both, rows, given, points = case(name, dimension)
+    kernel = compiled_terms.kernel(term, both, compile_, compile_kept)
+    found = kernel(points, rows[0], rows[1], *given)
+    by_numpy = (edge_terms.pair_sum if both else edge_terms.edge_sum)(term, rows, points, *given)
+    np.testing.assert_allclose(found, by_numpy, rtol=0.0, atol=allowed * np.abs(by_numpy).max())
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_loops_give_numpys_bits(name, dimension):
+    compare(name, dimension, same, same, EXACT)
+
+
+@pytest.mark.parametrize("name", ["spring", "off_bearing", "tension", "alpha"])
+def test_the_compiled_loops_do(name):
+    pytest.importorskip("numba")
+    from mrs_simulator.core.compiling import jit
+
+    compare(name, 2, jit(), jit(), LIBM if name == "alpha" else EXACT)
+
+
+def test_what_is_kept_is_known_by_what_it_computes():
+    def doubled(apart):
+        return 2.0 * apart
+
+    def tripled(apart):
+        return 3.0 * apart
+
+    def by_helper(apart):
+        return inner(apart, apart) * apart
+
+    assert compiled_terms.digest(doubled) == compiled_terms.digest(doubled)
+    known = {compiled_terms.digest(each) for each in (doubled, tripled, by_helper)}
+    assert len(known) == 3
+    before = compiled_terms.digest(flocking_equations.alpha)
+    flocking_equations.EPSILON, kept = 0.2, flocking_equations.EPSILON
+    try:
+        assert compiled_terms.digest(flocking_equations.alpha) != before
+    finally:
+        flocking_equations.EPSILON = kept
+
+
+def test_the_environment_asks_for_them(monkeypatch):
+    monkeypatch.setattr(compiled_terms, "jit", lambda **options: same)
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
+    edge_terms.compiled.cache_clear()
+    compiled_terms._kernel.cache_clear()
+    try:
+        assert edge_terms.compiled() is compiled_terms
+        points, graph = np.arange(18.0).reshape(9, 2) ** 1.5, Topology.random(9, 0.5, 2)
+        found = consensus_equations.consensus(points, graph)
+        np.testing.assert_allclose(found, -graph.laplacian() @ points, atol=1e-12 * points.max())
+        pulled = gathering.rendezvous(points, np.array([[0, 1], [1, 2]]), 400.0)
+        assert np.abs(pulled.sum(axis=0)).max() < 1e-12
+    finally:
+        edge_terms.compiled.cache_clear()
+        compiled_terms._kernel.cache_clear()
+    monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "0")
+    assert edge_terms.compiled() is None
+    edge_terms.compiled.cache_clear()
+
+
+def test_without_numba_they_are_refused(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba", None)
+    compiled_terms._kernel.cache_clear()
+    with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=1: numba is not installed"):
+        compiled_terms.edge_sum(edge_terms.weighted, Topology(2, [(1, 2)]).arcs, np.eye(2), 1.0)

@@ -44,10 +44,7 @@ class TeamPanel(QWidget):
     def __init__(self, parent=None):
         super().__init__(parent)
         self._bodies = None
-        self._find, self._own = (
-            vehicles.kind,
-            (),
-        )  # what a kind's name means, and names of one's own
+        self._find = vehicles.kind  # returns the Kind that a name means
         self._model = TeamModel(vehicles.KINDS, self)
         self._model.accepted.connect(self._on_edited)
         self._table = TeamTable(self._model)
@@ -114,7 +111,7 @@ class TeamPanel(QWidget):
 
     def set_kinds(self, find, own=()):
         """Look up kinds by ``find(name)``, which returns the ``Kind``; offer the names ``own`` too."""
-        self._find, self._own = find, tuple(own)
+        self._find = find
         self._model.kind_choices = tuple(dict.fromkeys((*vehicles.KINDS, *own)))
 
     def set_team(self, poses, kinds):
@@ -142,7 +139,7 @@ class TeamPanel(QWidget):
     def _show_kind(self):
         """Show the kind of the robots selected, or of all, among those that may be chosen."""
         kinds = self._model.kinds
-        offered = list(dict.fromkeys((*vehicles.KINDS, *self._own, *kinds)))
+        offered = list(dict.fromkeys((*self._model.kind_choices, *kinds)))
         chosen = {kinds[row] for row in self._group_rows() if row < len(kinds)}
         if len(chosen) > 1:
             offered.insert(0, "")

@@ -53,7 +53,7 @@ def test_an_error_names_the_users_line_and_the_process_goes_on(laws, tmp_path):
 
 
 def test_a_law_that_ends_its_interpreter_ends_that_alone(laws, tmp_path):
-    with pytest.raises(LawError, match="ended its process .exit code 7"):
+    with pytest.raises(LawError, match="its process ended .exit code 7"):
         laws.ask("facts", of(tmp_path / "law.py", "os._exit(7)"))
     assert laws.ask("facts", of(tmp_path / "law.py", "pass")).protocol == "Law"
 
@@ -86,4 +86,4 @@ def test_one_who_waits_can_do_something_else_and_give_up(tmp_path):
     scenario = shipped("paper_four").with_protocol(str(hangs))
     with pytest.raises(KeyboardInterrupt):
         laws.ask("facts", scenario)
-    assert laws._process is None and waited.pop() == "over" and waited == sorted(waited)
+    assert laws._worker.given_up and waited.pop() == "over" and waited == sorted(waited)

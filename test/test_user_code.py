@@ -3,6 +3,7 @@
 import itertools
 import os
 import signal
+import subprocess
 import sys
 import time
 
@@ -14,11 +15,10 @@ from mrs_simulator import PioneerControl, make_twist
 from mrs_simulator.control.law_apart import Law, LawService, is_shipped, speaks_ros, where_to_run
 from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.making import make_control
+from mrs_simulator.control.processes_apart import FreshProcess, Nursery, ProcessApart
 from mrs_simulator.control.user_code import (
     CallFailed,
     InPlace,
-    Nursery,
-    ProcessApart,
     ThreadApart,
     TimedOut,
     UserCodeError,
@@ -62,6 +62,10 @@ def serve(request):
         time.sleep(LONG)
     if request == "exit":
         sys.exit("enough")
+    if request == "start":
+        return subprocess.Popen(["sleep", str(LONG)]).pid
+    if request == "end":
+        os._exit(7)
     return request
 
 
@@ -70,15 +74,24 @@ def apart(kind):
     if kind is ProcessApart:
         nursery = Nursery(lambda: serve)
         return ProcessApart(nursery), nursery.close
+    if kind is FreshProcess:
+        return FreshProcess(__name__), lambda: None
     return kind(lambda: serve), lambda: None
 
 
 def is_gone(process):
     try:
-        os.kill(process, 0)
-    except ProcessLookupError:
+        with open("/proc/{}/stat".format(process)) as file:
+            return file.read().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
         return True
-    return False
+
+
+@pytest.fixture(autouse=True)
+def found(monkeypatch):
+    """Have processes find this module."""
+    paths = os.environ.get("PYTHONPATH", "")
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(os.path.abspath(__file__)) + ":" + paths)
 
 
 def test_only_errors_leave_users_code():
@@ -100,22 +113,51 @@ def test_only_errors_leave_users_code():
         call(raises, KeyboardInterrupt)
 
 
-@pytest.mark.parametrize("kind", [ProcessApart, ThreadApart, InPlace])
+@pytest.mark.parametrize("kind", [ProcessApart, FreshProcess, ThreadApart, InPlace])
 def test_what_runs_apart_answers_and_its_errors_come_back(kind):
     runs, close = apart(kind)
     worker = Worker(runs)
     assert worker.ask(("hello",), LONG) == "hello"
-    assert (worker.ask(("pid",), LONG) == os.getpid()) is (kind is not ProcessApart)
+    assert (worker.ask(("pid",), LONG) == os.getpid()) is (kind in (ThreadApart, InPlace))
     with pytest.raises(CallFailed, match="enough") as raised:
         worker.ask(("exit",), LONG)
     assert raised.value.kind == "SystemExit"
     assert "Traceback" in raised.value.trace and not worker.given_up
+    assert "SystemExit(enough)\n" + __file__ in raised.value.said
+    assert "in serve: sys.exit" in raised.value.said
     assert worker.ask(("again",), LONG) == "again"
     worker.give_up()
     close()
 
 
-@pytest.mark.parametrize("kind", [ProcessApart, ThreadApart])
+@pytest.mark.parametrize("kind", [ProcessApart, FreshProcess])
+def test_what_is_given_up_is_killed_with_all_that_it_has_started(kind):
+    runs, close = apart(kind)
+    worker = Worker(runs)
+    started = worker.ask(("start",), LONG), worker.ask(("pid",), LONG)
+
+    def give_up():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        worker.ask(("hang",), LONG, give_up)
+    assert worker.given_up
+    for process in started:
+        wait_until(lambda process=process: is_gone(process))
+    close()
+
+
+@pytest.mark.parametrize("kind, said", [(ProcessApart, "ended"), (FreshProcess, "exit code 7")])
+def test_a_process_that_ends_is_told(kind, said):
+    runs, close = apart(kind)
+    worker = Worker(runs)
+    with pytest.raises(CallFailed, match=said):
+        worker.ask(("end",), LONG)
+    assert worker.given_up
+    close()
+
+
+@pytest.mark.parametrize("kind", [ProcessApart, FreshProcess, ThreadApart])
 def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
     runs, close = apart(kind)
     worker, seen = Worker(runs), []
@@ -125,7 +167,7 @@ def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
     assert seen and all(seen) and worker.given_up
     with pytest.raises(TimedOut, match="given up"):
         worker.ask(("hello",), LONG)
-    if kind is ProcessApart:
+    if kind is not ThreadApart:
         wait_until(lambda: is_gone(process))
     close()
 
@@ -133,7 +175,7 @@ def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
 def test_processes_end_with_the_program_that_has_them():
     code = (
         "import os, signal, time\n"
-        "from mrs_simulator.control.user_code import Nursery, ProcessApart, Worker\n"
+        "from mrs_simulator.control.processes_apart import Nursery, ProcessApart\n"
         "def hang(_):\n    time.sleep(60.0)\n"
         "nursery = Nursery(lambda: hang)\n"
         "runs = ProcessApart(nursery)\n"
@@ -141,8 +183,6 @@ def test_processes_end_with_the_program_that_has_them():
         "print(runs._process, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    import subprocess
-
     program = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, timeout=LONG)
     assert program.returncode == -signal.SIGKILL
     wait_until(lambda: is_gone(int(program.stdout)))

@@ -9,14 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.control.making import make_control
-from mrs_simulator.control.user_code import (
-    CallFailed,
-    InPlace,
-    ProcessApart,
-    ThreadApart,
-    TimedOut,
-    Worker,
-)
+from mrs_simulator.control.processes_apart import ProcessApart
+from mrs_simulator.control.user_code import CallFailed, InPlace, ThreadApart, TimedOut, Worker
 
 OWN_ROS = re.compile(r"\b(rospy|tf2?_ros|roslib)\b")
 

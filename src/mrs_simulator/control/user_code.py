@@ -1,18 +1,12 @@
-"""The one way in which users' code is called, and where it is run apart from what must go on.
+"""The one way in which users' code is called, and how it is run apart from what must go on.
 
 A law may raise anything, SystemExit too, hang, hold the interpreter's lock or end its process.
-``call`` turns whatever it raises into an ``Exception``; ``Worker`` runs it in a process, or a thread,
-of its own, and gives it up after a time limit.
+``call`` turns whatever it raises into an ``Exception``; ``Worker`` has it run in a process
+(:mod:`processes_apart`), or a thread, of its own, and gives it up after a time limit.
 """
 
-import array
-import contextlib
-import ctypes
-import multiprocessing.connection
 import os
 import queue
-import signal
-import socket
 import threading
 import time
 import traceback
@@ -20,8 +14,9 @@ from typing import NamedTuple
 
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
-DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux' prctl
+FAREWELL = 1.0  # [s] of wall time for a process that has closed its pipe
 ENDED = "its process ended"
+PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class UserCodeError(RuntimeError):
@@ -29,11 +24,15 @@ class UserCodeError(RuntimeError):
 
 
 class CallFailed(RuntimeError):
-    """Users' code that is run apart raised; ``trace`` has its traceback, ``kind`` the error's type."""
+    """Users' code that is run apart raised.
 
-    def __init__(self, kind, text, trace):
+    ``kind`` is the error's type, ``trace`` its traceback, and ``said`` it in one or two lines, with the
+    user's file and line.
+    """
+
+    def __init__(self, kind, text, trace, said):
         super().__init__(text)
-        self.kind, self.trace = kind, trace
+        self.kind, self.trace, self.said = kind, trace, said
 
 
 class TimedOut(RuntimeError):
@@ -66,29 +65,50 @@ class Failure(NamedTuple):
     kind: str
     text: str
     trace: str
+    said: str
 
 
-def _outcome(serve, request):
+def outcome(serve, request):
     """Return ``(True, value)`` of ``serve(*request)``, or ``(False, Failure)``."""
     try:
         return True, call(serve, *request)
     except (Exception, KeyboardInterrupt) as error:
         origin = raised(error)
-        return False, Failure(type(origin).__name__, str(origin), traceback.format_exc())
+        kind, trace = type(origin).__name__, traceback.format_exc()
+        return False, Failure(kind, str(origin), trace, blamed(error))
+
+
+def blamed(error):
+    """Return what ``error`` says, with the last line of a user's file that led to it."""
+    origin = error.__cause__ or error
+    frames = [
+        frame
+        for frame in traceback.extract_tb(origin.__traceback__)
+        if not frame.filename.startswith((PACKAGE, "<"))
+    ]
+    own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
+    worded = isinstance(error, (ValueError, OSError)) and (origin is not error or not own)
+    said = str(error) if worded else "{}: {}".format(type(error).__name__, error)
+    if not own or isinstance(origin, SyntaxError):  # which names file and line itself
+        return said
+    inside = "" if own[-1].name == "<module>" else ", in {}".format(own[-1].name)
+    line = ": " + own[-1].line if own[-1].line else ""
+    return "{}\n{}:{}{}{}".format(said, own[-1].filename, own[-1].lineno, inside, line)
 
 
 class Worker:
     """Serves requests one after the other, apart; one that takes too long ends it."""
 
     def __init__(self, apart):
-        """``apart``: what runs them: :class:`ProcessApart`, :class:`ThreadApart` or :class:`InPlace`."""
+        """``apart``: what runs them: :class:`ThreadApart`, :class:`InPlace`, or a process."""
         self._apart, self._busy = apart, threading.Lock()
         self.given_up = False
 
     def ask(self, request, limit, meanwhile=None):
         """Return what the service makes of ``request``, a tuple; ``meanwhile()`` is called as it waits.
 
-        Raises ``CallFailed``; ``TimedOut`` after ``limit`` [s] of wall time, and from then on.
+        Raises ``CallFailed``; ``TimedOut`` after ``limit`` [s] of wall time, and from then on.  What
+        ``meanwhile`` raises is raised, and ends it.
         """
         end = time.monotonic() + limit
         if not self._busy.acquire(timeout=min(PATIENCE, limit)):
@@ -97,21 +117,30 @@ class Worker:
             if self.given_up:
                 raise TimedOut("it was given up")
             self._apart.send(request)
-            while not self._apart.ready(max(0.0, min(NAP, end - time.monotonic()))):
-                if time.monotonic() >= end:
-                    self.give_up()
-                    raise TimedOut("no answer within {:g} s".format(limit))
-                if meanwhile is not None:
-                    meanwhile()
+            self._await(end, limit, meanwhile)
             done, value = self._apart.receive()
         except (EOFError, OSError):
-            self.give_up()
-            raise CallFailed("SystemExit", ENDED, ENDED) from None
+            self.given_up = True
+            code = self._apart.end(FAREWELL)
+            text = ENDED if code is None else "{} (exit code {})".format(ENDED, code)
+            raise CallFailed("SystemExit", text, text, text) from None
         finally:
             self._busy.release()
         if not done:
             raise CallFailed(*value)
         return value
+
+    def _await(self, end, limit, meanwhile):
+        while not self._apart.ready(max(0.0, min(NAP, end - time.monotonic()))):
+            if time.monotonic() >= end:
+                self.give_up()
+                raise TimedOut("no answer within {:g} s".format(limit))
+            if meanwhile is not None:
+                try:
+                    meanwhile()
+                except BaseException:
+                    self.give_up()
+                    raise
 
     @property
     def busy(self):
@@ -136,7 +165,7 @@ class ThreadApart:
     def _run(self, service):
         serve = service()
         for request in iter(self._requests.get, None):
-            self._answers.put(_outcome(serve, request))
+            self._answers.put(outcome(serve, request))
 
     def send(self, request):
         """Begin to serve ``request``."""
@@ -154,7 +183,7 @@ class ThreadApart:
         """Return the answer."""
         return self._answer
 
-    def end(self):
+    def end(self, _farewell=0.0):
         """Take no more requests."""
         self._requests.put(None)
 
@@ -168,7 +197,7 @@ class InPlace:
 
     def send(self, request):
         """Serve ``request``."""
-        self._answer = _outcome(self._serve, request)
+        self._answer = outcome(self._serve, request)
 
     def ready(self, _):
         """Return whether the answer is there."""
@@ -178,108 +207,5 @@ class InPlace:
         """Return the answer."""
         return self._answer
 
-    def end(self):
+    def end(self, _farewell=0.0):
         """Nothing is to be ended."""
-
-
-class Nursery:
-    """A process that was forked before there were threads, and forks others whenever asked.
-
-    What is forked has all that the program had loaded, the user's classes too.
-    """
-
-    def __init__(self, service):
-        """``service()``: returns, in a forked process, the function that serves a request there."""
-        self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
-        if os.fork() == 0:
-            self._channel.close()
-            _guarded(_breed, theirs, service)
-        theirs.close()
-
-    def child(self):
-        """Return the ``Connection`` to a new process that serves requests."""
-        ours, theirs = multiprocessing.connection.Pipe()
-        handle = array.array("i", [theirs.fileno()])
-        self._channel.sendmsg([b"+"], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, handle)])
-        theirs.close()
-        return ours
-
-    def close(self):
-        """End it, and with it all that it has forked."""
-        self._channel.close()
-
-
-def _guarded(function, *arguments):
-    """Run ``function`` in a forked process, which ends with it and with its parent."""
-    try:
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)  # their parent sees to the end of both
-        ctypes.CDLL(None).prctl(DIES_WITH_PARENT, signal.SIGKILL)
-        function(*arguments)
-    except BaseException:
-        traceback.print_exc()
-    finally:
-        os._exit(0)
-
-
-def _breed(channel, service):
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how they ended
-    size = array.array("i").itemsize
-    while True:
-        data, received, _, _ = channel.recvmsg(1, socket.CMSG_SPACE(size))
-        if not data:
-            return
-        handle = array.array("i", received[0][2][:size])[0]
-        if os.fork() == 0:
-            channel.close()
-            _guarded(_serve, multiprocessing.connection.Connection(handle), service)
-        os.close(handle)
-
-
-def _serve(connection, service):
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    connection.send(os.getpid())
-    serve = service()
-    while True:
-        try:
-            request = connection.recv()
-        except EOFError:
-            return
-        connection.send(_outcome(serve, request))
-
-
-class ProcessApart:
-    """Runs requests in a process of its own, which is killed when it is given up."""
-
-    def __init__(self, nursery):
-        """``nursery``: forks the process."""
-        self._connection = nursery.child()
-        self._process = self._connection.recv()
-
-    def send(self, request):
-        """Begin to serve ``request``."""
-        self._connection.send(request)
-
-    def ready(self, seconds):
-        """Return whether the answer is there within ``seconds``."""
-        return self._connection.poll(seconds)
-
-    def receive(self):
-        """Return the answer; ``EOFError`` if the process has ended."""
-        return self._connection.recv()
-
-    def end(self):
-        """Kill the process."""
-        if not self._connection.closed:
-            # One that has ended has closed its end: its number may be another's by now.
-            if not (self._connection.poll(0) and self._has_ended()):
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(self._process, signal.SIGKILL)
-            self._connection.close()
-
-    def _has_ended(self):
-        try:
-            self._connection.recv()
-        except (EOFError, OSError):
-            return True
-        return False

@@ -35,6 +35,11 @@ class Prediction(NamedTuple):
     settling: str  # in words, "" where theory says nothing
 
 
+def serve(function, *arguments):
+    """Return what the ``function`` of this module, by its name, returns."""
+    return ANSWERS[function](*arguments)
+
+
 def facts(scenario):
     """Return the ``Facts`` of the scenario's law; its prediction is tried at the start."""
     control = make_control(scenario)
@@ -94,3 +99,6 @@ def _predicted_error(control, start, when):
 
 def _largest_error(control, hand):
     return np.linalg.norm(hand - control.targets(hand), axis=1).max()
+
+
+ANSWERS = {function.__name__: function for function in (facts, parameters_with, errors, prediction)}

@@ -1,35 +1,19 @@
-"""A user's law in a process of its own: whatever it does, the program that asks goes on.
+"""A display's questions to a law, answered by a process of its own where the law is a user's.
 
 A protocol's file may raise anything, end its interpreter, or never finish importing.  Shipped laws
 are asked in this process.
 """
 
-import contextlib
-import os
-import signal
-import subprocess
-import sys
 import threading
 import time
-import traceback
-from multiprocessing.connection import Connection, Pipe
 
 from mrs_simulator.control.laws import HOMES
-from mrs_simulator.control.user_code import call
+from mrs_simulator.control.processes_apart import FreshProcess
+from mrs_simulator.control.user_code import ENDED, CallFailed, TimedOut, Worker
 from mrs_simulator.study import law_answers
 
 LIMIT = 30.0  # [s] of wall time for one answer, the import of the law's file included
 GRACE = 0.1  # [s] of wall time for an answer before ``waiting`` is called
-POLL = 0.02  # [s] of wall time between two calls of ``waiting``
-FAREWELL = 1.0  # [s] of wall time for a process that has closed its pipe
-LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
-# The directory that it is called from may hold a user's random.py.
-PROGRAM = (
-    "import sys; del sys.path[0]; from {} import serve; serve(*map(int, sys.argv[1:]))".format(
-        __name__
-    )
-)
-PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class LawError(ValueError):
@@ -47,7 +31,7 @@ class LawProcess:
         """``limit`` [s] of wall time for one answer of a user's law."""
         self.limit = limit
         self.waiting, self.waited = lambda seconds: None, lambda: None
-        self._process, self._pipe = None, None
+        self._worker = None
         self._lock, self._busy = threading.RLock(), False
 
     def ask(self, function, scenario, *arguments):
@@ -56,105 +40,39 @@ class LawProcess:
         Raises what a shipped law raises, and ``LawError`` for any failure of a user's law.
         """
         if scenario.control.protocol in HOMES:
-            return getattr(law_answers, function)(scenario, *arguments)
+            return law_answers.serve(function, scenario, *arguments)
         with self._lock:
             if self._busy:  # by the same thread, in ``waiting``
                 raise LawError("another law is being tried")
-            try:
-                return self._ask((function, scenario) + arguments, scenario.control.protocol)
-            except (EOFError, OSError):
-                code = self.close(FAREWELL)
-                raise LawError(
-                    "{}: ended its process (exit code {})".format(scenario.control.protocol, code)
-                ) from None
-
-    def _ask(self, request, name):
-        if self._process is None or self._process.poll() is not None:
-            self._start()
-        self._pipe.send(request)
-        if not self._pipe.poll(GRACE):
             self._busy = True
             try:
-                self._await(name)
-            except BaseException:
-                self.close()
-                raise
+                return self._ask((function, scenario, *arguments), scenario.control.protocol)
             finally:
                 self._busy = False
-                self.waited()
-        success, answer = self._pipe.recv()
-        if not success:
-            raise LawError(answer)
-        return answer
 
-    def _await(self, name):
-        begun = time.monotonic()
-        while not self._pipe.poll(POLL):
+    def _ask(self, request, name):
+        if self._worker is None or self._worker.given_up:
+            self._worker = Worker(FreshProcess(law_answers.__name__))
+        begun, told = time.monotonic(), []
+
+        def meanwhile():
             taken = time.monotonic() - begun
-            if taken > self.limit:
-                raise LawError("{}: no answer within {:g} s".format(name, self.limit))
-            self.waiting(taken)
+            if taken > GRACE:
+                told.append(taken)
+                self.waiting(taken)
 
-    def _start(self):
-        self._pipe, theirs = Pipe()
-        with theirs:
-            handle = theirs.fileno()
-            # Not a fork: the threads of the program that asks may hold any lock.
-            self._process = subprocess.Popen(
-                [sys.executable, "-c", PROGRAM, str(handle), str(os.getpid())],
-                pass_fds=[handle],
-                stdin=subprocess.DEVNULL,
-                start_new_session=True,
-            )
+        try:
+            return self._worker.ask(request, self.limit, meanwhile)
+        except TimedOut as error:
+            raise LawError("{}: {}".format(name, error)) from None
+        except CallFailed as error:
+            ended = str(error).startswith(ENDED)
+            raise LawError("{}: {}".format(name, error) if ended else error.said) from None
+        finally:
+            if told:
+                self.waited()
 
-    def close(self, farewell=0.0):
-        """Kill the process, with what it has started; return its exit code, None without one.
-
-        One that is ending has ``farewell`` [s] for that.
-        """
-        process, self._process = self._process, None
-        if process is None:
-            return None
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(farewell)
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        self._pipe.close()
-        return process.wait()
-
-
-def blamed(error):
-    """Return what ``error`` says, with the last line of a user's file that led to it."""
-    origin = error.__cause__ or error
-    frames = [
-        frame
-        for frame in traceback.extract_tb(origin.__traceback__)
-        if not frame.filename.startswith((PACKAGE, "<"))
-    ]
-    own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
-    worded = isinstance(error, (ValueError, OSError)) and (origin is not error or not own)
-    said = str(error) if worded else "{}: {}".format(type(error).__name__, error)
-    if not own or isinstance(origin, SyntaxError):  # which names file and line itself
-        return said
-    inside = "" if own[-1].name == "<module>" else ", in {}".format(own[-1].name)
-    line = ": " + own[-1].line if own[-1].line else ""
-    return "{}\n{}:{}{}{}".format(said, own[-1].filename, own[-1].lineno, inside, line)
-
-
-def serve(handle, parent):
-    """Answer the requests that come through the pipe ``handle`` while the process ``parent`` lives."""
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    with Connection(handle) as pipe, contextlib.suppress(EOFError):
-        while True:
-            function, *arguments = pipe.recv()
-            try:
-                answer = True, call(getattr(law_answers, function), *arguments)
-            except Exception as error:
-                answer = False, blamed(error)
-            pipe.send(answer)
-
-
-def _end_with(parent):
-    while os.getppid() == parent:
-        time.sleep(LOOK_PERIOD)
-    os._exit(1)
+    def close(self):
+        """End the process, with what it has started."""
+        if self._worker is not None:
+            self._worker.give_up()

@@ -22,7 +22,8 @@ from mrs_simulator.control.law_apart import (
     where_to_run,
 )
 from mrs_simulator.control.loading import choose_protocol, in_progress
-from mrs_simulator.control.user_code import CallFailed, Nursery, TimedOut
+from mrs_simulator.control.processes_apart import Nursery
+from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics

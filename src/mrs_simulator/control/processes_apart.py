@@ -1,0 +1,184 @@
+"""Processes in which users' code is run for a :class:`~mrs_simulator.control.user_code.Worker`.
+
+A node forks them, before it has threads, so that they have all that it had loaded; a GUI, whose threads
+may hold any lock, starts fresh interpreters.
+"""
+
+import array
+import contextlib
+import ctypes
+import importlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import traceback
+from multiprocessing.connection import Connection, Pipe
+
+from mrs_simulator.control.user_code import outcome
+
+DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux' prctl
+LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
+# The directory that it is called from may hold a user's random.py.
+PROGRAM = "import sys; del sys.path[0]; from {} import _begin; _begin(*sys.argv[1:])".format(
+    __name__
+)
+
+
+class Piped:
+    """A process at the other end of a pipe; killed, with what it has started, when it is given up."""
+
+    def __init__(self, connection, process):
+        """``process``: its number, which is that of its group."""
+        self._connection, self._process = connection, process
+
+    def send(self, request):
+        """Begin to serve ``request``."""
+        self._connection.send(request)
+
+    def ready(self, seconds):
+        """Return whether the answer is there within ``seconds``."""
+        return self._connection.poll(seconds)
+
+    def receive(self):
+        """Return the answer; ``EOFError`` if the process has ended."""
+        return self._connection.recv()
+
+    def _kill(self):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process, signal.SIGKILL)
+
+
+class FreshProcess(Piped):
+    """Runs requests in an interpreter of its own, which loads what it needs."""
+
+    def __init__(self, module):
+        """``module``: the name of one whose ``serve`` serves requests."""
+        ours, theirs = Pipe()
+        with theirs:
+            handle = theirs.fileno()
+            self._program = subprocess.Popen(
+                [sys.executable, "-c", PROGRAM, str(handle), str(os.getpid()), module],
+                pass_fds=[handle],
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        super().__init__(ours, self._program.pid)
+
+    def end(self, farewell=0.0):
+        """Kill the process; return its exit code.  One that is ending has ``farewell`` [s] for that."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._program.wait(farewell)
+        self._kill()
+        self._connection.close()
+        return self._program.wait()
+
+
+def _begin(handle, parent, module):
+    """Serve requests that come through the pipe ``handle`` while the process ``parent`` lives."""
+    threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
+    with Connection(int(handle)) as connection:
+        _serve_all(connection, importlib.import_module(module).serve)
+
+
+def _end_with(parent):
+    while os.getppid() == parent:
+        time.sleep(LOOK_PERIOD)
+    os._exit(1)
+
+
+def _serve_all(connection, serve):
+    while True:
+        try:
+            request = connection.recv()
+        except EOFError:
+            return
+        connection.send(outcome(serve, request))
+
+
+class Nursery:
+    """A process that was forked before there were threads, and forks others whenever asked.
+
+    What is forked has all that the program had loaded, the user's classes too.
+    """
+
+    def __init__(self, service):
+        """``service()``: returns, in a forked process, the function that serves a request there."""
+        self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
+        if os.fork() == 0:
+            self._channel.close()
+            _guarded(_breed, theirs, service)
+        theirs.close()
+
+    def child(self):
+        """Return the ``Connection`` to a new process that serves requests."""
+        ours, theirs = Pipe()
+        handle = array.array("i", [theirs.fileno()])
+        self._channel.sendmsg([b"+"], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, handle)])
+        theirs.close()
+        return ours
+
+    def close(self):
+        """End it, and with it all that it has forked."""
+        self._channel.close()
+
+
+def _guarded(function, *arguments):
+    """Run ``function`` in a forked process, which ends with it and with its parent."""
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)  # their parent sees to the end of both
+        ctypes.CDLL(None).prctl(DIES_WITH_PARENT, signal.SIGKILL)
+        function(*arguments)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(0)
+
+
+def _breed(channel, service):
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how they ended
+    size = array.array("i").itemsize
+    while True:
+        data, received, _, _ = channel.recvmsg(1, socket.CMSG_SPACE(size))
+        if not data:
+            return
+        handle = array.array("i", received[0][2][:size])[0]
+        if os.fork() == 0:
+            channel.close()
+            _guarded(_serve, Connection(handle), service)
+        os.close(handle)
+
+
+def _serve(connection, service):
+    os.setsid()
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    connection.send(os.getpid())
+    _serve_all(connection, service())
+
+
+class ProcessApart(Piped):
+    """Runs requests in a process that is forked for them."""
+
+    def __init__(self, nursery):
+        """``nursery``: forks the process."""
+        connection = nursery.child()
+        super().__init__(connection, connection.recv())
+
+    def end(self, _farewell=0.0):
+        """Kill the process; nobody knows its exit code."""
+        if not self._connection.closed:
+            # One that has ended has closed its end: its number may be another's by now.
+            if not (self._connection.poll(0) and self._has_ended()):
+                self._kill()
+            self._connection.close()
+
+    def _has_ended(self):
+        try:
+            self._connection.recv()
+        except (EOFError, OSError):
+            return True
+        return False

@@ -73,7 +73,7 @@ def _narrow(control, run, followed):
     and of what points are allowed, for ends and sampling, little is left to allow.
     """
     known = followed is not None and run.meta.get("lockstep")
-    if not known or control.fidelity != "kinematic":
+    if not known or control.fidelity == "dynamic":
         return {}
     points = copy.copy(control)
     points._keep(fidelity="point_mass")
@@ -83,11 +83,11 @@ def _narrow(control, run, followed):
 
 def _limited(control, run, theory):
     """Return ``theory`` with who was at a limit, and with what is judged then."""
-    if control.saturation == "none":
-        return theory
     followed, cut = theory.followed, None
     if followed is None:
-        limited = at_limit(control, run.command)
+        limited = np.zeros(run.hand.shape[:2], dtype=bool)
+        if control.saturation != "none":
+            limited = at_limit(control, run.command)
     else:
         limited, cut = followed.meta["limited"], followed.meta["cut"]
         sure = run.meta.get("lockstep") and control.fidelity != "dynamic"

@@ -85,8 +85,8 @@ def robots_run(control, run):
     headings.  Its ``meta`` holds ``limited``, (m, n) bool, who is at a limit or speeds up as fast as it
     can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then.
 
-    None where that cannot be told: of points without limits, under the safety filter, of robots that
-    disobey, and as in :func:`exact_run`.
+    None where that cannot be told: of points without limits (those of cars have one), under the safety
+    filter, of robots that disobey, and as in :func:`exact_run`.
     """
     law, scenario = published_law(control), run.scenario
     if law is None or scenario is None or not _can_be_followed(control, run, law):
@@ -122,7 +122,8 @@ def later(followed, rows):
 
 def _can_be_followed(control, run, law):
     scenario = run.scenario
-    unlimited = bool(np.isinf(control.limits.top).all())
+    # Of a car also the point mass is told no more than a steering angle below a right one.
+    unlimited = bool(np.isinf(control.limits.top).all()) and not control.team.has_joints
     return not (
         (scenario.fidelity == "point_mass" and (unlimited or law.SEES == "pose"))
         or not are_stated(control.team)

@@ -30,7 +30,7 @@ class Tolerances(NamedTuple):
 TOLERANCES = {
     "point_mass": Tolerances(1e-3, 1e-3, 1e-2, 0.05),
     "kinematic": Tolerances(0.01, 0.01, 0.1, 0.05),
-    "dynamic": Tolerances(0.05, 0.05, 0.25, 0.25),
+    "dynamic": Tolerances(0.05, 0.02, 0.1, 0.05),
 }
 
 

@@ -70,7 +70,7 @@ class Tolerances(NamedTuple):
 TOLERANCES = {
     "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.02),
     "kinematic": Tolerances(0.05, 0.05, 0.02, 0.05),
-    "dynamic": Tolerances(0.25, 0.25, 0.1, 0.25),
+    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.25),
 }
 
 

@@ -177,6 +177,8 @@ class Cars(Unicycles):
     and the car drives on as fast as the steered wheel would have to.
     """
 
+    bent = False  # whether an angle was asked for that no Twist tells
+
     @property
     def is_ramped(self):
         """Return whether speeds or steering angles change step by step."""
@@ -205,7 +207,9 @@ class Cars(Unicycles):
         both = (by_speed.conj() * by_steering).imag
         v = (w.conj() * by_steering).imag / both
         rate = (by_speed.conj() * w).imag / both
-        wanted = np.clip(self.steered + rate * self.period, -STEEPEST, STEEPEST)
+        wanted = self.steered + rate * self.period
+        self.bent = np.abs(wanted) > STEEPEST
+        wanted = np.clip(wanted, -STEEPEST, STEEPEST)
         full = np.abs(self.steered) >= self.numbers.steering_max - CLOSE
         full &= rate * self.steered > 0.0
         wanted = np.where(full, self.steered, wanted)
@@ -230,8 +234,8 @@ class Cars(Unicycles):
         return (command[:, 0] * by_speed + rate * by_steering) * np.exp(1j * self.theta)
 
     def is_full(self):
-        """Return whether the steering angle is at its limit, (m,) bool."""
-        return np.abs(self.steered) >= self.numbers.steering_max - CLOSE
+        """Return whether the steering angle, or that last asked for, is at its limit, (m,) bool."""
+        return self.bent | (np.abs(self.steered) >= self.numbers.steering_max - CLOSE)
 
     def sizes(self, command):
         """Return the speeds (m,) [m/s] of ``command`` (m, 2), at most: of the point straight ahead."""

@@ -85,6 +85,52 @@ def test_a_moment_at_a_limit_hides_no_wrong_gain(tmp_path):
     assert {"commands off the published law [-]", rate["name"], far["name"]} <= set(failed(wrong))
 
 
+@pytest.mark.parametrize(
+    "name, limits, claim",
+    [
+        ("cucker_smale", {"v_max": 1.5, "omega_max": 6.2832}, "drift of the mean velocity"),
+        ("marching", {"v_max": 1.2, "omega_max": 6.2832}, "drift of the centre from the path"),
+    ],
+)
+def test_what_a_law_remembers_is_known_after_a_limit(tmp_path, name, limits, claim):
+    given = controlled(
+        shipped(name, fidelity="kinematic", limits=limits, duration=30.0), saturation="robot"
+    )
+    verdict = verdict_of(given, tmp_path)
+    one = check(verdict, claim)
+    assert one["passed"] and " s on, after robot" in one["note"], one
+
+
+def test_a_condition_that_is_sufficient_only_fails_no_run(tmp_path):
+    given = shipped("second_order_consensus", {"g": 0.2}, duration=5.0)
+    verdict = verdict_of(given, tmp_path)  # below a bound that is necessary
+    assert verdict["outcome"] == "failed"
+    assert check(verdict, "distance from w^T p(0)")["measured"] > 0.0
+    few = verdict_of(shipped("rendezvous", {"gain": 2.0}, duration=1.0), tmp_path)
+    assert few["outcome"] == "not_judged" and "curvature of the tension" in few["reason"]
+    assert check(few, "distance from the mean")["measured"] > 0.0
+
+
+class OneStands(Consensus):
+    def pointMassLaw(self, hand):
+        velocity = super().pointMassLaw(hand)
+        velocity[0] = 0.0
+        return velocity
+
+
+def test_robots_that_touch_are_told_and_their_law_is_judged_before(tmp_path):
+    given = controlled(
+        shipped("consensus", fidelity="kinematic", limits="top", duration=15.0), saturation="robot"
+    )
+    right, wrong = verdict_of(given, tmp_path), verdict_of(given, tmp_path, OneStands)
+    assert failed(right) == ["collisions"]
+    note = check(right, "distance from agreement")["note"]
+    assert note.startswith("does not apply: robot") and " touched at " in note
+    followed = check(right, "largest distance from the law on these robots")
+    assert followed["passed"] and followed["note"].startswith("until robot")
+    assert followed["name"] in failed(wrong)
+
+
 def run_of(values):
     """A run of one point whose distance from the origin is each of ``values``."""
     hand = np.zeros((len(values), 1, 2))

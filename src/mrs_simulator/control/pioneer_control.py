@@ -204,6 +204,14 @@ class PioneerControl:
         """
         return None
 
+    def resumed(self, time, memory):
+        """Return the control that a run's rest from ``time`` [s] after its start on is judged by, or None.
+
+        ``memory``: that of the published law then.  A law that knows positions alone is the same at any
+        time; another one says here what its claims say of the rest: its copy, or None for nothing.
+        """
+        return self if self.MEMORYLESS else None
+
     def energy(self, start):
         """Return the ``core.curves.Energy`` that falls along the law from ``start`` (n, d), or None."""
         return None

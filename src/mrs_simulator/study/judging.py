@@ -7,8 +7,9 @@ import traceback
 
 import numpy as np
 
-from mrs_simulator.control.laws.exact_runs import exact_run, later, robots_run
+from mrs_simulator.control.laws.exact_runs import exact_run, later, published_law, robots_run
 from mrs_simulator.control.laws.exactness import at_limit, exactness_claims, filter_acted
+from mrs_simulator.control.laws.published import Resumed
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.recording import part_of
@@ -127,17 +128,51 @@ def _late(control, run, limited, theory):
     if cut is not None:  # what still is cut off later is no more than the rest is judged with
         at &= (cut[-1] - cut).max(axis=1) > LITTLE
     last = int(np.flatnonzero(at if at.any() else limited.any(axis=1))[-1])
-    if last + FEWEST_SAMPLES > len(run.time) or control.links.faults or not control.MEMORYLESS:
+    begin = _next_command(control, run, last + 1)
+    other = None if begin is None else _resumed(control, run, begin, theory)
+    if other is None:
         return Late(_who(run, limited, cut))
-    rows = slice(last + 1, None)
+    rows = slice(begin, None)
     rest = part_of(run, rows)
-    # Robots that are where theory has them are followed already.
-    known = theory.narrow and np.abs(followed.hand[last + 1] - rest.hand[0]).max() < CLOSE
-    claims, theory = _claims(control, rest, [], later(followed, rows) if known else None)
+    known = _is_where(theory, run, begin)
+    claims, theory = _claims(other, rest, [], later(followed, rows) if known else None)
     after = _who(run, limited[: last + 1], None if cut is None else cut[: last + 1])
     why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], after)
     theory = theory._replace(limited="", late=None)
     return Late(why, rest, {claim.name: claim for claim in claims}, theory)
+
+
+def _next_command(control, run, first):
+    """Return the first sample from ``first`` on that falls on a command; None if too few are left."""
+    if control.links.faults or first + FEWEST_SAMPLES > len(run.time):
+        return None
+    if control.MEMORYLESS:
+        return first
+    count = (run.time[first:] - run.time[0]) / control.period
+    whole = np.flatnonzero(np.abs(count - np.round(count)) < CLOSE * np.maximum(count, 1.0))
+    found = first + int(whole[0]) if len(whole) else len(run.time)
+    return found if found + FEWEST_SAMPLES <= len(run.time) else None
+
+
+def _is_where(theory, run, row):
+    """Return whether the robots are in the sample ``row`` where the followed ones are."""
+    followed = theory.followed
+    return bool(theory.narrow) and np.abs(followed.hand[row] - run.hand[row]).max() < CLOSE
+
+
+def _resumed(control, run, row, theory):
+    """Return the control by which the rest of ``run`` from the sample ``row`` on is judged, or None.
+
+    What a law remembers then is known of robots that are where theory has them.
+    """
+    if control.MEMORYLESS or not _is_where(theory, run, row):
+        return control if control.MEMORYLESS else None
+    time, memory = run.time[row] - run.time[0], theory.followed.meta["memory"][row]
+    rest, law = call(control.resumed, time, memory), published_law(control)
+    if rest is None or law.SEES == "pose":
+        return None
+    rest._keep(published=lambda: Resumed(law, time, memory))
+    return rest
 
 
 def _checked(claims, faults):

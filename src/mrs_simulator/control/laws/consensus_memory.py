@@ -1,5 +1,7 @@
 """Consensus protocols that remember positions or velocities, with what theory claims of their runs."""
 
+import copy
+
 import numpy as np
 
 from mrs_simulator.control.laws.common import (
@@ -157,12 +159,22 @@ class SecondOrderConsensus(Remembering):
         first = self.push * (2.0 * draw - 1.0)
         return SecondOrder(weights_of(self.topology), self.g, first, self.period)
 
+    _first = None  # [m/s] velocities that are known, of a run that begins in motion
+
+    def resumed(self, time, memory):
+        """Return the law that begins with the velocities in ``memory`` (n, d) [m/s]."""
+        rest = copy.copy(self)
+        rest._first = memory
+        return rest
+
     def begin(self, hand):
         """Draw the initial velocities."""
         self._velocity = self.initial_velocities()
 
     def initial_velocities(self):
         """Return v(0), (n, d) [m/s]."""
+        if self._first is not None:
+            return self._first
         size = len(self.numbers), self.dimension
         return self.push * np.random.default_rng(self.seed).uniform(-1.0, 1.0, size)
 

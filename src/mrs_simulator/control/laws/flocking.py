@@ -1,5 +1,7 @@
 """Flocking protocols, with what theory claims of their runs; all but Vicsek's also in space."""
 
+import copy
+
 import numpy as np
 
 from mrs_simulator.control.laws import flocking_equations
@@ -218,8 +220,18 @@ class CuckerSmale(DoubleIntegrator):
         """Return ``sum |v_i - mean v|^2/2``."""
         return agreement_energy(self.gain, self.beta, self.reach) if self.gain > 0.0 else None
 
+    _first = None  # [m/s] velocities that are known, of a run that begins in motion
+
+    def resumed(self, time, memory):
+        """Return the law that begins with the velocities in ``memory``."""
+        rest = copy.copy(self)
+        rest._first = memory[0]
+        return rest
+
     def first_velocity(self, n):
         """Return the drift and ``start_speed`` in random directions, (n, d) [m/s]."""
+        if self._first is not None:
+            return self._first
         own = self.start_speed * drawn_directions(self.seed, n, self.dimension)
         return own + level([self.drift, 0.0], self.dimension)
 

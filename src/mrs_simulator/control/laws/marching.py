@@ -1,5 +1,6 @@
 """Formations that move, with what theory claims of their runs."""
 
+import copy
 import functools
 
 import numpy as np
@@ -82,6 +83,13 @@ class Marching(Shaped):
     )  # fmt: skip
 
     MEMORYLESS = False  # it knows the time
+    _begun = 0.0  # [s] of the march that are over when the run which is judged begins
+
+    def resumed(self, time, memory):
+        """Return the march as it goes on from ``time`` [s]."""
+        rest = copy.copy(self)
+        rest._begun = self._begun + time
+        return rest
 
     def published(self):
         """Return the law as published."""
@@ -107,7 +115,7 @@ class Marching(Shaped):
 
     def wanted(self, time):
         """Return the wanted places at ``time`` (m,) [s], (m, n, d) [m]."""
-        time = np.asarray(time, dtype=float)
+        time = self._begun + np.asarray(time, dtype=float)
         swing = 1.0 + self.swing * np.sin(2.0 * np.pi * time / self.swing_period)
         return laws.reference(self._path, self.places(), self.speed * time, swing, self.turning)
 

@@ -42,6 +42,26 @@ class Published:
         return None
 
 
+class Resumed(Published):
+    """A law from a later moment on: ``time`` [s] after its start, with the ``memory`` it has then."""
+
+    def __init__(self, law, time, memory):
+        self.law, self.time, self.memory = law, time, memory
+        self.SEES, self.NARROWS, self.WORK = law.SEES, law.NARROWS, law.WORK
+
+    def begin(self, start):
+        """Return the memory at that moment."""
+        return self.memory
+
+    def velocity(self, points, time, memory):
+        """Return ``(u, memory)``, ``time`` [s] after that moment."""
+        return self.law.velocity(points, self.time + time, memory)
+
+    def resumed(self, velocity, memory):
+        """Return the memory after the command ``velocity`` (n, d) [m/s]."""
+        return self.law.resumed(velocity, memory)
+
+
 class Averaging(Published):
     """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``; robots that are ``still`` stay.
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.number_rows import rows_text
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.core.run_columns import (
     COLUMNS,
@@ -107,7 +108,7 @@ class Recorder:
             os.remove(facts_path(path))
         self.path = path
         self.columns = Columns(tuple(axes)) if columns is None else columns
-        self._robots = [str(robot) for robot in robots]
+        self._robots = [",{},".format(robot) for robot in robots]
         self._ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._hand_length = hand_length
         self._file = Blocks(path, ",".join(self.columns.names) + "\n")
@@ -143,16 +144,13 @@ class Recorder:
             height = spatial.z if point_z is None else point_z
             blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
             blocks.append(spatial.twist)
-        table = np.concatenate(blocks, axis=1).tolist()
         self._stamp = float(stamp)
-        self._file.add(self._lines(repr(self._stamp), table))
+        self._file.add(self._lines(repr(self._stamp), rows_text(np.concatenate(blocks, axis=1))))
         self._note()
 
-    def _lines(self, stamp, table):
-        """Return the lines of a sample, of which ``table`` holds the numbers (n, ...)."""
-        lines = [
-            ",".join([stamp, robot, *map(repr, row)]) for robot, row in zip(self._robots, table)
-        ]
+    def _lines(self, stamp, rows):
+        """Return the lines of a sample, of which ``rows`` hold the numbers as texts."""
+        lines = [stamp + robot + row for robot, row in zip(self._robots, rows)]
         if self._ends:
             lines = [line + end for line, end in zip(lines, self._ends)]
         return "\n".join(lines) + "\n"

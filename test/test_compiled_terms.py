@@ -5,10 +5,15 @@ import sys
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws import consensus_equations, flocking_equations
+from mrs_simulator.control.laws import (
+    consensus_equations,
+    flocking_equations,
+    formation_equations,
+)
 from mrs_simulator.control.laws import formations_equations as formations
 from mrs_simulator.control.laws import gathering_equations as gathering
 from mrs_simulator.core import compiled_terms, edge_terms
+from mrs_simulator.core.compiling import jit
 from mrs_simulator.core.edge_terms import apart, inner, unit
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import close_pairs
@@ -43,7 +48,8 @@ NAMES = ["weighted", "spring", "off_bearing", "beside_bearing", "tension", "repu
 
 def compare(name, dimension, compile_, compile_kept, allowed):
     term, both, rows, given, points = case(name, dimension)
-    kernel = compiled_terms.kernel(term, both, compile_, compile_kept)
+    loops = compiled_terms.of_pairs if both else compiled_terms.of_edges
+    kernel = compiled_terms.kernel(term, loops, compile_, compile_kept)
     found = kernel(points, rows[0], rows[1], *given)
     by_numpy = (edge_terms.pair_sum if both else edge_terms.edge_sum)(term, rows, points, *given)
     np.testing.assert_allclose(found, by_numpy, rtol=0.0, atol=allowed * np.abs(by_numpy).max())
@@ -58,9 +64,25 @@ def test_the_loops_give_numpys_bits(name, dimension):
 @pytest.mark.parametrize("name", ["spring", "off_bearing", "tension", "alpha"])
 def test_the_compiled_loops_do(name):
     pytest.importorskip("numba")
-    from mrs_simulator.core.compiling import jit
-
     compare(name, 2, jit(), jit(), LIBM if name == "alpha" else EXACT)
+
+
+def by_all(compile_, compile_kept):
+    draw = np.random.default_rng(0)
+    points, values = draw.uniform(-3.0, 3.0, (9, 3)), draw.normal(size=(9, 3))
+    loops, given = compiled_terms.of_all, (0.4, 1.5, 1.0 / 9.0)
+    kernel = compiled_terms.kernel(flocking_equations.heard, loops, compile_, compile_kept)
+    by_numpy = edge_terms.weighted_differences(flocking_equations.heard, points, values, *given)
+    np.testing.assert_allclose(kernel(points, values, *given), by_numpy, rtol=0.0, atol=1e-12)
+
+
+def test_the_loops_over_all_robots():
+    by_all(same, same)
+
+
+def test_the_compiled_loops_over_all_robots():
+    pytest.importorskip("numba")
+    by_all(jit(), jit())
 
 
 def test_what_is_kept_is_known_by_what_it_computes():
@@ -94,6 +116,9 @@ def test_the_environment_asks_for_them(monkeypatch):
         points, graph = np.arange(18.0).reshape(9, 2) ** 1.5, Topology.random(9, 0.5, 2)
         found = consensus_equations.consensus(points, graph)
         np.testing.assert_allclose(found, -graph.laplacian() @ points, atol=1e-12 * points.max())
+        wanted = formation_equations.target_errors(points, np.zeros_like(points), graph)
+        mean = points - graph.neighbour_mean(points)
+        np.testing.assert_allclose(wanted, mean, atol=1e-12 * points.max())
         pulled = gathering.rendezvous(points, np.array([[0, 1], [1, 2]]), 400.0)
         assert np.abs(pulled.sum(axis=0)).max() < 1e-12
     finally:

@@ -17,12 +17,18 @@ from mrs_simulator.core.compiling import jit
 
 def edge_sum(term, arcs, values, *given):
     """Return what ``edge_terms.edge_sum`` does."""
-    return _kernel(term, False)(*_contiguous(values, arcs), *given)
+    return _kernel(term, of_edges)(*_contiguous(values, arcs), *given)
 
 
 def pair_sum(term, pairs, values, *given):
     """Return what ``edge_terms.pair_sum`` does."""
-    return _kernel(term, True)(*_contiguous(values, pairs), *given)
+    return _kernel(term, of_pairs)(*_contiguous(values, pairs), *given)
+
+
+def weighted_differences(weight, points, values, *given):
+    """Return what ``edge_terms.weighted_differences`` does."""
+    arrays = np.ascontiguousarray(points), np.ascontiguousarray(values)
+    return _kernel(weight, of_all)(*arrays, *given)
 
 
 def _contiguous(values, arcs):
@@ -31,20 +37,19 @@ def _contiguous(values, arcs):
 
 
 @functools.lru_cache(maxsize=None)
-def _kernel(term, both):
-    return kernel(term, both, jit(), jit(cache=True))
+def _kernel(term, loops):
+    return kernel(term, loops, jit(), jit(cache=True))
 
 
-def kernel(term, both, compile_, compile_kept):
-    """Return the function ``(values, first, second, *given)`` that sums the ``term``, compiled.
+def kernel(term, loops, compile_, compile_kept):
+    """Return ``loops``, one of the functions below, over the ``term``, compiled.
 
-    ``both``: its opposite goes to the second robot of each pair.  ``compile_`` is what terms and their
-    helpers go through, ``compile_kept`` what the sums do.
+    ``compile_`` is what terms and their helpers go through, ``compile_kept`` what the loops do.
     """
-    name = "{}_{}_{}".format(summed.__name__, term.__name__, digest(term))
-    scope = dict(globals(), term=linked(term, compile_), BOTH=both)
-    function = types.FunctionType(summed.__code__, scope, name)
-    function.__qualname__ = name + "_both" * both
+    name = "{}_{}_{}".format(loops.__name__, term.__name__, digest(term))
+    scope = dict(globals(), term=linked(term, compile_))
+    function = types.FunctionType(loops.__code__, scope, name)
+    function.__qualname__ = name
     return compile_kept(function)
 
 
@@ -74,22 +79,50 @@ def _helpers(function):
     return {name: each for name, each in found.items() if isinstance(each, types.FunctionType)}
 
 
-# Compiled with another ``term`` and ``BOTH`` for each kernel.
-term, BOTH = None, False
+# The loops, compiled with another ``term`` each time ----------------------------------------------
+
+term = None
 
 
-def summed(values, first, second, *given):
+def of_edges(values, first, second, *given):
     """Return the sums (n, d) of the term over edges ``first``, ``second`` (m,) of ``values`` (n, d)."""
     (n, d), m = values.shape, len(first)
     apart = np.empty((d, m))
     for axis in range(d):
         for edge in range(m):
             apart[axis, edge] = values[second[edge], axis] - values[first[edge], axis]
-    flow = term(apart, *given)
-    gained, lost = np.zeros((d, n)), np.zeros((d, n))
+    flow, total = term(apart, *given), np.zeros((d, n))
+    for axis in range(d):
+        for edge in range(m):
+            total[axis, first[edge]] += flow[axis, edge]
+    return total.T
+
+
+def of_pairs(values, first, second, *given):
+    """Return the same less the sums over the edges by their ``second`` robots."""
+    (n, d), m = values.shape, len(first)
+    apart = np.empty((d, m))
+    for axis in range(d):
+        for edge in range(m):
+            apart[axis, edge] = values[second[edge], axis] - values[first[edge], axis]
+    flow, gained, lost = term(apart, *given), np.zeros((d, n)), np.zeros((d, n))
     for axis in range(d):
         for edge in range(m):
             gained[axis, first[edge]] += flow[axis, edge]
-            if BOTH:
-                lost[axis, second[edge]] += flow[axis, edge]
-    return (gained - lost).T if BOTH else gained.T
+            lost[axis, second[edge]] += flow[axis, edge]
+    return (gained - lost).T
+
+
+def of_all(points, values, *given):
+    """Return the sums (n, d) of ``w (x_j - x_i)`` over all robots, the term being the weight w."""
+    (n, d), width = points.shape, values.shape[1]
+    apart, total = np.empty((d, n)), np.zeros((width, n))
+    for row in range(n):
+        for axis in range(d):
+            for other in range(n):
+                apart[axis, other] = points[other, axis] - points[row, axis]
+        weight = term(apart, *given)
+        for axis in range(width):
+            for other in range(n):
+                total[axis, row] += weight[other] * (values[other, axis] - values[row, axis])
+    return total.T

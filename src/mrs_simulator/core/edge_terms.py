@@ -58,6 +58,29 @@ def difference_sum(values, topology):
     return topology.neighbour_sum(values) - topology.in_degree()[:, np.newaxis] * values
 
 
+def from_mean(values, topology):
+    """Return ``x_i - sum_j a_ij x_j / sum_j a_ij``, (n, d); 0 of those that hear nobody.
+
+    The opposite of the linear term's sum, with weights that add up to 1.
+    """
+    if compiled():
+        return 0.0 - compiled().edge_sum(weighted, topology.arcs, values, topology.shares)
+    return values - topology.neighbour_mean(values)
+
+
+def weighted_differences(weight, points, values, *given):
+    """Return ``sum_j w_ij (x_j - x_i)`` over all others, (n, d), of ``values`` x (n, d).
+
+    ``weight(apart, *given)`` returns w of the differences ``p_j - p_i`` of ``points`` p (n, d), by columns
+    as a term does.  As ``W x - (W 1) x`` with the matrix of all weights.
+    """
+    if compiled():
+        return compiled().weighted_differences(weight, points, values, *given)
+    columns = np.asarray(points).T
+    weights = weight(columns[:, np.newaxis, :] - columns[:, :, np.newaxis], *given)
+    return weights @ values - weights.sum(axis=1)[:, np.newaxis] * values
+
+
 def weighted(apart, weight):
     """Return the linear term ``a_ij (x_j - x_i)``, (d, m)."""
     return weight * apart

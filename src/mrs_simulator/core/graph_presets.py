@@ -42,7 +42,7 @@ def ordered_pairs(name, n, directed):
 
 
 def nearest_pairs(points, k):
-    """Return the edges of the graph where each of ``points`` (n, 2) hears its ``k`` nearest others.
+    """Return the edges of the graph where each of ``points`` (n, d) hears its ``k`` nearest others.
 
     Of two that are as far the lower number.  Raises ``ValueError`` for ``k`` that is not from 1 to n - 1.
     """

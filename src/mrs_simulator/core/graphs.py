@@ -50,7 +50,9 @@ class Topology:
         self._means = np.arange(self.n)
         self._means[self._hears] = self._heard
         self._in_degree = self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
-        self._in_degree.setflags(write=False)
+        self._shares = self._weight / self._in_degree[self._hears]
+        for kept in (self._in_degree, self._shares):
+            kept.setflags(write=False)
 
     @classmethod
     def preset(cls, name, n, directed=None):
@@ -69,7 +71,7 @@ class Topology:
 
     @classmethod
     def k_nearest(cls, points, k, directed=True):
-        """Return the graph where each of ``points`` (n, 2) [m] hears its ``k`` nearest others.
+        """Return the graph where each of ``points`` (n, d) [m] hears its ``k`` nearest others.
 
         Undirected: two are neighbours if one of them hears the other.
         """
@@ -94,7 +96,7 @@ class Topology:
 
     @classmethod
     def proximity(cls, points, radius):
-        """Return the undirected graph of all pairs of ``points`` (n, 2) [m] within ``radius`` [m]."""
+        """Return the undirected graph of all pairs of ``points`` (n, d) [m] within ``radius`` [m]."""
         points = np.asarray(points, dtype=float)
         # Cells as small as that radius could not be numbered where points lie far apart.
         reach = max(radius * (1.0 + 1e-9), 1e-6 * np.ptp(points, axis=0).max(), 1e-9)
@@ -164,6 +166,11 @@ class Topology:
         mean, rows = np.array(values, dtype=float), self.listeners
         mean[rows] = self.neighbour_sum(values)[rows] / self._in_degree[rows, np.newaxis]
         return mean
+
+    @property
+    def shares(self):
+        """Return ``a_ij / sum_j a_ij`` (m,) of the ``arcs``, not to be written to."""
+        return self._shares
 
     def in_degree(self):
         """Return ``sum_j a_ij``, shape (n,), not to be written to."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.edge_terms import apart, inner, pair_sum
+from mrs_simulator.core.edge_terms import apart, inner, pair_sum, weighted_differences
 from mrs_simulator.core.neighbours import all_pairs, close_pairs
 
 EPSILON = 0.1  # [1/m^2] of the sigma-norm, as published
@@ -72,8 +72,8 @@ def alpha(apart, slip, lattice, alignment):
     squared = inner(apart, apart)
     z = sigma_norm(squared)
     pull = pair_force(z, lattice) / np.sqrt(1.0 + EPSILON * squared)
-    heard = alignment * bump(z / sigma_norm(lattice.reach**2), BUMP_START)
-    return pull * apart + heard * slip
+    agreement = alignment * bump(z / sigma_norm(lattice.reach**2), BUMP_START)
+    return pull * apart + agreement * slip
 
 
 def flocking_energy(points, velocities, lattice, leader, c1):
@@ -106,9 +106,12 @@ def cucker_smale(points, velocities, beta, reach=1.0):
     from starts that :func:`flock_bound` tells.  Cucker and Smale, 2007; the factor 1/n as in Ha and
     Liu, 2009.
     """
-    _, squared = _apart(points)
-    heard = (1.0 + squared / reach**2) ** -beta / len(points)
-    return heard @ velocities - heard.sum(axis=1)[:, np.newaxis] * velocities
+    return weighted_differences(heard, points, velocities, beta, reach, 1.0 / len(points))
+
+
+def heard(apart, beta, reach, share):
+    """Return the weight ``share psi(|p_j - p_i|)``."""
+    return share * (1.0 + inner(apart, apart) / reach**2) ** -beta
 
 
 def communication(distance, beta, reach=1.0):

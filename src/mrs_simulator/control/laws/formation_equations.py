@@ -11,6 +11,7 @@ which is ``alpha_{i+1} + (c, 0)`` where i hears only i+1.  A robot that hears no
 
 import numpy as np
 
+from mrs_simulator.core.edge_terms import from_mean
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
 from mrs_simulator.core.neighbours import squared
@@ -81,8 +82,7 @@ def closure_topology(closure, n, topology=None):
 
 def target_errors(hand, offsets, topology):
     """Return ``alpha_i - alpha_i*``, shape (n, d) [m], zero for a robot that hears nobody."""
-    relative = hand - offsets
-    return relative - topology.neighbour_mean(relative)
+    return from_mean(hand - offsets, topology)
 
 
 def formation_velocity(hand, offsets, topology, k, T):

@@ -1,25 +1,30 @@
 """Every shipped protocol drives a team of three kinds; one of each family is run in the tests.
 
-All of them: ``python3 test/test_protocols_mixed.py [kinds]``; it prints what is not judged, and why.
+All of them: ``python3 test/test_protocols_mixed.py [kinds] [--ros] [--gui]``; it prints what is not
+judged, and why, and how far the poses at the end of a run over ROS, and of one started in the GUI, are
+from those of the run without ROS.
 """
 
+import argparse
 import itertools
 import os
 import sys
+import tempfile
 
 import numpy as np
 import pytest
+from mixed_runs import difference, headless, in_gui, over_ros
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.vehicles import Team
 
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
 OTHER_NAMES = {"formation": "paper_four"}
 KINDS = ("pioneer3dx", "robotino3", "turtlebot3_burger")
+# [m, rad] by which a run may end elsewhere: the GUI keeps a sample each 0.05 s, and begins with one.
+SAME = {over_ros: 1e-6, in_gui: 0.01}
 FAMILIES = sorted({home.partition(":")[0]: name for name, home in sorted(HOMES.items())}.values())
 
 
@@ -39,16 +44,9 @@ def mixed(name, kinds=KINDS, duration=None):
     return other._replace(poses=poses)
 
 
-def run(name, out, **how):
-    """Run ``mixed(name)``; return its verdict and its run."""
-    scenario = mixed(name, **how)
-    verdict = run_experiment(scenario, str(out), formats=())
-    return verdict, read_run_csv(os.path.join(str(out), "run.csv"), scenario)
-
-
 @pytest.mark.parametrize("name", FAMILIES)
 def test_a_protocol_of_each_family_runs_on_three_kinds(name, tmp_path):
-    verdict, found = run(name, tmp_path, duration=5.0)
+    verdict, found = headless(mixed(name, duration=5.0), tmp_path)
     assert verdict["ended"] == "complete", verdict["ended"]
     wrong = [one for one in verdict["checks"] if one["passed"] is False]
     assert not wrong, wrong
@@ -59,18 +57,48 @@ def test_a_protocol_of_each_family_runs_on_three_kinds(name, tmp_path):
     np.testing.assert_array_equal(found.hand[:, bases], found.pose[:, bases, :2])
 
 
-def main():
-    """Run every protocol on three kinds, and print what its verdict says."""
-    import tempfile
+@pytest.mark.parametrize("way", [over_ros, in_gui])
+def test_a_protocol_on_three_kinds_ends_where_it_does_without_ros(way, tmp_path):
+    scenario = mixed("formation", duration=5.0)
+    (tmp_path / "alone").mkdir()
+    (tmp_path / "other").mkdir()
+    alone = headless(scenario, tmp_path / "alone")[1]
+    assert np.abs(alone.pose[-1] - alone.pose[0]).max() > 0.5
+    assert difference(alone, way(scenario, tmp_path / "other")) < SAME[way]
 
-    kinds = tuple(sys.argv[1].split(",")) if len(sys.argv) > 1 else KINDS
-    failed = 0
-    for name in sorted(HOMES):
+
+def shown_differences(scenario, ways):
+    """Return in words how far the ways' runs end from the one without ROS, and whether that is too far."""
+    told, wrong = [], False
+    for way in ways:
+        with tempfile.TemporaryDirectory() as out, tempfile.TemporaryDirectory() as other:
+            apart = difference(headless(scenario, out)[1], way(scenario, other))
+        told.append("{} {:.1e}".format(way.__name__, apart))
+        wrong = wrong or not apart < SAME[way]
+    return ", ".join(told), wrong
+
+
+def main():
+    """Run protocols on teams of several kinds, and print what their verdicts say."""
+    parser = argparse.ArgumentParser(description="Run every shipped protocol on a mixed team.")
+    parser.add_argument("kinds", nargs="?", default=",".join(KINDS), help="default: %(default)s")
+    parser.add_argument("--ros", action="store_true", help="over ROS in lockstep as well")
+    parser.add_argument("--gui", action="store_true", help="started in the GUI as well")
+    parser.add_argument("--only", default=",".join(sorted(HOMES)), help="names of protocols")
+    parser.add_argument(
+        "--seconds", type=float, default=10.0, help="of runs that are compared (default: 10)"
+    )
+    options = parser.parse_args()
+    ways = [over_ros] * options.ros + [in_gui] * options.gui
+    kinds, failed = tuple(options.kinds.split(",")), 0
+    for name in options.only.split(","):
         with tempfile.TemporaryDirectory() as out:
-            verdict, _ = run(name, out, kinds=kinds)
+            verdict, _ = headless(mixed(name, kinds=kinds), out)
         bad = [check["name"] for check in verdict["checks"] if check["passed"] is False]
-        failed += bool(bad) or verdict["ended"] != "complete"
-        print("{:28} {} {}".format(name, verdict["outcome"], "; ".join(bad)), flush=True)
+        short = mixed(name, kinds=kinds, duration=options.seconds)
+        apart, wrong = shown_differences(short, ways)
+        failed += bool(bad) or verdict["ended"] != "complete" or wrong
+        print("{:28} {} {} {}".format(name, verdict["outcome"], apart, "; ".join(bad)), flush=True)
         for check in verdict["checks"]:
             if check["passed"] is None:
                 print("    {name}: {note}".format(**check), flush=True)

@@ -1,0 +1,98 @@
+"""Runs a scenario headless, over ROS in lockstep, and through the GUI, and tells how far they differ."""
+
+import glob
+import os
+import subprocess
+import sys
+
+import numpy as np
+from gui_fixtures import END, PROGRAM
+from ros_fixtures import Ros
+
+from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.study.experiment import run_experiment
+
+LIMIT = 180.0  # [s] of wall time for one run
+PERIOD = 0.05  # [s] between two samples that the GUI keeps, within which a run of its begins
+SHIFTS = np.linspace(-PERIOD, PERIOD, 101)  # [s] between the beginnings of two runs
+IN_GUI = """
+gui.bar.set_speed(0)
+click("simulate")
+until(lambda: gui.connection.is_fresh("stage"))
+click("control")
+span = float(sys.argv[2])
+def done():
+    begun = gui.history.begun
+    return begun is not None and gui.history.time[-1] - begun >= span
+until(done, limit=120)
+trouble += [] if "data is kept in" in gui.study.files.keep(gui.history) else ["not kept"]
+"""
+
+
+def headless(scenario, out):
+    """Return the verdict and the run of ``scenario`` in this process."""
+    verdict = run_experiment(scenario, str(out), formats=())
+    return verdict, read_run_csv(os.path.join(str(out), "run.csv"), scenario)
+
+
+def over_ros(scenario, out):
+    """Return the run of ``scenario`` by stage, control and record nodes, in lockstep."""
+    ros = Ros(str(out))
+    try:
+        path = _written(scenario._replace(speed=0.0), out)
+        ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
+        ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
+        record = ros.node("record", "--scenario", path, "--out", os.path.join(str(out), "ros"))
+        record.wait(LIMIT)
+    finally:
+        ros.close()
+    return read_run_csv(os.path.join(str(out), "ros", "run.csv"), scenario)
+
+
+def in_gui(scenario, out):
+    """Return the run of ``scenario`` started by the GUI's buttons, as fast as possible."""
+    ros = Ros(str(out))
+    ros.environment["HOME"] = str(out)
+    try:
+        program = [sys.executable, "-c", PROGRAM + IN_GUI + END, _written(scenario, out)]
+        done = subprocess.run(
+            program + [str(scenario.duration + 2.0 * PERIOD)],
+            env=ros.environment,
+            timeout=LIMIT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        assert done.returncode == 0, done.stdout.decode()[-2000:]
+    finally:
+        ros.close()
+    (path,) = glob.glob(os.path.join(str(out), "mrs_runs", "unsaved", "*", "run.csv"))
+    return read_run_csv(path, scenario)
+
+
+def _written(scenario, out):
+    path = os.path.join(str(out), "scenario.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(scenario.to_yaml())
+    return path
+
+
+def difference(run, other):
+    """Return the largest difference [m, rad] of the poses at the end of ``run``.
+
+    The ``other`` run may have begun up to ``PERIOD`` before or after its first sample.
+    """
+    end = run.time[-1] - run.time[0]
+    when = other.time - other.time[0]
+    apart = []
+    for shift in SHIFTS:
+        at = np.clip(end + shift, when[0], when[-1])
+        after = int(np.clip(np.searchsorted(when, at), 1, len(when) - 1))
+        before = after - 1
+        share = (at - when[before]) / (when[after] - when[before])
+        turned = wrap_angle(other.pose[after] - other.pose[before])
+        step = np.where([False, False, True], turned, other.pose[after] - other.pose[before])
+        found = other.pose[before] + share * step - run.pose[-1]
+        found[:, 2] = wrap_angle(found[:, 2])
+        apart.append(np.abs(found).max())
+    return float(min(apart))

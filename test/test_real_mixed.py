@@ -1,0 +1,77 @@
+"""A semi-physical team of three kinds: a real Pioneer among simulated robots of other drives."""
+
+import sys
+import xmlrpc.client
+
+import numpy as np
+from ros_fixtures import PATIENCE, wait_until
+from test_rosaria import ROBOT, START
+
+# Robot 1 is real and behind a driver; its line is 0.8 m apart, to the left of the last robot.
+TEAM = """
+model: [pioneer3dx, turtlebot3_burger, robotino3, robotino3]
+poses:
+  - [3.0, 0.6, 0.0]
+  - [1.9, -0.5, 0.0]
+  - [0.6, 1.0, 0.0]
+  - [0.0, 0.0, 0.0]
+odometry: wheel
+control: {protocol: formation, rate: 20, parameters: {k: 0.1, T: 0.1, l: 0.1, c: 0.8}}
+"""
+PLACES = np.array([[2.4, 0.0], [1.6, 0.0], [0.8, 0.0], [0.0, 0.0]])
+TO_STAGE = "/robot1/RosAria/pose:=/robot1/odom", "/robot1/RosAria/cmd_vel:=/robot1/cmd_vel"
+
+
+def test_one_protocol_drives_real_and_simulated_robots_of_three_kinds(ros, tmp_path):
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.setParam("/test", "/use_sim_time", False)
+    driver = [sys.executable, ROBOT, "__name:=RosAria", "__ns:=/robot1", *TO_STAGE]
+    ros.start("driver", driver)
+    scenario = tmp_path / "team.yaml"
+    scenario.write_text(TEAM)
+    ros.node("stage", "--scenario", scenario, "--real", 1)
+    own = "_real:=1", "_v_max:=[0.3, 1, 1, 1]", "_odom_timeout:=5", "_max_jump:=0"
+    ros.node("pioneer_control", "--scenario", scenario, *own, "_autostart:=false")
+    probe = ros.probe()
+    probe.ask("listen('/robot1/cmd_vel', Twist)")
+    probe.wait("control('running') is False")
+    probe.wait("state('real') == [True, False, False, False] and status('real_silent') == []")
+
+    def columns(*keys):
+        return np.array(probe.ask("[state(key) for key in {!r}]".format(keys)))
+
+    # Each within its own limits: the real one within those for first trials, the Burger within its
+    # firmware's, the Robotino, which is told to go aside as well, within its rims'.
+    wait_until(lambda: probe.ask(START)[0])
+    top, aside = np.zeros(4), 0.0
+
+    def all_have_hurried():
+        nonlocal aside
+        v, vy = columns("command_v", "command_vy")
+        np.maximum(top, np.hypot(v, vy), out=top)
+        aside = max(aside, abs(vy[2]))
+        assert (top <= np.array([0.3, 0.22, 0.69, 0.69]) + 1e-9).all(), top
+        assert not vy[:2].any()
+        return (top[:3] > [0.29, 0.21, 0.3]).all() and aside > 0.2
+
+    wait_until(all_have_hurried)
+    wait_until(lambda: probe.ask("sent(1)")[0] > 0.0)
+
+    # The real one's motors go off: it stands alone, the others go on.
+    probe.ask("switch('/robot1/RosAria/disable_motors')")
+    probe.wait("'robot1 stopped: told to move' in control('trouble')", limit=PATIENCE)
+    assert probe.ask("[control('stopped'), control('running')]") == [[1], True]
+    wait_until(lambda: probe.ask("sent(1)") == [0.0, 0.0])
+
+    # With motors, and after another start, they form the line all the same.
+    probe.ask("switch('/robot1/RosAria/enable_motors')")
+    wait_until(lambda: probe.ask(START)[0] and probe.ask("control('stopped')") == [])
+
+    def is_formed():
+        x, y, theta = columns("x", "y", "theta")
+        l = np.array([0.1, 0.1, 0.0, 0.0])  # of the hand points; a Robotino's point is its centre
+        points = np.stack([x + l * np.cos(theta), y + l * np.sin(theta)], axis=1)
+        gaps = points - points[3] - PLACES + PLACES[3]
+        return np.abs(gaps).max() < 0.05
+
+    wait_until(is_formed)

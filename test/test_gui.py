@@ -101,6 +101,8 @@ heard = gui.connection.newest("control")
 until(lambda: gui.connection.newest("control") is not heard)
 gui._on_tick()
 assert said("the law failed") == 1
+told = gui.banners.text("error")
+assert "law.py:4, in calculateControlLaw: return 1 / 0" in told.replace("\u200b", ""), told
 os.kill(gui.study.processes._running["stage"].pid, 9)
 until(lambda: said("stage killed by signal 9"))
 """

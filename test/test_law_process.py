@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
+from mrs_simulator.study import law_answers
 from mrs_simulator.study.law_process import LawError, LawProcess
 
 LAW = """
@@ -37,6 +38,17 @@ def test_a_users_law_answers_as_a_shipped_one_does(laws, tmp_path):
     assert laws.ask("errors", scenario, scenario.poses[np.newaxis]).tolist() == [0.0]
     assert laws.ask("prediction", scenario).time is None
     assert laws.ask("facts", shipped("paper_four")).protocol == "Formation"
+
+
+def test_predictions_of_shipped_laws_are_not_computed_in_this_process(laws, monkeypatch):
+    scenario = shipped("paper_four")
+    expected = law_answers.prediction(scenario)
+    for function in ("prediction", "facts"):
+        monkeypatch.setitem(law_answers.ANSWERS, function, lambda _: "in this process")
+    found = laws.ask("prediction", scenario)
+    np.testing.assert_array_equal(found.error, expected.error)
+    assert found.settling == expected.settling
+    assert laws.ask("facts", scenario) == "in this process"  # somebody waits for these
 
 
 def test_an_error_names_the_users_line_and_the_process_goes_on(laws, tmp_path):

@@ -345,7 +345,12 @@ class ControlNode:
             self._stop("{} ({}), {}".format(STALLED, error, start))
             rospy.logerr("pioneer_control: robots stopped: %s", self.trouble)
         else:
-            self._stop("{}: {}: {}".format(LAW_FAILED, error.kind, error))
+            said = (
+                error.said
+                if error.said.startswith(error.kind)
+                else "{}: {}".format(error.kind, error.said)
+            )
+            self._stop("{}: {}".format(LAW_FAILED, said.replace("\n", "; ")))
             rospy.logerr("pioneer_control: the law failed\n%s", error.trace)
 
     def _warn(self, warnings):

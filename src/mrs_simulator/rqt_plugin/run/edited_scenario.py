@@ -13,6 +13,7 @@ from mrs_simulator.study.law_process import LawProcess
 from mrs_simulator.vehicles import Team, kind
 
 SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
+LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
 
 
@@ -25,8 +26,8 @@ class EditedScenario:
         self.scenario = scenario
         self.derived = None  # law_answers.Facts of the scenario, since it was taken up
         # A user's law runs in neither thread of the GUI: one process for edits, which somebody waits
-        # for, one for what takes longer.
-        self.laws, self._background = LawProcess(), LawProcess()
+        # for, one for what takes longer, of shipped laws too.
+        self.laws, self._background = LawProcess(), LawProcess(LONGEST_PREDICTION)
         self._prediction = DebouncedWorker(PREDICTION_REST)
         self.take_prediction = self._prediction.take
 

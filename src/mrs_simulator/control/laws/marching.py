@@ -172,8 +172,8 @@ class Marching(Shaped):
         ]
         if not self.feed_forward:
             conditions += self._straight()
-        if not all_hold(conditions[2:]):
-            return conditions
+        if not all_hold(conditions[2:]) or (self.gain == 0.0 and not self.feed_forward):
+            return conditions  # with gain 0 nothing bounds the lag
         claims = self._no_error() if self.feed_forward else self._lags()
         return conditions + without_rates(claims, self.fidelity)
 

@@ -232,3 +232,11 @@ def test_a_run_draws_its_certificates(tmp_path):
 
     run_experiment(shipped("consensus", duration=1.0), str(tmp_path), formats=("png",))
     assert (tmp_path / "certificates.png").exists()
+
+
+def test_a_march_that_goes_on_has_the_energy_of_that_time():
+    control, hand = begun("marching")
+    whole, later = control.energy(hand), control.resumed(2.0, None).energy(hand)
+    velocity = np.zeros_like(hand)
+    assert later.of(hand, velocity, 1.0) == pytest.approx(whole.of(hand, velocity, 3.0))
+    assert whole.of(hand, velocity, 1.0) != pytest.approx(whole.of(hand, velocity, 3.0))

@@ -15,6 +15,7 @@ TELLING = 0.15  # [-] a balance that may be off by more tells nothing
 COARSE = "sampling, turning and starting may cost {:.0%} of the energy"
 RETIMED = "one factor for the whole team changed how fast it falls"
 RAMPED = "robots speed up in ramps, and so are behind their commands"
+UNTIMED = "commands were not held for whole periods from the samples on: no lockstep"
 MOST_GRAPHS = 500  # samples whose graphs are looked at, spread evenly over longer runs
 
 
@@ -40,6 +41,7 @@ def _balance_claim(control, energy, run):
     balance = balance_of(control, energy, run)
     tolerance = balance.allowed + ROBOTS[control.fidelity]
     why = RETIMED if _retimed(control, run) else RAMPED if _ramped(control) else ""
+    why = why if run.meta.get("lockstep") else UNTIMED
 
     def off(of):
         found = balance if of is run else balance_of(control, energy, of)

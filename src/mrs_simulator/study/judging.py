@@ -8,7 +8,12 @@ import traceback
 import numpy as np
 
 from mrs_simulator.control.laws.exact_runs import exact_run, later, published_law, robots_run
-from mrs_simulator.control.laws.exactness import at_limit, exactness_claims, filter_acted
+from mrs_simulator.control.laws.exactness import (
+    at_limit,
+    delay_measures,
+    exactness_claims,
+    filter_acted,
+)
 from mrs_simulator.control.laws.published import Resumed
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Claim, Condition
@@ -41,6 +46,9 @@ def judged(run, control=None):
         measures = call(control.measures, run)
     with _keeping(faults, "stability"):
         measures.update(call(stability_measures, control, run))
+    if not run.meta.get("lockstep"):
+        with _keeping(faults, "published"):
+            measures.update(call(delay_measures, control, run))
     track = _track(control, run, faults)
     if filter_acted(control, run):
         theory = theory._replace(ruled_out=FILTERED)

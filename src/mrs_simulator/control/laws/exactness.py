@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.control.laws.exact_runs import faulty_edges, published_law, robots_run
+from mrs_simulator.control.laws.late_commands import late_commands
 from mrs_simulator.control.laws.published import Listeners
 from mrs_simulator.control.laws.published_robots import (
     AT_LIMIT,
@@ -19,6 +20,7 @@ ROBOTS = "largest distance from the law on these robots [m]"
 ROUNDING = 1e-6  # [-] of the largest velocity or of the team's size: sums in another order
 # [-] of the largest velocity: what estimated poses and velocities that are rebuilt from samples cost.
 ESTIMATED, REBUILT = 0.05, 1e-3
+UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some time before
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
@@ -38,7 +40,9 @@ def exactness_claims(control, run, exact, followed=None):
     every = 1 < len(rows) == len(run.time) and _commands_between(control, run, 0, 1) == 1
     by_one = law.SEES != "past" and not control.links.faults
     told = by_one or (every and law.SEES != "pose")
-    if are_stated(control.team) and len(rows) > 1 and told:
+    if are_stated(control.team) and not run.meta.get("lockstep"):
+        claims.append(_late_commands(control, law, run))
+    elif are_stated(control.team) and len(rows) > 1 and told:
         claims.append(_commands(control, law, run))
     known = followed is not None and control.fidelity != "dynamic" and run.meta.get("lockstep")
     narrow = law.NARROWS and control.fidelity == "kinematic" and not _is_ramped(control)
@@ -95,9 +99,6 @@ def _is_ramped(control):
 
 
 def _commands(control, law, run):
-    unproved = (
-        "" if run.meta.get("lockstep") else "poses and commands were not recorded in lockstep"
-    )
     tolerance = ROUNDING
     if control.fidelity != "point_mass" and law.SEES in ("next", "past"):
         tolerance = REBUILT
@@ -108,10 +109,58 @@ def _commands(control, law, run):
         0.0,
         tolerance,
         lambda run: command_error(control, law, run),
-        unproved=unproved,
         own=True,
         motion=False,
     )
+
+
+def _late_commands(control, law, run):
+    """Return the claim on commands that follow from poses of some time before."""
+    unproved = ""
+    if law.SEES in ("next", "past"):
+        unproved = "the law has a memory, and poses and commands were not recorded in lockstep"
+    if control.links.faults:
+        unproved = "which messages were lost or late is not known without lockstep"
+
+    def error(run):
+        found = late_command_error(control, law, run)
+        if found is None:
+            raise NothingDecays("too few samples in which robots were told to move")
+        return found.error
+
+    estimated = run.scenario is not None and run.scenario.odometry != "world"
+    tolerance = ESTIMATED if estimated else UNTIMED
+    return Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, own=True, motion=False)
+
+
+def delay_measures(control, run):
+    """Return ``command_delay`` [s], by how much commands are behind poses, by name; {} if unknown."""
+    law = published_law(control)
+    found = None
+    if law is not None and are_stated(control.team):
+        found = late_command_error(control, law, run)
+    return {} if found is None else {"command_delay": found.delay}
+
+
+def late_command_error(control, law, run):
+    """Return the ``Late`` of a run that was not recorded in lockstep, None of too few samples.
+
+    Poses stand for a sample and a command for its period, by which what the law wanted is uncertain.
+    """
+    most = max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
+    if law.SEES in ("next", "past") or control.links.faults or len(run.time) < 3:
+        return None
+    rows = np.arange(min(len(run.time), most))
+    robots = Robots(control.team, control.l, control.period, control.saturation)
+    wanted = np.array([command for _, command in _wanted(control, law, robots, run, rows)])
+
+    def sizes(row, command):
+        robots.be(run.pose[row], run.hand[row])
+        return robots.sizes(command)
+
+    time = run.time[rows] - run.time[0]
+    hold = control.period + float(np.median(np.diff(time)))
+    return late_commands(time, wanted, run.command[rows], sizes, hold)
 
 
 def _distance(name, exact, held=0.0):

@@ -150,10 +150,12 @@ class Marching(Shaped):
         laplacian, n = self.topology.laplacian(), len(start)
         basis = np.eye(n) if self.anchor > 0.0 else unshared(n)
         matrix = basis.T @ (laplacian + self.anchor / self.gain * np.eye(n)) @ basis
-        wanted = self.published().wanted
+        wanted = (
+            type(self).published(self).wanted
+        )  # of the whole march, also of one that is resumed
 
         def error(hand, velocity, time):
-            return basis.T @ (hand - wanted(time) - steady)
+            return basis.T @ (hand - wanted(self._begun + time) - steady)
 
         return error_energy(matrix, self.gain, error, moving=True)
 

@@ -1,0 +1,86 @@
+"""Runs that were not recorded in lockstep: their delay, and commands judged in spite of it."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import check, shipped
+
+from mrs_simulator.control.laws import shipped as law_of
+from mrs_simulator.control.laws.late_commands import late_commands
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.recording import Run
+from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.judging import judged
+
+COMMANDS = "commands off the published law"
+
+
+def sizes(row, command):
+    return np.abs(command).sum(axis=1)
+
+
+def decay(time, rate=1.0):
+    return np.exp(-rate * time)[:, np.newaxis, np.newaxis] * np.ones((1, 2, 1))
+
+
+def test_a_delay_is_found_and_costs_nothing():
+    time = 0.1 * np.arange(60)
+    found = late_commands(time, decay(time), decay(time - 0.25), sizes, 0.05)
+    assert found.delay == pytest.approx(0.25, abs=0.011) and found.error < 1e-6
+    # 20 % less cannot be a delay: that would be of -0.22 s.
+    weak = late_commands(time, decay(time), 0.8 * decay(time), sizes, 0.05)
+    assert weak.delay < 0.02 and weak.error > 0.1
+
+
+def test_single_messages_may_be_late_and_stopped_robots_are_left_out():
+    time = 0.1 * np.arange(100)
+    recorded = decay(time)
+    recorded[50] = recorded[30]
+    recorded[60:70] = 0.0  # the controller was stopped
+    assert late_commands(time, decay(time), recorded, sizes, 0.05).error < 0.01
+    recorded[:10] *= 0.8  # at the start, where most is wanted
+    assert late_commands(time, decay(time), recorded, sizes, 0.05).error > 0.05
+    assert late_commands(time, decay(time), 0.0 * recorded, sizes, 0.05) is None
+
+
+def recorded(name, protocol=None, late=7, **changes):
+    """Return a run of a shipped scenario whose commands are ``late`` periods behind, each fifth sample."""
+    scenario = shipped(name, duration=12.0)._replace(**changes)
+    experiment = Experiment(scenario._replace(record_rate=scenario.control.rate), protocol)
+    time, pose, command = (np.array(each) for each in zip(*experiment.samples()))
+    control = make_control(scenario)
+    rows = np.arange(late, len(time), 5)
+    robots, hand = np.arange(1, scenario.n + 1), control.points(pose)
+    at = time[rows] - time[rows[0]]
+    run = Run(at, robots, pose[rows], hand[rows], command[rows - late], [], scenario, {})
+    return run, control
+
+
+def test_robots_over_ros_are_judged_by_their_commands():
+    verdict, _ = judged(*recorded("displacement_formation"))
+    found = check(verdict, COMMANDS)
+    assert found["passed"] and found["measured"] < 0.01 and found["tolerance"] == 0.03
+    assert verdict["command_delay"] == pytest.approx(0.14, abs=0.02)
+
+
+def test_a_weak_law_over_ros_is_noticed():
+    class Weak(law_of("displacement_formation")):
+        def pointMassLaw(self, hand):
+            return 0.8 * super().pointMassLaw(hand)
+
+    run, _ = recorded("displacement_formation", Weak)
+    verdict, _ = judged(run, make_control(run.scenario))
+    assert check(verdict, COMMANDS)["passed"] is False and verdict["outcome"] == "failed"
+
+
+def test_a_law_with_a_memory_is_not_judged_so_and_the_line_says_why():
+    verdict, _ = judged(*recorded("flocking"))
+    found = check(verdict, COMMANDS)
+    assert found["passed"] is None and "memory" in found["note"]
+
+
+def test_data_that_cannot_be_fail_all_the_same():
+    run, control = recorded("displacement_formation")
+    run.pose[50:, 2, 0] += 5.0
+    run.hand[50:, 2, 0] += 5.0
+    verdict, _ = judged(run, control)
+    assert verdict["outcome"] == "failed" and check(verdict, "no robot jumps")["passed"] is False

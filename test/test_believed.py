@@ -99,6 +99,31 @@ def test_two_controllers_stop_all_robots_and_name_each_other(ros, law):
     moving(probe, 2)
 
 
+def test_a_stage_that_two_nodes_command_obeys_neither(ros):
+    ros.node("stage", "--robots", 2)
+    probe = ros.probe()
+    speed = "abs((state('vx') or [0])[0]) + abs((state('vy') or [0])[0])"
+
+    def send(name, v):
+        given = [
+            "-r",
+            "20",
+            "/robot1/cmd_vel",
+            "geometry_msgs/Twist",
+            "{{linear: {{x: {}}}}}".format(v),
+        ]
+        ros.start(name, ["rostopic", "pub", *given])
+
+    send("one", 0.2)
+    probe.wait(speed + " > 0.1")
+    send("two", 0.3)
+    probe.wait("'both publish /robot1/cmd_vel' in (status('trouble') or '')")
+    probe.wait(speed + " == 0.0")
+    where = probe.ask("[state('x')[0], state('y')[0]]")
+    probe.wait_simulated(1.0)
+    assert probe.ask("[state('x')[0], state('y')[0]]") == where
+
+
 def test_a_second_stage_does_not_start_and_another_ones_odometry_stops_the_robots(ros, law):
     ros.node("stage", "--robots", 2)
     ros.node("pioneer_control", "--robots", 2, "--protocol", law)

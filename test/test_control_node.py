@@ -225,8 +225,11 @@ def test_the_nodes_last_zeros_wait_for_no_law(hung, tmp_path):
     assert probe.ask("max(map(abs, state('vx') + state('omega')))") == 0.0
 
 
-def test_real_robots_stop_when_their_law_hangs(ros, law, tmp_path):
+@pytest.mark.parametrize("limit", [1, 1000])
+def test_real_robots_stop_when_their_law_hangs(ros, law, tmp_path, limit):
+    """The law is given up after its limit; where that is long, the robots stop all the same."""
     patient = ("_autostart:=true", "_odom_timeout:=1000", "_stuck_time:=0", "_resume:=true")
+    patient += ("_law_limit:={}".format(limit),)
     control, probe = hang(ros, law, tmp_path, "_real:=1,2", *patient)
     at_rest(probe)
     (tmp_path / "hang").unlink()

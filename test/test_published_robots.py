@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws.published_drives import STATED, reached
+from mrs_simulator.control.laws.published_drives import STATED, approached, reached
 from mrs_simulator.control.laws.published_robots import Robots
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.drives import car, omnidirectional
+from mrs_simulator.vehicles.drives import DRIVES, car, omnidirectional
 
-KINDS = ("pioneer3dx", "robotino3", "f1tenth", "turtlebot3_burger", "youbot")
+KINDS = ("pioneer3dx", "robotino3", "f1tenth", "turtlebot3_burger", "youbot", "heron")
 L, PERIOD = 0.3, 0.02
 WHEELBASE = 0.3302  # [m] of F1TENTH
 
@@ -86,8 +86,16 @@ def test_ramps_and_their_means():
     np.testing.assert_allclose(mean, [0.1, 0.975, 1.0])  # the second ramps for half of the time
 
 
+def test_boats_come_nearer_and_nearer():
+    # At 0.5 m/s^2 from 1 m/s of error to 0.4, then with 0.8 s: 0.4 exp(-1) after 0.8 s more.
+    value, mean = approached(np.array([[0.0]]), np.array([[1.0]]), 0.5, 0.8, 2.0)
+    np.testing.assert_allclose(value, 1.0 - 0.4 * np.exp(-1.0))
+    way = 0.5 * 0.5 * 1.2**2 + 0.8 - 0.8 * 0.4 * (1.0 - np.exp(-1.0))
+    np.testing.assert_allclose(mean, way / 2.0)
+
+
 def test_every_drive_is_stated():
-    assert set(STATED) >= {car, omnidirectional} and len(STATED) == 3
+    assert {drive.__name__.rpartition(".")[2] for drive in STATED} == set(DRIVES)
 
 
 # Verdicts --------------------------------------------------------------------------------------
@@ -102,7 +110,9 @@ ROBOTS = "largest distance from the law on these robots [m]"
 COMMANDS = "commands off the published law [-]"
 
 
-@pytest.mark.parametrize("name", ["formation_omnidirectional", "formation_cars", "formation_mixed"])
+@pytest.mark.parametrize(
+    "name", ["formation_omnidirectional", "formation_cars", "formation_mixed", "formation_boats"]
+)
 def test_each_drive_moves_as_it_is_stated(tmp_path, name):
     verdict = verdict_of(shipped(name, duration=6.0), tmp_path)
     assert check(verdict, COMMANDS)["passed"] and check(verdict, ROBOTS)["passed"]

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from protocol_fixtures import check, shipped, verdict_of
 
 from mrs_simulator.core.environment import CALM, Environment
 from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World, WorldError
@@ -191,3 +193,21 @@ def test_a_scenario_tells_current_wind_and_waves():
 def test_what_no_environment_is(environment, error):
     with pytest.raises(ScenarioError, match=error):
         scenario_from_dict({"poses": [[0, 0, 0]], "environment": environment})
+
+
+def test_a_recording_has_the_point_ahead_of_the_bow(tmp_path):
+    verdict = verdict_of(shipped("formation_boats", duration=1.0), tmp_path)
+    run = read_run_csv(str(tmp_path / "run.csv"))
+    pose, point = run.pose[0], run.hand[0]
+    np.testing.assert_allclose(np.hypot(*(point - pose[:, :2]).T), 0.725, atol=1e-9)
+    assert check(verdict, "commands off the published law [-]")["passed"]
+
+
+def test_no_theory_of_still_water_applies_in_a_current(tmp_path):
+    environment = {"current": [0.1, 0.0]}
+    verdict = verdict_of(
+        shipped("formation_boats", duration=2.0, environment=environment), tmp_path
+    )
+    told = check(verdict, "worst displacement error at the end [m]")
+    assert told["passed"] is None
+    assert "the current carries the robots" in told["note"]

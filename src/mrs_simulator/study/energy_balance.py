@@ -39,8 +39,8 @@ def balance_of(control, energy, run):
 def _robots_cost(control, energy, run, rows, states):
     """Return what robots may make of the energy beside points, in its unit.
 
-    Unicycles turn while a command is held, so that their points go on arcs; on full dynamics robots
-    are late by ``LAG``.
+    Unicycles turn while a command is held, so that their points go on arcs; robots in water or air are
+    late by the time constants of their controllers, all robots on full dynamics by ``LAG``.
     """
     if control.fidelity == "point_mass":
         return 0.0
@@ -52,10 +52,11 @@ def _robots_cost(control, energy, run, rows, states):
             after = hand_points(on_arcs(pose, command, period), control.l)
             straight = state[0] + period * state[1]
             cost += count * abs(energy.of(after, *state[1:]) - energy.of(straight, *state[1:]))
-    if control.fidelity == "dynamic":
+    lag = control.team.lateness + (LAG if control.fidelity == "dynamic" else 0.0)
+    if lag:
         points, velocity, time = states[0]
-        late = energy.of(points, velocity, time + LAG)
-        cost += abs(late - energy.of(points + LAG * velocity, velocity, time + LAG))
+        late = energy.of(points, velocity, time + lag)
+        cost += abs(late - energy.of(points + lag * velocity, velocity, time + lag))
     return cost
 
 

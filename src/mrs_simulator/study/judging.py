@@ -50,11 +50,24 @@ def judged(run, control=None):
         with _keeping(faults, "published"):
             measures.update(call(delay_measures, control, run))
     track = _track(control, run, faults)
-    if filter_acted(control, run):
-        theory = theory._replace(ruled_out=FILTERED)
+    ruled_out = FILTERED if filter_acted(control, run) else _carried(control, run)
+    if ruled_out:
+        theory = theory._replace(ruled_out=ruled_out)
     guards = safety_claims(control, run.hand[0]) + impossibilities(run)
     verdict = judge(run, claims + faults, measures, guards, theory)
     return verdict, _end_of(run, claims) if track is None else track
+
+
+def _carried(control, run):
+    """Return what moves robots of ``run`` besides their commands, in words, or ""."""
+    if run.scenario is None or all(g.drive.MEDIUM != "water" for g in control.team.groups):
+        return ""
+    environment = run.scenario.environment
+    if any(environment.current):
+        return "the current carries the robots"
+    if run.scenario.fidelity == "dynamic" and (any(environment.wind) or environment.wave_height):
+        return "wind and waves push the robots"
+    return ""
 
 
 def _claims(control, run, faults, followed=None):

@@ -185,7 +185,14 @@ class Team:
     @property
     def is_of_unicycles(self):
         """Return whether all robots obey ``(v, omega)`` and have hand points."""
-        return self.axes == UNICYCLE_AXES and not self.has_joints
+        hands = all(group.drive.POINT == "hand point" for group in self.groups)
+        return self.axes == UNICYCLE_AXES and hands and not self.has_joints
+
+    @property
+    def lateness(self):
+        """Return by how much [s] robots in water or air are late, by their time constants; else 0."""
+        late = [g.drive.lateness(g.numbers) for g in self.groups if g.drive.MEDIUM != "ground"]
+        return max(late, default=0.0)
 
     def _record_columns(self):
         """Return the ``Columns`` that a recording of these robots needs."""

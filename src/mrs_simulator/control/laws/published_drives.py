@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.vehicles.drives import car, differential, omnidirectional
+from mrs_simulator.vehicles.drives import car, differential, omnidirectional, vessel
 
 SMALL = 1e-9  # [rad] of a turn, below which an arc is a straight line to rounding
 CREEP = 1e-6  # [m/s] with which a standing car tells its steering angle
@@ -287,7 +287,69 @@ class Cars(Unicycles):
         self.steered = steered
 
 
-STATED = {differential: Unicycles, omnidirectional: Bases, car: Cars}
+class Boats(Unicycles):
+    """Vessels without forces, in still water: unicycles whose u and r follow ``e' = -e/T``.
+
+    T is ``(M + k_d)/(d + k_p)``, and no speed changes faster than its axis allows; the point lies ``l``
+    ahead of the bow.
+    """
+
+    is_ramped = True
+
+    def __init__(self, group, l, period):
+        """As ``Unicycles``."""
+        super().__init__(group, group.numbers.point + l, period)
+        rows = {
+            key: np.reshape(getattr(self.numbers, key), (-1,) + shape)
+            for key, shape in (("inertia", (4,)), ("linear", (3,)), ("gains", (2, 4)))
+        }
+        held = rows["inertia"][:, [0, 2]] + rows["gains"][:, :, 3]
+        self.times = held / (rows["linear"][:, [0, 2]] + rows["gains"][:, :, 1])
+
+    def excess(self, command):
+        """Return by which factor each ``command`` (m, 2) is beyond a limit, (m,)."""
+        back = -command[:, 0] / self.numbers.backward
+        return np.maximum(super().excess(command), back)
+
+    def obeyed(self, command):
+        """Return ``command`` (m, 2), each axis up to its limit, backwards up to that."""
+        result = super().obeyed(command)
+        result[:, 0] = np.maximum(result[:, 0], -self.numbers.backward)
+        return result
+
+    def is_steady(self, command):
+        """Return False: they come ever nearer."""
+        return False
+
+    def lags(self, command):
+        """Return which boats are noticeably slower or faster than ``command`` (m, 2), (m,) bool."""
+        return (np.abs(self.velocity - self.obeyed(command)) > CLOSE).any(axis=1)
+
+    def move(self, command, duration):
+        """Move for ``duration`` [s] under ``command`` (m, 2)."""
+        self.velocity, mean = approached(
+            self.velocity, self.obeyed(command), self.acceleration, self.times, duration
+        )
+        self._along(mean[:, 0], mean[:, 1], duration)
+
+
+STATED = {differential: Unicycles, omnidirectional: Bases, car: Cars, vessel: Boats}
+
+
+def approached(value, target, rate, time, duration):
+    """Return ``value`` after ``duration`` [s] of ``e' = -e/time``, at most ``rate``, and its mean.
+
+    ``e = target - value``: a ramp until ``|e| = rate time``, from then on exponentially.
+    """
+    rate = np.minimum(rate, 1e12)
+    error = target - value
+    ramp = np.clip(np.abs(error) / rate - time, 0.0, duration)
+    after = value + np.sign(error) * rate * ramp
+    left, rest = target - after, duration - ramp
+    end = target - left * np.exp(-rest / np.maximum(time, 1e-12))
+    # The integral of an exponential is what it loses, times its time.
+    way = 0.5 * (value + after) * ramp + target * rest - time * (end - after)
+    return end, way / duration
 
 
 def reached(value, target, rate, duration):

@@ -329,3 +329,8 @@ def command(velocity, pose, joints, l, period, numbers):
 def velocity(command, pose, joints, l, period, numbers):
     """Return the velocity of the centres across, (m, 2) [m/s], under ``command`` (m, 4)."""
     return level(command, pose[:, 2])[:, :2]
+
+
+def lateness(numbers):
+    """Return by how much [s] velocities are late, at most: their greatest time constant."""
+    return float(parts(numbers.response).max())

@@ -237,3 +237,8 @@ def velocity(command, joints, l, period, numbers):
 def ride_height(numbers):
     """Return the height [m] of the model's base_link above the water: it lies on the waterline."""
     return 0.0
+
+
+def lateness(numbers):
+    """Return by how much [s] speeds are late, at most: their greatest time constant."""
+    return float(responses(numbers).max())

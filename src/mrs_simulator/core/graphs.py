@@ -147,13 +147,15 @@ class Topology:
 
     def neighbour_sum(self, values):
         """Return ``sum_j a_ij values_j``, the shape of ``values`` (n, d); no n-by-n matrix is made."""
-        total = np.zeros_like(values)
-        if self._look_up:
-            total[self.listeners] = values[self._heard]
-        elif len(self._hears):
-            heard = self._weight[:, np.newaxis] * values[self._heard]
-            total[self.listeners] = np.add.reduceat(heard, self._starts, axis=0)
-        return total
+        # By columns, as laws' points lie in memory: a row of two numbers is slow to fetch.
+        heard = values.T.take(self._heard, axis=1)
+        if not self._look_up:
+            heard = np.add.reduceat(self._weight * heard, self._starts, axis=1)
+        if len(self.listeners) == self.n:
+            return heard.T
+        total = np.zeros(values.shape[::-1])
+        total[:, self.listeners] = heard
+        return total.T
 
     def __deepcopy__(self, _):
         """Return itself: a graph never changes, so that copies of what holds it share it."""
@@ -163,6 +165,8 @@ class Topology:
         """Return ``sum_j a_ij values_j / sum_j a_ij``, (n, d); of the deaf their own value."""
         if self._look_up:
             return values.T.take(self._means, axis=1).T
+        if len(self.listeners) == self.n:
+            return self.neighbour_sum(values) / self._in_degree[:, np.newaxis]
         mean, rows = np.array(values, dtype=float), self.listeners
         mean[rows] = self.neighbour_sum(values)[rows] / self._in_degree[rows, np.newaxis]
         return mean

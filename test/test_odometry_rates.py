@@ -117,7 +117,8 @@ def test_over_ros_each_robot_tells_at_its_own_rate_and_lockstep_repeats_the_expe
     scenario = scenario_from_dict(dict(CONTENT, speed=0))
     path = tmp_path / "rates.yaml"
     path.write_text(scenario.to_yaml())
-    ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
+    # The probe listens to the state, too.
+    ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=2")
     probe = ros.probe()
     for robot in (1, 2, 3):
         probe.ask("listen('/robot{}/odom', Odometry)".format(robot))
@@ -125,7 +126,8 @@ def test_over_ros_each_robot_tells_at_its_own_rate_and_lockstep_repeats_the_expe
     record = ros.node("record", "--scenario", path, "--out", tmp_path / "over_ros")
     assert record.wait(60) in (0, 1)
     counts = [probe.ask("counts['/robot{}/odom']".format(robot)) for robot in (1, 2, 3)]
-    assert 3.0 < counts[1] / counts[0] <= 5.5 and abs(counts[0] - counts[2]) <= 2
+    # The probe's queues hold one message.
+    assert 2.5 < counts[1] / counts[0] < 7.0 and 0.7 < counts[0] / counts[2] < 1.4
     over_ros = read_run(str(tmp_path / "over_ros" / "run.csv"))
     run_experiment(scenario, str(tmp_path / "headless"), formats=())
     headless = read_run(str(tmp_path / "headless" / "run.csv"))

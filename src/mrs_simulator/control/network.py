@@ -80,7 +80,8 @@ class Network:
 
     def _of_copy(self, row, view, graph):
         each = self.copies[row]
-        each._keep(time=self._control.time, joints=self._control.joints)
+        control = self._control
+        each._keep(time=control.time, joints=control.joints, _heights=control._heights)
         with _over(each, graph):
             return each.wanted_commands(view)[row]
 

@@ -45,6 +45,19 @@ class Position(NamedTuple):
         return 0.0
 
 
+class RaisedPosition(Position):
+    """The :class:`Position` of a robot in a team that leaves the ground, with a height ``z`` of its own."""
+
+    z = 0.0
+
+    @classmethod
+    def at(cls, pose, z):
+        """Return the position at ``pose`` (x, y, theta) and height ``z`` [m]."""
+        position = cls._make(pose)
+        position.z = z
+        return position
+
+
 class Neighbour(NamedTuple):
     """A robot that another hears: relative position of its hand point [m] and the edge's weight."""
 
@@ -81,6 +94,7 @@ class PioneerControl:
     KEEPS_CONNECTED = False  # theory says that the graph of ``graph_at`` never falls apart
     TAKES_EDGES = True  # the law looks up ``self.topology`` at each command: edges may come and go
     _network = None  # of edges with faults
+    _heights = None  # (n) [m] of robots that leave the ground
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
@@ -242,8 +256,9 @@ class PioneerControl:
     def commands(self, pose, time=0.0, joints=None):
         """Return the team's commands, (n, a) [m/s, rad/s], from ``pose`` (n, 3) at ``time`` [s].
 
-        One column for each axis of the team: ``(v, omega)`` for unicycles.  ``joints`` (n,) [rad]:
-        the drives' inner joints; by default what is expected after the commands so far.
+        Of robots that leave the ground ``pose`` is (n, 4), with their heights.  One column for each axis
+        of the team: ``(v, omega)`` for unicycles.  ``joints`` (n,) [rad]: the drives' inner joints; by
+        default what is expected after the commands so far.
 
         Within ``limits`` and finite.  Raises ``ControlError`` for a wrong number or kind of Twists
         or NaN, and whatever the law itself raises.
@@ -252,6 +267,8 @@ class PioneerControl:
             self._know_joints(time, joints)
         self._keep(time=time)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
+        self._keep(_heights=pose[:, 3].tolist() if pose.shape[1] > 3 else None)
+        pose = pose[:, :3]
         wanted = self.wanted_commands if self._network is None else self._network.commands
         command = wanted(pose)
         check_finite(command, self.numbers, self.team.axes)
@@ -274,7 +291,10 @@ class PioneerControl:
         """Return the law's commands, (n, 2), from ``pose`` (n, 3) as it is known, at ``self.time``."""
         if not self._gives_twists:
             return self._array_law(pose)
-        rows = map(Position._make, pose.tolist())
+        if self._heights is None:
+            rows = map(Position._make, pose.tolist())
+        else:
+            rows = map(RaisedPosition.at, pose.tolist(), self._heights)
         given = self.calculateControlLaw(dict(zip(self.numbers, rows)))
         return commands_of(given, self.numbers, self.team)
 

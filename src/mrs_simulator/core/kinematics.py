@@ -82,6 +82,17 @@ def origins(common, pose):
     return result
 
 
+def relative(origin, pose):
+    """Return ``pose`` (n, 3) as seen from frames at ``origin`` (n, 3); undoes ``compose``."""
+    cos, sin = cos_sin(origin[:, 2])
+    away = pose[:, :2] - origin[:, :2]
+    result = np.empty(pose.shape, order="F")
+    result[:, 0] = cos * away[:, 0] + sin * away[:, 1]
+    result[:, 1] = cos * away[:, 1] - sin * away[:, 0]
+    result[:, 2] = wrap_angle(pose[:, 2] - origin[:, 2])
+    return result
+
+
 def hand_points(pose, l):
     """Return the hand points, shape (..., 2) [m]: ``alpha = (x + l cos theta, y + l sin theta)``, eq. (2).
 

@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from mrs_simulator.core.layouts import LAYOUTS, make_layout
-from mrs_simulator.core.reading import ScenarioError, Section, number_list, shown
+from mrs_simulator.core.reading import ScenarioError, Section, number, number_list, shown
 
 DEFAULT_KIND = "pioneer3dx"
 KIND_FILES = (".yaml", ".urdf", ".xacro")  # a kind whose name ends so is a file
@@ -14,16 +14,31 @@ FARTHEST = 1e6  # [m], a position beyond this is a mistake
 
 
 def read_team(top, seed):
-    """Return poses (n, 3), the kinds' names (n of them), and the scenario's own kinds by name.
+    """Return poses (n, 3), the kinds' names (n of them), the scenario's own kinds by name, and altitudes.
+
+    The last are (n,) [m], None for a team on the ground.
 
     ``top``: the scenario's ``Section``; ``seed`` of random layouts.
     """
     own = _read_own_kinds(top)
     if top.has("groups"):
-        return (*_read_groups(top, seed), own)
+        poses, kinds, altitude = _read_groups(top, seed)
+        return poses, kinds, own, altitude
     top.take("groups")
     poses = _read_poses(top, "robots", seed)
-    return poses, _read_kinds(top, len(poses)), own
+    return poses, _read_kinds(top, len(poses)), own, _read_altitude(top, len(poses))
+
+
+def _read_altitude(section, n):
+    """Return the heights (n,) [m] at which robots begin: one for all, or one for each; None for 0."""
+    given = section.take("altitude", 0.0)
+    if isinstance(given, list):
+        heights = np.array(number_list(given, n, section.at("altitude")))
+    else:
+        heights = np.full(n, number(given, section.at("altitude")))
+    for height in heights.tolist():
+        number(height, section.at("altitude"), low=0.0, high=FARTHEST)
+    return heights if heights.any() else None
 
 
 def _read_own_kinds(top):
@@ -54,11 +69,18 @@ def _read_groups(top, seed):
         if top.has(key):
             raise ScenarioError("{}: given beside groups, wanted one of them".format(top.at(key)))
         top.take(key)
-    poses, kinds = [], []
+    if top.has("altitude"):
+        raise ScenarioError(
+            "{}: given beside groups, wanted in each of them".format(top.at("altitude"))
+        )
+    top.take("altitude")
+    poses, kinds, altitudes = [], [], []
     for index, item in enumerate(given):
         section = Section(item, "{}[{}]".format(top.at("groups"), index))
         group = _read_group(section, (seed + index) % 2**32)
         poses.append(group)
+        altitude = _read_altitude(section, len(group))
+        altitudes.append(np.zeros(len(group)) if altitude is None else altitude)
         kinds += [section.text("kind", DEFAULT_KIND)] * len(group)
         if len(kinds) > MOST_ROBOTS:
             raise ScenarioError(
@@ -70,7 +92,9 @@ def _read_groups(top, seed):
         raise ScenarioError(
             "{}: {}, but groups have {}".format(top.at("robots"), count, len(kinds))
         )
-    return near(np.concatenate(poses), top.at("groups")), tuple(kinds)
+    altitude = np.concatenate(altitudes)
+    poses = near(np.concatenate(poses), top.at("groups"))
+    return poses, tuple(kinds), altitude if altitude.any() else None
 
 
 def _read_group(section, seed):

@@ -109,6 +109,9 @@ class Scenario(NamedTuple):
     step: float = LONGEST_STEP  # [s]
     path: str = ""
     own_kinds: Dict[str, Any] = {}  # of robots, as the scenario describes them by name
+    altitude: Optional[np.ndarray] = (
+        None  # (n,) [m] heights at which robots begin, None: on the ground
+    )
 
     @property
     def n(self):
@@ -148,11 +151,18 @@ class Scenario(NamedTuple):
         return self._replace(
             title=title,
             poses=poses,
+            altitude=self._altitude_for(n),
             kinds=kinds,
             topology=self._topology_for(n),
             control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
         )
+
+    def _altitude_for(self, n):
+        """Return the heights of n robots: more begin as high as the last."""
+        if self.altitude is None:
+            return None
+        return np.concatenate([self.altitude[:n], np.full(max(0, n - self.n), self.altitude[-1])])
 
     def with_protocol(self, protocol):
         """Return this scenario under another protocol, with that protocol's own parameters.
@@ -182,6 +192,8 @@ class Scenario(NamedTuple):
             content["mismatch"] = self.mismatch.with_robots(values["robots"]).to_plain()
         if "robots" in values:
             content["control"] = self.control.with_robots(values["robots"]).to_plain()
+        if "robots" in values and self.altitude is not None:
+            content["altitude"] = self._altitude_for(values["robots"]).tolist()
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
@@ -224,6 +236,8 @@ class Scenario(NamedTuple):
         if self.topology is not None:
             edges = [list(edge) for edge in self.topology.edges]
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
+        if self.altitude is not None:
+            result["altitude"] = self.altitude.tolist()
         if self.own_kinds:
             result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
@@ -263,7 +277,7 @@ def scenario_from_dict(content, where="scenario"):
         raise ScenarioError("{}: {}, wanted a mapping of keys".format(where, shown(content)))
     top = Section(content, where)
     seed = top.whole("seed", 0, low=0, high=2**32 - 1)
-    poses, kinds, own_kinds = read_team(top, seed)
+    poses, kinds, own_kinds, altitude = read_team(top, seed)
     control = _read_control(top, len(poses))
     topology = _read_topology(top, poses, seed)
     scenario = Scenario(
@@ -287,6 +301,7 @@ def scenario_from_dict(content, where="scenario"):
         cmd_vel_timeout=_read_timeout(top),
         step=_read_step(top, control.rate),
         own_kinds=own_kinds,
+        altitude=altitude,
     )
     top.done()
     if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":

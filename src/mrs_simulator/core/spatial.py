@@ -49,6 +49,14 @@ def turned_about_z(theta):
     return result
 
 
+def turned(orientation, theta):
+    """Return quaternions (..., 4) turned by ``theta`` (...) [rad] about the vertical: ``q_z(theta) q``."""
+    cos, sin = cos_sin(0.5 * np.asarray(theta, dtype=float))
+    x, y, z, w = np.moveaxis(orientation, -1, 0)
+    parts = cos * x - sin * y, cos * y + sin * x, cos * z + sin * w, cos * w - sin * z
+    return np.stack(parts, axis=-1)
+
+
 def headings(orientation):
     """Return the headings (...) [rad] of unit quaternions (..., 4), whatever their roll and pitch."""
     x, y, z, w = np.moveaxis(np.asarray(orientation, dtype=float), -1, 0)

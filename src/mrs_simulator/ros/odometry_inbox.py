@@ -52,6 +52,7 @@ class Inbox:
         self.changed = np.full(n, -math.inf)  # [s] of wall time when pose or twist last changed
         self._tracks = Tracks(n, bounds)
         self._stamp = np.full(n, NEVER)  # [ns]
+        self._z = np.zeros(n)  # [m]
         self._ages = np.zeros(n, dtype=np.int64)  # [ns] up to which the newest stamps may be older
         self._received = np.full(n, -math.inf)
         self._repeated, self._said = set(), {}
@@ -64,6 +65,11 @@ class Inbox:
         """Return the newest poses, shape (n, 3), NaN for a robot that has not been heard."""
         with self._changed:
             return self._tracks.pose.copy()
+
+    def heights(self):
+        """Return the newest heights above the ground, (n,) [m], as they were told."""
+        with self._changed:
+            return self._z.copy()
 
     def first(self):
         """Return the poses that were heard first, shape (n, 3)."""
@@ -220,9 +226,11 @@ class OdometryInbox(Inbox):
         """
         if isinstance(message, PlanarOdometry):
             pose, stamp, body = message.planar, message.stamp, message.body
+            z = message.z
             frame, length = message.frame, message.length
         else:
             pose, stamp, body = planar(message.pose), message.header.stamp, (0.0, 0.0, 0.0)
+            z = message.pose.position.z
             frame, length = message.header.frame_id, quaternion_length(message.pose)
         stamped, seconds = stamp.to_nsec(), stamp.to_sec()
         now = rospy.get_time() if self._real[row] else self._clock(seconds)
@@ -240,6 +248,7 @@ class OdometryInbox(Inbox):
                 self._repeated.add(row)
             came = arrival if self._real[row] else min(now, seconds)
             self._stamp[row], self._received[row] = stamped, came
+            self._z[row] = z
             self._note_change(row, pose, body, arrival)
             self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds))
             self._note_arrival(row)
@@ -274,11 +283,12 @@ class TeamInbox(Inbox):
     def put(self, message):
         """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
         try:
-            numbers, poses, _, _ = read_odometry(message)
+            numbers, poses, _, spatial = read_odometry(message)
         except MessageError:
             return
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
-        poses, rows = poses[rows >= 0], rows[rows >= 0]
+        z = np.zeros(len(poses)) if spatial is None else spatial.z
+        poses, z, rows = poses[rows >= 0], z[rows >= 0], rows[rows >= 0]
         good = np.isfinite(poses).all(axis=1) & (np.abs(poses[:, :2]) < FARTHEST).all(axis=1)
         stamp = message.header.stamp
         now = self._clock(stamp.to_sec())
@@ -286,7 +296,7 @@ class TeamInbox(Inbox):
             self.senders.note(self._subscriber.resolved_name, message)
             for row in np.flatnonzero(~good).tolist():
                 self.intake.believes_place(int(rows[row]), *poses[row, :2].tolist())
-            rows, poses = rows[good], poses[good]
+            rows, poses, z = rows[good], poses[good], z[good]
             if not self._age.believes_stamp(0, stamp.to_sec(), now, time.monotonic()):
                 for row in rows.tolist():
                     self.intake.refuse(row, self._age.reasons[0])
@@ -296,6 +306,7 @@ class TeamInbox(Inbox):
             self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
             moved = (poses != self._tracks.pose[rows]).any(axis=1)
             self.changed[rows[moved]] = time.monotonic()
+            self._z[rows] = z
             came = self._times(min(now, stamp.to_sec()))[rows]
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()))

@@ -24,14 +24,17 @@ _TWIST = struct.Struct("<6d")  # linear, angular
 class PlanarOdometry(Odometry):
     """An odometry message of which pose (x, y, theta) and body twist (vx, vy, omega) count.
 
-    Receiving fills ``stamp``, ``frame``, ``planar``, ``body`` and ``length``, that of the quaternion,
-    not the nested fields.
+    ``lift`` is what a robot that leaves the ground tells besides: z, the quaternion's x, y, z, w, and vz,
+    wx, wy; None on the ground.  Receiving fills ``stamp``, ``frame``, ``planar``, ``body``, ``z`` and
+    ``length``, that of the quaternion, not the nested fields.
     """
 
-    __slots__ = ("stamp", "frame", "planar", "body", "length", "_frames", "_covariances")
+    __slots__ = ("stamp", "frame", "planar", "body", "z", "lift", "length")
+    __slots__ += ("_frames", "_covariances", "_known")
 
     def __init__(self):
         """Make an empty message: the nested fields, which cost the most, are never made."""
+        self.lift = None
 
     def prepare(self, frame, child, pose_covariance, twist_covariance):
         """Fix what does not change from message to message, before the first is sent."""
@@ -39,6 +42,10 @@ class PlanarOdometry(Odometry):
         frame, child = frame.encode(), child.encode()
         self._frames = _LENGTH.pack(len(frame)) + frame + _LENGTH.pack(len(child)) + child
         self._covariances = _COVARIANCE.pack(*pose_covariance), _COVARIANCE.pack(*twist_covariance)
+        # A robot in the air knows what one on the ground has no use for.
+        self._known = tuple(
+            _COVARIANCE.pack(*known(c)) for c in (pose_covariance, twist_covariance)
+        )
 
     def serialize(self, buff):
         """Write the message; ``stamp``, ``planar`` and ``body`` are its contents."""
@@ -46,14 +53,20 @@ class PlanarOdometry(Odometry):
         vx, vy, omega = self.body
         pose_covariance, twist_covariance = self._covariances
         half = 0.5 * theta
+        pose = x, y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half)
+        twist = vx, vy, 0.0, 0.0, 0.0, omega
+        if self.lift is not None:
+            z, qx, qy, qz, qw, vz, wx, wy = self.lift
+            pose, twist = (x, y, z, qx, qy, qz, qw), (vx, vy, vz, wx, wy, omega)
+            pose_covariance, twist_covariance = self._known
         buff.write(
             b"".join(
                 (
                     _HEADER.pack(self.header.seq, self.stamp.secs, self.stamp.nsecs),
                     self._frames,
-                    _POSE.pack(x, y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half)),
+                    _POSE.pack(*pose),
                     pose_covariance,
-                    _TWIST.pack(vx, vy, 0.0, 0.0, 0.0, omega),
+                    _TWIST.pack(*twist),
                     twist_covariance,
                 )
             )
@@ -68,7 +81,7 @@ class PlanarOdometry(Odometry):
             at = begin + _LENGTH.unpack_from(data, at)[0]
             frame = data[begin:at]
             at += _LENGTH.size + _LENGTH.unpack_from(data, at)[0]
-            x, y, _, qx, qy, qz, qw = _POSE.unpack_from(data, at)
+            x, y, z, qx, qy, qz, qw = _POSE.unpack_from(data, at)
             at += _POSE.size + _COVARIANCE.size
             vx, vy, _, _, _, omega = _TWIST.unpack_from(data, at)
         except struct.error as error:
@@ -76,7 +89,15 @@ class PlanarOdometry(Odometry):
         self.stamp, self.frame = genpy.Time(secs, nsecs), frame.decode("utf-8", "replace")
         self.length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
         self.planar, self.body = (x, y, yaw(qx, qy, qz, qw)), (vx, vy, omega)
+        self.z = z
         return self
+
+
+def known(covariance):
+    """Return the row-major 6x6 ``covariance`` with z as sure as x, roll and pitch as yaw."""
+    result = list(covariance)
+    result[14], result[21], result[28] = covariance[0], covariance[35], covariance[35]
+    return result
 
 
 class QuickTwist(Twist):

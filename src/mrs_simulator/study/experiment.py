@@ -47,7 +47,7 @@ class Experiment:
         steps = int(round(scenario.duration / scenario.step))
         for step in range(steps + 1):
             if step % scenario.steps_per_command == 0:
-                world.set_commands(EVERY, self._command(world.estimate()))
+                world.set_commands(EVERY, self._command(self._known()))
             if step % scenario.steps_per_record == 0:
                 self._check_near(world)
                 yield world.time, world.pose.copy(), world.command.copy()
@@ -66,6 +66,8 @@ class Experiment:
         """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
         world, columns = self.world, self.control.team.record_columns
         told = {"twist": world.twist} if columns.twist else {}
+        if columns.spatial:
+            told["spatial"] = world.spatial
         return dict(told, joints=world.joints) if columns.joints else told
 
     def _check_near(self, world):
@@ -75,6 +77,11 @@ class Experiment:
             world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
+
+    def _known(self):
+        """Return what odometry tells, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
+        pose, z = self.world.estimate(), self.world.estimate_z()
+        return pose if z is None else np.column_stack([pose, z])
 
     def _joints(self):
         return self.world.joints if self.world.team.has_joints else None

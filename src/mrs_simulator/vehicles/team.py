@@ -117,6 +117,8 @@ class Team:
         self.timeouts = self._rows(lambda each: each.command_timeout)
         self.reach = self._rows(lambda each: each.body.reach)
         self.speeds = self._speeds()
+        self.airborne = self._rows(lambda each: each.module.MEDIUM == "air", bool)
+        self.is_spatial = bool(self.airborne.any())
         self.record_columns = self._record_columns()
         # Of all components of a Twist: where the axes are, and which a robot does not obey, (n, 6) bool.
         self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
@@ -201,6 +203,7 @@ class Team:
             axes=self.axes,
             twist=not self.is_of_unicycles,
             joints=self.has_joints,
+            spatial=self.is_spatial,
             kinds=names if set(names) != {DEFAULT_KIND} else (),
         )
 

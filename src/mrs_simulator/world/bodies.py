@@ -15,6 +15,7 @@ from mrs_simulator.world.collisions import (
     outline_overlap,
     rectangle_overlap,
 )
+from mrs_simulator.world.heights import Heights
 
 PASSES = 4  # [-] rounds of pushing apart in one step
 ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
@@ -28,6 +29,7 @@ class Contact(NamedTuple):
     x: float
     y: float
     depth: float
+    z: float = 0.0
 
 
 class Bodies:
@@ -45,6 +47,7 @@ class Bodies:
         self.mirrored[list(mirrored)] = True
         self._list = VerletList(2.0 * self.footprints.farthest)
         self._room = 0.0  # [m] that every robot may move before any can touch
+        self.heights = Heights(team)
 
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
@@ -55,8 +58,11 @@ class Bodies:
         """Return the rows of all pairs of robots that may touch soon."""
         return self._list.pairs(pose[:, :2])
 
-    def overlaps(self, pose):
-        """Return the robot pairs that overlap: rows (m,), (m,), depth (m,), direction (m, 2)."""
+    def overlaps(self, pose, z=None):
+        """Return the robot pairs that overlap: rows (m,), (m,), depth (m,), direction (m, 2).
+
+        ``z`` (n,) [m]: the heights on which they are, None for a team on the ground.
+        """
         first, second = self.near_pairs(pose)
         if not len(first):
             return first, second, np.empty(0), np.empty((0, 2))
@@ -71,10 +77,14 @@ class Bodies:
         else:
             depth, direction = outline_overlap(a, b, prints.round[first], prints.round[second])
         hit = depth > 0.0
+        if z is not None:
+            hit &= self.heights.shared(z, first, second) > 0.0
         return first[hit], second[hit], depth[hit], direction[hit]
 
-    def closest(self, pose):
+    def closest(self, pose, z=None):
         """Return the least distance [m] between two centres; quick where two bodies are in contact."""
+        if z is not None:
+            return least_distance(np.column_stack([pose[:, :2], z]))
         first, second = self.near_pairs(pose)
         if len(first):
             nearest = squared(pose[second, :2] - pose[first, :2]).min()
@@ -83,10 +93,11 @@ class Bodies:
                 return float(np.sqrt(nearest))
         return least_distance(pose[:, :2])
 
-    def obstacle_overlaps(self, pose):
+    def obstacle_overlaps(self, pose, z=None):
         """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
         for obstacle in self.obstacles:
-            rows = np.flatnonzero(self._within_reach(obstacle, pose))
+            within = self._within_reach(obstacle, pose)
+            rows = np.flatnonzero(within if z is None else within & (z < obstacle.height))
             if not len(rows):
                 continue
             depth, direction = self._overlap_with(obstacle, pose, rows)
@@ -115,8 +126,11 @@ class Bodies:
             return rectangle_overlap(own, other)
         return outline_overlap(own, other, self.footprints.round[rows], np.full(len(rows), circle))
 
-    def separate(self, pose, travel=np.inf):
+    def separate(self, pose, travel=np.inf, z=None):
         """Push overlapping bodies of ``pose`` (n, 3) apart, in place; return the contacts found.
+
+        ``z`` (n,) [m]: the heights on which they are, also changed in place; None on the ground.  Bodies
+        above each other, of which one can fly, part upwards and downwards where that is the shorter way.
 
         Robots give way by half of the depth each, to a mirrored robot by all of it; an obstacle and
         a mirrored robot not at all.  Headings stay.  ``travel`` [m]: no robot moved farther since
@@ -125,7 +139,7 @@ class Bodies:
         self._room -= travel
         if self._room > 0.0:
             return []
-        contacts = self._pushed_apart(pose)
+        contacts = self._pushed_apart(pose, z)
         self._room = 0.0 if contacts else self._room_to_move(pose)
         return contacts
 
@@ -137,21 +151,27 @@ class Bodies:
             room = min(room, apart - _size(obstacle))
         return room - ROUNDING
 
-    def _pushed_apart(self, pose):
+    def _pushed_apart(self, pose, z=None):
         contacts = []
         for turn in range(PASSES):
-            first, second, depth, direction = self.overlaps(pose)
+            first, second, depth, direction = self.overlaps(pose, z)
             touched = len(first) > 0
             if touched:
-                back, on = self._shares(first, second)
                 if turn == 0:
-                    contacts += self._robot_contacts(pose, first, second, depth, direction)
+                    contacts += self._robot_contacts(pose, first, second, depth, direction, z)
+                if z is not None:
+                    across = self.heights.part(z, first, second, depth, self.mirrored)
+                    first, second = first[across], second[across]
+                    depth, direction = depth[across], direction[across]
+                back, on = self._shares(first, second)
                 np.subtract.at(pose[:, :2], first, (back * depth)[:, np.newaxis] * direction)
                 np.add.at(pose[:, :2], second, (on * depth)[:, np.newaxis] * direction)
-            for obstacle, rows, deep, toward in self.obstacle_overlaps(pose):
+            for obstacle, rows, deep, toward in self.obstacle_overlaps(pose, z):
                 if turn == 0:
-                    contacts += self._obstacle_contacts(obstacle, pose, rows, deep, toward)
+                    contacts += self._obstacle_contacts(obstacle, pose, rows, deep, toward, z)
                 free = ~self.mirrored[rows]
+                if z is not None:
+                    free &= self.heights.part_from_obstacle(z, rows, deep, obstacle, free)
                 pose[rows[free], :2] -= (deep[:, np.newaxis] * toward)[free]
                 touched = True
             if not touched:
@@ -175,23 +195,27 @@ class Bodies:
             contacts += self._obstacle_contacts(obstacle, pose, *(each[firm] for each in touch))
         return contacts
 
-    def _robot_contacts(self, pose, first, second, depth, direction):
+    def _robot_contacts(self, pose, first, second, depth, direction, z=None):
         middle = 0.5 * (pose[first, :2] + pose[second, :2])
+        height = np.zeros(len(first)) if z is None else self.heights.middle(z, first, second)
         return [
-            Contact("robot{}".format(i + 1), "robot{}".format(j + 1), x, y, deep)
-            for i, j, (x, y), deep in zip(
-                first.tolist(), second.tolist(), middle.tolist(), depth.tolist()
+            Contact("robot{}".format(i + 1), "robot{}".format(j + 1), x, y, deep, high)
+            for i, j, (x, y), deep, high in zip(
+                first.tolist(), second.tolist(), middle.tolist(), depth.tolist(), height.tolist()
             )
         ]
 
-    def _obstacle_contacts(self, obstacle, pose, rows, depth, direction):
+    def _obstacle_contacts(self, obstacle, pose, rows, depth, direction, z=None):
         half = (
             self.footprints.half if self.footprints.half.ndim == 1 else self.footprints.half[rows]
         )
         where = pose[rows, :2] + half[..., 1:] * direction
+        height = np.zeros(len(rows)) if z is None else z[rows]
         return [
-            Contact("robot{}".format(i + 1), obstacle.name, x, y, deep)
-            for i, (x, y), deep in zip(rows.tolist(), where.tolist(), depth.tolist())
+            Contact("robot{}".format(i + 1), obstacle.name, x, y, deep, high)
+            for i, (x, y), deep, high in zip(
+                rows.tolist(), where.tolist(), depth.tolist(), height.tolist()
+            )
         ]
 
 

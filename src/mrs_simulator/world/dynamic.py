@@ -47,6 +47,8 @@ class Model(NamedTuple):
 class DynamicMotion:
     """Robots as rigid bodies on their wheels, in a pybullet world of their own."""
 
+    z = spatial = None  # nobody leaves the ground
+
     def __init__(
         self,
         kinds,

@@ -6,6 +6,7 @@ from mrs_simulator.core import compiling
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin, displaced, ramp
 from mrs_simulator.core.neighbours import least_distance, squared
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.bodies import Bodies
@@ -29,6 +30,7 @@ def displaced_function():
     return compiled_displaced()
 
 
+CLIMB = "linear.z"
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
 SHORT = 0.05  # [m] in a step: a bound that is worth more than the time to look at every robot
 
@@ -53,6 +55,8 @@ def currents(team, environment, mirrored):
 class KinematicMotion:
     """Robots moved exactly, with the firmware's limits, bodies kept apart."""
 
+    z = spatial = None  # nobody leaves the ground
+
     def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
                  encoders=False, environment=CALM):  # fmt: skip
         """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
@@ -64,7 +68,7 @@ class KinematicMotion:
         self.step = step
         self.team = Team.of(kinds, limits)
         self._ramp, self._displaced = ramp_function(), displaced_function()
-        self._rates = self.team.by_group(lambda g: g.drive.rates(g.limits, g.numbers), np.inf)
+        self._rates = self.team.by_group(self._rates_of, np.inf)
         self._reach, self._encoders = step * float(self.team.speeds[:, 0].max()), encoders
         self._bodies = Bodies(self.team, obstacles, mirrored)
         self._mirrored = np.array(mirrored, dtype=int)
@@ -86,6 +90,13 @@ class KinematicMotion:
         self._contacts = []
         self._bodies.moved_elsewhere()
 
+    def _rates_of(self, group):
+        return group.drive.rates(group.limits, group.numbers)
+
+    def _target_of(self, group, command):
+        own = group.of(command), self._inner_of(group)
+        return group.drive.target(*own, group.limits, group.numbers)
+
     def _inner_of(self, group):
         return self._inner[group.span, group.columns]
 
@@ -106,9 +117,13 @@ class KinematicMotion:
         before = self.pose
         free = self._moved(before, command)
         self.pose, self._twist = free.copy(), None
-        self._contacts = self._bodies.separate(self.pose, self._farthest(before, free))
+        self._contacts = self._separate(self._farthest(before, free))
         if self._contacts:
             self._feel_contacts(before, free)
+
+    def _separate(self, farthest):
+        """Push overlapping bodies apart, of which none moved ``farthest`` [m]; return the contacts."""
+        return self._bodies.separate(self.pose, farthest)
 
     def _moved(self, before, command):
         """Return the poses (n, 3) after a step from ``before``, without contacts."""
@@ -124,9 +139,7 @@ class KinematicMotion:
 
     def _follow(self, command):
         """Let the inner states follow ``command``; return their means (n, a) over the step."""
-        target = self.team.by_group(
-            lambda g: g.drive.target(g.of(command), self._inner_of(g), g.limits, g.numbers)
-        )
+        target = self.team.by_group(lambda g: self._target_of(g, command))
         before = self._inner
         self._inner, mean = self._ramp(before, target, self._rates, self.step)
         for group in self.team.groups:
@@ -151,6 +164,8 @@ class KinematicMotion:
     def _count(self, velocity):
         """Let the encoders count a step of mean ``velocity`` (n, a), group after group."""
         for group, travel in zip(self.team.groups, self.wheel_travel):
+            if not group.drive.ENCODERS:
+                continue
             joints = group.joints_of(self._inner_of(group))
             mean = velocity[group.span, group.columns]
             travel += self.step * group.drive.rim_speeds(mean, joints, group.numbers)
@@ -222,36 +237,55 @@ class PointMassMotion:
     """
 
     def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=(), period=0.0,
-                 environment=CALM):  # fmt: skip
+                 environment=CALM, z=None):  # fmt: skip
         """``kinds``: the ``Team``, or its kinds; ``hand_length`` [m] is l, as the drives' points take it.
 
         ``mirrored``: rows of robots that ``place`` alone moves; ``period`` [s] for which a command is
         held, by default ``step``: a car's tells the steering angle at its end; ``environment``: its current
-        carries points in the water.
+        carries points in the water; ``z`` (n,) [m]: heights at which robots begin, by default 0.
         """
         self.step, self._period = step, period or step
         self.team = Team.of(kinds, None)
+        self._climb = self.team.axes.index(CLIMB) if CLIMB in self.team.axes else None
         self._hand_length = hand_length
         self._mirrored = np.array(mirrored, dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
         self.wheel_travel = [
             np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
         ]
-        self.reset(poses)
+        self.reset(poses, z)
 
-    def reset(self, poses):
-        """Put the robots at rest at ``poses`` (n, 3)."""
+    def reset(self, poses, z=None):
+        """Put the robots at rest at ``poses`` (n, 3) and heights ``z`` (n,) [m], by default 0."""
         self.pose = np.array(poses, dtype=float)
         self.twist = np.zeros_like(self.pose)
+        self.z = None  # of a team on the ground
+        if self.team.is_spatial:
+            self.z = np.zeros(self.team.n) if z is None else np.array(z, dtype=float)
+            self._rising = np.zeros(self.team.n)
+
+    @property
+    def spatial(self):
+        """Return what pose and twist leave out, a ``Spatial``; None for a team on the ground."""
+        if self.z is None:
+            return None
+        result = upright(self.pose[:, 2], self.z)
+        result.twist[:, 0] = self._rising
+        return result
 
     def joints(self):
         """Return the drives' inner joints, (n,) [rad]: none of them moves."""
         return np.zeros(self.team.n)
 
-    def place(self, rows, poses, twists):
-        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+    def place(self, rows, poses, twists, z=None):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3).
+
+        ``z`` (m,) [m]: their heights, by default as they are.
+        """
         self.pose, self.twist = self.pose.copy(), self.twist.copy()
         self.pose[rows], self.twist[rows] = poses, twists
+        if self.z is not None and z is not None:
+            self.z[rows] = z
 
     def advance(self, command):
         """Move for one step under ``command`` (n, a); the body twist is the point's velocity."""
@@ -266,6 +300,9 @@ class PointMassMotion:
         self.twist[:, 0] = cos * u[:, 0] + sin * u[:, 1]
         self.twist[:, 1] = cos * u[:, 1] - sin * u[:, 0]
         self.twist[self._mirrored] = mirrored_twist
+        if self.z is not None and self._climb is not None:
+            self._rising = command[:, self._climb]
+            self.z = self.z + self.step * self._rising
 
     def contacts(self):
         """Return no contacts: points have no bodies."""
@@ -273,7 +310,8 @@ class PointMassMotion:
 
     def closest(self):
         """Return the least distance [m] between two robots' centres now; inf for one robot."""
-        return least_distance(self.pose[:, :2])
+        place = self.pose[:, :2]
+        return least_distance(place if self.z is None else np.column_stack([place, self.z]))
 
     def close(self):
         """Nothing is held."""

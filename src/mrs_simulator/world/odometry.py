@@ -21,7 +21,10 @@ class WheelOdometry:
         """
         self._team, self._mismatch, self._slip = team, mismatch, slip
         self._parts = []
+        self._counted = [group.drive.ENCODERS > 0 for group in team.groups]
         for group in team.groups:
+            if not group.drive.ENCODERS:
+                continue  # the world tells what such robots know of themselves
             m, shared = len(group.kinds), len(team.groups) == 1
             rows = np.arange(team.n)[group.rows]
             noise = TeamStream(seed, m) if shared else RobotStreams(seed, rows, SENSOR)
@@ -39,10 +42,11 @@ class WheelOdometry:
 
         ``joints`` (n,) [rad]: the drives' inner joints.
         """
-        if len(self._parts) == 1:
+        travel = [each for each, counted in zip(travel, self._counted) if counted]
+        if len(self._counted) == 1 and self._parts:
             self.pose = self._parts[0].reckoned(self.pose, travel[0], joints)
             return
-        pose = np.empty_like(self.pose)
+        pose = self.pose.copy()
         for part, rolled in zip(self._parts, travel):
             rows = part.group.rows
             pose[rows] = part.reckoned(self.pose[rows], rolled, joints[rows])

@@ -82,18 +82,17 @@ class View:
             0.0, -1, floor, [middle[0], middle[1], -0.01], physicsClientId=self._client
         )
 
-    def show(self, poses):
-        """Put the robots at ``poses`` (n, 3)."""
-        for body, kind, ahead, (x, y, theta) in zip(
-            self._bodies, self._kinds, self._ahead, np.asarray(poses, dtype=float).tolist()
+    def show(self, poses, spatial=None):
+        """Put the robots at ``poses`` (n, 3); ``spatial``: where they are above the ground, and tilted."""
+        places = np.asarray(poses, dtype=float).tolist()
+        for row, (body, kind, ahead, (x, y, theta)) in enumerate(
+            zip(self._bodies, self._kinds, self._ahead, places)
         ):
-            cos, sin = np.cos(theta), np.sin(theta)
-            place = [
-                x + ahead[0] * cos - ahead[1] * sin,
-                y + ahead[0] * sin + ahead[1] * cos,
-                kind.module.ride_height(kind.numbers) + ahead[2],
-            ]
-            turn = [0.0, 0.0, np.sin(0.5 * theta), np.cos(0.5 * theta)]
+            z, turn = 0.0, [0.0, 0.0, np.sin(0.5 * theta), np.cos(0.5 * theta)]
+            if spatial is not None:
+                z, turn = spatial.z[row], spatial.orientation[row].tolist()
+            inside = [ahead[0], ahead[1], kind.module.ride_height(kind.numbers) + ahead[2]]
+            place, _ = pybullet.multiplyTransforms([x, y, z], turn, inside, [0.0, 0.0, 0.0, 1.0])
             pybullet.resetBasePositionAndOrientation(
                 body, place, turn, physicsClientId=self._client
             )

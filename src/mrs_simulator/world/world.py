@@ -12,13 +12,15 @@ True
 import numpy as np
 
 from mrs_simulator.core.environment import CALM
-from mrs_simulator.core.kinematics import compose, wrap_angle
+from mrs_simulator.core.kinematics import compose, relative, wrap_angle
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
+from mrs_simulator.core.spatial import turned
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
 from mrs_simulator.world import odometry
+from mrs_simulator.world.airborne import AirborneMotion
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
@@ -54,8 +56,11 @@ class World:
         command_period=0.0,
         environment=CALM,
         odometry_rate=None,
+        z=None,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
+
+        ``z`` (n,) [m]: heights at which robots begin, by default 0.
 
         ``limits`` as in ``vehicles.limits.kind_limits``; ``step`` [s]; ``cmd_vel_timeout`` [s] of
         simulated time, by default that of each robot's kind, looked at every ``watch_period`` [s], 0:
@@ -81,7 +86,7 @@ class World:
         self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
         self._motion = None
-        self.set_team(kinds, poses)
+        self.set_team(kinds, poses, z)
 
     @classmethod
     def from_scenario(cls, scenario, **options):
@@ -102,6 +107,7 @@ class World:
                 command_period=1.0 / scenario.control.rate,
                 environment=scenario.environment,
                 odometry_rate=scenario.odometry_rate,
+                z=scenario.altitude,
                 **options,
             )
         except WorldError as error:
@@ -109,9 +115,13 @@ class World:
                 raise
             raise WorldError("{}: {}".format(scenario.path, error)) from None
 
-    def set_team(self, kinds, poses):
-        """Replace all robots by new ones at rest; all or, with a ``WorldError``, none."""
+    def set_team(self, kinds, poses, z=None):
+        """Replace all robots by new ones at rest; all or, with a ``WorldError``, none.
+
+        ``z`` (n,) [m]: their heights, by default 0.
+        """
         team, poses = checked_team(kinds, poses, self._limits)
+        z = checked_heights(team, z)
         if len(self.mirrored) and not 0 <= self.mirrored[0] <= self.mirrored[-1] < team.n:
             raise WorldError(
                 "real robots {}: wanted numbers from 1 to {}, the size of the team".format(
@@ -119,11 +129,13 @@ class World:
                 )
             )
         if self.fidelity != "point_mass":
-            refuse_overlaps(team, poses, self.obstacles)
-        motion = self._new_motion(team, poses)
+            refuse_overlaps(team, poses, self.obstacles, z=z)
+        motion = self._new_motion(team, poses, z)
         if self._motion is not None:
             self._motion.close()
-        self._motion, self.team, self._start = motion, motion.team, poses
+        self._motion, self.team, self._start, self._start_z = motion, motion.team, poses, z
+        self._aloft = np.flatnonzero(self.team.airborne)
+        self._own_stops = [g for g in self.team.groups if hasattr(g.drive, "silent")]
         self._odometry = self._new_odometry()
         if self._odometry_rate is not None:
             steps = odometry_steps(self.team, self._odometry_rate, self.step_size)
@@ -134,7 +146,7 @@ class World:
         self.refused = np.zeros(len(poses), dtype=int)
         self._fresh_start()
 
-    def _new_motion(self, team, poses):
+    def _new_motion(self, team, poses, z):
         mirrored = {"mirrored": self.mirrored}
         if self.fidelity == "point_mass":
             team = Team(team.kinds, None)
@@ -146,16 +158,24 @@ class World:
                 **mirrored,
                 period=self._command_period,
                 environment=self._environment,
+                z=z,
             )
         bodies = team, poses, self.obstacles, self._limits, self.step_size
         moving = {"encoders": self._odometry_kind == "wheel", "environment": self._environment}
         if self.fidelity == "kinematic":
+            if team.is_spatial:
+                return AirborneMotion(*bodies, **mirrored, **moving, z=z)
             return KinematicMotion(*bodies, **mirrored, **moving)
         if self.fidelity != "dynamic":
             raise WorldError(
                 "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
             )
         media = {group.drive.MEDIUM for group in team.groups}
+        if "air" in media:
+            raise WorldError(
+                "fidelity 'dynamic': robots in the air have no motion with forces yet; wanted "
+                "kinematic or point_mass"
+            )
         if "ground" not in media:
             return ForcedMotion(*bodies, **mirrored, **moving, seed=self._seed)
         if len(media) > 1:
@@ -182,11 +202,14 @@ class World:
 
         Mirrored ones stay where they are; ``WorldError`` if one of those is in another's place.
         """
-        poses = self._start.copy()
+        poses, z = self._start.copy(), self._start_z
         poses[self.mirrored] = self.pose[self.mirrored]
+        if z is not None:
+            z = z.copy()
+            z[self.mirrored] = self._motion.z[self.mirrored]
         if len(self.mirrored) and self.fidelity != "point_mass":
-            refuse_overlaps(self.team, poses, (), self.mirrored)
-        self._motion.reset(poses)
+            refuse_overlaps(self.team, poses, (), self.mirrored, z)
+        self._motion.reset(poses, *(() if z is None else (z,)))
         self._odometry.reset()
         self._fresh_start()
 
@@ -203,6 +226,7 @@ class World:
         self._new_collisions = []
         self.closest_approach = self.closest_distance()
         self._begun, self._estimate = self._step, self._newest_estimate().copy()
+        self._estimate_z = None if self.z is None else self.z.copy()
 
     # State ---------------------------------------------------------------------------------------
 
@@ -244,7 +268,12 @@ class World:
     @property
     def spatial(self):
         """Return what pose and twist leave out, a ``Spatial``; None for a team on the ground."""
-        return None
+        return self._motion.spatial
+
+    @property
+    def z(self):
+        """Return the heights (n,) [m] above the ground, None for a team on the ground; read-only."""
+        return None if self._motion.z is None else _read_only(self._motion.z)
 
     @property
     def command(self):
@@ -264,6 +293,20 @@ class World:
     def odometry(self):
         """Return what the robots' odometry says, (n, 3), each in its own odometry frame."""
         return self.pose if self._odometry_kind == "world" else _read_only(self._odometry.pose)
+
+    def odometry_spatial(self):
+        """Return the ``Spatial`` that goes with ``odometry``, None for a team on the ground.
+
+        Heights are above the ground, whatever the odometry: nobody's begins at another height.
+        """
+        spatial = self.spatial
+        if spatial is None or self._odometry_kind == "world":
+            return spatial
+        return spatial._replace(orientation=turned(spatial.orientation, -self._start[:, 2]))
+
+    def estimate_z(self):
+        """Return the heights (n,) [m] that go with ``estimate``, None for a team on the ground."""
+        return self.z if self._schedule is None or self.z is None else _read_only(self._estimate_z)
 
     def odometry_origins(self):
         """Return where the odometry frames lie in the common frame, (n, 3)."""
@@ -313,10 +356,11 @@ class World:
         """Make the commands in force of robots ``rows`` zero, as if they had been told to stop."""
         self._target[rows] = 0.0
 
-    def place(self, rows, poses, twists=None):
+    def place(self, rows, poses, twists=None, z=None):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) in the common frame.
 
-        ``twists`` (m, 3): their body twists, none for at rest.  Raises ``WorldError``.
+        ``twists`` (m, 3): their body twists, none for at rest; ``z`` (m,) [m]: their heights, none for as
+        they are.  Raises ``WorldError``.
         """
         rows, poses = np.asarray(rows, dtype=int), np.array(poses, dtype=float)
         others = np.setdiff1d(rows, self.mirrored)
@@ -325,19 +369,26 @@ class World:
         twists = np.zeros_like(poses) if twists is None else np.asarray(twists, dtype=float)
         refuse_places(rows, poses, twists)
         poses[:, 2] = wrap_angle(poses[:, 2])
-        self._motion.place(rows, poses, twists)
+        self._motion.place(rows, poses, twists, *(() if z is None else (z,)))
 
     def step(self):
         """Advance by one step: watchdogs, motion, odometry, collisions."""
         self._watch()
+        if self._own_stops:
+            self._stop_silent()
         obeyed = self._obedience.obeyed(self._target) if self._obedience else self._target
         self._motion.advance(obeyed)
         self._step += 1
         if self._odometry_kind == "wheel":
             self._odometry.update(self._motion.wheel_travel, self._motion.joints())
+            if len(self._aloft):  # robots without encoders know how they have moved
+                moved = relative(self._start[self._aloft], self.pose[self._aloft])
+                self._odometry.pose[self._aloft] = moved
         if self._schedule is not None:
             rows = np.union1d(self._schedule.due(self._step - self._begun), self.mirrored)
             self._estimate[rows] = self._newest_estimate()[rows]
+            if self._estimate_z is not None:
+                self._estimate_z[rows] = self.z[rows]
         contacts = self._motion.contacts()
         if contacts:
             self._note_contacts(contacts)
@@ -353,15 +404,27 @@ class World:
             self.commanded[late] = False
         self._longest_silent = self._heard[self.commanded].min(initial=self._step)
 
+    def _stop_silent(self):
+        """Let robots that have been silent for too long do what their drives do then, such as land."""
+        late = self.timed_out
+        for group in self._own_stops:
+            rows = np.arange(self.n)[group.rows]
+            out = late[rows]
+            if out.any():
+                seconds = (self._step - self._heard[rows]) * self.step_size - self.timeouts[rows]
+                command = group.of(self._target).copy()
+                command[out] = group.drive.silent(seconds, group.numbers)[out]
+                group.put(self._target, command)
+
     def _too_long(self, heard, timeout):
         return (self._step - heard) * self.step_size > timeout - 1e-9
 
     def _note_contacts(self, contacts):
         now = self._step
-        for first, second, x, y in contacts:
+        for first, second, *place in contacts:
             last = self._touching.get((first, second))
             if last is None or self._is_over(last):
-                self._new_collisions.append(Collision(self.time, first, second, x, y))
+                self._new_collisions.append(Collision(self.time, first, second, *place))
             self._touching[first, second] = now
         if len(self._touching) > 2 * len(contacts) + FEW:
             over = [pair for pair, last in self._touching.items() if self._is_over(last)]
@@ -420,6 +483,24 @@ def checked_team(kinds, poses, limits):
         raise WorldError(str(error)) from None
 
 
+def checked_heights(team, z):
+    """Return the heights ``z`` (n,) as floats, None for a team on the ground; ``WorldError`` names a robot
+    that cannot be there."""
+    z = np.zeros(team.n) if z is None else np.array(z, dtype=float)
+    if z.shape != (team.n,):
+        raise WorldError("heights of shape {}: wanted one of {} robots".format(z.shape, team.n))
+    bad = np.flatnonzero(~((z >= 0.0) & (z <= FARTHEST)))
+    if len(bad):
+        text = "robot{}: height {} m, wanted from 0 to {:g} m"
+        raise WorldError(text.format(bad[0] + 1, z[bad[0]], FARTHEST))
+    stuck = np.flatnonzero((z != 0.0) & ~team.airborne)
+    if len(stuck):
+        text = "robot{}: height {:g} m, but a {} stays on the ground; wanted 0"
+        row = stuck[0]
+        raise WorldError(text.format(row + 1, z[row], team.kinds[row].title))
+    return z if team.is_spatial else None
+
+
 def refuse_places(rows, poses, twists=0.0):
     """Raise ``WorldError`` that names the first of robots ``rows`` that can be at no such pose."""
     # A comparison with nan is false.
@@ -433,13 +514,13 @@ def refuse_places(rows, poses, twists=0.0):
         )
 
 
-def refuse_overlaps(kinds, poses, obstacles, mirrored=()):
+def refuse_overlaps(kinds, poses, obstacles, mirrored=(), z=None):
     """Raise ``WorldError`` that names the first robots, or robot and obstacle, that overlap.
 
     Two ``mirrored`` rows may: nobody put them there.
     """
     bodies = Bodies(kinds, obstacles, mirrored)
-    first, second, depth, _ = bodies.overlaps(poses)
+    first, second, depth, _ = bodies.overlaps(poses, z)
     put = ~(bodies.mirrored[first] & bodies.mirrored[second])
     first, second, depth = first[put], second[put], depth[put]
     if len(first):
@@ -450,7 +531,7 @@ def refuse_overlaps(kinds, poses, obstacles, mirrored=()):
                 i + 1, j + 1, np.linalg.norm(poses[i, :2] - poses[j, :2]), depth[0]
             )
         )
-    for obstacle, rows, _, _ in bodies.obstacle_overlaps(poses):
+    for obstacle, rows, _, _ in bodies.obstacle_overlaps(poses, z):
         raise WorldError(
             "robot{} overlaps obstacle {}; wanted them apart".format(rows[0] + 1, obstacle.name)
         )

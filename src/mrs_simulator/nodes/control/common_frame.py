@@ -91,6 +91,10 @@ class CommonFrame:
         """Return the robots' poses in the common frame, (n, 3), NaN where not known."""
         return self.inbox.pose()
 
+    def heights(self):
+        """Return the robots' heights above the ground, (n,) [m], as they are told."""
+        return self.inbox.heights()
+
     def missing(self, now):
         """Return which robots' poses are not known or too old at ``now`` [s], or ""."""
         stale = self.inbox.stale(now, self.odom_timeout)
@@ -202,6 +206,10 @@ class LocalisedFrame(CommonFrame):
     def pose(self):
         """Return the newest poses."""
         return self._poses.pose()
+
+    def heights(self):
+        """Return the newest heights."""
+        return self._poses.heights()
 
     def missing(self, now):
         """Return which robots' odometry or pose is missing, or ""."""

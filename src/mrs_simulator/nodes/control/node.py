@@ -76,6 +76,7 @@ class Job(NamedTuple):
 
     epoch: int  # a start or a stop meanwhile makes the answer void
     pose: Any  # (n, 3) [m, m, rad]
+    known: Any  # the same; of robots that leave the ground (n, 4), with their heights
     now: float  # [s] time of the robots
     time: float  # [s] since the law began
     begins: bool
@@ -143,7 +144,9 @@ class ControlNode:
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
         topics, numbers, self.rivals = None, self.law.numbers, None
-        self._axes = axes = Team.from_scenario(self.scenario).axes
+        team = Team.from_scenario(self.scenario)
+        self._axes, self._is_spatial = team.axes, team.is_spatial
+        axes = team.axes
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
@@ -280,7 +283,9 @@ class ControlNode:
         since = 0.0 if begins else now - self._begun
         # What was missing is there; the law may take its time all the same.
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
-        return Job(self._epoch, self.frame.pose(), now, since, begins)
+        pose = self.frame.pose()
+        known = np.column_stack([pose, self.frame.heights()]) if self._is_spatial else pose
+        return Job(self._epoch, pose, known, now, since, begins)
 
     def _ask(self, job):
         """Ask the law, and send what the guards let pass of its answer."""
@@ -301,7 +306,7 @@ class ControlNode:
         patience = self.law_limit if self.outlet.command.any() else SIMULATED_LIMIT
         warnings = self.law.begin(job.pose, self._meanwhile) if job.begins else None
         command = self.law.commands(
-            job.pose, job.time, max(patience, self.law_limit), self._meanwhile
+            job.known, job.time, max(patience, self.law_limit), self._meanwhile
         )
         return warnings, command
 

@@ -60,22 +60,24 @@ class CameraNode:
             state, told = self._newest, self._told
             if time.monotonic() < due or state is None or told is None:
                 continue
-            poses = read_state(state).pose
+            seen = read_state(state)
+            poses = seen.pose
             if self._publisher.get_num_connections() and len(poses) == told[0].n:
                 begun = time.monotonic()
-                self._publisher.publish(self._picture(poses, state.header, told))
+                self._publisher.publish(self._picture(seen, state.header, told))
                 # At most half of a core, however slow the renderer is here.
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)
         if self._view is not None:
             self._view.close()
 
-    def _picture(self, poses, header, told):
+    def _picture(self, seen, header, told):
+        poses = seen.pose
         if told is not self._shown:
             if self._view is not None:
                 self._view.close()
             team, obstacles = told
             self._view, self._shown = View(team, poses, obstacles), told
-        self._view.show(poses)
+        self._view.show(poses, seen.spatial)
         look = self._wanted
         width, height = 640, 480
         if look is not None:

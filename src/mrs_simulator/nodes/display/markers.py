@@ -65,8 +65,9 @@ class Markers:
     def _keep(self, message):
         state = read_state(message)
         hand = hand_points(state.pose, self._hand_length)
+        z = np.zeros(len(hand)) if state.spatial is None else state.spatial.z
         with self._lock:
-            self._trails.add(state, hand)
+            self._trails.add(state, hand, z)
             self._newest, self._header = state, message.header
 
     def spin(self):
@@ -84,7 +85,7 @@ class Markers:
         if len(kinds) != len(state.robots):  # the scenario of this team is still to come
             kinds = (kind(DEFAULT_KIND),) * len(state.robots)
         for row, (number, pose) in enumerate(zip(state.robots, state.pose.tolist())):
-            parts = _robot(kinds[row], number, *pose)
+            parts = _lifted(_robot(kinds[row], number, *pose), state.spatial, row)
             parts += trails[row : row + 1]
             markers += _named("robots", number * MOST_PARTS, parts)
         markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
@@ -107,28 +108,29 @@ class Trails:
 
     def __init__(self):
         self._last, self._ways = None, []
-        self._hand = self._ends = np.empty((0, 2))  # now, and the last points of the ways
+        self._points = self._ends = np.empty((0, 3))  # now, and the last points of the ways
 
-    def add(self, state, hand):
-        """Go on to the hand points ``hand`` (n, 2) of ``state``."""
+    def add(self, state, hand, z):
+        """Go on to the hand points ``hand`` (n, 2) of ``state``, at heights ``z`` (n,)."""
         if self._last is None or _put_elsewhere(self._last, state):
             n = len(state.robots)
             most = min(TRAIL_MOST, max(2, TRAILS_MOST // max(1, n)))
             self._ways = [deque(maxlen=most) for _ in range(n)]
-            self._ends = np.full((n, 2), np.inf)
-        far = np.abs(hand - self._ends).max(axis=1) > TRAIL_STEP
+            self._ends = np.full((n, 3), np.inf)
+        points = np.column_stack([hand, z + 0.01])
+        far = np.abs(points - self._ends).max(axis=1) > TRAIL_STEP
         for row in np.flatnonzero(far).tolist():
-            self._ways[row].append(Point(hand[row, 0], hand[row, 1], 0.01))
-        self._ends[far] = hand[far]
-        self._last, self._hand = state, hand
+            self._ways[row].append(Point(*points[row].tolist()))
+        self._ends[far] = points[far]
+        self._last, self._points = state, points
 
     def lines(self):
         """Return a marker for each robot of the newest state."""
         lines = []
-        for row, (x, y) in enumerate(self._hand.tolist()):
+        for row, point in enumerate(self._points.tolist()):
             colour = _colour(self._last.robots[row])
             line = _marker(Marker.LINE_STRIP, (TRAIL_WIDTH, 0.0, 0.0), colour)
-            line.points = list(self._ways[row]) + [Point(x, y, 0.01)]
+            line.points = list(self._ways[row]) + [Point(*point)]
             lines.append(line)
         return lines
 
@@ -159,6 +161,14 @@ def _robot(kind, number, x, y, theta):
     label.text = str(number)
     _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * shape.height)
     return [body] + wheels + [heading, label]
+
+
+def _lifted(parts, spatial, row):
+    """Return the markers ``parts`` of robot ``row``, raised to its height above the ground."""
+    if spatial is not None:
+        for part in parts:
+            part.pose.position.z += spatial.z[row]
+    return parts
 
 
 def _wheel(radius, x, y, theta, ahead, left):

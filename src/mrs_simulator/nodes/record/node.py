@@ -110,7 +110,7 @@ class RunRecorder:
             )
             return
         points = self.control.team.point(sample.pose, sample.joints, self.control.l)
-        more = sample.twist, sample.joints
+        more = sample.twist, sample.joints, sample.spatial
         self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
         self._moved = self._moved or bool(np.any(sample.command))
 

@@ -12,6 +12,7 @@ import rospy
 from mrs_simulator.core.kinematics import TWIST_AXES
 from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.possible import jump
+from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.ros.messages import (
@@ -35,9 +36,9 @@ class Sample(NamedTuple):
     command: np.ndarray  # (n, a) [m/s, rad/s], in force from the stamp on
     commanded: bool  # whether any robot is
     joints: np.ndarray  # (n,) [rad], 0 where they are not known
-    twist: Optional[np.ndarray] = (
-        None  # (n, 3) [m/s, m/s, rad/s], robots' frames, where it is known
-    )
+    # Where they are known:
+    twist: Optional[np.ndarray] = None  # (n, 3) [m/s, m/s, rad/s], robots' frames
+    spatial: Optional[Spatial] = None  # of robots that leave the ground
 
 
 def make_source(scenario):
@@ -75,7 +76,8 @@ class StageSource:
         state = read_state(state)
         command = on_axes(state.command, state.axes, self._axes)
         commanded = bool(state.commanded.any())
-        sample = Sample(state.stamp, state.pose, command, commanded, state.joints, state.twist)
+        more = state.joints, state.twist, state.spatial
+        sample = Sample(state.stamp, state.pose, command, commanded, *more)
         part = (*state.part, len(state.pose))
         self._broken = self._broken or self._break(sample, part)
         self._newest, self._part = sample, part
@@ -188,7 +190,7 @@ class RobotsSource:
 
     def columns(self, team):
         """Return the ``Columns`` in which a run of ``team`` is recorded, without what is not known."""
-        return team.record_columns._replace(twist=False, joints=False)
+        return team.record_columns._replace(twist=False, joints=False, spatial=False)
 
     def begin(self):
         """Nothing was counted before."""

@@ -190,7 +190,7 @@ class Stage:
             return
         self._last["view"] = now
         if self.view.open:
-            self.view.show(self.world.pose)
+            self.view.show(self.world.pose, self.world.spatial)
         else:
             self.view = None  # the user closed it
 
@@ -291,7 +291,8 @@ class Stage:
         """Tell the odometry of the robots in ``rows``, by default of all."""
         rows = np.arange(self.world.n) if rows is None else rows
         if self.lockstep:
-            self.lockstep.expect(rows.tolist())
+            # Commands to all robots follow from any odometry, and each comes by itself.
+            self.lockstep.expect(range(self.world.n))
         self.round_trips.sent(rows)
         self.topics.publish_odometry(rows)
 
@@ -341,11 +342,6 @@ class Stage:
             text = "{} robots: wanted at most {}, the stage's parameter most_robots"
             raise ValueError(text.format(len(request.robots), self._most_robots))
         kinds, poses, heights = read_robot_specs(request.robots, DEFAULT_KIND)
-        for number, height in enumerate(heights, 1):
-            if height != 0.0:
-                raise ValueError(
-                    "robot{}: z = {}, but it stands on the ground; wanted 0".format(number, height)
-                )
         # A request names no files to be read here but those that the scenario names.
         kinds = [self._stands_for.get(kind, kind) for kind in kinds]
         known = {*shipped_kinds(), *self.scenario.own_kinds, *self.scenario.kinds}
@@ -353,8 +349,9 @@ class Stage:
         for kind in kinds:
             if kind not in known:
                 raise ValueError(unknown_name("kind", kind, known))
-        team = self.scenario.changed(robots=len(poses), poses=poses, model=kinds)
-        self.world.set_team(Team.from_scenario(team), poses)
+        robots = {"robots": len(poses), "poses": poses, "altitude": heights}
+        team = self.scenario.changed(**robots, model=kinds)
+        self.world.set_team(Team.from_scenario(team), poses, team.altitude)
         self.scenario = team
         self._after_change()
         if self.view is not None:
@@ -451,7 +448,7 @@ def odometry_rate(scenario, usual):
         return read(declared.ODOM_RATE, usual)
     if is_given(declared.ODOM_RATE):
         raise ValueError(
-            "odom_rate = {}: the scenario's odometry_rate is {}; wanted one of them".format(
+            "odom_rate = {:g}: the scenario's odometry_rate is {}; wanted one of them".format(
                 read(declared.ODOM_RATE), scenario.odometry_rate
             )
         )

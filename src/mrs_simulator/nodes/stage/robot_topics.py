@@ -109,11 +109,15 @@ class RobotTopics(Link):
             covariance(TWIST_VARIANCE if told else None),
         )
 
-    def publish(self, stamp, pose, twist):
-        """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens."""
+    def publish(self, stamp, pose, twist, lift=None):
+        """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens.
+
+        ``lift``: what a robot that leaves the ground tells besides, as ``PlanarOdometry`` has it.
+        """
         if not self.listened_to:
             return
         message = self._message
+        message.lift = lift
         message.stamp, message.planar, message.body = stamp, pose, twist
         self._publisher.publish(message)
 
@@ -127,12 +131,11 @@ class TruePose:
         self._message = PoseStamped()
         self._message.header.frame_id = frame
 
-    def publish(self, stamp, pose):
-        """Publish ``pose`` (x, y, theta)."""
+    def publish(self, stamp, pose, lift=None):
+        """Publish ``pose`` (x, y, theta), and what of ``lift`` belongs to it."""
         message, where = self._message, self._message.pose
         message.header.stamp = stamp
-        where.position.x, where.position.y = pose[:2]
-        where.orientation.z, where.orientation.w = math.sin(0.5 * pose[2]), math.cos(0.5 * pose[2])
+        fill(where.position, where.orientation, pose, lift)
         self._publisher.publish(message)
 
     def close(self):
@@ -151,12 +154,12 @@ class TeamTopics(Link):
             "~command", TeamCommand, self._on_command, queue_size=1, tcp_nodelay=True
         )
 
-    def publish(self, stamp, poses, twists, rows):
+    def publish(self, stamp, poses, twists, rows, spatial=None):
         """Publish ``poses`` and body ``twists``, (m, 3) each, of robots ``rows`` if anybody listens."""
         if not self.listened_to:
             return
         numbers = [row + 1 for row in rows]
-        self._publisher.publish(team_odometry(numbers, poses, twists, stamp))
+        self._publisher.publish(team_odometry(numbers, poses, twists, stamp, spatial))
 
     def _on_command(self, message):
         try:
@@ -201,12 +204,26 @@ def covariance(variances):
     return matrix.ravel().tolist()
 
 
-def transform(stamp, parent, child, pose):
-    """Return the transform of frame ``child`` at ``pose`` (x, y, theta) in ``parent``."""
+def fill(place, turn, pose, lift=None):
+    """Write ``pose`` (x, y, theta), or with ``lift`` all of it, into a position and a quaternion."""
+    place.x, place.y = pose[:2]
+    if lift is None:
+        turn.z, turn.w = math.sin(0.5 * pose[2]), math.cos(0.5 * pose[2])
+    else:
+        place.z, turn.x, turn.y, turn.z, turn.w = lift[:5]
+
+
+def lifts(spatial, count):
+    """Return what each of ``count`` robots tells of ``spatial``, as ``PlanarOdometry`` has it."""
+    if spatial is None:
+        return [None] * count
+    return np.column_stack([spatial.z, spatial.orientation, spatial.twist]).tolist()
+
+
+def transform(stamp, parent, child, pose, lift=None):
+    """Return the transform of frame ``child`` at ``pose`` (x, y, theta), and ``lift``, in ``parent``."""
     message = TransformStamped()
     message.header.stamp, message.header.frame_id = stamp, parent
     message.child_frame_id = child
-    message.transform.translation.x, message.transform.translation.y = pose[0], pose[1]
-    message.transform.rotation.z = math.sin(0.5 * pose[2])
-    message.transform.rotation.w = math.cos(0.5 * pose[2])
+    fill(message.transform.translation, message.transform.rotation, pose, lift)
     return message

@@ -6,7 +6,7 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, transform
+from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, lifts, transform
 from mrs_simulator.ros.messages import Collision, TeamState, collision_message, team_state
 from mrs_simulator.ros.node_parameters import TRUE_POSE_TOPIC
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
@@ -87,32 +87,43 @@ class WorldTopics:
         """Publish the odometry of the robots in ``rows``, by default of all, and its transforms."""
         rows, stamp = range(self._world.n) if rows is None else rows.tolist(), self.stamp()
         poses, twists = self._world.odometry(), self._world.twist
+        spatial = self._world.odometry_spatial()
         if len(rows) < self._world.n:
             poses, twists = poses[rows], twists[rows]
+            spatial = None if spatial is None else spatial.of(rows)
         if self.team_topics:
-            self.team_topics.publish(stamp, poses, twists, rows)
-        poses = poses.tolist()
-        for row, pose, twist in zip(rows, poses, twists.tolist()):
-            self.robots[row].publish(stamp, pose, twist)
-        for row in self._true_poses.keys() & set(rows) if self._true_poses else ():
-            self._true_poses[row].publish(stamp, self._world.pose[row].tolist())
+            self.team_topics.publish(stamp, poses, twists, rows, spatial)
+        poses, raised = poses.tolist(), lifts(spatial, len(rows))
+        for row, pose, twist, lift in zip(rows, poses, twists.tolist(), raised):
+            self.robots[row].publish(stamp, pose, twist, lift)
+        if self._true_poses:
+            self._publish_true_poses(stamp, rows)
         listeners = self._tf.get_num_connections()
         # tf complains of a stamp that it has had; at rest only a new listener is told.
         if listeners and (stamp, listeners) != self._tf_sent:
             self._tf_sent = (stamp, listeners)
-            self._tf.publish(self._transforms(self._frames.odom, self._frames.base, poses, rows))
+            frames = self._frames.odom, self._frames.base
+            self._tf.publish(self._transforms(*frames, poses, rows, raised))
+
+    def _publish_true_poses(self, stamp, rows):
+        world = self._world
+        raised = lifts(world.spatial, world.n)
+        for row in self._true_poses.keys() & set(rows):
+            self._true_poses[row].publish(stamp, world.pose[row].tolist(), raised[row])
 
     def _publish_static_transforms(self):
         origins = self._world.odometry_origins().tolist()
         world, rows = self._frames.world, range(self._world.n)
-        self._tf_static.publish(self._transforms(lambda _: world, self._frames.odom, origins, rows))
+        level = [None] * len(rows)
+        frames = (lambda _: world), self._frames.odom
+        self._tf_static.publish(self._transforms(*frames, origins, rows, level))
 
-    def _transforms(self, parent, child, poses, rows):
+    def _transforms(self, parent, child, poses, rows, raised):
         stamp = self.stamp()
         return TFMessage(
             transforms=[
-                transform(stamp, parent(row + 1), child(row + 1), pose)
-                for row, pose in zip(rows, poses)
+                transform(stamp, parent(row + 1), child(row + 1), pose, lift)
+                for row, pose, lift in zip(rows, poses, raised)
                 if row not in self._real
             ]
         )

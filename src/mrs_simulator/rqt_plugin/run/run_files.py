@@ -100,7 +100,7 @@ class RunFiles:
         team = Team.from_scenario(scenario._replace(kinds=_kinds_of(scenario, numbers)))
 
         def write():
-            columns = team.record_columns
+            columns = team.record_columns._replace(spatial=False)  # the curves keep no heights
             with begin_run(scenario, directory, numbers, columns=columns) as file:
                 samples = zip(when - when[0], pose, command, joints, twist)
                 for stamp, poses, given, inner, speeds in samples:

@@ -91,9 +91,11 @@ def least_distance(position):
 
 def closest_pair(position):
     """Return ``(i, j, distance)``, i < j, of two points (n, d) that are nearest to each other [m]."""
-    bound = np.inf if len(position) <= DENSE else _no_nearer(position)
-    first, second = close_pairs(position, bound)
-    apart = squared(position[second] - position[first])
+    if len(position) <= DENSE:
+        first, second = all_pairs(len(position))
+    else:
+        first, second = close_pairs(position, _no_nearer(position))
+    apart = squared_apart(position, first, second)
     k = int(np.argmin(apart))
     return int(first[k]), int(second[k]), float(np.sqrt(apart[k]))
 

@@ -17,6 +17,7 @@ import threading
 
 import matplotlib
 import numpy as np
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cbook import pts_to_poststep
 from matplotlib.cm import ScalarMappable, viridis
@@ -169,9 +170,36 @@ def save(figure, path):
     """Write ``figure`` to ``path`` in the format of its ending, whole or not at all; return path."""
     kind = os.path.splitext(path)[1][1:]
     image = io.BytesIO()
-    figure.savefig(image, format=kind, metadata=METADATA.get(kind))
+    if _is_settled(figure):
+        _print(figure, image, kind)
+    else:
+        figure.savefig(image, format=kind, metadata=METADATA.get(kind))
     write_bytes(path, image.getvalue())
     return path
+
+
+def _is_settled(figure):
+    """Return whether ``figure`` is laid out for good, as matplotlib 3.6 and later can tell."""
+    if not hasattr(figure, "get_layout_engine"):
+        return False
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return not isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine)
+
+
+def _print(figure, image, kind):
+    """Write a settled ``figure`` to ``image``: what ``savefig`` does, but for drawing it twice.
+
+    From matplotlib 3.6 on that draws all once before, unseen, to lay it out.
+    """
+    canvas, dpi = figure.canvas, figure.dpi
+    try:
+        figure.dpi = matplotlib.rcParams["savefig.dpi"]
+        printing = get_registered_canvas_class(kind)(figure)
+        getattr(printing, "print_" + kind)(image, metadata=METADATA.get(kind))
+    finally:
+        figure.dpi = dpi
+        figure.set_canvas(canvas)
 
 
 @styled

@@ -81,7 +81,7 @@ def _quadratic(matrix, gain, error, moving=False):
 
     def value(*state):
         away = error(*state)
-        return float(np.einsum("id,ij,jd->", away, weight, away))
+        return float((away * (weight @ away)).sum())
 
     def dissipation(*state):
         return gain * float((error(*state) ** 2).sum())

@@ -75,13 +75,15 @@ class Averaging(Published):
     def __init__(self, weights, gain, places=0.0, still=(), means=False):
         self.weights, self.gain, self.places = weights, gain, places
         self.still, self.means = list(still), means
+        shares = weights
+        if means:
+            shares = weights / np.maximum(weights.sum(axis=1), 1e-300)[:, np.newaxis]
+        self._shares, self._total = shares, shares.sum(axis=1)[:, np.newaxis]
 
     def velocity(self, points, time, memory):
         """Return ``(u, None)``."""
-        weights, away = self.weights, points - self.places
-        if self.means:
-            weights = weights / np.maximum(weights.sum(axis=1), 1e-300)[:, np.newaxis]
-        u = self.gain * (weights @ away - weights.sum(axis=1)[:, np.newaxis] * away)
+        away = points - self.places
+        u = self.gain * (self._shares @ away - self._total * away)
         u[self.still] = 0.0
         return u, None
 

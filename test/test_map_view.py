@@ -22,8 +22,9 @@ from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
 from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.rqt_plugin.map import drawing, geometry
+from mrs_simulator.rqt_plugin.map import edge_drawing, frame, geometry, marks
 from mrs_simulator.rqt_plugin.map import ground as map_ground
+from mrs_simulator.rqt_plugin.map import trails as map_trails
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.run.history import Snapshot
@@ -163,7 +164,7 @@ def test_zoom_has_bounds(view):
     for notches in (400, -800):
         wheel(view, QPoint(300, 300), notches)
         view.grab()
-    assert view._frame.scale == geometry.SCALES[0]
+    assert view._frame.scale == frame.SCALES[0]
 
 
 @pytest.mark.parametrize("how", ["key", "double click", "call"])
@@ -304,7 +305,7 @@ def test_overlapping_robots_are_outlined_in_red(view):
     drag(view, at(view, 0.0, 0.0), at(view, 4.0, 0.4))
     assert view.overlapping == {1, 2}
     corner = view._pose[0, 0] + 0.21, 0.4 - 0.2125  # of robot 1, in front at its right
-    assert shade(view, *corner) == QColor(drawing.ALARM)
+    assert shade(view, *corner) == QColor(marks.ALARM)
     drag(view, at(view, 4.1, 0.55), at(view, 0.0, 0.0))
     assert view.overlapping == set()
 
@@ -431,12 +432,12 @@ def test_a_trail_gets_a_point_only_after_three_centimetres(view, step, points):
 
 
 def test_trails_are_bounded_and_keep_beginning_and_end():
-    trails = geometry.Trails(2)
+    trails = map_trails.Trails(2)
     for count in range(10000):
         trails.add(np.array([[0.04 * count, 0.0], [0.0, 1.0]]))
-        assert trails.count[0] <= geometry.TRAIL_POINTS
+        assert trails.count[0] <= map_trails.TRAIL_POINTS
     path = trails.path(0)
-    assert trails.count[1] == 1 and trails.count[0] > 0.4 * geometry.TRAIL_POINTS
+    assert trails.count[1] == 1 and trails.count[0] > 0.4 * map_trails.TRAIL_POINTS
     assert path[0].tolist() == [0.0, 0.0] and path[-1, 0] > 399.5
     apart = np.diff(path[:, 0])
     assert apart.max() < 1.5 * apart.min()  # the whole way is told equally well
@@ -502,7 +503,7 @@ def test_the_selected_robot_is_highlighted_and_unknown_ones_are_not(view):
 
 def test_a_collision_flashes_and_fades(view, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("mrs_simulator.rqt_plugin.map.view.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.map.scene.time.monotonic", lambda: now[0])
     before = drawn(view)
     view.flash_collision(2.0, 1.5)
     assert (drawn(view) != before).any() and view._timer.isActive()
@@ -555,7 +556,7 @@ def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
     view.grab()
     look = view._numbers, view._pose, view._frame, 1.0, view._shapes
     segments, stride = view._edges.segments(*look, 40000)
-    assert stride == 1 and len(segments.place) > drawing.MOST_EDGES
+    assert stride == 1 and len(segments.place) > edge_drawing.MOST_EDGES
     assert view._edges.segments(*look, 1000)[1] == 11
 
 
@@ -570,7 +571,7 @@ def test_colours_follow_the_palette(view, base, text):
 
 @pytest.mark.parametrize("least, step", [(0.9, 1.0), (1.0, 1.0), (1.1, 2.0), (21, 50), (0.06, 0.1)])
 def test_grid_steps_are_1_2_5(least, step):
-    assert geometry.nice_step(least) == pytest.approx(step)
+    assert frame.nice_step(least) == pytest.approx(step)
 
 
 def test_a_mode_that_is_none_is_refused(view):

@@ -10,8 +10,9 @@ from python_qt_binding.QtCore import QLineF, QPointF, QRect, QRectF, Qt
 from python_qt_binding.QtGui import QFont, QPen
 
 from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.rqt_plugin.map.drawing import faded, polygon
-from mrs_simulator.rqt_plugin.map.geometry import nice_step, placed
+from mrs_simulator.rqt_plugin.map.frame import nice_step
+from mrs_simulator.rqt_plugin.map.geometry import placed
+from mrs_simulator.rqt_plugin.map.look import faded, polygon
 
 HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)
 

@@ -8,8 +8,10 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, Qt
 from python_qt_binding.QtGui import QPainter, QPen, QPixmap
 
-from mrs_simulator.rqt_plugin.map import axes, drawing
-from mrs_simulator.rqt_plugin.map.geometry import TRAIL_PIXELS
+from mrs_simulator.rqt_plugin.map import axes
+from mrs_simulator.rqt_plugin.map.look import mixed, polygon
+from mrs_simulator.rqt_plugin.map.marks import draw_starts
+from mrs_simulator.rqt_plugin.map.trails import TRAIL_PIXELS
 
 MANY_TRAILS = 120  # [-] in view; beyond, they are thin and not dashed
 DASHES = (5.0, 3.0)  # [-] of a trail, in widths of its line
@@ -83,13 +85,13 @@ class TrailPainter:
             path = trails.path(row, trails.stride(row, frame.scale))
             self._draw(painter, look, frame, row, np.concatenate([path, ends[row : row + 1]]))
         painter.setRenderHint(QPainter.Antialiasing, True)
-        drawing.draw_starts(painter, look, frame, self._starts[rows])
+        draw_starts(painter, look, frame, self._starts[rows])
 
     def _draw(self, painter, look, frame, row, path):
         line, pen = frame.to_screen(path), self._pen(look, row)
         if self._many:
             painter.setPen(pen)
-            painter.drawPolyline(drawing.polygon(line))
+            painter.drawPolyline(polygon(line))
             return
         lengths = np.cumsum(np.hypot(*np.diff(line, axis=0).T))
         self._lengths[row] = lengths[-1]
@@ -97,11 +99,11 @@ class TrailPainter:
             if begin:  # the dashes stay where they are when the view moves
                 pen.setDashOffset(lengths[begin - 1] / pen.widthF() % sum(DASHES))
             painter.setPen(pen)
-            painter.drawPolyline(drawing.polygon(line[begin:end]))
+            painter.drawPolyline(polygon(line[begin:end]))
 
     def _pen(self, look, row):
         if self._many:
-            return QPen(drawing.mixed(look.base, self._shades[row], 0.6), 1)
+            return QPen(mixed(look.base, self._shades[row], 0.6), 1)
         pen = QPen(self._shades[row], 1.4 * look.unit)
         pen.setDashPattern(DASHES)
         pen.setCapStyle(Qt.FlatCap)
@@ -127,7 +129,7 @@ class TrailPainter:
         painter.setRenderHint(QPainter.Antialiasing, True)
         # A start is on top of its own trail.
         near = rows[np.hypot(*(frame.to_screen(self._starts[rows]) - self._tips[rows]).T) < 9.0]
-        drawing.draw_starts(painter, look, frame, self._starts[near], self._starts)
+        draw_starts(painter, look, frame, self._starts[near], self._starts)
         self._lengths[rows] += steps[rows]
         self._tips[rows] = screen[rows]
 

@@ -1,0 +1,88 @@
+"""Draws marks about robots and places: starts, wanted places, rings, alarms and collisions.
+
+Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Frame``; positions are
+arrays, one point per row, in metres.
+"""
+
+import numpy as np
+from python_qt_binding.QtCore import QLineF, QPointF, Qt
+from python_qt_binding.QtGui import QColor, QPen
+
+from mrs_simulator.rqt_plugin.map.geometry import outlines
+from mrs_simulator.rqt_plugin.map.look import SOME_ROBOTS, by_count, faded, mixed, polygon
+from mrs_simulator.study.figures import START_COLOUR
+
+FLASH = 2.0  # [s], how long a collision's ring is seen
+ALARM = "#e01b24"
+
+
+def draw_starts(painter, look, frame, starts, team=None):
+    """Draw red points where the robots began, of the size that suits all ``team``, if given."""
+    screen = frame.to_screen(starts)
+    radius = by_count(len(starts if team is None else team), 3.0, 2.2, 1.5) * look.unit
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(START_COLOUR))
+    for x, y in screen[frame.sees(screen, 9.0)].tolist():
+        painter.drawEllipse(QPointF(x, y), radius, radius)
+
+
+def draw_targets(painter, look, frame, targets, numbers, sprites):
+    """Draw a small cross at each desired position, in the colour of its robot."""
+    screen = frame.to_screen(targets)
+    size = by_count(len(targets), 4.5, 3.0, 2.0) * look.unit
+    rows = np.flatnonzero(frame.sees(screen, size))
+    keys = np.full(len(rows), -1)
+    if len(numbers) == len(targets):
+        keys = look.places(np.array(numbers)[rows])
+
+    def paint(brush, key):
+        shade = look.text if key < 0 else mixed(look.shades[key], look.text, 0.25)
+        brush.setPen(QPen(shade, 1.8 * look.unit))
+        brush.drawLine(QLineF(-size, -size, size, size))
+        brush.drawLine(QLineF(-size, size, size, -size))
+
+    sprites.put(painter, (look, size), size + 1.8 * look.unit, screen[rows], keys.tolist(), paint)
+
+
+def draw_selection(painter, look, frame, pose, shapes):
+    """Draw a disc under the robots of ``pose`` (n, 3)."""
+    painter.setPen(QPen(look.highlight, 2.0 * look.unit))
+    painter.setBrush(faded(look.highlight, 0.25))
+    _draw_rings(painter, frame, pose, shapes, 1.35, 12.0 * look.unit)
+
+
+def draw_real(painter, look, frame, pose, shapes):
+    """Draw a ring about the robots of ``pose`` (n, 3), which are real ones."""
+    painter.setPen(QPen(look.text, 2.0 * look.unit))
+    painter.setBrush(Qt.NoBrush)
+    _draw_rings(painter, frame, pose, shapes, 1.15, 10.0 * look.unit)
+
+
+def _draw_rings(painter, frame, pose, shapes, factor, least):
+    """Draw a circle of ``factor`` times its reach, at least ``least`` [px], about each robot's middle."""
+    heading = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
+    ahead = 0.5 * (shapes.front - shapes.rear)
+    middles = frame.to_screen(pose[:, :2] + ahead[:, np.newaxis] * heading)
+    radii = np.maximum(factor * shapes.reach * frame.scale, least)
+    for (x, y), radius in zip(middles.tolist(), radii.tolist()):
+        painter.drawEllipse(QPointF(x, y), radius, radius)
+
+
+def draw_alarms(painter, look, frame, pose, shapes):
+    """Outline in red the robots of ``pose`` (n, 3)."""
+    pen = QPen(QColor(ALARM), 3.0 * look.unit)
+    pen.setJoinStyle(Qt.MiterJoin)
+    painter.setPen(pen)
+    painter.setBrush(Qt.NoBrush)
+    for shape in outlines(pose, frame, look.unit, shapes):
+        painter.drawPolygon(polygon(shape))
+
+
+def draw_flash(painter, look, frame, place, age):
+    """Draw the ring of a collision ``age`` [s] ago at ``place`` (2,); of many robots a small, thin one."""
+    share, few = age / FLASH, look.count <= SOME_ROBOTS
+    least, width = (10.0, 4.0) if few else (5.0, 1.5)
+    radius = max((0.35 if few else 0.2) * frame.scale, least * look.unit) * (0.7 + 0.8 * share)
+    painter.setPen(QPen(faded(QColor(ALARM), 1.0 - share), width * look.unit))
+    painter.setBrush(Qt.NoBrush)
+    painter.drawEllipse(QPointF(*frame.to_screen(place)), radius, radius)

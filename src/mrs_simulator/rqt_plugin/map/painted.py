@@ -1,0 +1,139 @@
+"""Paints what the map shows."""
+
+import time
+
+import numpy as np
+from python_qt_binding.QtGui import QPainter
+
+from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
+from mrs_simulator.rqt_plugin.map.ground import Ground
+from mrs_simulator.rqt_plugin.map.legend import draw_legend
+from mrs_simulator.rqt_plugin.map.look import MANY_ROBOTS, Look
+from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
+from mrs_simulator.rqt_plugin.map.sprites import Sprites
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+MOST_EDGES = 40000  # [-] looked at when painting
+
+
+class PaintedMap(MapScene):
+    """A scene that is painted; what it shows for a moment lies on top."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._ground, self._cursor, self._moved = Ground(), None, False
+        self._robots, self._plates, self._crosses = Sprites(), Sprites(), Sprites()
+        self.cost = 0.0  # [s] that the last picture took
+
+    @guarded
+    def paintEvent(self, event):
+        look, painter = Look.of(self, self._team_size()), QPainter(self)
+        begun = time.perf_counter()
+        try:
+            self._paint_ground(painter, look)
+            painter.setFont(self.font())
+            painter.setRenderHint(QPainter.Antialiasing)
+            painter.setClipRect(self._frame.area)
+            axes.draw_scale_bar(painter, look, self._frame)
+            remark = self._paint_edges(painter, look)
+            if self._shown["targets"] and self._targets is not None:
+                team = self._targets, self._numbers
+                marks.draw_targets(painter, look, self._frame, *team, self._crosses)
+            self._paint_robots(painter, look)
+            if self._shown["legend"]:
+                draw_legend(painter, look, self._frame, self._legend())
+            self._paint_passing(painter, look)
+            if remark:
+                axes.draw_remark(painter, look, self._frame, remark)
+        finally:
+            painter.end()
+        self.cost = time.perf_counter() - begun
+
+    def _team_size(self):
+        return max(self._numbers, default=1)
+
+    def _paint_ground(self, painter, look):
+        """Paint the ground with the trails."""
+        trails = self._trails if self._shown["trails"] else None
+        now = None if self._begin_anew else self._pose[:, :2]  # robots may have been put elsewhere
+        obstacles, hint, numbers = self._obstacles, HINTS[self._mode], self._numbers
+        arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
+        self._ground.draw(painter, self, look, self._frame, *arguments)
+
+    def _paint_edges(self, painter, look):
+        """Paint the edges; return a remark where some are left out."""
+        if not self._shown["edges"]:
+            return ""
+        segments, stride = self._edges.segments(
+            self._numbers, self._pose, self._frame, look.unit, self._shapes, MOST_EDGES
+        )
+        stride *= edge_drawing.draw_edges(painter, look, segments, self._edges.directed)
+        return "" if stride == 1 else "One edge in {} is drawn".format(stride)
+
+    def _paint_robots(self, painter, look):
+        frame, scale = self._frame, self._frame.scale
+        screen = frame.to_screen(self._pose)
+        margin = max(self._shapes.farthest * scale, geometry.ARROW * look.unit) + 2.0 * look.line
+        with np.errstate(invalid="ignore"):
+            rows = np.flatnonzero(self._known & frame.sees(screen, margin))
+        pose, numbers = self._pose[rows], [self._numbers[row] for row in rows]
+        shapes, fresh = self._shapes.of(rows), self._fresh[rows]
+
+        def of(chosen):
+            places = [row for row, number in enumerate(numbers) if number in chosen]
+            return pose[places], shapes.of(places)
+
+        marks.draw_selection(painter, look, frame, *of({self._selected}))
+        drawing.draw_robots(painter, look, frame, pose, numbers, fresh, shapes, self._robots)
+        marks.draw_real(painter, look, frame, *of(self._real))
+        if (self._at_rest or self._mode == "poses") and self.overlapping:
+            marks.draw_alarms(painter, look, frame, *of(self.overlapping))
+        if self._shown["numbers"] and len(rows) <= MANY_ROBOTS:
+            drawing.draw_numbers(painter, look, frame, pose, numbers, shapes, self._plates)
+
+    def _paint_passing(self, painter, look):
+        """Paint what is there for a moment: collisions, the edge that is being drawn."""
+        now = time.monotonic()
+        for begun, place in self._flashes:
+            marks.draw_flash(painter, look, self._frame, place, now - begun)
+        if self._drag is not None and self._drag.kind == "edge" and self._moved:
+            row = self._robot_at(self._cursor)
+            begin = self._frame.to_screen(self._pose[self._drag.row])
+            reached = row >= 0 and row != self._drag.row
+            end = self._frame.to_screen(self._pose[row]) if reached else self._cursor
+            text = self._told_of_edge(self._drag.row, row if reached else -1)
+            edge_drawing.draw_band(painter, look, begin, end, reached, text)
+
+    def _told_of_edge(self, row, other):
+        """Return in words what the edge drawn from robot ``row`` to ``other``, -1 for none, means."""
+        hears = "robot {}".format(self._numbers[other]) if other >= 0 else "..."
+        between = "and {} hear each other" if not self._edges.directed else "{} hears robot {}"
+        if self._edges.directed:
+            return between.format(hears, self._numbers[row])
+        return "robot {} {}".format(self._numbers[row], between.format(hears))
+
+    def _legend(self):
+        """Return the names of the signs that are to be seen."""
+        shown = set()
+        if self._shown["trails"] and self._trails.begun:
+            shown |= {"start", "trail"}
+        if self._shown["targets"] and self._targets is not None:
+            shown.add("target")
+        if self._shown["edges"] and self._edges.list:
+            shown.add("hears" if self._edges.directed else "edge")
+        if self._real:
+            shown.add("real")
+        if not self._fresh.all():
+            shown.add("stale")
+        return shown
+
+    def _robot_at(self, at):
+        """Return the row of the robot at ``at`` (2,) [px], -1 for none."""
+        return geometry.robot_at(self._pose, self._frame, Look.of(self).unit, at, self._shapes)
+
+    def _edge_at(self, at):
+        """Return the edge (i, j, weight) at ``at`` (2,) [px], None for none."""
+        if not self._shown["edges"]:
+            return None
+        unit = Look.of(self).unit
+        return self._edges.at(self._numbers, self._pose, self._frame, unit, at, self._shapes)

@@ -1,0 +1,268 @@
+"""What the map shows: a team and its trails, targets, obstacles, edges and collisions, and from where."""
+
+import collections
+import math
+import time
+
+import numpy as np
+from python_qt_binding.QtCore import QEvent, QSize, QTimer
+from python_qt_binding.QtWidgets import QSizePolicy, QWidget
+
+from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.rqt_plugin.map import axes
+from mrs_simulator.rqt_plugin.map.edges import Edges
+from mrs_simulator.rqt_plugin.map.frame import Frame
+from mrs_simulator.rqt_plugin.map.marks import FLASH
+from mrs_simulator.rqt_plugin.map.shapes import Shapes
+from mrs_simulator.rqt_plugin.map.trails import Trails
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.vehicles import kind
+from mrs_simulator.world.bodies import Bodies
+
+HINTS = {
+    "look": "",
+    "poses": "Drag a robot to move it, with Shift or the right button to turn it",
+    "edges": "Drag from robot i to robot j: j hears i.  Click on an edge to remove it",
+}
+ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
+FLASH_PERIOD = 40  # [ms]
+MOST_FLASHES = 50
+LAYERS = ("trails", "targets", "edges", "numbers", "legend")
+
+
+class MapScene(QWidget):
+    """Robots, targets, trails, obstacles and edges in the plane; robots are numbered from 1."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self._frame = Frame()
+        self._mode, self._drag = "look", None
+        self._shown = dict.fromkeys(LAYERS, True)
+        self._hidden_trails, self._selected = set(), 0
+        self._targets, self._obstacles = None, ()
+        self._edges = Edges()
+        self._flashes = collections.deque(maxlen=MOST_FLASHES)
+        self._untouched = True  # the view is still the one that fit() chose
+        self._kinds = ()
+        self._begin_team((), np.empty((0, 3)))
+        self._timer = QTimer(self, interval=FLASH_PERIOD)
+        self._timer.timeout.connect(self._fade)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
+
+    # What is shown -------------------------------------------------------------------------------
+
+    def show_kinds(self, kinds):
+        """Draw robots 1..n as their ``Kind``s are; a team of another number as the first of them."""
+        self._kinds = tuple(kinds)
+        self._take_shapes()
+        self.update()
+
+    def _take_shapes(self):
+        known = len(self._kinds) == len(self._numbers)
+        usual = self._kinds[:1] or (kind(DEFAULT_KIND),)
+        self._shapes = Shapes.of_kinds(self._kinds if known else usual * len(self._numbers))
+        self._overlapping = None
+
+    def show_team(self, poses):
+        """Show robots 1..n at rest at ``poses`` (n, 3) [m, m, rad]; their next run begins there."""
+        poses = np.array(poses, dtype=float).reshape(-1, 3)
+        numbers = tuple(range(1, len(poses) + 1))
+        if numbers != self._numbers:
+            self._begin_team(numbers, poses)
+            self.fit()
+        elif not np.allclose(poses, self._pose, atol=1e-3, equal_nan=True):
+            self._begin_anew = True
+        self._place(poses, np.ones(len(poses), dtype=bool))
+        self._at_rest = True
+        self._follow()
+        self.update()
+
+    def show_snapshot(self, snapshot):
+        """Show the newest poses of a run; one of another team or an earlier time begins anew."""
+        numbers = tuple(int(number) for number in snapshot.numbers)
+        poses = np.array(snapshot.pose, dtype=float).reshape(-1, 3)
+        changed = numbers != self._numbers
+        if changed:
+            self._begin_team(numbers, poses)
+        elif self._begin_anew or snapshot.time < self._time:
+            self.clear_trails()
+        self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
+        self._place(poses, np.array(snapshot.fresh, dtype=bool), snapshot.real)
+        self._trails.add(poses[:, :2])
+        if changed:
+            self.fit()
+        self._follow()
+        self.update()
+
+    def _begin_team(self, numbers, poses):
+        self._numbers, self._drag = numbers, None
+        self._take_shapes()
+        self._time, self._begin_anew, self._at_rest = -math.inf, False, True
+        self._trails = Trails(len(numbers))
+        self._flashes.clear()
+        self._place(poses, np.ones(len(poses), dtype=bool))
+
+    def _place(self, poses, fresh, real=frozenset()):
+        self._pose, self._fresh, self._overlapping, self._real = poses, fresh, None, real
+        self._known = np.isfinite(poses).all(axis=1)
+
+    def show_targets(self, points):
+        """Show the desired positions ``points`` (n, 2) [m], None for none."""
+        self._targets = None if points is None else np.array(points, dtype=float).reshape(-1, 2)
+        self.update()
+
+    def show_topology(self, edges, directed=True):
+        """Show ``edges``, a list of (i, j, weight): robot i hears robot j."""
+        self._edges = Edges(edges, directed)
+        self.update()
+
+    def show_obstacles(self, obstacles):
+        """Show ``obstacles``, ``Box`` and ``Cylinder``."""
+        self._obstacles = tuple(obstacles)
+        self.update()
+
+    def flash_collision(self, x, y):
+        """Show for two seconds that there was a collision at (x, y) [m]."""
+        self._flashes.append((time.monotonic(), np.array([x, y], dtype=float)))
+        self._timer.start()
+        self.update()
+
+    @guarded
+    def _fade(self, *_):
+        while self._flashes and time.monotonic() - self._flashes[0][0] >= FLASH:
+            self._flashes.popleft()
+        if not self._flashes:
+            self._timer.stop()
+        self.update()
+
+    def clear_trails(self):
+        """Forget where the robots have been; new trails begin with the next snapshot."""
+        self._trails, self._time = Trails(len(self._numbers)), -math.inf
+        self.update()
+
+    def select(self, number):
+        """Highlight robot ``number``, 0 for none."""
+        self._selected = int(number)
+        self.update()
+
+    def set_trails_shown(self, shown):
+        """Show or hide all trails."""
+        self._set_shown("trails", shown)
+
+    def set_trail_shown(self, number, shown):
+        """Show or hide the trail of robot ``number``."""
+        (self._hidden_trails.discard if shown else self._hidden_trails.add)(int(number))
+        self.update()
+
+    def set_targets_shown(self, shown):
+        """Show or hide the desired positions."""
+        self._set_shown("targets", shown)
+
+    def set_edges_shown(self, shown):
+        """Show or hide the edges of the topology."""
+        self._set_shown("edges", shown)
+
+    def set_numbers_shown(self, shown):
+        """Show or hide the robots' numbers."""
+        self._set_shown("numbers", shown)
+
+    def set_legend_shown(self, shown):
+        """Show or hide what the signs mean."""
+        self._set_shown("legend", shown)
+
+    def _set_shown(self, what, shown):
+        self._shown[what] = bool(shown)
+        self.update()
+
+    def set_mode(self, mode):
+        """Choose what the mouse does: ``look``, edit ``poses`` or edit ``edges``."""
+        if mode not in HINTS:
+            raise ValueError("mode {!r}: wanted one of {}".format(mode, ", ".join(HINTS)))
+        if mode != self._mode:
+            self._mode, self._drag = mode, None
+            self._measure()
+            self.update()
+
+    @property
+    def mode(self):
+        """Return the mode."""
+        return self._mode
+
+    @property
+    def overlapping(self):
+        """Return the set of the numbers of robots that overlap another."""
+        if self._overlapping is None:
+            rows = np.flatnonzero(self._known)
+            hit = []
+            if len(rows) > 1:
+                first, second = self._bodies(rows).overlaps(self._pose[rows])[:2]
+                hit = rows[np.union1d(first, second).astype(int)]
+            self._overlapping = {self._numbers[row] for row in hit}
+        return self._overlapping
+
+    def _bodies(self, rows):
+        return Bodies([self._shapes.distinct[which] for which in self._shapes.which[rows].tolist()])
+
+    # The view ------------------------------------------------------------------------------------
+
+    def fit(self):
+        """Bring the whole team, its targets and trails into view."""
+        self._untouched = True
+        self._look_at(self._bounds(everything=True), self._shapes.farthest)
+
+    def _bounds(self, everything):
+        """Return the corners (k, 2) of the team, with ``everything`` of targets and trails too."""
+        parts = [self._pose[self._known, :2]]
+        if everything and self._targets is not None and self._shown["targets"]:
+            parts.append(self._targets[np.isfinite(self._targets).all(axis=1)])
+        if everything and self._shown["trails"]:
+            parts.append(self._trails.bounds())
+        return np.concatenate(parts)
+
+    def _look_at(self, points, room):
+        if len(points):
+            low, high = points.min(axis=0) - room, points.max(axis=0) + room
+            self._frame.look_at(low, high, self.fontMetrics().height())  # numbers need room too
+        self.update()
+
+    def _follow(self):
+        """Widen an untouched view once a robot leaves it, with room so that it stays for a while."""
+        if not self._untouched or self._drag is not None:
+            return
+        position = self._bounds(everything=False)
+        if not self._frame.sees(self._frame.to_screen(position)).all():
+            points = self._bounds(everything=True)
+            self._look_at(points, self._shapes.farthest + ROOM * np.ptp(points, axis=0).max())
+
+    def to_screen(self, x, y):
+        """Return where the point (x, y) [m] is in the widget, (x, y) [px]."""
+        return tuple(self._frame.to_screen((x, y)).tolist())
+
+    def to_plane(self, x, y):
+        """Return the point (x, y) [m] that is at (x, y) [px] in the widget."""
+        return tuple(self._frame.to_plane((x, y)).tolist())
+
+    def sizeHint(self):
+        """Return a size for the eye; any other does."""
+        line = self.fontMetrics().height()
+        return QSize(40 * line, 32 * line)
+
+    def minimumSizeHint(self):
+        """Return the least size at which something is to be seen."""
+        line = self.fontMetrics().height()
+        return QSize(14 * line, 12 * line)
+
+    @guarded
+    def resizeEvent(self, event):
+        self._measure()
+
+    @guarded
+    def changeEvent(self, event):
+        if event.type() == QEvent.FontChange:
+            self._measure()
+        super().changeEvent(event)
+
+    def _measure(self):
+        self._frame.area = axes.plot_area(self, HINTS[self._mode])
+        if self._untouched:
+            self.fit()

@@ -1,132 +1,23 @@
-"""The curves panel: states of the team over time, and the formation error beside its prediction."""
-
-import time as clock
+"""The curves panel: curves under the mouse, which zooms, pans and names them."""
 
 import numpy as np
-from matplotlib.backends.backend_qt5agg import FigureCanvasQTAgg
-from python_qt_binding.QtCore import QEvent, Qt, QTimer
+from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtGui import QFontInfo, QPalette
-from python_qt_binding.QtWidgets import (
-    QCheckBox,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QTabBar,
-    QVBoxLayout,
-    QWidget,
-)
+from python_qt_binding.QtWidgets import QLabel
 
-from mrs_simulator.rqt_plugin.curves import quantities
-from mrs_simulator.rqt_plugin.curves.plot import CurvesPlot
-from mrs_simulator.rqt_plugin.curves.quantities import (
-    ERROR,
-    QUANTITIES,
-    Curve,
-    ErrorCurve,
-    shown_quantities,
-)
-from mrs_simulator.rqt_plugin.run.history import History
+from mrs_simulator.rqt_plugin.curves.drawn import DrawnCurves
+from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-PERIOD, SOON = 250, 40  # [ms] between redraws: of a run, and under a person's hand
-MOST_DRAWING = 0.15  # of the time that redraws may take; beyond, they come less often
-USUAL_AXES = ("linear.x", "angular.z")
 ZOOM = 0.8  # of one step of the wheel
-ALL = "Robots whose curves are drawn, such as 1-3, 7; empty: all"
-FOLLOW = (
-    "The time axis ends at the newest sample.\n"
-    "Wheel: zoom about the mouse; beside an axis: that axis alone. Drag: pan. Double click: all."
-)
-WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 
 
-class _Canvas(FigureCanvasQTAgg):
-    """Draws only while it is seen, and only after its owner brought the figure up to date."""
-
-    prepare = None
-
-    @guarded
-    def draw(self):
-        if self.isVisible():
-            self.prepare()
-            super().draw()
-
-
-class CurvesPanel(QWidget):
-    """State curves of a team and its formation error, redrawn while visible and only if changed."""
+class CurvesPanel(DrawnCurves):
+    """Curves that are zoomed by the wheel and panned by a drag; the one under the mouse is named."""
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self.setAutoFillBackground(True)  # as the figure, whatever the tabs about it look like
-        self._history, self._ranges = History(), ()
-        self._error, self._theory = ErrorCurve(), None
-        self._xlim, self._ylim = None, None  # None: all
-        self._drawn, self._dirty = None, True
         self._grip, self._pointer = None, None  # [pixels] where the mouse drags, and points
-        self._timer = QTimer(self)
-        self._timer.setInterval(PERIOD)
-        self._timer.timeout.connect(self._tick)
-        self._make_controls()
-        self._make_canvas()
-        self._take_look()
-
-    def set_history(self, history):
-        """Show ``history``, a ``study.History`` that may go on growing."""
-        self._history, self._dirty = history, True
-
-    def set_prediction(self, time, error):
-        """Draw theory's ``error`` [m] at ``time`` [s] of the run over its own; None, None: no theory."""
-        theory = None
-        if time is not None and error is not None:
-            theory = np.array(time, dtype=float), quantities.positive(np.array(error, dtype=float))
-            if theory[0].ndim != 1 or theory[0].shape != theory[1].shape:
-                raise ValueError("times {}, errors {}".format(*(part.shape for part in theory)))
-        self._theory, self._dirty = theory, True
-
-    def set_error(self, function, background=False):
-        """Set the formation error: a function of poses (m, n, 3) to (m,) [m], or None.
-
-        ``background``: it may take long, and is computed in a thread.
-        """
-        self._error, self._dirty = ErrorCurve(function, background), True
-
-    def set_axes(self, axes):
-        """Offer what a team has whose robots obey the command ``axes``, names of Twist components."""
-        shown = shown_quantities(tuple(axes))
-        if shown == [self._tabs.tabData(tab) for tab in range(self._tabs.count())]:
-            return
-        chosen, blocked = self._index(), self._tabs.blockSignals(True)
-        while self._tabs.count():
-            self._tabs.removeTab(0)
-        for tab, index in enumerate(shown):
-            self._tabs.addTab(QUANTITIES[index].tab)
-            self._tabs.setTabToolTip(tab, QUANTITIES[index].meaning)
-            self._tabs.setTabData(tab, index)
-        self._tabs.setCurrentIndex(shown.index(chosen) if chosen in shown else 0)
-        self._tabs.blockSignals(blocked)
-        self._dirty = True
-
-    def _index(self):
-        """Return the place in ``QUANTITIES`` of what is shown."""
-        return self._tabs.tabData(max(0, self._tabs.currentIndex())) if self._tabs.count() else 0
-
-    def _make_controls(self):
-        self._tabs, self._field, self._follow = QTabBar(), QLineEdit(), QCheckBox("Follow")
-        self.set_axes(USUAL_AXES)
-        self._tabs.setExpanding(False)
-        self._tabs.setDrawBase(False)
-        self._tabs.currentChanged.connect(self._on_tab)
-        self._field.setPlaceholderText("all robots")
-        self._field.setToolTip(ALL)
-        self._field.textChanged.connect(self._on_field)
-        self._follow.setChecked(True)
-        self._follow.setToolTip(FOLLOW)
-        self._follow.toggled.connect(self._on_follow)
-
-    def _make_canvas(self):
-        self._plot = CurvesPlot()
-        self._canvas = _Canvas(self._plot.figure)
-        self._canvas.prepare = self._prepare
         self._label, self._dot = QLabel(self._canvas), QLabel(self._canvas)
         for sign in (self._label, self._dot):
             sign.setAttribute(Qt.WA_TransparentForMouseEvents)
@@ -137,155 +28,9 @@ class CurvesPanel(QWidget):
         connect("motion_notify_event", self._on_motion)
         connect("button_release_event", self._on_release)
         connect("figure_leave_event", self._on_leave)
-        row, column = QHBoxLayout(), QVBoxLayout(self)
-        for widget, stretch in ((self._tabs, 1), (self._field, 0), (self._follow, 0)):
-            row.addWidget(widget, stretch)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(row)
-        column.addWidget(self._canvas, 1)
 
-    def _take_look(self):
-        """Take sizes from the font and colours from the palette."""
-        palette, font = self.palette(), QFontInfo(self.font())
-        pixels = font.pixelSize()
-        roles = QPalette.Window, QPalette.Base, QPalette.WindowText
-        colours = (palette.color(role).getRgbF()[:3] for role in roles)
-        self._plot.take_look(font.family(), pixels, *colours)
-        self._field.setMinimumWidth(4 * pixels)
-        self._field.setMaximumWidth(9 * pixels)
-        self._canvas.setPalette(palette)
-        self._dirty = True
-
-    def changeEvent(self, event):
-        """Follow the theme."""
-        super().changeEvent(event)
-        if event.type() in (QEvent.PaletteChange, QEvent.FontChange, QEvent.StyleChange):
-            self._on_look()
-
-    def showEvent(self, event):
-        """Redraw from now on."""
-        super().showEvent(event)
-        self._timer.start(SOON)
-
-    def hideEvent(self, event):
-        """Cost nothing from now on."""
-        super().hideEvent(event)
-        self._timer.stop()
-
-    @guarded
-    def _on_look(self):
-        if hasattr(self, "_dot"):  # not while this is made
-            self._take_look()
-
-    @guarded
-    def _on_tab(self, *_):
-        self._ylim = None
-        self._field.setEnabled(self._index() != ERROR)
-        self._renew()
-
-    @guarded
-    def _on_field(self, *_):
-        try:
-            self._ranges = quantities.parse_robots(self._field.text())
-            numbers = self._history.numbers
-            absent = {number for ends in self._ranges for number in ends} - set(numbers)
-            problem = "No robot {} in the team".format(min(absent)) if absent and numbers else ""
-        except ValueError as error:
-            problem = str(error)
-        self._field.setToolTip(problem or ALL)
-        self._field.setStyleSheet(WRONG if problem else "")
-        self._renew()
-
-    @guarded
-    def _on_follow(self, follow):
-        """Go on with the width of the window, or stay with the axes as they are."""
-        time = self._history.time
-        if not follow and self._drawn is not None:
-            self._xlim, self._ylim = self._plot.axes.get_xlim(), self._plot.axes.get_ylim()
-        elif follow:
-            whole = self._xlim is None or not len(time) or self._xlim[0] <= time[0]
-            self._xlim, self._ylim = None if whole else self._xlim, None
-        self._renew()
-
-    # Drawing
-
-    @guarded
-    def _tick(self):
-        seen, begun = self.isVisible() and not self.window().isMinimized(), clock.monotonic()
-        if seen and (self._dirty or self._stamp() != self._drawn):
-            self._canvas.draw()
-        taken = 1e3 * (clock.monotonic() - begun)
-        self._timer.setInterval(max(PERIOD, int(taken / MOST_DRAWING)))
-
-    def _renew(self):
-        """Let the next redraw come at once: a person waits for it."""
-        self._dirty = True
-        if self._timer.isActive() and self._timer.interval() != SOON:
-            self._timer.start(SOON)
-
-    def _stamp(self):
-        time = self._history.time
-        return self._history.numbers, tuple(time[:1]), len(time), tuple(time[-1:])
-
-    def _prepare(self):
-        """Bring the figure up to date."""
-        stamp = self._stamp()
-        if self._drawn is None or stamp[:2] != self._drawn[:2] or stamp[3] < self._drawn[3]:
-            self._follow.setChecked(True)  # another run
-            self._xlim, self._ylim = None, None
-            self._on_field()
-        self._dirty, self._drawn = False, stamp
-        index, (found, message) = self._index(), self._data()
-        limits = self._time_limits(), self._ylim
-        self._plot.update(found, stamp[0], index, message, *limits)
+    def _on_drawn(self):
         self._point_out()
-
-    def _data(self):
-        """Return the curves to draw, and what there is to say."""
-        time, numbers = self._history.time, self._history.numbers
-        if self._index() == ERROR:
-            return self._error_data(numbers, time)
-        rows = [row for row, number in enumerate(numbers) if self._chosen(number)]
-        if not rows or not len(time):
-            return [], "No robot of the team is chosen" if len(time) else "No samples yet"
-        table = QUANTITIES[self._index()].values(self._history)
-        styles = self._plot.styles([numbers[row] for row in rows], numbers)
-        names = ["Robot {}".format(numbers[row]) for row in rows]
-        pairs = zip(names, rows, styles)
-        return [Curve(name, time, table[:, row], style) for name, row, style in pairs], ""
-
-    def _error_data(self, numbers, time):
-        self._dirty = not self._error.update(numbers, time, self._history.pose)
-        found, values = [], quantities.positive(self._error.values)
-        styles = self._plot.error_styles()
-        if len(values):
-            found.append(Curve("This run", time[: len(values)], values, styles[0]))
-        if self._theory is not None:
-            when, error = self._theory
-            begin = time[self._history.first_row()] if len(time) else 0.0
-            found.append(Curve("Theory", when + begin, error, styles[1]))
-        return found, self._error.problem or ("" if found else "No samples yet")
-
-    def _chosen(self, number):
-        return not self._ranges or any(low <= number <= high for low, high in self._ranges)
-
-    def _time_limits(self):
-        """Return the ends of the time axis [s]."""
-        time = self._history.time
-        if not len(time) and self._theory is not None and self._index() == ERROR:
-            time = self._theory[0]
-        begin, end = (time[0], time[-1]) if len(time) else (0.0, 1.0)
-        if end <= begin:
-            begin, end = begin - 0.5, begin + 0.5
-        if self._xlim is not None and self._follow.isChecked():
-            width = self._xlim[1] - self._xlim[0]
-            self._xlim = (end - width, end) if width < end - begin else None
-        limits = self._xlim or (begin, end)
-        if not self._follow.isChecked():
-            self._xlim = limits
-        return limits
-
-    # The mouse
 
     def _point_out(self):
         """Name the curve nearest to the mouse, in a label beside it."""

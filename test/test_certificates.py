@@ -240,3 +240,20 @@ def test_a_march_that_goes_on_has_the_energy_of_that_time():
     velocity = np.zeros_like(hand)
     assert later.of(hand, velocity, 1.0) == pytest.approx(whole.of(hand, velocity, 3.0))
     assert whole.of(hand, velocity, 1.0) != pytest.approx(whole.of(hand, velocity, 3.0))
+
+
+@pytest.mark.parametrize("name", [*OF_PLACES.split(), *OF_STATES.split()])
+def test_one_robot_has_an_energy_or_none(name):
+    scenario = shipped(name)
+    if scenario.topology is not None:
+        scenario = scenario._replace(topology=Topology(scenario.n, [], scenario.topology.directed))
+    scenario = scenario.with_robots(1)
+    try:
+        control = make_control(scenario)
+    except ValueError:  # of a law that is of more
+        return
+    hand = hand_points(scenario.poses, control.l)
+    energy = control.energy(hand)
+    if energy is not None:
+        assert np.isfinite(energy.of(hand, 0.0 * hand, 0.0))
+        assert np.isfinite(energy.spent(hand, 0.0 * hand, 0.0))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.control.laws import formation_equations as formation
+from mrs_simulator.control.laws import shipped
 from mrs_simulator.core.graphs import Topology
 
 K, C = 0.02, 2.0
@@ -133,3 +134,14 @@ def test_one_robot_has_nothing_to_do():
     offsets, topology = law("cycle", hand)
     np.testing.assert_array_equal(formation.target_errors(hand, offsets, topology), [[0.0, 0.0]])
     np.testing.assert_array_equal(formation.limit(hand, offsets, topology), hand)
+
+
+@pytest.mark.parametrize("closure", ["chain", "cycle", "path"])
+def test_the_sampling_rule_is_a_condition(closure):
+    """With commands at each T it is k < 1 or wider; held five times as long, k = 0.5 is too much."""
+    start = np.array([[6.0, 1.0], [3.0, 0.0], [0.0, -1.0], [-3.0, 0.5]])
+    for period, holds in ((0.1, True), (0.5, False)):
+        parameters = {"k": 0.5, "T": 0.1, "closure": closure}
+        control = shipped("formation")(range(1, 5), parameters=parameters, period=period)
+        found = control.claims(start)[0]
+        assert found.name == "(k/T) Tc < 2/lambda_max" and found.holds is holds, found

@@ -45,6 +45,27 @@ def test_a_preset_gives_lambda_2_beside_the_predicted_time(panel):
     assert panel.figure("time") == "\u2013"
 
 
+def test_presets_of_places_and_of_chance(panel):
+    panel._preset.setCurrentText("k_nearest")
+    panel._amount.setValue(1.0)
+    click(panel, "Make")
+    assert [edge[:2] for edge in panel.changes[-1][0]] == [(1, 2), (2, 1), (3, 2), (4, 3)]
+    panel._preset.setCurrentText("erdos_renyi")
+    assert panel._seed.isVisible() and panel._amount.value() == 0.3
+    panel._amount.setValue(1.0)
+    click(panel, "Make")
+    assert len(panel.changes[-1][0]) == 12 and panel.changes[-1][1]  # directed, as before
+    panel._preset.setCurrentText("path")
+    assert not panel._seed.isVisible() and not panel._amount.isVisible()
+
+
+def test_a_preset_that_cannot_be_is_said(panel):
+    panel._preset.setCurrentText("k_nearest")
+    panel._amount.setValue(9.0)
+    click(panel, "Make")
+    assert not panel.changes and "9" in panel._message.text()
+
+
 def test_edges_are_added_removed_and_checked(panel):
     panel.add_edge(1, 2)
     panel.add_edge(2, 3)

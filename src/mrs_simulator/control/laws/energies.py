@@ -95,6 +95,8 @@ def lyapunov(matrix):
     By a Cayley transform and Smith's doubling: P is the sum of ``(A^k)^T W A^k``.
     """
     n = len(matrix)
+    if not n:
+        return np.zeros((0, 0))
     shift = max(np.linalg.norm(matrix, 2), 1e-300)
     inverse = np.linalg.inv(matrix + shift * np.eye(n))
     step, total = inverse @ (matrix - shift * np.eye(n)), 2.0 * shift * inverse.T @ inverse

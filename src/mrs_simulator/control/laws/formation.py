@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.control.laws import formation_equations as formation
-from mrs_simulator.control.laws.common import commands_by
+from mrs_simulator.control.laws.common import below, commands_by
 from mrs_simulator.control.laws.energies import disagreement_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology, arcs_of
-from mrs_simulator.core.spectra import ZERO
+from mrs_simulator.core.spectra import ZERO, stable_step
 
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
 SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
@@ -177,7 +177,20 @@ class Formation(PioneerControl):
                 free=self.closure != "chain",
             )
         )
-        return claims
+        return [self._sampling(), *claims]
+
+    def _sampling(self):
+        """Return the sampling rule: held commands contract where ``(k/T) Tc`` is below ``2/lambda_max``.
+
+        Of L with rows divided by their degrees.  Unicycles turn meanwhile and may ask for more, which
+        :meth:`warnings` tells.
+        """
+        law = self.published()
+        heard = np.maximum(law.weights.sum(axis=1), 1e-300)[:, np.newaxis]
+        values = np.linalg.eigvals(
+            np.diag((law.weights > 0.0).any(axis=1) * 1.0) - law.weights / heard
+        )
+        return below("(k/T) Tc < 2/lambda_max", self.gain * self.period, stable_step(values))
 
     def claims_over_links(self, start):
         """Return the shape, and as far as theory knows the edges the place and the rate."""

@@ -23,7 +23,15 @@ from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_ANALYSED = 200  # robots up to which eigenvalues are worked out while one edits
-MADE = PRESETS + ("random", "proximity")
+# Presets with an amount: its first value, suffix, decimals, and what it is.
+AMOUNTS = {
+    "random": (0.3, "", 2, "probability of an edge, beside a tree that keeps all connected"),
+    "erdos_renyi": (0.3, "", 2, "probability of an edge; the graph may fall apart"),
+    "proximity": (5.0, " m", 2, "radius of the proximity graph"),
+    "k_nearest": (3.0, "", 0, "how many of its nearest others each robot hears"),
+}
+SEEDED = ("random", "erdos_renyi")
+MADE = PRESETS + tuple(AMOUNTS)
 COLUMNS = ("hears", "heard", "weight")
 
 
@@ -153,25 +161,36 @@ class TopologyPanel(QWidget):
 
     @guarded
     def _on_preset(self, name):
-        random = name == "random"
-        self._seed.setVisible(random)
-        self._amount.setVisible(random or name == "proximity")
-        self._amount.setSuffix("" if random else " m")
-        self._amount.setValue(0.3 if random else 5.0)
-        self._amount.setToolTip(
-            "probability of an edge" if random else "radius of the proximity graph"
-        )
+        self._seed.setVisible(name in SEEDED)
+        self._amount.setVisible(name in AMOUNTS)
+        if name in AMOUNTS:
+            value, suffix, decimals, tip = AMOUNTS[name]
+            self._amount.setDecimals(decimals)
+            self._amount.setSuffix(suffix)
+            self._amount.setValue(value)
+            self._amount.setToolTip(tip)
 
     @guarded
     def _on_make(self, *_):
-        name = self._preset.currentText()
-        if name == "random":
-            made = Topology.random(self._n, min(1.0, self._amount.value()), self._seed.value())
-        elif name == "proximity":
-            made = Topology.proximity(self._points, self._amount.value())
-        else:
-            made = Topology.preset(name, self._n)
+        try:
+            made = self._made(self._preset.currentText())
+        except ValueError as error:
+            self._message.setText(str(error))
+            return
         self._change(made.edges, made.directed)
+
+    def _made(self, name):
+        """Return the graph of the preset ``name`` over this team."""
+        amount, seed = self._amount.value(), self._seed.value()
+        if name == "random":
+            return Topology.random(self._n, min(1.0, amount), seed)
+        if name == "erdos_renyi":
+            return Topology.erdos_renyi(self._n, min(1.0, amount), seed, self._directed)
+        if name == "proximity":
+            return Topology.proximity(self._points, amount)
+        if name == "k_nearest":
+            return Topology.k_nearest(self._points, int(amount), self._directed)
+        return Topology.preset(name, self._n)
 
     @guarded
     def _on_directed(self, directed):

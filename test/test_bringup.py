@@ -81,7 +81,7 @@ def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
         ["run.csv", "run.json", "scenario.yaml", "verdict.json"]
         + [
             f + e
-            for f in ("trajectories", "x_states", "y_states", "inputs")
+            for f in ("trajectories", "x_states", "y_states", "inputs", "certificates")
             for e in (".png", ".pdf")
         ]
     )

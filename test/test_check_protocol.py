@@ -125,3 +125,19 @@ def test_the_command(tmp_path, capsys):
         with pytest.raises(SystemExit) as ended:
             main(given + [wrong])
         assert ended.value.code == 2 and said in capsys.readouterr().err
+
+
+def test_a_method_that_raises_is_named_with_its_error(tmp_path):
+    law = tmp_path / "law.py"
+    law.write_text(
+        "from mrs_simulator import PioneerControl\n\n\n"
+        "class Agree(PioneerControl):\n"
+        "    def pointMassLaw(self, hand):\n"
+        "        return -self.topology.laplacian() @ hand\n\n"
+        "    def claims(self, start):\n"
+        "        return [rate(0.5)]\n"
+    )
+    report = check_protocol(str(law), graphs=["path"], robots=[3], seeds=[0], duration=1.0)
+    text = str(report)
+    assert not report.ok and "claims(): NameError: name 'rate' is not defined" in text
+    assert "states no claims" not in text and "a method of the law raised" in text

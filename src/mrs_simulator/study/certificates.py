@@ -6,7 +6,7 @@ from mrs_simulator.control.laws.exactness import at_limit
 from mrs_simulator.core.claims import Claim, NothingDecays
 from mrs_simulator.core.curves import Curve
 from mrs_simulator.core.spectra import ZERO, algebraic_connectivity
-from mrs_simulator.study.energy_balance import balance_of
+from mrs_simulator.study.energy_balance import MOST_ROBOTS, balance_of
 
 BALANCE = "energy off its predicted change [-]"
 CONNECTED = "least connectivity lambda_2 of the graph of places"
@@ -69,7 +69,7 @@ def certificate_curves(control, run):
 
 def _energy(control, run):
     """Return the energy of ``run``, None where no theorem says how it falls."""
-    if control.links.faults or len(run.time) < 3:
+    if control.links.faults or len(run.time) < 3 or len(run.robots) > MOST_ROBOTS:
         return None
     return control.energy(run.hand[0])
 

@@ -22,6 +22,7 @@ from mrs_simulator.study.report import judged
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.vehicles import Team
 
+RETURNS = " returns"  # how the name of a check ends that a method did not raise
 GRAPHS = ("path", "ring", "chain")
 ROBOTS = (3, 5)
 SEEDS = (0, 1)
@@ -64,6 +65,16 @@ class Trial(NamedTuple):
         return [c["name"] for c in checks if c["predicted"] == HOLDS and c["measured"] != HOLDS]
 
     @property
+    def raised(self):
+        """Return what methods of the protocol raised, ``name: text`` of each, a list."""
+        checks = self.verdict["checks"]
+        return [
+            "{}: {}".format(c["name"][: -len(RETURNS)], c["note"])
+            for c in checks
+            if c["name"].endswith(RETURNS) and c["passed"] is False
+        ]
+
+    @property
     def touched(self):
         """Return whether bodies touched: points do not, and theory speaks of points."""
         return any(c["name"] == "collisions" and c["measured"] for c in self.verdict["checks"])
@@ -94,7 +105,8 @@ class Report(NamedTuple):
     @property
     def failed(self):
         """Return the trials of the law as it is that failed though theory speaks of them."""
-        return [t for t in self.trials if t.judged and outcome_of(t.verdict) == FAILED]
+        spoken = [t for t in self.trials if t.judged or t.raised]
+        return [t for t in spoken if outcome_of(t.verdict) == FAILED]
 
     @property
     def survivors(self):

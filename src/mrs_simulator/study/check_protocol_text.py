@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from mrs_simulator.core.verdict import HOLDS
 from mrs_simulator.study.check_protocol import LIMITED, claim_counts
 
 MOST_LINES = 8  # of failures of one kind
@@ -19,7 +20,11 @@ def report_text(report):
 
 
 def _as_it_is(report):
-    spoken = [t for t in report.trials if t.judged and (report.claims_judged(t) or t.failures())]
+    spoken = [
+        t
+        for t in report.trials
+        if t.raised or (t.judged and (report.claims_judged(t) or t.failures()))
+    ]
     lines = [
         "",
         "The law as it is: {} of {} runs of which theory speaks passed.".format(
@@ -35,6 +40,8 @@ def _as_it_is(report):
         lines.append("  ... and {} more".format(len(report.failed) - MOST_LINES))
     reasons = Counter()
     for trial in report.trials:
+        if trial.raised:
+            continue
         why = ["{} does not hold".format(name) for name in trial.outside]
         if trial.touched:
             why = why or ["bodies touched, and theory speaks of points"]
@@ -48,6 +55,8 @@ def _as_it_is(report):
 
 
 def _told(check):
+    if check["predicted"] == HOLDS:
+        return "{} does not hold: {}".format(check["name"], check.get("note", ""))
     numbers = [check[key] for key in ("predicted", "measured", "tolerance")]
     predicted, measured, tolerance = (
         "{:.4g}".format(value) if isinstance(value, (int, float)) else str(value)
@@ -61,6 +70,9 @@ def _told(check):
 
 def _claims(report):
     counts = claim_counts(report.trials)
+    raised = sorted({text for trial in report.trials for text in trial.raised})
+    if raised:
+        return ["", "Methods of the law that raised, mend them first:"] + ["  " + t for t in raised]
     if not counts:
         return [
             "",
@@ -96,6 +108,8 @@ def _mistakes(report):
 
 
 def _last_word(report):
+    if any(trial.raised for trial in report.trials):
+        return "NOT OK: a method of the law raised an error."
     if report.failed and all(trial.setting.mode == LIMITED for trial in report.failed):
         return (
             "NOT OK: only runs within speed limits fail. Claims that are for unlimited inputs take "

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.control.laws.exactness import at_limit
 from mrs_simulator.control.laws.published import MOST_PAIRS, on_arcs
 from mrs_simulator.core.curves import NOTHING, Balance, dissipated
 from mrs_simulator.core.kinematics import hand_points
@@ -17,8 +18,9 @@ def balance_of(control, energy, run):
 
     Where the law is published theory gives the energy's change under each held command: the published
     velocities u, held for ``Tc``, take it from ``V(p)`` to ``V(p + Tc u)``, which is ``Tc grad V^T u`` and
-    the terms of higher order.  Each sample begins anew where the robots are.  Without a published
-    law, or where that is too long to compute, the dissipation along the measured path is added up.
+    the terms of higher order.  Each sample begins anew where the robots are; where one is at a limit the
+    change is what it was, since theory is of unlimited inputs.  Without a published law, or where that
+    is too long to compute, the dissipation along the measured path is added up.
     """
     law = control.published() if len(run.robots) <= MOST_ROBOTS else None
     rows, velocity = samples_on_commands(control, run), control.velocities(run)
@@ -29,7 +31,9 @@ def balance_of(control, energy, run):
     commands = np.diff(np.round(time[rows] / control.period).astype(int))
     values = np.array([energy.of(*state) for state in states])
     after = [energy.of(*end) for end in _held(law, states, commands, control.period)]
-    changes = np.concatenate([[0.0], np.cumsum(np.array(after) - values[:-1])])
+    limited = _limited(control, run)[rows]
+    ends = np.where(limited[:-1] | limited[1:], values[1:], after)
+    changes = np.concatenate([[0.0], np.cumsum(ends - values[:-1])])
     allowed = ROUNDING + _robots_cost(control, energy, run, rows, states) / max(
         abs(values[0]), NOTHING
     )
@@ -58,6 +62,13 @@ def _robots_cost(control, energy, run, rows, states):
         late = energy.of(points, velocity, time + lag)
         cost += abs(late - energy.of(points + lag * velocity, velocity, time + lag))
     return cost
+
+
+def _limited(control, run):
+    """Return in which samples some robot is at a limit, (m,) bool."""
+    if control.saturation == "none":
+        return np.zeros(len(run.time), dtype=bool)
+    return at_limit(control, run.command).any(axis=1)
 
 
 def samples_on_commands(control, run):

@@ -15,6 +15,7 @@ from mrs_simulator.core.graphs import Topology, arcs_of
 from mrs_simulator.core.spectra import ZERO, stable_step
 
 SETTLED = 0.02  # [-] settled once the largest target error stays below this share of its start
+MOST_ROBOTS = 500  # [-] whose matrices of weights are built
 SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
 
 
@@ -185,12 +186,15 @@ class Formation(PioneerControl):
         Of L with rows divided by their degrees.  Unicycles turn meanwhile and may ask for more, which
         :meth:`warnings` tells.
         """
+        share, name = self.gain * self.period, "(k/T) Tc < 2/lambda_max"
+        if len(self.numbers) > MOST_ROBOTS:
+            return below(name, share, 1.0)  # lambda_max is at most 2
         law = self.published()
         heard = np.maximum(law.weights.sum(axis=1), 1e-300)[:, np.newaxis]
         values = np.linalg.eigvals(
             np.diag((law.weights > 0.0).any(axis=1) * 1.0) - law.weights / heard
         )
-        return below("(k/T) Tc < 2/lambda_max", self.gain * self.period, stable_step(values))
+        return below(name, share, stable_step(values))
 
     def claims_over_links(self, start):
         """Return the shape, and as far as theory knows the edges the place and the rate."""

@@ -81,9 +81,9 @@ def test_each_kind_stops_by_itself_after_its_silence_and_is_set_back(name):
     for _ in range(200):
         world.step()
     assert not world.command.any()
-    # A boat comes to rest by and by.
+    # What floats or flies comes to rest by and by.
     np.testing.assert_allclose(
-        world.twist, 0.0, atol=6e-3 if kind(name).module.MEDIUM == "water" else 1e-9
+        world.twist, 0.0, atol=1e-9 if kind(name).module.MEDIUM == "ground" else 6e-3
     )
     assert np.hypot(*(world.pose[0, :2] - [1.0, 2.0])) > 0.01
     world.reset()
@@ -149,6 +149,7 @@ def test_every_shipped_kind_can_be_loaded():
         "omnidirectional",
         "car",
         "vessel",
+        "quadrotor",
     }
 
 

@@ -246,6 +246,9 @@ def test_the_page_of_kinds_has_the_numbers_of_each(name):
         assert ramps.startswith("its thrust" if each.drive == "vessel" else "none")
     else:
         assert forward.acceleration in numbers_in(ramps)
+    if each.drive == "quadrotor":
+        assert round(math.degrees(each.numbers.tilt_max), 2) in numbers_in(ramps)
+        return
     if each.drive == "vessel":
         assert each.numbers.arm in numbers_in(wheels)
         return

@@ -152,21 +152,18 @@ def test_a_contact_takes_velocity_alone_of_those_it_pushed(motion):
 def test_a_command_too_fast_keeps_its_direction():
     told = quadrotor.possible(np.array([[4.0, -2.0, 1.0, 9.0], [0.1, 0.2, 0.3, -0.5]]), LIMITS)
     np.testing.assert_allclose(told, [[1.0, -0.5, 0.25, 2.0], [0.1, 0.2, 0.3, -0.5]])
-    np.testing.assert_allclose(
-        quadrotor.excess(np.array([[4.0, -2.0, 1.0, 9.0]]), None, LIMITS.top, ONE, 0.02), 4.5
-    )
-    slow = quadrotor.slowed(np.array([[4.0, -2.0, 1.0, 9.0]]), 2.0, None, ONE)
-    np.testing.assert_allclose(slow, row(2.0, -1.0, 0.5, 4.5))
     assert quadrotor.at_limits(row(0.0, 0.0, -0.95, 0.0), LIMITS.top, ONE, 0.9).all()
 
 
 def test_a_velocity_of_the_point_becomes_a_command_and_back():
-    draw = np.random.default_rng(2)
-    pose, wanted = draw.normal(size=(20, 3)), draw.normal(size=(20, 2))
-    told = quadrotor.command(wanted, pose, None, 0.05, 0.02, ONE)
+    along, across = np.random.default_rng(2).normal(size=(2, 20))
+    told = quadrotor.command(along, across, None, 0.05, 0.02, ONE)
     assert not told[:, 2:].any()
-    np.testing.assert_allclose(quadrotor.velocity(told, pose, None, 0.05, 0.02, ONE), wanted)
-    in_space = np.column_stack([wanted, draw.normal(size=20)])
-    told = quadrotor.command(in_space, pose, None, 0.05, 0.02, ONE)
-    np.testing.assert_allclose(quadrotor.level(told, pose[:, 2]), in_space)
-    np.testing.assert_array_equal(quadrotor.point(pose, None, 0.05, ONE), pose[:, :2])
+    np.testing.assert_array_equal(quadrotor.velocity(told, None, 0.05, 0.02, ONE), (along, across))
+    assert quadrotor.arm(0.05, ONE) == quadrotor.lead(0.05, ONE) == 0.0
+
+
+def test_silence_hovers_first_and_lands_then():
+    told = quadrotor.silent(np.array([0.1, 4.9, 5.1]), ONE)
+    np.testing.assert_array_equal(told[:, 2], [0.0, 0.0, -0.3])
+    assert not told[:, [0, 1, 3]].any()

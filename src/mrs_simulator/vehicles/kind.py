@@ -105,7 +105,12 @@ def read_kind(content, where, directory=""):
     top.take("inertia")
     numbers.done()
     top.done()
-    return kind
+    return kind._replace(numbers=_weighed(kind.numbers, kind.mass))
+
+
+def _weighed(numbers, mass):
+    """Return a drive's ``numbers`` with the robot's ``mass`` [kg], where its functions use that."""
+    return numbers._replace(mass=mass) if "mass" in numbers._fields else numbers
 
 
 def _read_body(section):

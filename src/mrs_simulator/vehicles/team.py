@@ -193,7 +193,7 @@ class Team:
     @property
     def lateness(self):
         """Return by how much [s] robots in water or air are late, by their time constants; else 0."""
-        late = [g.drive.lateness(g.numbers) for g in self.groups if g.drive.MEDIUM != "ground"]
+        late = [g.drive.lateness(g.numbers) for g in self.groups if hasattr(g.drive, "lateness")]
         return max(late, default=0.0)
 
     def _record_columns(self):

@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.spatial import upright
+from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world.kinematic import KinematicMotion
+from mrs_simulator.world.weather import Weather
 
 LANDED = np.array([np.inf, np.inf, 0.0])  # [m/s] that the ground lets a robot go along x, y, z
 
@@ -23,10 +26,13 @@ class AirborneMotion(KinematicMotion):
         self.z = np.zeros(self.team.n) if z is None else np.array(z, dtype=float)
         self._risen = self._before = self.z
         self._aloft = {
-            group.drive: AirborneGroup(group, self.pose[group.rows], self.z[group.rows])
+            group.drive: self._flight_of(group, self.pose[group.rows], self.z[group.rows])
             for group in self.team.groups
             if group.drive.MEDIUM == "air"
         }
+
+    def _flight_of(self, group, pose, z):
+        return AirborneGroup(group, pose, z)
 
     def _flying(self):
         """Return the groups that fly, and their inner states."""
@@ -102,12 +108,32 @@ class AirborneMotion(KinematicMotion):
             super()._feel(group, pushed, moved)
 
 
+class ForcedAirborneMotion(AirborneMotion):
+    """Robots that all fly, moved by forces as their drives have them ``with_forces``."""
+
+    def __init__(self, *arguments, seed=0, environment=CALM, **named):
+        """As ``AirborneMotion``; ``seed`` of gusts; ``environment``: its wind is felt."""
+        self._seed, self._felt = seed, environment
+        super().__init__(*arguments, environment=environment, **named)
+
+    def _flight_of(self, group, pose, z):
+        rows = np.arange(self.team.n)[group.rows]
+        weather = Weather(self._felt, self.step, self._seed, rows)
+        # Rotors have their limits whatever those of commands.
+        numbers = columns_of(group.kinds, group.drive)
+        group = group._replace(drive=group.drive.with_forces(), numbers=numbers)
+        return AirborneGroup(group, pose, z, weather)
+
+
 class AirborneGroup:
     """The robots of one drive that flies: its inner state, which the drive alone knows."""
 
-    def __init__(self, group, pose, z):
-        """``group``: a ``vehicles.team.Group``, at rest at ``pose`` (m, 3) and heights ``z`` (m,) [m]."""
-        self._group = group
+    def __init__(self, group, pose, z, weather=None):
+        """``group``: a ``vehicles.team.Group``, at rest at ``pose`` (m, 3) and heights ``z`` (m,) [m].
+
+        ``weather``: what they feel, None without forces.
+        """
+        self._group, self._weather = group, weather
         self._take(group.drive.begin(np.array(pose), np.array(z), group.numbers))
 
     def _take(self, inner):
@@ -116,9 +142,12 @@ class AirborneGroup:
 
     def advance(self, command, step):
         """Return the poses (m, 3) after ``step`` [s] under ``command`` (m, axes)."""
-        group = self._group
-        flown = group.drive.flown(self._inner, command, group.limits, group.numbers, step)
-        self._take(flown)
+        group, air = self._group, ()
+        if self._weather is not None:
+            wind = self._weather.felt().wind
+            air = (np.column_stack([wind, np.zeros(len(wind))]),)
+        numbers = group.numbers
+        self._take(group.drive.flown(self._inner, command, group.limits, numbers, step, *air))
         below = self.spatial.z < 0.0
         if below.any():  # nobody sinks into the ground
             place = np.column_stack([self._pose[:, :2], np.maximum(self.spatial.z, 0.0)])

@@ -20,7 +20,7 @@ from mrs_simulator.core.spatial import turned
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
 from mrs_simulator.world import odometry
-from mrs_simulator.world.airborne import AirborneMotion
+from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
@@ -171,10 +171,12 @@ class World:
                 "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
             )
         media = {group.drive.MEDIUM for group in team.groups}
+        if media == {"air"} and all(hasattr(g.drive, "with_forces") for g in team.groups):
+            return ForcedAirborneMotion(*bodies, **mirrored, **moving, z=z, seed=self._seed)
         if "air" in media:
             raise WorldError(
-                "fidelity 'dynamic': robots in the air have no motion with forces yet; wanted "
-                "kinematic or point_mass"
+                "fidelity 'dynamic': robots that fly beside others, or without a motion with forces; "
+                "wanted a team that flies, or kinematic"
             )
         if "ground" not in media:
             return ForcedMotion(*bodies, **mirrored, **moving, seed=self._seed)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.vehicles.drives import car, differential, omnidirectional, vessel
+from mrs_simulator.vehicles.drives import car, differential, omnidirectional, quadrotor, vessel
 
 SMALL = 1e-9  # [rad] of a turn, below which an arc is a straight line to rounding
 CREEP = 1e-6  # [m/s] with which a standing car tells its steering angle
@@ -333,7 +333,84 @@ class Boats(Unicycles):
         self._along(mean[:, 0], mean[:, 1], duration)
 
 
-STATED = {differential: Unicycles, omnidirectional: Bases, car: Cars, vessel: Boats}
+class Quadrotors(Bases):
+    """Quadrotors without forces, at one height: ``z' = V``, ``V' = (w e^{i theta} - V)/T`` up to the tilt.
+
+    The tilt allows ``|V'| = 9.81 tan(tilt_max)``.  The law leaves heading and height alone.
+    """
+
+    is_ramped = True
+
+    def be(self, z, theta, steered):
+        """Be at rest at ``z`` (m,) [m], ``theta`` (m,) [rad]."""
+        super().be(z, theta, steered)
+        self.velocity = np.zeros(len(z), dtype=complex)
+
+    def _complex(self, command):
+        return command[:, 0] + 1j * command[:, 1]
+
+    def commands(self, u):
+        """Return ``(vx, vy, 0, 0)``, (m, 4)."""
+        return np.concatenate([super().commands(u), np.zeros((len(u), 1))], axis=1)
+
+    def sizes(self, command):
+        """Return the speeds (m,) [m/s] of ``command`` (m, 4): of the centre, or of ``l`` beside it."""
+        return np.sqrt((command[:, :3] ** 2).sum(axis=1) + (self.l * command[:, 3]) ** 2)
+
+    def twists(self, command):
+        """Return ``(v, 0, 0, omega)``, (m, 4), for ``(v, omega)``, (m, 2)."""
+        result = np.zeros((len(command), 4))
+        result[:, [0, 3]] = command
+        return result
+
+    def unicycle(self, command):
+        """Return ``(vx, omega)``, (m, 2)."""
+        return command[:, [0, 3]]
+
+    def excess(self, command):
+        """Return by which factor each ``command`` (m, 4) is beyond a limit of an axis, (m,)."""
+        return (np.abs(command) / self.top).max(axis=1)
+
+    def obeyed(self, command):
+        """Return ``command`` (m, 4), its velocity slowed as a whole, the turn rate up to its limit."""
+        factor = np.maximum((np.abs(command) / self.top)[:, :3].max(axis=1), 1.0)
+        result = self.slowed(command, factor)
+        most = self.top[..., 3]
+        result[:, 3] = np.clip(command[:, 3], -most, most)
+        return result
+
+    def is_steady(self, command):
+        """Return False: they come ever nearer."""
+        return False
+
+    def lags(self, command):
+        """Return who is noticeably slower or faster than ``command`` (m, 4), (m,) bool."""
+        wanted = self._complex(self.obeyed(command)) * np.exp(1j * self.theta)
+        return np.abs(self.velocity - wanted) > CLOSE
+
+    def move(self, command, duration):
+        """Move for ``duration`` [s] under ``command`` (m, 4)."""
+        told = self.obeyed(command)
+        turn = told[:, 3] * duration
+        wanted = self._complex(told) * np.exp(1j * (self.theta + 0.5 * turn))
+        error = wanted - self.velocity
+        size = np.abs(error)
+        along = np.where(size > 0.0, error / np.maximum(size, 1e-300), 1.0)
+        most = 9.81 * np.tan(self.numbers.tilt_max)
+        time = np.reshape(self.numbers.response, (-1, 3))[:, 0]
+        left, mean = approached(size, np.zeros(len(size)), most, time, duration)
+        self.velocity = wanted - left * along
+        self.z = self.z + duration * (wanted - mean * along)
+        self.theta = self.theta + turn
+
+
+STATED = {
+    differential: Unicycles,
+    omnidirectional: Bases,
+    car: Cars,
+    vessel: Boats,
+    quadrotor: Quadrotors,
+}
 
 
 def approached(value, target, rate, time, duration):

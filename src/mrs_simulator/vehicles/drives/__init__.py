@@ -7,7 +7,7 @@ import importlib
 
 from mrs_simulator.core.parameters import unknown_name
 
-DRIVES = ("differential", "omnidirectional", "car", "vessel")
+DRIVES = ("differential", "omnidirectional", "car", "vessel", "quadrotor")
 
 
 def drive_module(name):

@@ -35,7 +35,9 @@ LIMIT_AXES = AXES
 SECTION = "flight"  # of a kind's file
 MEDIUM = "air"
 POINT = "centre"
-JOINTS, ENCODERS = False, 0  # no joints that move, nothing that rolls
+JOINTS, OWN_LIMITS, RAMPS, ENCODERS = False, False, True, 0  # nothing rolls, no joints move
+HOVER = 5.0  # [s] for which a robot hovers that has heard nothing, before it lands
+LANDING = 0.3  # [m/s] at which it comes down then
 STEEPEST = 1.2  # [rad] of any tilt
 
 
@@ -267,34 +269,14 @@ def put(inner, pushed, place, bound):
     return {"place": where, "velocity": velocity}
 
 
-def top_speed(limits):
-    """Return the speed across [m/s] that no robot of these ``limits`` exceeds."""
-    return float(np.max(np.hypot(limits.top[..., 0], limits.top[..., 1])))
-
-
-def excess(command, joints, top, numbers, period):
-    """Return by which factor each ``command`` (m, 4) is beyond the limits, (m,); up to 1 within."""
-    return (np.abs(command) / top).max(axis=1)
-
-
-def slowed(command, factor, joints, numbers):
-    """Return the commands (m, 4) divided by ``factor``, a number or (m,)."""
-    return command / np.reshape(factor, (-1, 1))
-
-
 def at_limits(command, top, numbers, share):
     """Return where a ``command`` (..., m, 4) has reached ``share`` of its limits, (..., m) bool."""
     return (np.abs(command) >= share * top).any(axis=-1)
 
 
-def joints_after(command, joints, numbers, period):
-    """Return ``joints`` (m,): there are none."""
-    return joints
-
-
-def joints_seen(pose, point, l, numbers):
-    """Return the ``joints`` (m,) of robots at ``pose`` with these points: there are none."""
-    return np.zeros(len(pose))
+def arm(l, numbers):
+    """Return how far [m] the controlled point is ahead of the centre: it is the centre."""
+    return 0.0
 
 
 def lead(l, numbers):
@@ -307,28 +289,31 @@ def ride_height(numbers):
     return 0.0
 
 
-def point(pose, joints, l, numbers):
-    """Return the controlled points, (..., m, 2) [m]: the centres themselves, whatever ``l``."""
-    return pose[..., :2].copy(order="F")
-
-
-def command(velocity, pose, joints, l, period, numbers):
-    """Return the commands (m, 4) that move the centres with ``velocity`` (m, 2) or (m, 3) [m/s].
-
-    ``(vx, vy) = R(theta)' velocity``, ``omega = 0``: for any velocity and heading.  Of two components the
-    height is held.
-    """
-    cos, sin = cos_sin(pose[:, 2])
-    result = np.zeros((len(pose), 4), order="F")
-    result[:, 0] = cos * velocity[:, 0] + sin * velocity[:, 1]
-    result[:, 1] = cos * velocity[:, 1] - sin * velocity[:, 0]
-    result[:, 2 : velocity.shape[1]] = velocity[:, 2:]
+def command(along, across, joints, l, period, numbers):
+    """Return the commands (m, 4) that move the centres with ``along`` and ``across`` (m,) [m/s], the
+    velocity ahead and to the left: level, and not turning."""
+    result = np.zeros((len(along), 4), order="F")
+    result[:, 0], result[:, 1] = along, across
     return result
 
 
-def velocity(command, pose, joints, l, period, numbers):
-    """Return the velocity of the centres across, (m, 2) [m/s], under ``command`` (m, 4)."""
-    return level(command, pose[:, 2])[:, :2]
+def velocity(command, joints, l, period, numbers):
+    """Return the centres' velocity ahead and to the left, (m,) each [m/s], under ``command`` (m, 4)."""
+    return command[:, 0], command[:, 1]
+
+
+def silent(seconds, numbers):
+    """Return the commands (m, 4) of robots silent for ``seconds`` (m,) too long: hover, then land."""
+    result = np.zeros((len(seconds), 4))
+    result[seconds > HOVER, 2] = -LANDING
+    return result
+
+
+def with_forces():
+    """Return the module of this drive's motion with forces."""
+    from mrs_simulator.vehicles.drives import quadrotor_forces  # which is made of this module
+
+    return quadrotor_forces
 
 
 def lateness(numbers):

@@ -27,6 +27,7 @@ def done():
     return begun is not None and gui.history.time[-1] - begun >= span
 until(done, limit=120)
 trouble += [] if "data is kept in" in gui.study.files.keep(gui.history) else ["not kept"]
+gui.history.saved = gui.history.moved  # it need not be kept at the end as well
 """
 
 

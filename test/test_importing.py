@@ -19,6 +19,7 @@ from mrs_simulator.vehicles.importing.chassis import Mass, joined
 from mrs_simulator.vehicles.importing.meshes import MeshError, mesh_points
 from mrs_simulator.vehicles.importing.packages import Packages
 from mrs_simulator.vehicles.importing.placing import placed, roll_pitch_yaw, undone
+from mrs_simulator.world.world import World
 
 
 def bring(path, given=None, **request):
@@ -182,7 +183,8 @@ def test_a_moving_part_is_held_and_told(tmp_path):
     assert len(notes) == 1 and "joint 'scan_joint' (prismatic) is held at 0" in notes[0]
 
 
-def test_four_driven_wheels_are_a_pair_midway(tmp_path):
+def skid_steer():
+    """Return the description of a robot on four driven wheels, at x = 0 and -0.1 m, y = +-0.1 m."""
     from robot_descriptions import WHEEL
 
     rear = "".join(
@@ -194,11 +196,31 @@ def test_four_driven_wheels_are_a_pair_midway(tmp_path):
         tag, name = side + "Joint", "wheel_{}_joint".format(side)
         both = "<{0}FrontJoint>{1}</{0}FrontJoint><{0}RearJoint>wheel_rear_{0}_joint</{0}RearJoint>"
         plugin = plugin.replace("<{0}>{1}</{0}>".format(tag, name), both.format(side, name))
-    content, _ = brought(tmp_path, urdf(body=BODY + rear, plugin=plugin))
+    return urdf(body=BODY + rear, plugin=plugin)
+
+
+def test_four_driven_wheels_are_a_pair_midway(tmp_path):
+    content, notes = brought(tmp_path, skid_steer())
     # Measured from midway between the axles, 0.05 m behind the front one.
     assert content["body"]["front"] == pytest.approx(0.12)
     assert content["body"]["rear"] == pytest.approx(0.09)
     assert content["mass"] == pytest.approx(1.1)
+    # They stand at (+-0.05, +-0.1) m: 2 (0.05^2 + 0.1^2)/0.1 = 0.25 m.
+    wheels = content["wheels"]
+    assert (wheels["spacing"], wheels["wheelbase"]) == pytest.approx((0.2, 0.1))
+    assert wheels["track"] == pytest.approx(0.25)
+    assert any("their effective track is 0.25 m" in note for note in notes)
+
+
+def test_a_skid_steer_turns_with_forces_as_its_effective_track_tells(tmp_path):
+    path = write_package(tmp_path, skid_steer())
+    robot = kind("mine", own={"mine": {"import": {"urdf": str(path)}}})
+    world = World((robot,), [[0.0, 0.0, 0.0]], fidelity="dynamic")
+    for _ in range(100):
+        world.set_commands([0], np.array([[0.0, 0.5]]))
+        world.step()
+    assert world.twist[0, 2] == pytest.approx(0.5, rel=0.1)
+    world.close()
 
 
 BAD = {

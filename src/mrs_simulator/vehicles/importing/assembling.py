@@ -34,7 +34,8 @@ def assembled(description, facts, packages, given, where):
     others = [name for name in description.links if name not in driven]
     base_mass, base = gather(description, others, frame, packages, notes, not outlined)
     radius = _radius(description, facts, sides, notes)
-    track = _track(description, facts, wheels, notes)
+    spacing = _spacing(facts, wheels, notes)
+    track = _track(facts, wheels, spacing, notes)
     placed = [shape for side in sides for shape in _in_base(side.part, side.frame, frame)]
     if outlined:
         outline = {}
@@ -56,7 +57,7 @@ def assembled(description, facts, packages, given, where):
                 description.name,
                 (base_mass, base),
                 [(mass, side.part) for mass, side in zip(wheel_masses, sides)],
-                track,
+                spacing if wheels.wheelbase else track,
                 radius,
             )
         ),
@@ -71,6 +72,8 @@ def assembled(description, facts, packages, given, where):
         "friction": _friction(description, [names for side in sides for names in side.names]),
     }
     content["wheels"].update({key: value for key, value in optional.items() if value is not None})
+    if wheels.wheelbase:
+        content["wheels"].update(spacing=spacing, wheelbase=wheels.wheelbase)
     for key, value in (("command_timeout", facts.timeout), ("odometry_rate", facts.rate)):
         if value is not None:
             content[key] = value
@@ -135,16 +138,33 @@ def _radius(description, facts, sides, notes):
     return float(radius * facts.radius_factor)
 
 
-def _track(description, facts, wheels, notes):
-    """Return the track [m]: as the drive says, else the distance of the wheels."""
-    track = wheels.track if facts.track is None else facts.track
-    if abs(track - wheels.track) > OFF * wheels.track:
+def _spacing(facts, wheels, notes):
+    """Return how far [m] left and right wheels are apart: as the drive says, else as they stand."""
+    spacing = wheels.track if facts.track is None else facts.track
+    if abs(spacing - wheels.track) > OFF * wheels.track:
         notes.append(
             "{}: the track is {:g} m, but the wheels stand {:g} m apart".format(
-                facts.source, track, wheels.track
+                facts.source, spacing, wheels.track
             )
         )
-    return float(track * facts.track_factor)
+    return float(spacing)
+
+
+def _track(facts, wheels, spacing, notes):
+    """Return the track [m] at which wheel speeds give the turn rate.
+
+    That of the drive, times its multiplier.  Four wheels that slide, at ``(+-x, +-y)``, under a drive that
+    has no multiplier: the effective one of dry friction, ``2 (x^2 + y^2)/y``.
+    """
+    if not wheels.wheelbase or facts.track_factor != 1.0:
+        return spacing * facts.track_factor
+    track = spacing + wheels.wheelbase**2 / spacing
+    text = (
+        "{}: four wheels {:g} m and {:g} m apart, which slide in turns: their effective track is "
+        "{:.4g} m; a wheels.track of your own goes over it"
+    )
+    notes.append(text.format(facts.source, spacing, wheels.wheelbase, track))
+    return track
 
 
 def _outline(shapes, radius, track, where):

@@ -14,6 +14,7 @@ from mrs_simulator.vehicles.importing.shapes import Part, found_shapes
 
 ASKEW = 0.02  # [-] cosine by which a wheel's axis may lean out of the lateral
 UNEVEN = 0.05  # [-] of the track by which wheels of a pair may stand off each other
+LEAST_WHEELBASE = 1e-3  # [m]
 TURNING = ("continuous", "revolute")
 
 
@@ -22,6 +23,7 @@ class Wheels(NamedTuple):
 
     centre: np.ndarray  # (3,) [m] in the root's frame: midway between left and right
     track: float  # [m] between left and right
+    wheelbase: float  # [m] between front and rear wheels of a skid steer, 0 for one axle
     lefts: Tuple[str, ...]  # the joints' names
     rights: Tuple[str, ...]
 
@@ -62,7 +64,22 @@ def find_wheels(description, facts, notes):
                 where, abs(left[0] - right[0]), abs(left[2] - right[2])
             )
         )
-    return Wheels(0.5 * (left + right), float(track), *(tuple(j.name for j in s) for s in sides))
+    return Wheels(
+        0.5 * (left + right),
+        float(track),
+        _wheelbase(description, sides),
+        *(tuple(joint.name for joint in side) for side in sides),
+    )
+
+
+def _wheelbase(description, sides):
+    """Return how far [m] front and rear wheels stand apart; 0 unless each side has two, one behind the
+    other."""
+    if any(len(side) != 2 for side in sides):
+        return 0.0
+    ahead = np.array([[description.places[joint.child][0, 3] for joint in side] for side in sides])
+    apart = float(np.abs(ahead[:, 0] - ahead[:, 1]).mean())
+    return apart if apart > LEAST_WHEELBASE else 0.0
 
 
 def _check_wheel(description, joint, names, notes):

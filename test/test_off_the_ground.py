@@ -15,6 +15,7 @@ from mrs_simulator.core.obstacles import Box
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.spatial import headings, turned, turned_about_z
+from mrs_simulator.ros.messages import team_state
 from mrs_simulator.ros.planar_messages import PlanarOdometry
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.report import read_run
@@ -267,6 +268,32 @@ def _sent(message):
     plain = Odometry().deserialize(buffer.getvalue())
     assert own.z == plain.pose.pose.position.z
     return plain
+
+
+def test_a_bag_of_the_stages_states_is_read_in_space(hoverer, tmp_path):  # noqa: F811
+    import rosbag
+    import rospy
+
+    plain = tmp_path / "flight.yaml"
+    plain.write_text(flight(hoverer, {"duration": 1.0}).to_yaml())
+    scenario = load_scenario(str(plain))
+    world = World.from_scenario(scenario)
+    with rosbag.Bag(str(tmp_path / "run.bag"), "w") as bag:
+        for step in range(50):
+            world.set_commands(
+                EVERY, np.array([[0.0, 0.0, 0.2, 0.0], [0.1, 0.0, 0.0, 0.0], [0.0] * 4])
+            )
+            stamp = rospy.Time.from_sec(1.0 + 0.02 * step)
+            bag.write("/stage/state", team_state(world, stamp, "world", (1, 1)), stamp)
+            world.step()
+    run = read_run(str(tmp_path / "run.bag"), str(plain))
+    assert run.axes == ("linear.x", "linear.y", "linear.z", "angular.z")
+    assert run.kinds == ("hoverer", "hoverer", "pioneer3dx")
+    # After 0.9 s, 0.2 s of them on a ramp.
+    assert run.time[-1] == pytest.approx(0.9)
+    np.testing.assert_allclose(run.spatial.z[-1], [2.16, 1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(run.spatial.twist[-1, :, 0], [0.2, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_array_equal(run.points[:, :, 2], run.spatial.z)
 
 
 # Over ROS --------------------------------------------------------------------------------------------

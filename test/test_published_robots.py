@@ -94,6 +94,14 @@ def test_boats_come_nearer_and_nearer():
     np.testing.assert_allclose(mean, way / 2.0)
 
 
+def test_quadrotors_speed_up_no_faster_than_they_tilt():
+    # Towards 1 m/s: at 9.81 tan(30 deg) = 5.663809 m/s^2 down to an error of that times 0.135 s.
+    made = robots(("crazyflie2",), "firmware")
+    made.be(np.array([[0.0, 0.0, 0.5 * np.pi]]))
+    made.move(np.array([[1.0, 0.0, 0.0, 0.0]]), 0.02)
+    np.testing.assert_allclose(made.pose, [[0.0, 0.5 * 5.663809 * 0.02**2, 0.5 * np.pi]], atol=1e-8)
+
+
 def test_every_drive_is_stated():
     assert {drive.__name__.rpartition(".")[2] for drive in STATED} == set(DRIVES)
 

@@ -59,7 +59,17 @@ def disagreement_energy(laplacian, gain, places=0.0):
     P M = I``, ``M = U^T L U``.  L has a spanning tree, so that all eigenvalues of M are to the right.
     """
     basis = unshared(len(laplacian))
-    return _quadratic(basis.T @ laplacian @ basis, gain, lambda hand: basis.T @ (hand - places))
+    weight = basis @ lyapunov(basis.T @ laplacian @ basis) @ basis.T
+
+    def value(hand):
+        away = hand - places
+        return float((away * (weight @ away)).sum())
+
+    def dissipation(hand):
+        away = hand - places  # |U^T e| is what is left of e without its mean
+        return gain * float(((away - away.mean(axis=0)) ** 2).sum())
+
+    return Energy("$V = e^T P e$ [m$^2$]", value, dissipation)
 
 
 def unshared(n):

@@ -52,7 +52,7 @@ def test_one_protocol_drives_real_and_simulated_robots_of_three_kinds(ros, tmp_p
         aside = max(aside, abs(vy[2]))
         assert (top <= np.array([0.3, 0.22, 0.69, 0.69]) + 1e-9).all(), top
         assert not vy[:2].any()
-        return (top[:3] > [0.29, 0.21, 0.3]).all() and aside > 0.2
+        return (top[:3] > [0.3 - 1e-6, 0.22 - 1e-6, 0.3]).all() and aside > 0.2
 
     wait_until(all_have_hurried)
     wait_until(lambda: probe.ask("sent(1)")[0] > 0.0)

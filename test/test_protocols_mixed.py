@@ -97,8 +97,6 @@ def main():
             verdict, _ = headless(mixed(name, kinds=kinds), out)
         bad = [check["name"] for check in verdict["checks"] if check["passed"] is False]
         short = mixed(name, kinds=kinds, duration=options.seconds)
-        # Over ROS odometry comes at 50 Hz unless told otherwise, here at each step.
-        short = short._replace(odometry_rate=short.control.rate)
         apart, wrong = shown_differences(short, ways)
         failed += bool(bad) or verdict["ended"] != "complete" or wrong
         print("{:28} {} {} {}".format(name, verdict["outcome"], apart, "; ".join(bad)), flush=True)

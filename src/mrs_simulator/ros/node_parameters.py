@@ -80,7 +80,8 @@ ODOM_RATE = NodeParameter(
     "of odometry and tf; where the scenario gives a rate, which may be each kind's own, this one may not "
     "be given",
     "Hz",
-    "the scenario's `odometry_rate`, else 50 Hz; preset `rosaria`: 10 Hz",
+    "the scenario's `odometry_rate`, else 50 Hz, or `control.rate` where that is higher; preset "
+    "`rosaria`: 10 Hz",
     above=0.0,
 )
 CMD_VEL_TIMEOUT = NodeParameter(

@@ -84,7 +84,8 @@ class Stage:
         self._wait_for_control = read(declared.WAIT_FOR_CONTROL) or bool(self.lockstep)
         self._recorders_wanted = read(declared.WAIT_FOR_RECORDERS)
         self._step = 0
-        self._odometry_rate = odometry_rate(scenario, ODOM_RATE if rosaria else 50.0)
+        usual = ODOM_RATE if rosaria else max(50.0, scenario.control.rate)
+        self._odometry_rate = odometry_rate(scenario, usual)
         self._schedule_odometry()
         self.round_trips = RoundTrips(self.world.n)
         self._started = False

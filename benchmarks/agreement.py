@@ -2,14 +2,16 @@
 """How far the shipped protocols stay from theory on robots: a table for docs/agreement.md.
 
     python3 benchmarks/agreement.py > docs/agreement.md
+    python3 benchmarks/agreement.py paper marching    # the rows of these alone
 
 The table of mistakes at the page's end is that of benchmarks/mutants.py.
 
-Every shipped scenario runs as point masses, and on kinematic Pioneers within speed limits of 1.5 m/s
+Every shipped scenario runs as point masses, and on kinematic robots within speed limits of 1.5 m/s
 and 360 deg/s, with commands at 50 Hz and at the 10 Hz of RosAria's odometry.
 """
 
 import concurrent.futures
+import itertools
 import os
 import sys
 import tempfile
@@ -21,8 +23,8 @@ LIMITS = {"v_max": 1.5, "omega_max": 6.2832}
 # name, fidelity, limits, rate [Hz]
 CASES = (
     ("point masses, 50 Hz", "point_mass", "none", 50.0),
-    ("Pioneers, 50 Hz", "kinematic", LIMITS, 50.0),
-    ("Pioneers, 10 Hz", "kinematic", LIMITS, 10.0),
+    ("robots, 50 Hz", "kinematic", LIMITS, 50.0),
+    ("robots, 10 Hz", "kinematic", LIMITS, 10.0),
 )
 LEFT_OUT = (
     "paper_literal",
@@ -32,10 +34,11 @@ LEFT_OUT = (
 HEADER = """# How far from theory
 
 What each shipped scenario's claims measure on point masses and on robots; made by
-`python3 benchmarks/agreement.py > docs/agreement.md`. The robots are kinematic Pioneers with speeds
-limited to 1.5 m/s and 360 deg/s. In brackets: how much of the claim's tolerance the difference uses up;
-where a robot was at a limit, of the part of the run after that. A dash: not judged (a condition does not
-hold, the law has a memory and a robot was at its limit, or the run is too short for the claim). Bold:
+`python3 benchmarks/agreement.py > docs/agreement.md`. The robots are of the scenario's own kinds,
+kinematic, with speeds limited to 1.5 m/s and 360 deg/s. In brackets: how much of the claim's tolerance
+the difference uses up ([where tolerances come from](verdict.md#where-tolerances-come-from)); where limits
+cost a claim more than it allows, of the part of the run after that. A dash: not judged (a condition does
+not hold, robots touched, limits left no rest of the run, or the run is too short for the claim). Bold:
 outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
 """
 
@@ -86,22 +89,27 @@ def main():
     """Print the table."""
     folder = os.path.join(ROOT, "scenarios")
     names = sorted(n[:-5] for n in os.listdir(folder) if n.endswith(".yaml"))
-    names = [name for name in names if name not in LEFT_OUT]
+    names = sys.argv[1:] or [name for name in names if name not in LEFT_OUT]
     tasks = [(os.path.join(folder, n + ".yaml"),) + case[1:] for n in names for case in CASES]
     with concurrent.futures.ProcessPoolExecutor() as pool:
-        verdicts = list(pool.map(run, tasks))
+        print_table(names, pool.map(run, tasks))
+
+
+def print_table(names, verdicts):
+    """Print the page: the rows of the scenarios ``names``, as the ``verdicts`` of their cases come."""
     print(HEADER)
     print(
         "How well wrong laws are told apart is in [the last table](#mistakes-put-into-the-laws).\n"
     )
     print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in CASES)))
     print("|---|---|---|" + "---|" * len(CASES))
-    for row, name in enumerate(names):
-        found = verdicts[len(CASES) * row : len(CASES) * (row + 1)]
+    for name in names:
+        found = list(itertools.islice(verdicts, len(CASES)))
         print_scenario(name, found)
-    failed = [v["error"] for v in verdicts if "error" in v]
-    for error in failed:
-        print("not run: {}".format(error), file=sys.stderr)
+        sys.stdout.flush()
+        for verdict in found:
+            if "error" in verdict:
+                print("not run: {}".format(verdict["error"]), file=sys.stderr)
 
 
 def print_scenario(name, verdicts):

@@ -36,6 +36,7 @@ MOST_COLLISIONS = 3  # [-] that are told in words
 FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
 TOO_COSTLY = 2.0  # [-] of a claim's tolerance: what held commands may cost at most
+NEVER_COSTLY = 0.02  # in the claim's unit: centimetres or percents that they may cost in any case
 COST = "held commands and limits cost {:.3g} of the tolerance"
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
@@ -280,7 +281,7 @@ def _within_cost(run, claim, theory, cost, why):
     check = _measured(run, claim._replace(tolerance=own + cost))
     if check.passed is None or cost <= own:
         return check
-    if cost > TOO_COSTLY * claim.tolerance:
+    if cost > max(TOO_COSTLY * claim.tolerance, NEVER_COSTLY):
         check = _measured(run, claim)
         return check._replace(note=_joined(check.note, COSTLY.format(cost)))
     return check._replace(note=_joined(check.note, COST.format(cost)))

@@ -300,7 +300,12 @@ def _judged_late(run, claim, theory):
     late = theory.late() if theory.late else Late(theory.limited)
     if late.run is None or claim.name not in late.claims:
         return _measured_only(run, claim, late.why)
-    check = _judged(late.run, late.claims[claim.name], late.theory)
+    rest, touch = late.run, _first_touch(late.run) if claim.motion else None
+    if touch is not None:
+        rest = part_of(rest, slice(0, int(np.searchsorted(rest.time, touch.time))))
+        if len(rest.time) < FEWEST_SAMPLES:
+            return _measured_only(run, claim, late.why)
+    check = _judged(rest, late.claims[claim.name], late.theory)
     return check._replace(note=_joined(check.note, late.why))
 
 

@@ -30,11 +30,12 @@ class Claim(NamedTuple):
     """One prediction of a theorem and how to measure it in a run.
 
     ``relation``: "equal" (within ``tolerance``), "at most" or "at least" (with ``tolerance`` to
-    spare).  ``free``: it holds only while no limit on the robots' speeds is reached.  ``unproved``:
-    why no theorem says it of this run; it is measured all the same.  ``place``: where the hand points
-    end according to it, (n, 2) or (2,) [m], if it says so.  ``own``: it compares with the exact
-    solution, and so is not asked of that itself.  ``motion``: it is about robots that move freely, and
-    so not about a run in which bodies touched.
+    spare).  ``free``: it holds only while no limit on the robots' speeds is reached, which is asked
+    where no published law tells what limits cost it.  ``unproved``: why no theorem says it of this
+    run; it is measured all the same.  ``place``: where the hand points end according to it, (n, 2) or
+    (2,) [m], if it says so.  ``own``: it compares with the exact solution, and so is not asked of that
+    itself.  ``motion``: it is about robots that move freely, and so not about a run in which bodies
+    touched.
     """
 
     name: str

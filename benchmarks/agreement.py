@@ -40,6 +40,9 @@ the difference uses up ([where tolerances come from](verdict.md#where-tolerances
 cost a claim more than it allows, of the part of the run after that. A dash: not judged (a condition does
 not hold, robots touched, limits left no rest of the run, or the run is too short for the claim). Bold:
 outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
+
+Robots use up nearly all of a tolerance that is computed: held commands, ramps and limits cost them just
+what they cost in the computation, and a tenth of what points are allowed is all that comes on top.
 """
 
 

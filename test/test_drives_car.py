@@ -46,7 +46,8 @@ def point(pose, steering, ahead, numbers=CAR):
     """Return the controlled points of cars."""
     direction = pose[:, 2] + steering
     along = np.stack([np.cos(direction), np.sin(direction)], axis=1)
-    return np.stack(car.pivot(pose, numbers), axis=1) + car.arm(ahead, numbers) * along
+    heading = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
+    return pose[:, :2] + car.pivot(numbers) * heading + car.arm(ahead, numbers) * along
 
 
 def seen(vectors, angle):

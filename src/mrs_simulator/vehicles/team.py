@@ -107,7 +107,9 @@ class Team:
         self._order, self._place = np.array(order), np.argsort(order)
         self.groups = tuple(self._group(drive, of_kind, limits) for drive in drives)
         # Whether a drive has an inner joint that moves, such as a steering angle.
-        self.has_joints = any(group.drive.JOINTS for group in self.groups)
+        self.jointed = tuple(group for group in self.groups if group.drive.JOINTS)
+        self.has_joints = bool(self.jointed)
+        self._limited = tuple(g for g in self.groups if g.drive.OWN_LIMITS or g.drive.JOINTS)
         # An axis that a robot does not obey has no limit: its command is 0.
         by_axis = {}
         for each in distinct:
@@ -125,6 +127,9 @@ class Team:
         self.unobeyed = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
         self.unobeyed[:, self.components] = ~self.robot_axes
         self._top = self.limits.of_all(self.n).top
+        self._pivots = np.zeros(self.n)  # [m] ahead of the centres, about which the points turn
+        for group in self.jointed:
+            self._pivots[group.rows] = group.drive.pivot(group.numbers)
         self._arms_of = {}  # by l, of the one last asked for
 
     @classmethod
@@ -214,8 +219,9 @@ class Team:
         """
         if len(self.groups) == 1:
             return of_group(self.groups[0])
-        values = np.empty((self.n, len(self.axes)), order="F")
-        values.fill(fill)
+        values = np.zeros((self.n, len(self.axes)), order="F")
+        if fill:
+            values.fill(fill)
         for group in self.groups:
             values[group.span, group.columns] = of_group(group)
         return values
@@ -249,17 +255,15 @@ class Team:
     def point(self, pose, joints, l):
         """Return the controlled points (..., n, 2) [m] of robots at ``pose`` (..., n, 3).
 
-        Each is an arm's length ahead of its robot's centre, or of another pivot where there are joints.
+        Each is an arm's length ahead of its robot's centre, or, where there are joints, of a pivot ahead
+        of that.
         """
         arm, x, y = self._arms(l), pose[..., 0], pose[..., 1]
         if arm is None:
             return pose[..., :2].copy(order="F")
         if self.has_joints:
-            x, y = x.copy(), y.copy()
-            for g in self.groups:
-                if g.drive.JOINTS:
-                    own = g.drive.pivot(g.at(pose), g.numbers)
-                    x.T[g.rows], y.T[g.rows] = own[0].T, own[1].T
+            cos, sin = cos_sin(pose[..., 2])
+            x, y = x + self._pivots * cos, y + self._pivots * sin
         cos, sin = self._pointing(pose, joints)
         result = np.empty(pose.shape[:-1] + (2,), order="F")
         result[..., 0], result[..., 1] = x + arm * cos, y + arm * sin
@@ -321,7 +325,7 @@ class Team:
 
     def _own(self, command, joints):
         """Return the groups with limits of their own or joints, what ``command`` asks for, and joints."""
-        own = [(g, joints[g.rows]) for g in self.groups if g.drive.OWN_LIMITS or g.drive.JOINTS]
+        own = [(g, joints[g.rows]) for g in self._limited]
         return [(g, g.asked(command, at), at) for g, at in own]
 
     def _excess(self, command, period, own):
@@ -361,10 +365,9 @@ class Team:
     def joints_after(self, command, joints, period):
         """Return the drives' inner joints, (n,) [rad], after ``period`` [s] of ``command`` (n, a)."""
         result = joints.copy()
-        for g in self.groups:
-            if g.drive.JOINTS:
-                own = g.of(command), joints[g.rows]
-                result[g.rows] = g.drive.joints_after(*own, g.numbers, period)
+        for g in self.jointed:
+            own = g.of(command), joints[g.rows]
+            result[g.rows] = g.drive.joints_after(*own, g.numbers, period)
         return result
 
 

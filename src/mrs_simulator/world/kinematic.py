@@ -5,7 +5,7 @@ import numpy as np
 from mrs_simulator.core import compiling
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin, displaced, ramp
-from mrs_simulator.core.neighbours import least_distance, squared
+from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import on_axes
@@ -32,6 +32,7 @@ def displaced_function():
 
 CLIMB = "linear.z"
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
+DIAGONAL = 1.4143  # [-] a vector's length over the larger of its two components, at most
 SHORT = 0.05  # [m] in a step: a bound that is worth more than the time to look at every robot
 
 
@@ -69,6 +70,7 @@ class KinematicMotion:
         self.team = Team.of(kinds, limits)
         self._ramp, self._displaced = ramp_function(), displaced_function()
         self._rates = self.team.by_group(self._rates_of, np.inf)
+        self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         self._reach, self._encoders = step * float(self.team.speeds[:, 0].max()), encoders
         self._bodies = Bodies(self.team, obstacles, mirrored)
         self._mirrored = np.array(mirrored, dtype=int)
@@ -142,12 +144,11 @@ class KinematicMotion:
         target = self.team.by_group(lambda g: self._target_of(g, command))
         before = self._inner
         self._inner, mean = self._ramp(before, target, self._rates, self.step)
-        for group in self.team.groups:
-            if not group.drive.RAMPS:
-                where = group.span, group.columns
-                self._inner[where], mean[where] = group.drive.followed(
-                    before[where], target[where], group.limits, group.numbers, self.step
-                )
+        for group in self._unramped:
+            where = group.span, group.columns
+            self._inner[where], mean[where] = group.drive.followed(
+                before[where], target[where], group.limits, group.numbers, self.step
+            )
         return mean
 
     def _velocities(self, inner):
@@ -155,10 +156,9 @@ class KinematicMotion:
         if not self.team.has_joints:
             return inner
         velocity = inner.copy(order="F")
-        for group in self.team.groups:
-            if group.drive.JOINTS:
-                where = group.span, group.columns
-                velocity[where] = group.velocities(inner[where])
+        for group in self.team.jointed:
+            where = group.span, group.columns
+            velocity[where] = group.velocities(inner[where])
         return velocity
 
     def _count(self, velocity):
@@ -191,8 +191,8 @@ class KinematicMotion:
             return np.inf
         if self._reach < SHORT:
             return self._reach
-        way = after[:, :2] - before[:, :2]
-        return float(np.sqrt(squared(way).max()))
+        way = np.abs(after.T[:2] - before.T[:2])
+        return DIAGONAL * float(np.maximum.reduce(way, axis=None))
 
     def _feel_contacts(self, before, free):
         pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)

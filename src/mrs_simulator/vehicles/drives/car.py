@@ -288,10 +288,9 @@ def arm(l, numbers):
     return l
 
 
-def pivot(pose, numbers):
-    """Return the steered wheels' centres, x and y, (..., m) [m]."""
-    cos, sin = cos_sin(pose[..., 2])
-    return pose[..., 0] + numbers.wheelbase * cos, pose[..., 1] + numbers.wheelbase * sin
+def pivot(numbers):
+    """Return how far [m] ahead of the centre the steered wheel's is, about which the point turns."""
+    return numbers.wheelbase
 
 
 def joints_seen(pose, point, l, numbers):

@@ -37,7 +37,7 @@ def hear(request, monkeypatch):
         for row, pose in enumerate(POSES.tolist()):
             message = PlanarOdometry()
             message.stamp, message.frame, message.length = rospy.Time.from_sec(stamp), "odom", 1.0
-            message.planar, message.body = tuple(pose), (0.0, 0.0, 0.0)
+            message.planar, message.body, message.z = tuple(pose), (0.0, 0.0, 0.0), 0.0
             inbox.put(message, row)
         return inbox
 

@@ -11,6 +11,7 @@ MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 LAG = 0.1  # [s] by which robots with masses and motors are late
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
+DIGITS = 1e-14  # [-] of the largest energy: what is left of its digits where it grows
 
 
 def balance_of(control, energy, run):
@@ -34,9 +35,8 @@ def balance_of(control, energy, run):
     limited = _limited(control, run)[rows]
     ends = np.where(limited[:-1] | limited[1:], values[1:], after)
     changes = np.concatenate([[0.0], np.cumsum(ends - values[:-1])])
-    allowed = ROUNDING + _robots_cost(control, energy, run, rows, states) / max(
-        abs(values[0]), NOTHING
-    )
+    cost = _robots_cost(control, energy, run, rows, states) + DIGITS * np.abs(values).max()
+    allowed = ROUNDING + cost / max(abs(values[0]), NOTHING)
     return Balance(rows, values, values[0] + changes, allowed)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from mrs_simulator.core import compiling
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin, displaced, ramp
-from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import on_axes
@@ -32,7 +32,6 @@ def displaced_function():
 
 CLIMB = "linear.z"
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
-DIAGONAL = 1.4143  # [-] a vector's length over the larger of its two components, at most
 SHORT = 0.05  # [m] in a step: a bound that is worth more than the time to look at every robot
 
 
@@ -191,8 +190,8 @@ class KinematicMotion:
             return np.inf
         if self._reach < SHORT:
             return self._reach
-        way = np.abs(after.T[:2] - before.T[:2])
-        return DIAGONAL * float(np.maximum.reduce(way, axis=None))
+        way = after[:, :2] - before[:, :2]
+        return float(np.sqrt(squared(way).max()))
 
     def _feel_contacts(self, before, free):
         pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)

@@ -59,6 +59,8 @@ def cos_sin(angle):
     up to the heap, it calls another routine with other last bits.
     """
     angle = np.asarray(angle, dtype=float, order="C")
+    if angle.size == 1:  # contiguous to numpy, whatever its strides are
+        angle = angle.copy()
     return np.cos(angle), np.sin(angle)
 
 

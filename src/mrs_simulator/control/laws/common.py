@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, decay_rate
+from mrs_simulator.core.spectra import stable_step
 
 AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
 DECAY = "decay rate of the disagreement [1/s]"
@@ -20,6 +21,17 @@ def below(name, value, bound, necessary=False):
     """Return the condition ``value < bound``, called ``name``; ``necessary`` as in ``Condition``."""
     why = "{:.4g} against {:.4g}".format(value, bound)
     return Condition(name, bool(value < bound), why, necessary=necessary)
+
+
+def attracting(gain, why="robots are driven apart"):
+    """Return the condition ``gain > 0``; ``why`` theory says that the protocol fails without it."""
+    return Condition("gain above 0", gain > 0.0, why, necessary=True)
+
+
+def gain_conditions(gain, period, eigenvalues):
+    """Return the conditions that ``gain`` neither drives apart nor overshoots at ``eigenvalues``."""
+    step = stable_step(eigenvalues)
+    return [attracting(gain), below("gain Tc < 2/lambda_max", gain * period, step, necessary=True)]
 
 
 def all_hold(conditions):

@@ -7,6 +7,7 @@ from mrs_simulator.control.laws.common import (
     DECAY,
     below,
     commands_by,
+    gain_conditions,
     spanning_tree,
 )
 from mrs_simulator.control.laws.consensus_equations import (
@@ -28,7 +29,7 @@ from mrs_simulator.core.claims import (
     rate,
 )
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.core.spectra import left_null_vector, sampled_rate
+from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, sampled_rate
 from mrs_simulator.core.stability import Stability, share_left
 
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
@@ -93,13 +94,7 @@ class Consensus(PioneerControl):
         """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
         conditions = [
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
-            below(
-                "gain Tc < 2/lambda_max",
-                self.gain * self.period,
-                largest_step(self.topology),
-                necessary=True,
-            ),
+            *gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology)),
         ]
         if not self.topology.has_spanning_tree():
             return conditions

@@ -7,6 +7,7 @@ import numpy as np
 from mrs_simulator.control.laws.common import (
     AGREED,
     all_hold,
+    attracting,
     below,
     decays_as,
     spanning_tree,
@@ -110,7 +111,7 @@ class DelayedConsensus(Remembering):
         """Return limit, invariant and rate if tau is below ``pi/(2 gain lambda_max)``."""
         conditions = [
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
         ]
         if not all_hold(conditions):
             return conditions

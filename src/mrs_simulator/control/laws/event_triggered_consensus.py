@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.common import AGREED, below, spanning_tree
+from mrs_simulator.control.laws.common import AGREED, attracting, below, spanning_tree
 from mrs_simulator.control.laws.consensus import GAIN, keeps_weighted_mean
 from mrs_simulator.control.laws.consensus_equations import (
     consensus,
@@ -74,7 +74,7 @@ class EventTriggeredConsensus(Remembering):
         conditions = [
             Condition("undirected", bool(symmetric), "the theorem needs L = L^T"),
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
             below("gain Tc lambda_max/sqrt(sigma) < 0.1", growth, 0.1),
         ]
         if not conditions[1].holds:

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrs_simulator.control.laws import flocking_equations
 from mrs_simulator.control.laws import published_flocking as published
-from mrs_simulator.control.laws.common import level
+from mrs_simulator.control.laws.common import attracting, level
 from mrs_simulator.control.laws.energies import agreement_energy, flock_energy
 from mrs_simulator.control.laws.published_flocking import (
     AlphaGamma,
@@ -245,9 +245,7 @@ class CuckerSmale(DoubleIntegrator):
         first = self.first_velocity(len(start))
         size, spread = flocking_equations.diameter(start), flocking_equations.diameter(first)
         conditions = [
-            Condition(
-                "gain above 0", self.gain > 0.0, "velocities are driven apart", necessary=True
-            ),
+            attracting(self.gain, "velocities are driven apart"),
             Condition(
                 "gain Tc < 1",
                 self.gain * self.period < 1.0,

@@ -5,7 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.control.laws import formations_equations as laws
-from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
+from mrs_simulator.control.laws.common import (
+    all_hold,
+    commands_by,
+    gain_conditions,
+    spanning_tree,
+)
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
 from mrs_simulator.control.laws.energies import (
@@ -44,7 +49,6 @@ from mrs_simulator.core.spectra import (
     left_null_vector,
     rigid_rank,
     sampled_rate,
-    stable_step,
 )
 
 LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
@@ -105,14 +109,6 @@ def without_rates(claims, fidelity):
     """Return ``claims``, on full dynamics without rates: friction leaves millimetres that never decay."""
     return [
         claim for claim in claims if fidelity != "dynamic" or not claim.name.startswith("decay")
-    ]
-
-
-def gain_conditions(gain, period, eigenvalues):
-    """Return the conditions that ``gain`` neither drives apart nor overshoots at ``eigenvalues``."""
-    return [
-        Condition("gain above 0", gain > 0.0, "robots are driven apart", necessary=True),
-        below("gain Tc < 2/lambda_max", gain * period, stable_step(eigenvalues), necessary=True),
     ]
 
 

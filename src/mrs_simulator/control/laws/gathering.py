@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.laws import gathering_equations
 from mrs_simulator.control.laws import published_consensus as published
-from mrs_simulator.control.laws.common import commands_by
+from mrs_simulator.control.laws.common import attracting, commands_by
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.energies import (
     coverage_energy,
@@ -109,7 +109,7 @@ class Containment(PioneerControl):
                 "some follower hears no leader, not even over others",
                 necessary=True,
             ),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
         ]
         if reached:  # else there is an eigenvalue 0, whatever the gain
             why = "it is {:.3g}".format(step)
@@ -221,7 +221,7 @@ class Rendezvous(PioneerControl):
                 "robots within {:g} m do not make one group".format(self.radius),
                 necessary=True,
             ),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
             Condition(
                 "gain Tc curvature of the tension < 2",
                 bool(step < 2.0),
@@ -435,7 +435,7 @@ class Coverage(PioneerControl):
     def claims(self, start):
         """Return that the cost never grows and that each robot ends at its centroid."""
         conditions = [
-            Condition("gain above 0", self.gain > 0.0, "robots are driven away", necessary=True),
+            attracting(self.gain, "robots are driven away"),
             Condition(
                 "gain Tc < 2",
                 self.gain * self.period < 2.0,

@@ -7,7 +7,13 @@ import numpy as np
 
 from mrs_simulator.control.laws import marching_equations as laws
 from mrs_simulator.control.laws import published_formations as published
-from mrs_simulator.control.laws.common import all_hold, below, commands_by, spanning_tree
+from mrs_simulator.control.laws.common import (
+    all_hold,
+    attracting,
+    below,
+    commands_by,
+    spanning_tree,
+)
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.consensus_equations import has_simple_modes
 from mrs_simulator.control.laws.energies import error_energy, unshared
@@ -163,7 +169,7 @@ class Marching(Shaped):
         """Return that no steady error is left, or without feed-forward the one that is."""
         values = self.gain * laplacian_eigenvalues(self.topology) + self.anchor
         conditions = [
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
             below(
                 "Tc < 2/(gain lambda_max + anchor) [s]",
                 self.period,

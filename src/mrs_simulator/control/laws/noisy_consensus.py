@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.common import below, spanning_tree
+from mrs_simulator.control.laws.common import gain_conditions, spanning_tree
 from mrs_simulator.control.laws.consensus import GAIN
-from mrs_simulator.control.laws.consensus_equations import consensus, largest_step
+from mrs_simulator.control.laws.consensus_equations import consensus
 from mrs_simulator.control.laws.consensus_memory import SEED, Remembering
 from mrs_simulator.control.laws.noise_equations import (
     mean_variance_rate,
@@ -17,6 +17,7 @@ from mrs_simulator.control.laws.published_consensus import Noisy
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.edge_terms import gathered
 from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import laplacian_eigenvalues
 
 STEADY = "steady variance of the disagreement [m^2]"
 DRIFT = "drift of the mean [m]"
@@ -84,13 +85,7 @@ class NoisyConsensus(Remembering):
         conditions = [
             Condition("undirected", not self.topology.directed, "modes are not independent"),
             spanning_tree(self.topology),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
-            below(
-                "gain Tc < 2/lambda_max",
-                self.gain * self.period,
-                largest_step(self.topology),
-                necessary=True,
-            ),
+            *gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology)),
         ]
         if not all(condition.holds for condition in conditions) or len(start) < 2:
             return conditions

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.control.laws.common import (
     all_hold,
+    attracting,
     below,
     decays_as,
     held_track,
@@ -118,7 +119,7 @@ def linear_claims(law, start):
         return None
     conditions = [
         _joint_tree(law),
-        Condition("gain above 0", law.gain > 0.0, "robots are driven apart", necessary=True),
+        attracting(law.gain),
     ]
     if not all_hold(conditions):
         return conditions

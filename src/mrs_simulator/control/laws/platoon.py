@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.control.laws.common import below
+from mrs_simulator.control.laws.common import attracting, below
 from mrs_simulator.control.laws.consensus import GAIN
 from mrs_simulator.control.laws.consensus_memory import TAU, Remembering
 from mrs_simulator.control.laws.published_consensus import Chain
@@ -86,7 +86,7 @@ class Platoon(Remembering):
         tau = self.delay_steps * self.period
         conditions = [
             Condition("two robots", len(start) > 1, "nobody follows"),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
         ]
         if self.delayed == "difference":
             conditions.append(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.common import AGREED, below
+from mrs_simulator.control.laws.common import AGREED, attracting, below
 from mrs_simulator.control.laws.consensus import GAIN, never_grows
 from mrs_simulator.control.laws.published import weights_of
 from mrs_simulator.control.laws.published_consensus import Resilient
@@ -67,7 +67,7 @@ class ResilientConsensus(PioneerControl):
             Condition(
                 "(F+1, F+1)-robust", bool(robust), unknown if robust is None else "it is not"
             ),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
             below("gain Tc max degree < 1", self.gain * self.period * degree, 1.0),
         ]
         if not self.normal > 0:

@@ -4,6 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.laws.common import (
     AGREED,
+    attracting,
     below,
     decays_as,
     spanning_tree,
@@ -17,7 +18,6 @@ from mrs_simulator.control.laws.published import exact_motion, weights_of
 from mrs_simulator.control.laws.published_consensus import Switching
 from mrs_simulator.core import links
 from mrs_simulator.core.claims import (
-    Condition,
     centroid,
     converges_to,
     disagreement,
@@ -107,7 +107,7 @@ class SwitchingConsensus(Remembering):
         conditions = [
             # All sets come up in turn, so that the union over one round is the whole topology.
             spanning_tree(self.topology)._replace(name="jointly a spanning tree"),
-            Condition("gain above 0", self.gain > 0.0, "robots are driven apart", necessary=True),
+            attracting(self.gain),
             below("gain Tc max degree < 1", self.gain * self.period * degree, 1.0),
         ]
         if not conditions[0].holds:

@@ -18,35 +18,22 @@ from history import Report
 
 from mrs_simulator.core.environment import Environment
 from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.vehicles.drives import flight, quadrotor, quadrotor_forces
+from mrs_simulator.vehicles.drives import flight, quadrotor_forces
 from mrs_simulator.vehicles.drives.rotors import hover_speed
-from mrs_simulator.vehicles.quantities import QuantitySection
+from mrs_simulator.vehicles.registry import kind
 from mrs_simulator.world.world import EVERY, World
 
 STEP = 0.02  # [s]
-WALL, REPEATS = 1.0, 3  # [s] of one measurement, at least
+LEAST, REPEATS = 1.0, 3  # [s] of processor time of one measurement, at least
 SIZES = (10, 100, 1000)
-CRAZYFLIE = {
-    "arm": "0.0397 m",
-    "thrust": "3.16e-10 N/rpm^2",
-    "torque": "7.94e-12 N m/rpm^2",
-    "speed": "21703 rpm",
-    "motor_lag": "72 ms",
-    "inertia": {"xx": 1.4e-5, "yy": 1.4e-5, "zz": 2.17e-5},
-    "drag": {"across": 9.1785e-7, "up": 1.0311e-6},
-    "velocity_gain": {"across": 4.0, "up": 4.0},
-    "poles": {"tilt": 30.0, "turn": 12.0},
-    "tilt": "30 deg",
-    "response": {"across": "0.135 s", "up": "0.054 s"},
-}
 WEATHER = Environment((0.2, 0.1), (3.0, 1.0), 1.0, 2.0, 0.2, 4.0)
 
 
-def real_time_factor(step, wall):
-    """Return simulated over wall time of calling ``step``, which simulates ``STEP``."""
+def real_time_factor(step, least):
+    """Return simulated over processor time of calling ``step``, which simulates ``STEP``."""
     step()
     begin, steps = time.process_time(), 0
-    while time.process_time() - begin < wall:
+    while time.process_time() - begin < least:
         step()
         steps += 1
     return STEP * steps / (time.process_time() - begin)
@@ -54,7 +41,7 @@ def real_time_factor(step, wall):
 
 def quadrotors(n):
     """Return a function that lets n Crazyflies fly for a step."""
-    numbers = quadrotor.read(QuantitySection(dict(CRAZYFLIE), "flight"))._replace(mass=0.027)
+    numbers = kind("crazyflie2").numbers
     draw = np.random.default_rng(0)
     wanted, heading = draw.uniform(-1.0, 1.0, (n, 3)), draw.uniform(-3.0, 3.0, n)
     state = [flight.at_rest(np.zeros((n, 3)), heading, hover_speed(numbers))]
@@ -90,11 +77,11 @@ def main():
     parser.add_argument("--quick", action="store_true", help="one short measurement of each")
     parser.add_argument("--keep", action="store_true", help="append to benchmarks/history.csv")
     options = parser.parse_args()
-    wall, repeats = (0.2, 1) if options.quick else (WALL, REPEATS)
+    least, repeats = (0.2, 1) if options.quick else (LEAST, REPEATS)
     report = Report("vehicles", options.keep)
     for name, make in (("quadrotors", quadrotors), ("vessels", vessels)):
         for n in SIZES:
-            factor = statistics.median(real_time_factor(make(n), wall) for _ in range(repeats))
+            factor = statistics.median(real_time_factor(make(n), least) for _ in range(repeats))
             report.note(name + " with forces", n, factor, "x real time")
             report.note(name + ", cost of a robot-step", n, 1e6 * STEP / (factor * n), "us")
     report.close()

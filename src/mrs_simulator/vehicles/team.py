@@ -85,7 +85,9 @@ class Outlines(NamedTuple):
 class Team:
     """The robots of a run; not to be changed.  Arrays hold one robot per row."""
 
-    dimension = 2  # coordinates of the controlled points: no drive leaves the ground
+    dimension = (
+        2  # coordinates of the controlled points: robots in the air fly such laws at their altitude
+    )
 
     def __init__(self, kinds, limits="firmware", beside="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
@@ -104,7 +106,7 @@ class Team:
         drives = tuple(dict.fromkeys(each.drive for each in self.kinds))
         of_kind = {each: kind_limits(each, limits) for each in distinct}
         order = sorted(range(self.n), key=lambda row: drives.index(self.kinds[row].drive))
-        self._order, self._place = np.array(order), np.argsort(order)
+        self._place = np.argsort(order)
         self.groups = tuple(self._group(drive, of_kind, limits) for drive in drives)
         # Whether a drive has an inner joint that moves, such as a steering angle.
         self.jointed = tuple(group for group in self.groups if group.drive.JOINTS)

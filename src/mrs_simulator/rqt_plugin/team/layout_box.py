@@ -39,10 +39,6 @@ class LayoutBox(QGroupBox):
         column.addWidget(self._form)
         self._on_name()
 
-    def choose(self, name):
-        """Offer the parameters of the layout called ``name``."""
-        self._names.setCurrentText(name)
-
     @guarded
     def _on_name(self, *_):
         name = self._names.currentText()

@@ -35,6 +35,7 @@ ALLOWED = {("study/bag.py", "mrs_simulator.ros.messages")}
 FORBIDDEN = {
     "core": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "vehicles": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
+    "sensors": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "world": ROS | MESSAGES | QT | {"matplotlib"},
     "control": ROS | QT | {"pybullet", "matplotlib"},
     "study": (ROS - {"rosbag", "rospkg"}) | MESSAGES | QT | {"pybullet"},

@@ -23,7 +23,7 @@ ANGLE = {"rad": _times(1.0), "deg": math.radians}
 UNITS = {
     base + per: {name + per: convert for name, convert in names.items()}
     for base, names in (("m", LENGTH), ("rad", ANGLE))
-    for per in ("", "/s", "/s^2")
+    for per in ("", "/s", "/s^2", "/sqrt(s)")
 }
 UNITS["m/s"]["km/h"] = _per(3.6)
 UNITS["rad/s"]["rpm"] = lambda value: value * 2.0 * math.pi / 60.0

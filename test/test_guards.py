@@ -16,6 +16,7 @@ from mrs_simulator.core.guards import (
     limited,
     outside,
     pairs_nearer,
+    planar,
     slowed,
 )
 from mrs_simulator.core.kinematics import Limits, arc, compose, origins, ramp
@@ -287,3 +288,39 @@ def test_a_base_that_is_told_to_go_sideways_is_stuck_only_where_it_does_not(move
 def test_a_base_is_slowed_along_its_direction():
     slow = slowed(np.array([[0.3, 0.4, 0.1]]), 0.25, 1.0, axes=BASE)
     np.testing.assert_allclose(slow, [[0.15, 0.2, 0.05]])
+
+
+AIR = ("linear.x", "linear.y", "linear.z", "angular.z")
+ABOVE = np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 3.0], [0.3, 0.0, 0.0, 3.4]])
+
+
+def test_robots_above_each_other_are_as_far_apart_as_they_are():
+    assert pairs_nearer(ABOVE, 1.0) == [(1, 2, pytest.approx(0.5))]
+    guard = Violations((1, 2, 3), min_distance=1.0)
+    assert guard.check(ABOVE) == [
+        "robot2 stopped: 0.50 m from robot3",
+        "robot3 stopped: 0.50 m from robot2",
+    ]
+    many = np.column_stack([np.zeros((100, 3)), np.arange(100.0)])  # enough for the grid
+    assert pairs_nearer(many, 1.1)[0] == (0, 1, 1.0) and len(pairs_nearer(many, 1.1)) == 99
+
+
+def test_a_climb_is_slowed_as_any_other_speed():
+    slow = slowed(np.array([[0.0, 0.3, 0.4, 0.1]]), 0.25, 1.0, axes=AIR)
+    np.testing.assert_allclose(slow, [[0.0, 0.15, 0.2, 0.05]])
+    assert slowed(np.array([[0.0, 0.0, -1.0, 0.0]]), 0.25, 1.0, axes=AIR)[0, 2] == -0.25
+
+
+@pytest.mark.parametrize("climb", [0.3, -0.3])
+@pytest.mark.parametrize("moves", [True, False])
+def test_a_robot_told_to_climb_is_stuck_only_where_it_does_not(climb, moves):
+    told = planar(np.array([[0.0, 0.0, climb, 0.0]]), AIR)
+    guard, watch, pose = Standstill([2.0]), Repetition([0.5]), np.array([[0.0, 0.0, 0.0, 5.0]])
+    found, frozen, changed = [], [], 0.0
+    for step in range(100):
+        now = 0.05 * step
+        found += guard.stuck(now, pose, told)
+        frozen += watch.frozen(now, np.array([changed]), told)
+        pose = pose + [0.0, 0.0, 0.0, 0.05 * climb * moves]
+        changed = now if moves else changed
+    assert bool(found) is bool(frozen) is not moves

@@ -130,6 +130,14 @@ def test_places_and_rotations_that_cannot_be(x, y, length, said):
     assert Intake([False], 0.5).believes_place(0, 2e4, 0.0)  # a simulated robot may be far
 
 
+@pytest.mark.parametrize("z", [math.nan, math.inf, -1e6])
+def test_heights_that_cannot_be(z):
+    intake = Intake([True], 0.5)
+    assert not intake.believes_place(0, 0.0, 0.0, z=z)
+    assert intake.reasons == {0: "at a height of {:.4g} m".format(z)}
+    assert intake.believes_place(0, 0.0, 0.0, z=30.0)
+
+
 def test_frames_are_asked_for_once():
     asked = []
 

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 import rospy
+from geometry_msgs.msg import TransformStamped
 
+from mrs_simulator.core.spatial import Spatial
+from mrs_simulator.nodes.control.transform_inbox import TransformInbox
 from mrs_simulator.ros import odometry_inbox
 from mrs_simulator.ros.messages import team_odometry
 from mrs_simulator.ros.planar_messages import PlanarOdometry
@@ -25,31 +28,35 @@ class Clock:
 
 @pytest.fixture(params=["each robot's topic", "the team's topic"])
 def hear(request, monkeypatch):
-    """Return a function that hears robots 1 and 2 at ``stamp`` under ``clock``; it returns the inbox."""
+    """Return a function that hears robots 1 and 2 at ``stamp`` under ``clock``, and ``z`` high.
+
+    It returns the inbox.
+    """
     monkeypatch.setattr(odometry_inbox, "CLOCK_PATIENCE", 0.05)
     monkeypatch.setattr(odometry_inbox.rospy, "Subscriber", lambda *_, **__: None)
     monkeypatch.setattr(odometry_inbox.rospy, "is_shutdown", lambda: False)
     monkeypatch.setattr(odometry_inbox, "read", lambda _: "")
     monkeypatch.setattr(odometry_inbox.OdometryInbox, "doubled", dict)
 
-    def by_robots(stamp):
+    def by_robots(stamp, z):
         inbox = odometry_inbox.OdometryInbox([1, 2], topic="/robot{}/odom")
         for row, pose in enumerate(POSES.tolist()):
             message = PlanarOdometry()
             message.stamp, message.frame, message.length = rospy.Time.from_sec(stamp), "odom", 1.0
-            message.planar, message.body, message.z = tuple(pose), (0.0, 0.0, 0.0), 0.0
+            message.planar, message.body, message.z = tuple(pose), (0.0, 0.0, 0.0), z[row]
             inbox.put(message, row)
         return inbox
 
-    def by_team(stamp):
+    def by_team(stamp, z):
         inbox = odometry_inbox.TeamInbox([1, 2])
         inbox._subscriber = type("Topic", (), {"resolved_name": "/stage/odometry"})
-        inbox.put(team_odometry([1, 2], POSES, stamp=rospy.Time.from_sec(stamp)))
+        level = Spatial(np.array(z), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)), np.zeros((2, 3)))
+        inbox.put(team_odometry([1, 2], POSES, None, rospy.Time.from_sec(stamp), level))
         return inbox
 
-    def heard(stamp, clock):
+    def heard(stamp, clock, z=(0.0, 0.0)):
         monkeypatch.setattr(odometry_inbox.rospy, "get_time", clock)
-        return (by_robots if "each" in request.param else by_team)(stamp)
+        return (by_robots if "each" in request.param else by_team)(stamp, z)
 
     return heard
 
@@ -78,3 +85,44 @@ def test_a_stamp_that_the_clock_does_not_come_to_is_refused(hear, stamp):
 
 def test_without_a_clock_nothing_is_waited_for(hear):
     np.testing.assert_array_equal(hear(11.0, Clock(0.0, 0.0)).pose(), POSES)
+
+
+@pytest.mark.parametrize("z", [np.nan, -1e9])
+def test_a_height_that_cannot_be_is_refused(hear, z):
+    inbox = hear(10.0, Clock(10.0, 0.0), (z, 1.5))
+    counts, reasons = inbox.refused()
+    assert counts == [1, 0] and "height" in reasons[1]
+    assert np.isnan(inbox.pose()[0]).all() and inbox.heights()[1] == 1.5
+
+
+def test_who_climbs_straight_up_does_not_repeat_itself(hear, monkeypatch):
+    seconds = iter(np.arange(100.0))
+    monkeypatch.setattr(odometry_inbox.time, "monotonic", lambda: next(seconds))
+    inbox = hear(10.0, Clock(10.0, 0.0), (1.0, 2.0))
+    before = inbox.changed.copy()
+    team = isinstance(inbox, odometry_inbox.TeamInbox)
+    for row in (0, 1):
+        message = PlanarOdometry()
+        message.stamp, message.frame, message.length = rospy.Time(10), "odom", 1.0
+        message.planar, message.body = tuple(POSES[row]), (0.0, 0.0, 0.0)
+        message.z = (1.1, 2.0)[row]
+        if not team:
+            inbox.put(message, row)
+    if team:
+        level = Spatial(
+            np.array([1.1, 2.0]), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)), np.zeros((2, 3))
+        )
+        inbox.put(team_odometry([1, 2], POSES, None, rospy.Time(10), level))
+    assert ((inbox.changed > before) == [True, False]).all()
+
+
+def test_transforms_tell_heights():
+    inbox = TransformInbox.__new__(TransformInbox)
+    odometry_inbox.Inbox.__init__(inbox, [1])
+    found = TransformStamped()  # without a stamp: a static one
+    found.transform.translation.z, found.transform.rotation.w = 1.5, 1.0
+    inbox._take(0, found, 0.0)
+    assert inbox.heights() == [1.5]
+    found.transform.translation.z = float("nan")
+    inbox._take(0, found, 0.0)
+    assert inbox.heights() == [1.5] and inbox.intake.refused == [1]

@@ -1,7 +1,7 @@
 """Guards of real robots as functions of arrays: fences, distances, jumps, speeds, standstill.
 
-Poses are in the common frame, (n, 3) [m, m, rad], unless said otherwise; comparisons with NaN, a
-robot that is not heard, are false.
+Poses are in the common frame, (n, 3) [m, m, rad], or (n, 4) with the heights [m] of a team that leaves
+the ground, unless said otherwise; comparisons with NaN, a robot that is not heard, are false.
 """
 
 import math
@@ -15,6 +15,8 @@ from mrs_simulator.core.neighbours import close_pairs, squared
 from mrs_simulator.core.scenario import LoweredLimits
 
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
+LEVEL_AXES = ("linear.x", "linear.y", "linear.z", "angular.z")  # of robots that leave the ground
+PLACE = [0, 1, 3]  # columns of x, y and the height
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
@@ -50,7 +52,7 @@ def pairs_nearer(pose, distance):
     if distance <= 0.0 or len(pose) < 2:
         return []
     known = np.flatnonzero(np.isfinite(pose[:, :2]).all(axis=1))
-    points = pose[known, :2]
+    points = pose[known][:, PLACE[: pose.shape[1] - 1]]
     first, second = close_pairs(points, distance)
     apart = np.sqrt(squared(points[second] - points[first]))
     return list(zip(known[first].tolist(), known[second].tolist(), apart.tolist()))
@@ -90,14 +92,15 @@ def stilled(command, deadband):
 
 
 def planar(command, axes):
-    """Return what ``command`` (n, a) means on the ground: itself for unicycles, else (n, 3).
+    """Return how ``command`` (n, a) moves robots: itself for unicycles, else (n, 3) or (n, 4).
 
-    The three are vx, vy and omega, as far as ``axes`` has them.
+    The columns are vx, vy, of a team that leaves the ground vz, and omega, as far as ``axes`` has them.
     """
     if axes == UNICYCLE_AXES:
         return command
-    result = np.zeros((len(command), len(PLANAR_AXES)))
-    for column, axis in enumerate(PLANAR_AXES):
+    columns = LEVEL_AXES if "linear.z" in axes else PLANAR_AXES
+    result = np.zeros((len(command), len(columns)))
+    for column, axis in enumerate(columns):
         if axis in axes:
             result[:, column] = command[:, axes.index(axis)]
     return result
@@ -108,12 +111,15 @@ def speed_and_turn(command, axes):
     values = planar(command, axes)
     if values is command:
         return command
-    return np.stack([np.hypot(values[:, 0], values[:, 1]), values[:, 2]], axis=1)
+    speed = np.hypot(values[:, 0], values[:, 1])
+    if values.shape[1] == len(LEVEL_AXES):
+        speed = np.hypot(speed, values[:, 2])
+    return np.stack([speed, values[:, -1]], axis=1)
 
 
 def _for(columns, pair):
-    """Return the ``pair``, of translation and turn, for each of 2 or 3 ``columns``."""
-    return pair if columns == 2 else pair[[0, 0, 1]]
+    """Return the ``pair``, of translation and turn, for each of 2 to 4 ``columns``."""
+    return pair[[0] * (columns - 1) + [1]]
 
 
 class Violations:
@@ -177,8 +183,8 @@ class Standstill:
     def stuck(self, now, pose, command):
         """Return the rows of the robots that have failed to move for longer than their patience.
 
-        ``pose`` (n, 3) at ``now`` [s]; ``command`` (n, 2), v and omega, or (n, 3), vx, vy and omega
-        [m/s, rad/s], in force since the last call.
+        ``pose`` at ``now`` [s]; ``command`` [m/s, rad/s] as :func:`planar` returns it, in force since
+        the last call.
         """
         columns = command.shape[1]
         told = np.where(np.abs(command) >= _for(columns, LEAST_TOLD), np.sign(command), 0.0)
@@ -198,7 +204,7 @@ class Standstill:
 
     def _moved(self, pose, columns):
         moved = body_motion(self._pose, pose)
-        return moved[:, [0, 2]] if columns == 2 else moved
+        return moved[:, {2: [0, 2], 3: [0, 1, 2], 4: [0, 1, 3, 2]}[columns]]
 
 
 class Repetition:
@@ -226,8 +232,7 @@ class Repetition:
         """Return the rows of the robots that should have moved and tell the very same as before.
 
         ``changed`` (n,) [s]: when the odometry of each last changed, by the clock of ``now`` [s];
-        ``command`` (n, 2), v and omega, or (n, 3), vx, vy and omega [m/s, rad/s], in force since the
-        last call.
+        ``command`` [m/s, rad/s] as :func:`planar` returns it, in force since the last call.
         """
         if not self._window:
             return []
@@ -250,13 +255,13 @@ class Repetition:
 
 
 def body_motion(before, after):
-    """Return how far robots went forward and left [m] and turned [rad], (n, 3), till ``after``."""
+    """Return how far robots went forward and left [m], turned [rad] and, of (n, 4), rose [m]."""
     turn = wrap_angle(after[:, 2] - before[:, 2])
     heading = before[:, 2] + 0.5 * turn
     step = after[:, :2] - before[:, :2]
     cos, sin = np.cos(heading), np.sin(heading)
     forward, left = step[:, 0] * cos + step[:, 1] * sin, step[:, 1] * cos - step[:, 0] * sin
-    return np.array([forward, left, turn]).T
+    return np.column_stack([forward, left, turn, after[:, 3:] - before[:, 3:]])
 
 
 class JumpBounds(NamedTuple):

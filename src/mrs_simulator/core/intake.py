@@ -45,13 +45,15 @@ class Intake:
         self.reasons[row] = why
         return False
 
-    def believes_place(self, row, x, y, length=1.0):
-        """Return whether a pose at ``(x, y)`` [m] can be; ``length`` of its quaternion [-]."""
+    def believes_place(self, row, x, y, length=1.0, z=0.0):
+        """Return whether a pose at ``(x, y, z)`` [m] can be; ``length`` of its quaternion [-]."""
         if not abs(length - 1.0) <= UNIT:
             return self.refuse(row, "its quaternion has length {:.3g}".format(length))
         bound = self._farthest if self._real[row] else FARTHEST
         if not (abs(x) < bound and abs(y) < bound):
             return self.refuse(row, "at ({:.4g}, {:.4g}) m".format(x, y))
+        if not abs(z) < bound:
+            return self.refuse(row, "at a height of {:.4g} m".format(z))
         return True
 
     def believes_frame(self, row, frame):

@@ -240,7 +240,7 @@ class OdometryInbox(Inbox):
             intake = self.intake
             if not (
                 intake.believes_frame(row, frame)
-                and intake.believes_place(row, *pose[:2], length)
+                and intake.believes_place(row, *pose[:2], length, z)
                 and intake.believes_stamp(row, seconds, now, arrival)
             ):
                 return
@@ -249,12 +249,11 @@ class OdometryInbox(Inbox):
             came = arrival if self._real[row] else min(now, seconds)
             self._stamp[row], self._received[row] = stamped, came
             self._z[row] = z
-            self._note_change(row, pose, body, arrival)
+            self._note_change(row, (*pose, z, *body), arrival)
             self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds))
             self._note_arrival(row)
 
-    def _note_change(self, row, pose, body, arrival):
-        said = (*pose, *body)
+    def _note_change(self, row, said, arrival):
         if said != self._said.get(row):
             self._said[row], self.changed[row] = said, arrival
 
@@ -289,13 +288,15 @@ class TeamInbox(Inbox):
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
         z = np.zeros(len(poses)) if spatial is None else spatial.z
         poses, z, rows = poses[rows >= 0], z[rows >= 0], rows[rows >= 0]
-        good = np.isfinite(poses).all(axis=1) & (np.abs(poses[:, :2]) < FARTHEST).all(axis=1)
+        places = np.column_stack([poses[:, :2], z])
+        good = np.isfinite(poses).all(axis=1) & (np.abs(places) < FARTHEST).all(axis=1)
         stamp = message.header.stamp
         now = self._clock(stamp.to_sec())
         with self._changed:
             self.senders.note(self._subscriber.resolved_name, message)
             for row in np.flatnonzero(~good).tolist():
-                self.intake.believes_place(int(rows[row]), *poses[row, :2].tolist())
+                x, y, height = places[row].tolist()
+                self.intake.believes_place(int(rows[row]), x, y, z=height)
             rows, poses, z = rows[good], poses[good], z[good]
             if not self._age.believes_stamp(0, stamp.to_sec(), now, time.monotonic()):
                 for row in rows.tolist():
@@ -304,7 +305,7 @@ class TeamInbox(Inbox):
             for row in rows.tolist() if self.intake.reasons else ():
                 self.intake.reasons.pop(row, None)
             self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
-            moved = (poses != self._tracks.pose[rows]).any(axis=1)
+            moved = (poses != self._tracks.pose[rows]).any(axis=1) | (z != self._z[rows])
             self.changed[rows[moved]] = time.monotonic()
             self._z[rows] = z
             came = self._times(min(now, stamp.to_sec()))[rows]

@@ -56,6 +56,7 @@ class CommonFrame:
         self.numbers = tuple(row + 1 for row in self.rows)
         self.odom_timeout = read(ODOM_TIMEOUT)
         self.begin_at(scenario.poses)
+        self._is_spatial = Team.from_scenario(scenario).is_spatial
         self._real = real_among(scenario.n) if rows is None else list(range(len(rows)))
         self._bounds = self._jump_bounds(scenario)
         bounds = self._bounds if self.WATCHES_ODOMETRY else None
@@ -94,6 +95,10 @@ class CommonFrame:
     def heights(self):
         """Return the robots' heights above the ground, (n,) [m], as they are told."""
         return self.inbox.heights()
+
+    def with_heights(self, pose):
+        """Return ``pose`` (n, 3); of a team that leaves the ground (n, 4), with its heights."""
+        return np.column_stack([pose, self.heights()]) if self._is_spatial else pose
 
     def missing(self, now):
         """Return which robots' poses are not known or too old at ``now`` [s], or ""."""

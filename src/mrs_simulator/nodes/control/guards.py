@@ -118,10 +118,11 @@ class Guards(Violations):
         self._repetition.forget()
 
     def passed(self, command, pose, now, changed, motors_off=()):
-        """Return ``command`` (n, a) as the guards let it pass at ``pose`` (n, 3) and ``now`` [s].
+        """Return ``command`` (n, a) as the guards let it pass at ``pose`` and ``now`` [s].
 
-        ``changed`` (n,) [s] of ``time.monotonic``: when each robot's odometry last said something
-        else; ``motors_off``: rows of the robots that say that their motors are off.
+        ``pose`` (n, 3), or (n, 4) with heights; ``changed`` (n,) [s] of ``time.monotonic``: when each
+        robot's odometry last said something else; ``motors_off``: rows of the robots that say that
+        their motors are off.
         """
         others = {**self._stuck(pose, now, changed), **dict.fromkeys(motors_off, MOTORS_OFF)}
         for text in self.check(pose, others):

@@ -145,8 +145,7 @@ class ControlNode:
         self.inbox = self.frame.inbox
         topics, numbers, self.rivals = None, self.law.numbers, None
         team = Team.from_scenario(self.scenario)
-        self._axes, self._is_spatial = team.axes, team.is_spatial
-        axes = team.axes
+        self._axes = axes = team.axes
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
@@ -284,8 +283,7 @@ class ControlNode:
         # What was missing is there; the law may take its time all the same.
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
         pose = self.frame.pose()
-        known = np.column_stack([pose, self.frame.heights()]) if self._is_spatial else pose
-        return Job(self._epoch, pose, known, now, since, begins)
+        return Job(self._epoch, pose, self.frame.with_heights(pose), now, since, begins)
 
     def _ask(self, job):
         """Ask the law, and send what the guards let pass of its answer."""
@@ -319,7 +317,7 @@ class ControlNode:
             self._warn(warnings)
             self._begun = job.now
         off = self.motors.off()
-        command = self.guards.passed(command, job.pose, job.now, self.inbox.changed, off)
+        command = self.guards.passed(command, job.known, job.now, self.inbox.changed, off)
         if self.outlet.stalled:
             self._stop("{}, {}".format(STALLED, START.format(rospy.resolve_name("~start"))))
             return
@@ -443,7 +441,7 @@ class ControlNode:
             self.frame.accept()
             self.motors.enable()
             self.trouble = silent or self.motors.missing()
-            self.guards.release(self.frame.pose())
+            self.guards.release(self.frame.with_heights(self.frame.pose()))
             self.trouble = self.trouble or self.guards.text()
             return True, "running"
 

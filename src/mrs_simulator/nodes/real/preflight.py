@@ -55,7 +55,8 @@ class Preflight:
             checks.append(preflight.Check(subject, False, frame.WHAT + " " + jump))
         if frame.ABSOLUTE:
             checks += preflight.place_checks(numbers, pose, self.scenario.poses, self.tolerance)
-        checks.append(preflight.distance_check(numbers, pose, self.least))
+        places = frame.with_heights(pose)
+        checks.append(preflight.distance_check(numbers, places, self.least))
         if self.fence is not None:
             checks.append(preflight.fence_check(numbers, pose, self.fence))
         checks.append(preflight.speed_check(self.scenario, self.speeds))

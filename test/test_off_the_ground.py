@@ -172,7 +172,7 @@ def test_points_fly_without_forces(hoverer):  # noqa: F811
     for _ in range(10):
         world.step()
     assert world.z[0] == pytest.approx(1.05) and world.spatial.twist[0, 0] == 0.25
-    with pytest.raises(WorldError, match="without a motion with forces"):
+    with pytest.raises(WorldError, match="robot1, Hoverer, has no motion with forces"):
         world_of(hoverer, [[0.0, 0.0, 0.0]], [1.0], fidelity="dynamic")
 
 

@@ -5,7 +5,7 @@ import pytest
 from protocol_fixtures import failed, shipped, verdict_of
 
 from mrs_simulator.core.environment import Environment
-from mrs_simulator.world.world import EVERY, World, WorldError
+from mrs_simulator.world.world import EVERY, World
 
 BOTH = pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 
@@ -79,8 +79,6 @@ def test_without_forces_it_flies_over_robots_on_the_ground():
     flown(world, command, 4.0)
     assert world.pose[0, 0] == pytest.approx(0.93, abs=0.02)
     assert not world.take_collisions()
-    with pytest.raises(WorldError, match="robots that fly beside others"):
-        World(("crazyflie2", "pioneer3dx"), [[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], fidelity="dynamic")
 
 
 @BOTH

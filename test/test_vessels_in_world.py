@@ -9,7 +9,7 @@ from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.vehicles import Team
-from mrs_simulator.world.world import EVERY, World, WorldError
+from mrs_simulator.world.world import EVERY, World
 
 # The air goes with the water: a boat that is carried feels no wind.
 CURRENT = Environment(current=(0.3, -0.1), wind=(0.3, -0.1))
@@ -135,11 +135,6 @@ def test_a_mirrored_boat_is_where_it_is_put():
             world.step()
         np.testing.assert_allclose(world.pose[1], [5.0, 0.0, 0.0])
         assert world.pose[0, 0] > 0.05
-
-
-def test_with_forces_boats_and_wheels_are_not_in_one_team():
-    with pytest.raises(WorldError, match="on the ground and in the water"):
-        World(("pioneer3dx", "heron"), [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]], fidelity="dynamic")
 
 
 def test_the_log_does_not_see_the_current():

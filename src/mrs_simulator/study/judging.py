@@ -184,12 +184,18 @@ def _is_where(theory, run, row):
 def _resumed(control, run, row, theory):
     """Return the control by which the rest of ``run`` from the sample ``row`` on is judged, or None.
 
-    What a law remembers then is known of robots that are where theory has them.
+    What a law remembers then is known where it is the time alone, and of robots that are where theory
+    has them.
     """
-    if control.MEMORYLESS or not _is_where(theory, run, row):
-        return control if control.MEMORYLESS else None
-    time, memory = run.time[row] - run.time[0], theory.followed.meta["memory"][row]
-    rest, law = call(control.resumed, time, memory), published_law(control)
+    if control.MEMORYLESS:
+        return control
+    law, memory = published_law(control), None
+    if _is_where(theory, run, row):
+        memory = theory.followed.meta["memory"][row]
+    elif law is None or law.SEES != "now":
+        return None
+    time = run.time[row] - run.time[0]
+    rest = call(control.resumed, time, memory)
     if rest is None or law.SEES == "pose":
         return None
     rest._keep(published=lambda: Resumed(law, time, memory))

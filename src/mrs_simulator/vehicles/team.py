@@ -68,8 +68,9 @@ class Group(NamedTuple):
 
     def put(self, values, part):
         """Write the group's ``part`` into ``values`` (n, axes of the team)."""
-        for column, own in zip(values.T[self.columns], part.T):
-            column[self.rows] = own
+        columns = np.arange(values.shape[1])[self.columns]
+        for column, own in zip(columns.tolist(), part.T):
+            values[self.rows, column] = own
 
 
 class Outlines(NamedTuple):

@@ -1,10 +1,10 @@
-"""Teams of which robots leave the ground, without forces."""
+"""Teams of which robots leave the ground, without forces and with them."""
 
 import numpy as np
 
-from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles.team import columns_of
+from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion
 from mrs_simulator.world.weather import Weather
 
@@ -108,21 +108,23 @@ class AirborneMotion(KinematicMotion):
             super()._feel(group, pushed, moved)
 
 
-class ForcedAirborneMotion(AirborneMotion):
-    """Robots that all fly, moved by forces as their drives have them ``with_forces``."""
+class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
+    """Robots under forces of which some fly, as their drives have them ``with_forces``.
 
-    def __init__(self, *arguments, seed=0, environment=CALM, **named):
-        """As ``AirborneMotion``; ``seed`` of gusts; ``environment``: its wind is felt."""
-        self._seed, self._felt = seed, environment
-        super().__init__(*arguments, environment=environment, **named)
+    Those in the water and on wheels move as ``ForcedMotion`` has them.
+    """
 
     def _flight_of(self, group, pose, z):
         rows = np.arange(self.team.n)[group.rows]
-        weather = Weather(self._felt, self.step, self._seed, rows)
+        weather = Weather(self._environment, self.step, self._seed, rows)
         # Rotors have their limits whatever those of commands.
         numbers = columns_of(group.kinds, group.drive)
         group = group._replace(drive=group.drive.with_forces(), numbers=numbers)
         return AirborneGroup(group, pose, z, weather)
+
+    def contacts(self):
+        """Return the contacts of the last step: ``(first, second, x, y, z)`` each."""
+        return [(*contact, 0.0) for contact in self._wheeled_contacts()] + super().contacts()
 
 
 class AirborneGroup:

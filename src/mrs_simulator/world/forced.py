@@ -1,49 +1,115 @@
-"""Robots that forces of water or air move, worked out as arrays, without a solver."""
+"""Robots under forces: in the water as arrays, on wheels in a solver; kept apart as without forces."""
 
 import numpy as np
 
+from mrs_simulator.core.environment import CALM
+from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world.kinematic import KinematicMotion
 from mrs_simulator.world.weather import Weather
 
 
 class ForcedMotion(KinematicMotion):
-    """Robots under forces, kept apart as without them."""
+    """Robots under forces, each group as its own kind of motion has it.
 
-    def __init__(self, kinds, *arguments, environment, seed, **named):
+    Robots on wheels meet each other and obstacles in the solver.  To those in the water and in the air
+    they are firm: they push others, and are not pushed.
+    """
+
+    def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
+                 encoders=False, environment=CALM, seed=0):  # fmt: skip
         """As ``KinematicMotion``; ``seed``: of the gusts and waves of ``environment``."""
         self._environment, self._seed = environment, seed
-        super().__init__(kinds, *arguments, environment=environment, **named)
+        team, self._wheeled = Team.of(kinds, limits), None
+        if any(group.drive.MEDIUM == "ground" for group in team.groups):
+            from mrs_simulator.world.wheeled import WheeledPart  # pybullet only where it is used
+
+            self._wheeled = WheeledPart(team, poses, obstacles, limits, step, mirrored)
+        super().__init__(
+            team, poses, obstacles, limits, step, mirrored, encoders, environment=environment
+        )
+
+    def _firm(self, mirrored):
+        return list(mirrored) if self._wheeled is None else [*mirrored, *self._wheeled.rows]
 
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3), in weather from its beginning."""
         super().reset(poses)
         self._reach = np.inf  # waves push harder than thrusters
-        self._parts = {group.drive: self._part(group) for group in self.team.groups}
+        self._parts = {
+            group.drive: self._part(group)
+            for group in self.team.groups
+            if group.drive.MEDIUM == "water"
+        }
+        if self._wheeled is not None:
+            self._wheeled.reset(self.pose)
 
     def _part(self, group):
         rows = np.arange(self.team.n)[group.rows]
         weather = Weather(self._environment, self.step, self._seed, rows)
         return ForcedGroup(group, weather, self.step)
 
+    def place(self, rows, poses, twists):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+        super().place(rows, poses, twists)
+        if self._wheeled is not None:
+            self._wheeled.place(rows, poses, twists)
+
+    def joints(self):
+        """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
+        result = np.zeros(self.team.n)
+        if self._wheeled is not None:
+            result[self._wheeled.rows] = self._wheeled.joints()
+        return result
+
+    def contacts(self):
+        """Return the contacts of the last step: ``(first, second, x, y)`` each."""
+        return self._wheeled_contacts() + [contact[:4] for contact in self._contacts]
+
+    def close(self):
+        """Give back what the solver holds."""
+        if self._wheeled is not None:
+            self._wheeled.close()
+
+    # What is done otherwise for robots under forces ----------------------------------------------
+
     def _moved(self, before, command):
         after = before.copy(order="F")
         for group, travel in zip(self.team.groups, self.wheel_travel):
+            if group.drive not in self._parts:
+                continue
             part = self._parts[group.drive]
             after[group.rows] = part.advance(before[group.rows], group.of(command))
             if self._encoders:
                 travel += self.step * part.counted()
+        if self._wheeled is not None:
+            after[self._wheeled.rows] = self._wheeled.advance(command)
+            if self._encoders:
+                self._wheeled.count(self.team, self.wheel_travel)
         after[self._mirrored] = before[self._mirrored]  # nothing carries them off
         return after
+
+    def _separate(self, farthest):
+        contacts = super()._separate(farthest)
+        if self._wheeled is None:
+            return contacts
+        return [contact for contact in contacts if not self._wheeled.knows(contact)]
+
+    def _wheeled_contacts(self):
+        return [] if self._wheeled is None else self._wheeled.contacts()
 
     def _own_twist(self):
         twist = np.zeros_like(self.pose)
         for group in self.team.groups:
-            twist[group.rows] = self._parts[group.drive].twist()
+            if group.drive in self._parts:
+                twist[group.rows] = self._parts[group.drive].twist()
+        if self._wheeled is not None:
+            twist[self._wheeled.rows] = self._wheeled.twist
         return twist
 
     def _feel(self, group, pushed, moved):
-        self._parts[group.drive].feel(pushed, moved)
+        if group.drive in self._parts:
+            self._parts[group.drive].feel(pushed, moved)
 
 
 class ForcedGroup:

@@ -71,7 +71,7 @@ class KinematicMotion:
         self._rates = self.team.by_group(self._rates_of, np.inf)
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         self._reach, self._encoders = step * float(self.team.speeds[:, 0].max()), encoders
-        self._bodies = Bodies(self.team, obstacles, mirrored)
+        self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
         self._mirrored = np.array(mirrored, dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
         if self._current is not None:
@@ -90,6 +90,10 @@ class KinematicMotion:
         ]
         self._contacts = []
         self._bodies.moved_elsewhere()
+
+    def _firm(self, mirrored):
+        """Return the rows of robots that give way to no other: the ``mirrored`` ones."""
+        return mirrored
 
     def _rates_of(self, group):
         return group.drive.rates(group.limits, group.numbers)

@@ -171,20 +171,12 @@ class World:
                 "fidelity {!r}: wanted one of {}".format(self.fidelity, ", ".join(FIDELITIES))
             )
         media = {group.drive.MEDIUM for group in team.groups}
-        if media == {"air"} and all(hasattr(g.drive, "with_forces") for g in team.groups):
-            return ForcedAirborneMotion(*bodies, **mirrored, **moving, z=z, seed=self._seed)
+        weather = {"seed": self._seed}
         if "air" in media:
-            raise WorldError(
-                "fidelity 'dynamic': robots that fly beside others, or without a motion with forces; "
-                "wanted a team that flies, or kinematic"
-            )
-        if "ground" not in media:
-            return ForcedMotion(*bodies, **mirrored, **moving, seed=self._seed)
-        if len(media) > 1:
-            raise WorldError(
-                "fidelity 'dynamic': robots on the ground and in the water in one team; "
-                "wanted one of both, or kinematic"
-            )
+            refuse_forceless(team)
+            return ForcedAirborneMotion(*bodies, **mirrored, **moving, **weather, z=z)
+        if "water" in media:
+            return ForcedMotion(*bodies, **mirrored, **moving, **weather)
         from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
 
         return DynamicMotion(*bodies, **mirrored)
@@ -465,6 +457,14 @@ def _team_of(scenario):
         return Team.from_scenario(scenario)
     except ValueError as error:
         raise WorldError(str(error)) from None
+
+
+def refuse_forceless(team):
+    """Raise ``WorldError`` that names the first robot that flies without a motion with forces."""
+    for row, each in enumerate(team.kinds):
+        if each.module.MEDIUM == "air" and not hasattr(each.module, "with_forces"):
+            text = "fidelity 'dynamic': robot{}, {}, has no motion with forces; wanted kinematic"
+            raise WorldError(text.format(row + 1, each.title))
 
 
 def checked_team(kinds, poses, limits):

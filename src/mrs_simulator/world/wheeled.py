@@ -1,0 +1,80 @@
+"""The robots on wheels of a team whose others float or fly: with forces, in a solver of their own."""
+
+import numpy as np
+
+from mrs_simulator.vehicles import Team
+from mrs_simulator.world.dynamic import DynamicMotion
+
+
+class WheeledPart:
+    """A ``DynamicMotion`` of those robots of a team that stand on the ground."""
+
+    def __init__(self, team, poses, obstacles, limits, step, mirrored):
+        """``team``: all robots; ``poses`` (n, 3); ``mirrored``: rows of the team that ``place`` moves."""
+        on_wheels = [kind.module.MEDIUM == "ground" for kind in team.kinds]
+        self.rows = np.flatnonzero(on_wheels)
+        own = Team([team.kinds[row] for row in self.rows], limits)
+        place = self._places(np.array(mirrored, dtype=int))
+        self._columns = [team.axes.index(axis) for axis in own.axes]
+        self._names = {
+            "robot{}".format(member + 1): "robot{}".format(row + 1)
+            for member, row in enumerate(self.rows)
+        }
+        self._others = {"robot{}".format(row + 1) for row in np.flatnonzero(~np.array(on_wheels))}
+        self._motion = DynamicMotion(
+            own, np.asarray(poses)[self.rows], obstacles, limits, step, mirrored=place[place >= 0]
+        )
+
+    def _places(self, rows):
+        """Return where ``rows`` (m,) of the team are among those on wheels, -1 for none."""
+        found = np.searchsorted(self.rows, rows)
+        found[found == len(self.rows)] = 0
+        return np.where(self.rows[found] == rows, found, -1)
+
+    def reset(self, poses):
+        """Put the robots at rest at their ``poses`` (n, 3), of the whole team."""
+        self._motion.reset(poses[self.rows])
+
+    def place(self, rows, poses, twists):
+        """Put mirrored robots ``rows`` (m,) of the team at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+        members = self._places(np.asarray(rows, dtype=int))
+        known = members >= 0
+        self._motion.place(members[known], np.asarray(poses)[known], np.asarray(twists)[known])
+
+    def advance(self, command):
+        """Return the poses (m, 3) after a step under the team's ``command`` (n, a)."""
+        self._motion.advance(command[np.ix_(self.rows, self._columns)])
+        return self._motion.pose
+
+    @property
+    def twist(self):
+        """Return the body twists, (m, 3) [m/s, m/s, rad/s]."""
+        return self._motion.twist
+
+    def joints(self):
+        """Return the drives' inner joints, (m,) [rad]."""
+        return self._motion.joints()
+
+    def count(self, team, travel):
+        """Write into ``travel``, arrays of the groups of ``team``, how far wheels have rolled [m]."""
+        on_wheels = (
+            own for group, own in zip(team.groups, travel) if group.drive.MEDIUM == "ground"
+        )
+        for own, rolled in zip(on_wheels, self._motion.wheel_travel):
+            own[:] = rolled
+
+    def contacts(self):
+        """Return the contacts after the last step, ``(first, second, x, y)`` each."""
+        return [
+            (*(self._names.get(name, name) for name in contact[:2]), *contact[2:])
+            for contact in self._motion.contacts()
+        ]
+
+    def knows(self, contact):
+        """Return whether a ``bodies.Contact`` is the solver's matter: a robot on wheels with another one or
+        with an obstacle."""
+        return self._others.isdisjoint(contact[:2])
+
+    def close(self):
+        """Disconnect from the solver."""
+        self._motion.close()

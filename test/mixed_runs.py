@@ -14,8 +14,7 @@ from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.study.experiment import run_experiment
 
 LIMIT = 180.0  # [s] of wall time for one run
-PERIOD = 0.05  # [s] between two samples that the GUI keeps, within which a run of its begins
-SHIFTS = np.linspace(-PERIOD, PERIOD, 101)  # [s] between the beginnings of two runs
+ROUNDING = 1e-6  # [s] within which two samples are of the same time
 IN_GUI = """
 gui.bar.set_speed(0)
 click("simulate")
@@ -29,6 +28,11 @@ until(done, limit=120)
 trouble += [] if "data is kept in" in gui.study.files.keep(gui.history) else ["not kept"]
 gui.history.saved = gui.history.moved  # it need not be kept at the end as well
 """
+
+
+def each_step(scenario):
+    """Return ``scenario`` recorded at each step."""
+    return scenario._replace(record_rate=1.0 / scenario.step)
 
 
 def headless(scenario, out):
@@ -58,7 +62,7 @@ def in_gui(scenario, out):
     try:
         program = [sys.executable, "-c", PROGRAM + IN_GUI + END, _written(scenario, out)]
         done = subprocess.run(
-            program + [str(scenario.duration + 2.0 * PERIOD)],
+            program + [str(scenario.duration)],
             env=ros.environment,
             timeout=LIMIT,
             stdout=subprocess.PIPE,
@@ -79,21 +83,14 @@ def _written(scenario, out):
 
 
 def difference(run, other):
-    """Return the largest difference [m, rad] of the poses at the end of ``run``.
+    """Return the largest difference [m, rad] of poses between ``other`` and ``run`` at the same times.
 
-    The ``other`` run may have begun up to ``PERIOD`` before or after its first sample.
+    ``run`` has a sample of each step, ``other`` of some of them, up to the end of ``run`` at least.
     """
-    end = run.time[-1] - run.time[0]
-    when = other.time - other.time[0]
-    apart = []
-    for shift in SHIFTS:
-        at = np.clip(end + shift, when[0], when[-1])
-        after = int(np.clip(np.searchsorted(when, at), 1, len(when) - 1))
-        before = after - 1
-        share = (at - when[before]) / (when[after] - when[before])
-        turned = wrap_angle(other.pose[after] - other.pose[before])
-        step = np.where([False, False, True], turned, other.pose[after] - other.pose[before])
-        found = other.pose[before] + share * step - run.pose[-1]
-        found[:, 2] = wrap_angle(found[:, 2])
-        apart.append(np.abs(found).max())
-    return float(min(apart))
+    assert other.time[-1] > run.time[-1] - ROUNDING, (other.time[-1], run.time[-1])
+    shared = other.time <= run.time[-1] + ROUNDING
+    rows = np.searchsorted(run.time, other.time[shared] - ROUNDING)
+    np.testing.assert_allclose(run.time[rows], other.time[shared], rtol=0.0, atol=ROUNDING)
+    apart = other.pose[shared] - run.pose[rows]
+    apart[:, :, 2] = wrap_angle(apart[:, :, 2])
+    return float(np.abs(apart).max())

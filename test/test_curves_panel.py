@@ -14,6 +14,7 @@ from python_qt_binding.QtGui import QColor, QMouseEvent, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.curves import quantities
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.curves.quantities import ERROR, QUANTITIES, Curve, ErrorCurve
@@ -478,3 +479,25 @@ def test_the_lateral_speed_is_shown_of_robots_that_have_one(panel):
     assert "lateral" in panel._plot.axes.get_ylabel()
     panel.set_axes(("linear.x", "angular.z"))
     assert tabs()[panel._tabs.currentIndex()] == "x" and "v\u1d67" not in tabs()
+
+
+def test_curves_show_heights_of_teams_that_fly(panel):
+    def tabs():
+        return [panel._tabs.tabText(tab) for tab in range(panel._tabs.count())]
+
+    panel.set_axes(("linear.x", "linear.z", "angular.z"))
+    assert "z" not in tabs() and "climb" not in tabs()
+    panel.set_axes(("linear.x", "linear.z", "angular.z"), in_space=True)
+    assert tabs() == ["x", "y", "z", "\u03b8", "v", "climb", "\u03c9", "error"]
+    history = History()
+    for step in range(5):
+        told = snapshot(0.1 * step)
+        spatial = upright(told.pose[:, 2], [1.0, 2.0, 3.0])
+        spatial.twist[:, 0] = 0.1 * step
+        history.append(told._replace(spatial=spatial))
+    panel.set_history(history)
+    for tab, values in ((2, [[1.0, 2.0, 3.0]] * 5), (5, [[0.1 * k] * 3 for k in range(5)])):
+        panel._tabs.setCurrentIndex(tab)
+        panel._canvas.draw()
+        drawn = np.transpose([line.get_ydata() for line in panel._plot.axes.lines])
+        np.testing.assert_allclose(drawn, values)

@@ -22,9 +22,11 @@ from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
 from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map import edge_drawing, frame, geometry, marks
 from mrs_simulator.rqt_plugin.map import ground as map_ground
 from mrs_simulator.rqt_plugin.map import trails as map_trails
+from mrs_simulator.rqt_plugin.map.drawing import height_text
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.run.history import Snapshot
@@ -752,3 +754,31 @@ def test_rings_of_collisions_do_not_bury_many_robots(view):
         return (drawn(view) != before).reshape(-1, 4).any(axis=1).sum()
 
     assert inked(200) < 0.35 * inked(9)
+
+
+def test_heights_of_robots_in_the_air_are_told_by_number_and_shade(view, app):
+    view.set_legend_shown(False)
+    ground, middle = view.grab().toImage(), at(view, *POSES[0, :2])
+    view.show_team(POSES, np.array([4.0, 0.0, 1.0]))
+    assert view.grab().toImage() != ground
+    QApplication.sendEvent(view, QHelpEvent(QEvent.ToolTip, middle, view.mapToGlobal(middle)))
+    assert "z = 4.000 m" in QToolTip.text()
+    QToolTip.hideText()
+    assert "aloft" in view._legend()
+    spatial = upright(POSES[:, 2], [0.0, 0.0, 0.0])
+    view.show_snapshot(snapshot(0.0, POSES)._replace(spatial=spatial))
+    assert "aloft" not in view._legend()
+
+
+def test_robots_above_each_other_do_not_overlap(view):
+    view.show_team(np.zeros((2, 3)), np.array([0.0, 3.0]))
+    assert view.overlapping == set()
+    view.show_team(np.zeros((2, 3)))
+    assert view.overlapping == {1, 2}
+
+
+@pytest.mark.parametrize(
+    "z, text", [(0.054, "0.05 m"), (0.996, "1.0 m"), (9.94, "9.9 m"), (12.4, "12 m")]
+)
+def test_heights_are_written_in_few_digits(z, text):
+    assert height_text(z) == text

@@ -11,8 +11,12 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.core.controller_log import Interruptions, failure
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Collision, read_run_csv
+from mrs_simulator.nodes.stage.world_topics import stamp_at
+from mrs_simulator.ros.messages import team_state
+from mrs_simulator.rqt_plugin.ros_side import connection as connection_module
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
+from mrs_simulator.study.experiment import Experiment, run_experiment
 from mrs_simulator.study.report import predicted_settling
 
 FAILED = failure(ValueError("no"))
@@ -308,6 +312,46 @@ def test_an_unsaved_run_is_kept_when_another_team_or_time_begins_anew(tmp_path, 
     commanded(history, 4)
     history.append(Snapshot(0.0, (1, 2, 3), *zeros))
     assert len(said) == 2
+
+
+def test_of_one_time_the_newest_is_kept_and_may_begin_the_run():
+    history, fresh = History(), np.ones(2, dtype=bool)
+    for place, speed in ((1.0, 0.0), (2.0, 0.3)):  # odometry, then the stage with the first command
+        pose, command = np.full((2, 3), place), np.full((2, 2), speed)
+        history.append(Snapshot(1.0, (1, 2), pose, 0.0 * pose, command, fresh))
+    assert history.begun == 1.0 and len(history.time) == 1
+    assert (history.pose == 2.0).all() and (history.command == 0.3).all()
+
+
+@pytest.mark.parametrize("name", ["formation_crazyflies", "formation_cars", "consensus"])
+def test_a_kept_run_is_the_file_that_one_without_ros_writes(name, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    scenario = shipped(name)._replace(duration=0.5)
+    run_experiment(scenario, str(tmp_path / "alone"), formats=())
+    experiment, history, run = Experiment(scenario), History(), study(name)
+    for stamp, _, _ in experiment.samples():
+        message = team_state(experiment.world, stamp_at(stamp), "world", (1, 0))
+        history.append(connection_module._from_state(message, True))
+    path = run.files.keep(history).rpartition(" ")[2]
+    with open(path) as kept, open(str(tmp_path / "alone" / "run.csv")) as alone:
+        header, rows = kept.readline(), kept.read().splitlines()
+        assert header == alone.readline()
+        for row, wanted in zip(rows, alone.read().splitlines()):
+            given, wanted = row.split(","), wanted.split(",")
+            assert given == wanted
+    assert len(rows) == len(history.time) * scenario.n == 6 * scenario.n
+    found = read_run_csv(path)
+    if name == "formation_crazyflies":
+        np.testing.assert_array_equal(found.spatial.z, history.spatial.z)
+        np.testing.assert_array_equal(found.point_z[0], scenario.altitude)
+
+
+def test_the_stage_is_told_how_high_robots_begin():
+    connection = Connection()
+    run = study("formation_crazyflies", connection)
+    run.send_team()
+    ((name, poses, kinds, altitude),) = connection.asked
+    assert name == "set_team" and len(poses) == len(kinds) == 7 and altitude.tolist() == [1.0] * 7
 
 
 def test_a_run_that_nobody_controlled_is_not_judged(tmp_path):

@@ -492,3 +492,28 @@ def test_kinds_of_the_scenarios_own_are_shown_and_offered(panel):
     place = panel._kind.findData("wide")
     assert place >= 0 and panel._kind.itemData(place, Qt.ToolTipRole) == "A wide one"
     assert "wide" in panel._model.kind_choices
+
+
+def test_the_height_of_those_who_fly_is_set_for_all_or_for_those_selected(panel):
+    assert not panel._altitude.isVisible() and panel.altitude() is None
+    kinds = ("crazyflie2", "crazyflie2", "pioneer3dx")
+    panel.set_team(make_layout("line", 3), kinds, [1.0, 2.0, 3.0])
+    assert panel._altitude.isVisible() and panel._altitude.text() == "several heights"
+    assert panel.altitude().tolist() == [1.0, 2.0, 0.0]  # what does not fly stands on the ground
+    panel._altitude.setValue(1.5)
+    assert panel.altitude().tolist() == [1.5, 1.5, 0.0] and len(panel.changes) == 1
+    go_to(panel, 2)
+    panel._altitude.setValue(0.5)
+    assert panel.altitude().tolist() == [1.5, 0.5, 0.0] and len(panel.changes) == 2
+    panel._number.setValue(2)
+    panel._number.setValue(4)
+    assert panel.altitude().tolist() == [1.5, 0.5, 0.5, 0.5]
+    edit(panel, 1, 1, "-3")
+    assert panel.altitude().tolist() == [1.5, 0.5, 0.5, 0.5]
+
+
+def test_robots_above_each_other_do_not_overlap(panel):
+    panel.set_team(np.zeros((2, 3)), ("crazyflie2",) * 2, [1.0, 2.0])
+    assert panel.overlapping == set()
+    panel._altitude.setValue(1.0)
+    assert panel.overlapping == {1, 2}

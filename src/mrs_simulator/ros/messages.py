@@ -231,6 +231,11 @@ def read_state(message):
     )
 
 
+def is_commanded(message):
+    """Return whether a ``TeamState`` has a command that is not zero, without taking it apart."""
+    return any(np.any(_array(message, "command_" + name)) for name in FIELDS.values())
+
+
 def _flags(values, n, name):
     if len(values) != n:
         raise MessageError("{} robots, {} {}; wanted as many of each".format(n, len(values), name))

@@ -87,9 +87,12 @@ class DrawnCurves(QWidget):
         """
         self._error, self._dirty = ErrorCurve(function, background), True
 
-    def set_axes(self, axes):
-        """Offer what a team has whose robots obey the command ``axes``, names of Twist components."""
-        shown = shown_quantities(tuple(axes))
+    def set_axes(self, axes, in_space=False):
+        """Offer what a team has whose robots obey the command ``axes``, names of Twist components.
+
+        ``in_space``: whether they leave the ground.
+        """
+        shown = shown_quantities(tuple(axes), in_space)
         if shown == [self._tabs.tabData(tab) for tab in range(self._tabs.count())]:
             return
         chosen, blocked = self._index(), self._tabs.blockSignals(True)

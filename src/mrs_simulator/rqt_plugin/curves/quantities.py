@@ -67,15 +67,35 @@ QUANTITIES = (
         "Velocity to the left of the heading [m/s]",
         lambda h: h.twist[:, :, 1],
     ),
+    Quantity("z", "$z$", "m", "Height above the ground [m]", lambda h: in_space(h, "z")),
+    Quantity(
+        "climb",
+        r"climb $v_z$",
+        "m/s",
+        "Velocity along the body's upward axis [m/s]",
+        lambda h: in_space(h, "twist", 0),
+    ),
 )
-ERROR, LATERAL = 5, 6
-ORDER = (0, 1, 2, 3, LATERAL, 4, ERROR)  # of the tabs
+ERROR, LATERAL, HEIGHT, CLIMB = 5, 6, 7, 8
+ORDER = (0, 1, HEIGHT, 2, 3, LATERAL, CLIMB, 4, ERROR)  # of the tabs
 OF_AXES = {LATERAL: "linear.y"}  # what only robots that obey an axis have
+OF_SPACE = (HEIGHT, CLIMB)  # what only a team that leaves the ground has
 
 
-def shown_quantities(axes):
-    """Return the places in ``QUANTITIES`` of what a team that obeys the command ``axes`` has."""
-    return [index for index in ORDER if OF_AXES.get(index, axes[0]) in axes]
+def in_space(history, name, *column):
+    """Return part ``name`` of the history's ``Spatial``, (m, n); zeros of what was on the ground."""
+    if history.spatial is None:
+        return np.zeros(history.pose.shape[:2])
+    return getattr(history.spatial, name)[(Ellipsis, *column)]
+
+
+def shown_quantities(axes, in_space=False):
+    """Return the places in ``QUANTITIES`` of what a team that obeys the command ``axes`` has.
+
+    ``in_space``: whether it leaves the ground.
+    """
+    shown = [index for index in ORDER if OF_AXES.get(index, axes[0]) in axes]
+    return [index for index in shown if in_space or index not in OF_SPACE]
 
 
 def parse_robots(text):

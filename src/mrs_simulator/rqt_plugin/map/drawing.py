@@ -87,17 +87,38 @@ def draw_numbers(painter, look, frame, pose, numbers, shapes, sprites):
 
     Only those numbers are drawn that do not cover another.
     """
-    font = QFont(painter.font())
-    if len(pose) > SOME_ROBOTS:
-        font.setPointSizeF(0.8 * painter.fontInfo().pointSizeF())
+    font = _font(painter, 1.0 if len(pose) <= SOME_ROBOTS else 0.8)
     side = np.stack([-np.sin(pose[:, 2]), np.cos(pose[:, 2])], axis=1)
     side *= np.where(side[:, 1:] < 0.0, -1.0, 1.0)
+    _draw_texts(painter, look, frame, pose, numbers, shapes, sprites, font, side)
+
+
+def draw_heights(painter, look, frame, pose, shapes, heights, sprites):
+    """Draw the texts ``heights`` beside their robots, to the lower side, as ``draw_numbers`` does."""
+    font = _font(painter, 0.85 if len(pose) <= SOME_ROBOTS else 0.7)
+    side = np.stack([np.sin(pose[:, 2]), -np.cos(pose[:, 2])], axis=1)
+    side *= np.where(side[:, 1:] > 0.0, -1.0, 1.0)
+    _draw_texts(painter, look, frame, pose, heights, shapes, sprites, font, side)
+
+
+def height_text(z):
+    """Return how the height ``z`` [m] is written: in steps that are seen to change, few enough to keep."""
+    return "{:.{}f} m".format(z, 2 if z < 0.995 else 1 if z < 9.95 else 0)
+
+
+def _font(painter, share):
+    font = QFont(painter.font())
+    font.setPointSizeF(share * painter.fontInfo().pointSizeF())
+    return font
+
+
+def _draw_texts(painter, look, frame, pose, texts, shapes, sprites, font, side):
     away = clearance(pose, side, frame, look.unit, shapes) + 0.62 * look.line
     places = frame.to_screen(pose) + away[:, np.newaxis] * side * (1.0, -1.0)
 
-    def paint(brush, number):
+    def paint(brush, text):
         path = QPainterPath()
-        path.addText(0.0, 0.0, font, str(number))
+        path.addText(0.0, 0.0, font, str(text))
         middle = path.boundingRect().center()
         path.translate(-middle.x(), -middle.y())
         halo = QPen(faded(look.base, 0.85), 3.0 * look.unit)
@@ -105,8 +126,8 @@ def draw_numbers(painter, look, frame, pose, numbers, shapes, sprites):
         brush.strokePath(path, halo)
         brush.fillPath(path, look.text)
 
-    longest = max([len(str(number)) for number in numbers] + [1])
+    longest = max([len(str(text)) for text in texts] + [1])
     half = 0.5 * look.line * max(1.0, 0.6 * longest) + 2.0 * look.unit
     rows = apart(places, 0.48 * look.line * longest, 0.7 * look.line)
-    places, numbers = places[rows], [numbers[row] for row in rows]
-    sprites.put(painter, (look, font), half, places, numbers, paint)
+    places, texts = places[rows], [texts[row] for row in rows]
+    sprites.put(painter, (look, font), half, places, texts, paint)

@@ -6,6 +6,7 @@ from python_qt_binding.QtGui import QBrush, QColor, QPen
 
 from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
 from mrs_simulator.rqt_plugin.map.look import faded
+from mrs_simulator.rqt_plugin.map.marks import SHADE
 from mrs_simulator.study.figures import START_COLOUR
 
 LEGEND = {  # in the order of the map's words
@@ -16,6 +17,7 @@ LEGEND = {  # in the order of the map's words
     "edge": "robots that hear each other",
     "real": "real robot",
     "stale": "not heard lately",
+    "aloft": "in the air: the farther its shade, the higher",
 }
 
 
@@ -68,6 +70,11 @@ def _draw_sign(painter, look, name, at):
     elif name == "real":
         painter.setPen(QPen(look.text, 2.0 * unit))
         painter.drawEllipse(at, 0.45 * look.line, 0.45 * look.line)
+    elif name == "aloft":
+        painter.setPen(Qt.NoPen)
+        for shade, shift in ((faded(look.text, SHADE), 5.0 * unit), (look.mixed(0.6), 0.0)):
+            painter.setBrush(shade)
+            painter.drawEllipse(QPointF(x + shift, y + shift), 4.0 * unit, 4.0 * unit)
     elif name == "stale":
         painter.setPen(Qt.NoPen)
         painter.setBrush(QBrush(look.mixed(0.5), Qt.BDiagPattern))

@@ -8,11 +8,13 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, Qt
 from python_qt_binding.QtGui import QColor, QPen
 
-from mrs_simulator.rqt_plugin.map.geometry import outlines
+from mrs_simulator.rqt_plugin.map.geometry import ARROW, outlines
 from mrs_simulator.rqt_plugin.map.look import SOME_ROBOTS, by_count, faded, mixed, polygon
 from mrs_simulator.study.figures import START_COLOUR
 
 FLASH = 2.0  # [s], how long a collision's ring is seen
+SHADE = 0.25  # opacity of what lies below a robot in the air
+LEAST_SHIFT, SHIFT, MOST_SHIFT = 3.0, 7.0, 45.0  # [px], of that: at least, times root z, at most
 ALARM = "#e01b24"
 
 
@@ -42,6 +44,20 @@ def draw_targets(painter, look, frame, targets, numbers, sprites):
         brush.drawLine(QLineF(-size, size, size, -size))
 
     sprites.put(painter, (look, size), size + 1.8 * look.unit, screen[rows], keys.tolist(), paint)
+
+
+def draw_shadows(painter, look, frame, pose, shapes, z):
+    """Draw a shade below each of the robots of ``pose`` (n, 3) at heights ``z`` (n,) [m] above the ground.
+
+    It lies the farther to the lower right, the higher its robot is, by as much at any scale.
+    """
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(faded(look.text, SHADE))
+    shift = np.minimum(LEAST_SHIFT + SHIFT * np.sqrt(z), MOST_SHIFT) * look.unit
+    radii = np.maximum(shapes.reach * frame.scale, 0.5 * ARROW * look.unit)
+    middles = frame.to_screen(pose) + shift[:, np.newaxis]
+    for (x, y), radius in zip(middles.tolist(), radii.tolist()):
+        painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
 def draw_selection(painter, look, frame, pose, shapes):

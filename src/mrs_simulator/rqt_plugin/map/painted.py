@@ -14,6 +14,7 @@ from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_EDGES = 40000  # [-] looked at when painting
+ALOFT = 0.01  # [m] from which a robot's height is shown
 
 
 class PaintedMap(MapScene):
@@ -23,6 +24,7 @@ class PaintedMap(MapScene):
         super().__init__(parent)
         self._ground, self._cursor, self._moved = Ground(), None, False
         self._robots, self._plates, self._crosses = Sprites(), Sprites(), Sprites()
+        self._heights = Sprites()
         self.cost = 0.0  # [s] that the last picture took
 
     @guarded
@@ -83,6 +85,12 @@ class PaintedMap(MapScene):
             places = [row for row, number in enumerate(numbers) if number in chosen]
             return pose[places], shapes.of(places)
 
+        aloft = (
+            np.zeros(0, dtype=int) if self._z is None else np.flatnonzero(self._z[rows] >= ALOFT)
+        )
+        team = pose[aloft], shapes.of(aloft)
+        z = () if self._z is None else self._z[rows][aloft]
+        marks.draw_shadows(painter, look, frame, *team, z)
         marks.draw_selection(painter, look, frame, *of({self._selected}))
         drawing.draw_robots(painter, look, frame, pose, numbers, fresh, shapes, self._robots)
         marks.draw_real(painter, look, frame, *of(self._real))
@@ -90,6 +98,8 @@ class PaintedMap(MapScene):
             marks.draw_alarms(painter, look, frame, *of(self.overlapping))
         if self._shown["numbers"] and len(rows) <= MANY_ROBOTS:
             drawing.draw_numbers(painter, look, frame, pose, numbers, shapes, self._plates)
+            heights = list(map(drawing.height_text, z))
+            drawing.draw_heights(painter, look, frame, *team, heights, self._heights)
 
     def _paint_passing(self, painter, look):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
@@ -125,6 +135,8 @@ class PaintedMap(MapScene):
             shown.add("real")
         if not self._fresh.all():
             shown.add("stale")
+        if self._z is not None and np.any(self._z >= ALOFT):
+            shown.add("aloft")
         return shown
 
     def _robot_at(self, at):

@@ -63,8 +63,11 @@ class MapScene(QWidget):
         self._shapes = Shapes.of_kinds(self._kinds if known else usual * len(self._numbers))
         self._overlapping = None
 
-    def show_team(self, poses):
-        """Show robots 1..n at rest at ``poses`` (n, 3) [m, m, rad]; their next run begins there."""
+    def show_team(self, poses, altitude=None):
+        """Show robots 1..n at rest at ``poses`` (n, 3) [m, m, rad]; their next run begins there.
+
+        ``altitude`` (n,) [m]: their heights, None for robots on the ground.
+        """
         poses = np.array(poses, dtype=float).reshape(-1, 3)
         numbers = tuple(range(1, len(poses) + 1))
         if numbers != self._numbers:
@@ -72,7 +75,7 @@ class MapScene(QWidget):
             self.fit()
         elif not np.allclose(poses, self._pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
-        self._place(poses, np.ones(len(poses), dtype=bool))
+        self._place(poses, np.ones(len(poses), dtype=bool), z=altitude)
         self._at_rest = True
         self._follow()
         self.update()
@@ -87,7 +90,8 @@ class MapScene(QWidget):
         elif self._begin_anew or snapshot.time < self._time:
             self.clear_trails()
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
-        self._place(poses, np.array(snapshot.fresh, dtype=bool), snapshot.real)
+        z = None if snapshot.spatial is None else snapshot.spatial.z
+        self._place(poses, np.array(snapshot.fresh, dtype=bool), snapshot.real, z)
         self._trails.add(poses[:, :2])
         if changed:
             self.fit()
@@ -102,8 +106,9 @@ class MapScene(QWidget):
         self._flashes.clear()
         self._place(poses, np.ones(len(poses), dtype=bool))
 
-    def _place(self, poses, fresh, real=frozenset()):
+    def _place(self, poses, fresh, real=frozenset(), z=None):
         self._pose, self._fresh, self._overlapping, self._real = poses, fresh, None, real
+        self._z = z if z is not None and len(z) == len(poses) else None  # [m], None: on the ground
         self._known = np.isfinite(poses).all(axis=1)
 
     def show_targets(self, points):
@@ -195,7 +200,8 @@ class MapScene(QWidget):
             rows = np.flatnonzero(self._known)
             hit = []
             if len(rows) > 1:
-                first, second = self._bodies(rows).overlaps(self._pose[rows])[:2]
+                z = None if self._z is None else self._z[rows]
+                first, second = self._bodies(rows).overlaps(self._pose[rows], z)[:2]
                 hit = rows[np.union1d(first, second).astype(int)]
             self._overlapping = {self._numbers[row] for row in hit}
         return self._overlapping

@@ -85,7 +85,7 @@ class MapView(PaintedMap):
     def _edit(self, row, position, theta):
         pose = self._pose.copy()
         pose[row] = position[0], position[1], theta
-        self._place(pose, self._fresh, self._real)
+        self._place(pose, self._fresh, self._real, self._z)
         self._begin_anew = True
         self.pose_edited.emit(self._numbers[row], *pose[row].tolist())
 
@@ -166,10 +166,11 @@ class MapView(PaintedMap):
         row, text = self._robot_at(at), ""
         if row >= 0:
             x, y, theta = self._pose[row]
-            text = "Robot {}: x = {:.3f} m, y = {:.3f} m, \u03b8 = {:.1f}\u00b0{}".format(
+            text = "Robot {}: x = {:.3f} m, y = {:.3f} m, {}\u03b8 = {:.1f}\u00b0{}".format(
                 self._numbers[row],
                 x,
                 y,
+                "" if self._z is None else "z = {:.3f} m, ".format(self._z[row]),
                 math.degrees(math.remainder(theta, 2.0 * math.pi)),
                 ("\nA real robot" if self._numbers[row] in self._real else "")
                 + ("" if self._fresh[row] else "\nNot heard lately"),

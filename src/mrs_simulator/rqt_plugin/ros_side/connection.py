@@ -18,6 +18,7 @@ from mrs_simulator.ros.messages import (
     ControlStatus,
     StageStatus,
     TeamState,
+    is_commanded,
     look_message,
     read_collision,
     read_control_status,
@@ -32,6 +33,7 @@ from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 
 SAMPLE_PERIOD = 0.05  # [s] of simulated time between samples kept for the curves
+AT_ONCE = 20  # [-] states of a fast simulation that may come together, and none is missed
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
 SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a robot counts as silent
 LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
@@ -52,7 +54,7 @@ class RosConnection:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._newest, self._heard = {}, {}
+        self._newest, self._heard, self._moves = {}, {}, False
         self._samples, self._collisions = deque(maxlen=MOST_WAITING), deque(maxlen=1000)
         self._calls, self._robots, self._emergency = (
             ServiceCalls(),
@@ -92,7 +94,9 @@ class RosConnection:
             kept = self._newest.get("kept", -1.0)
             if last is not None and (last.stage, last.run) != (message.stage, message.run):
                 self._samples.append(None)  # a reset, another team, another stage: another run
-            if last is None or stamp < kept or stamp >= kept + SAMPLE_PERIOD - 1e-9:
+            due = last is None or stamp < kept or stamp >= kept + SAMPLE_PERIOD - 1e-9
+            stood, self._moves = not self._moves, is_commanded(message)
+            if due or (stood and self._moves):  # a run begins with its very first command
                 self._newest["kept"] = stamp
                 self._samples.append(message)
 
@@ -162,9 +166,9 @@ class RosConnection:
         """Call service ``name`` in the background; ``take_results`` has the answer."""
         self._calls.ask(name, arguments, self.begin_run if name in BEGINNINGS else None)
 
-    def set_team(self, poses, kinds):
-        """Ask the stage for a new team; ``poses`` (n, 3)."""
-        self.ask("set_team", robot_specs(kinds, poses))
+    def set_team(self, poses, kinds, altitude=None):
+        """Ask the stage for a new team; ``poses`` (n, 3), ``altitude`` (n,) [m] or None: on the ground."""
+        self.ask("set_team", robot_specs(kinds, poses, altitude))
 
     def set_topology(self, edges, directed):
         """Ask the controller for another topology; ``edges``: ``(i, j, weight)``."""
@@ -217,7 +221,7 @@ class RosConnection:
             self._camera.publish(self._wanted_look)
         subscribers = {
             "state": rospy.Subscriber(
-                "stage/state", TeamState, self._on_state, queue_size=1, tcp_nodelay=True
+                "stage/state", TeamState, self._on_state, queue_size=AT_ONCE, tcp_nodelay=True
             ),
             "collisions": rospy.Subscriber("stage/collisions", Collision, self._collisions.append),
         }
@@ -294,4 +298,5 @@ def _from_state(message, fresh, silent=()):
         frozenset(number for number, real in zip(state.robots, state.real) if real),
         state.axes,
         state.joints,
+        state.spatial,
     )

@@ -55,14 +55,16 @@ class EditedScenario:
             return Trouble("not taken up: {}".format(reason(error)))
         return ""
 
-    def set_team(self, poses, kinds):
+    def set_team(self, poses, kinds, altitude=None):
         """Take in a team; edges of robots that are gone go with them.  Return what is wrong, or ""."""
         topology = self.scenario.topology
         if topology is not None and topology.n != len(poses):
             edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
             topology = Topology(len(poses), edges, topology.directed)
         return self.try_out(
-            self.scenario._replace(poses=poses, kinds=tuple(kinds), topology=topology)
+            self.scenario._replace(
+                poses=poses, kinds=tuple(kinds), altitude=altitude, topology=topology
+            )
         )
 
     def kind(self, name):

@@ -1,16 +1,18 @@
 """Newest state and history of a run, without Qt and ROS."""
 
 from collections import deque
-from typing import FrozenSet, NamedTuple, Tuple, Union
+from typing import FrozenSet, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.spatial import Spatial
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
 FEWEST_SAMPLES = 500
 MOST_COLLISIONS = 10000
 STATE = 7  # [-] columns of a sample before those of the command: pose 3, twist 3, joint
+IN_SPACE = 8  # [-] columns after it, of robots that leave the ground: z, orientation 4, twist 3
 
 
 class Snapshot(NamedTuple):
@@ -25,6 +27,7 @@ class Snapshot(NamedTuple):
     real: FrozenSet[int] = frozenset()  # numbers of the robots that are not simulated
     axes: Tuple[str, ...] = UNICYCLE_AXES  # the components of Twist that commands have
     joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]
+    spatial: Optional[Spatial] = None  # None for a team on the ground
 
 
 class History:
@@ -41,7 +44,7 @@ class History:
             self.before_clearing()
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
-        self.axes = UNICYCLE_AXES
+        self.axes, self._in_space = UNICYCLE_AXES, False
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
@@ -49,17 +52,21 @@ class History:
         self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))
 
     def append(self, snapshot):
-        """Add ``snapshot``; another team, or a time that went back, begins anew."""
-        if (snapshot.numbers, snapshot.axes) != (self.numbers, self.axes):
-            self._begin(snapshot.numbers, snapshot.axes)
-        elif self._filled and snapshot.time <= self._time[self._filled - 1]:
-            if snapshot.time == self._time[self._filled - 1]:
-                return
-            self._begin(snapshot.numbers, snapshot.axes)
+        """Add ``snapshot``; another team, or a time that went back, begins anew.
+
+        Of one time the newest is kept: a command, or the stage's word in place of odometry.
+        """
+        newest = self._time[self._filled - 1] if self._filled else -np.inf
+        team = snapshot.numbers, snapshot.axes, snapshot.spatial is not None
+        if team != (self.numbers, self.axes, self._in_space) or snapshot.time < newest:
+            self._begin(*team)
         if np.any(snapshot.command):
             self.begun = snapshot.time if self.begun is None else self.begun
             self.moved = snapshot.time
         self.real = snapshot.real
+        if self._filled and snapshot.time == newest:
+            self._put(self._filled - 1, snapshot)
+            return
         self._skipped += 1
         if self._filled and self._skipped < self._stride:
             return
@@ -67,14 +74,22 @@ class History:
         if self._filled == len(self._time):
             self._thin()
         self._time[self._filled] = snapshot.time
-        row = self._table[self._filled]
-        row[:, :3], row[:, 3:6], row[:, 6] = snapshot.pose, snapshot.twist, snapshot.joints
-        row[:, STATE:] = snapshot.command
+        self._put(self._filled, snapshot)
         self._filled += 1
 
-    def _begin(self, numbers, axes):
+    def _put(self, place, snapshot):
+        row = self._table[place]
+        row[:, :3], row[:, 3:6], row[:, 6] = snapshot.pose, snapshot.twist, snapshot.joints
+        end = STATE + len(self.axes)
+        row[:, STATE:end] = snapshot.command
+        if self._in_space:
+            row[:, end], row[:, end + 1 : end + 5] = snapshot.spatial[:2]
+            row[:, end + 5 :] = snapshot.spatial.twist
+
+    def _begin(self, numbers, axes, in_space):
         self.clear()
-        self.numbers, self.axes, columns = numbers, axes, STATE + len(axes)
+        self.numbers, self.axes, self._in_space = numbers, axes, in_space
+        columns = STATE + len(axes) + IN_SPACE * in_space
         most = max(FEWEST_SAMPLES, MOST_VALUES // (columns * max(1, len(numbers))))
         self._time = np.empty(min(most, 40000))
         self._table = np.empty((len(self._time), len(numbers), columns))
@@ -117,4 +132,12 @@ class History:
     @property
     def command(self):
         """Return the commands (m, n, a) [m/s, rad/s], a column for each of ``axes``."""
-        return self._table[: self._filled, :, STATE:]
+        return self._table[: self._filled, :, STATE : STATE + len(self.axes)]
+
+    @property
+    def spatial(self):
+        """Return the ``Spatial`` (m, n, ...) of robots that leave the ground, None of a team on it."""
+        if not self._in_space:
+            return None
+        block = self._table[: self._filled, :, STATE + len(self.axes) :]
+        return Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 5:])

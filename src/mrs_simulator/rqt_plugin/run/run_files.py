@@ -85,7 +85,8 @@ class RunFiles:
         begin = history.first_row()
         when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
         command, joints = history.command[begin:].copy(), history.joints[begin:].copy()
-        twist = history.twist[begin:].copy()
+        twist, spatial = history.twist[begin:].copy(), history.spatial
+        heights = None if spatial is None else spatial.of(slice(begin, None)).copy()
         axes = history.axes
         numbers, scenario = history.numbers, self._edited.scenario
         collisions = [
@@ -97,16 +98,20 @@ class RunFiles:
         elif self._missed.text():
             meta["degraded"] = self._missed.text()
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
+        if heights is not None:
+            scenario = scenario._replace(altitude=heights.z[0])
         team = Team.from_scenario(scenario._replace(kinds=_kinds_of(scenario, numbers)))
 
         def write():
-            columns = team.record_columns._replace(spatial=False)  # the curves keep no heights
+            columns = team.record_columns
+            columns = columns._replace(spatial=columns.spatial and heights is not None)
             with begin_run(scenario, directory, numbers, columns=columns) as file:
                 samples = zip(when - when[0], pose, command, joints, twist)
-                for stamp, poses, given, inner, speeds in samples:
+                for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
                     points = team.point(poses, inner, scenario.hand_length)
                     given = on_axes(given, axes, team.axes)
-                    file.sample(round(float(stamp), 9), poses, given, points, speeds, inner)
+                    more = speeds, inner, None if heights is None else heights.of(row)
+                    file.sample(round(float(stamp), 9), poses, given, points, *more)
             write_facts(file.path, collisions, meta)
             return file.path
 

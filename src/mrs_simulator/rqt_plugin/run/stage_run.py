@@ -124,7 +124,8 @@ class StageRun:
 
     def set_team(self):
         """Ask for the team as it stands; return a message, or ""."""
-        self._connection.set_team(self._edited.scenario.poses, self._edited.scenario.kinds)
+        mine = self._edited.scenario
+        self._connection.set_team(mine.poses, mine.kinds, mine.altitude)
         real = self._state.real()
         return "{}: real, not moved".format(named(real)) if real else ""
 

@@ -14,6 +14,7 @@ from python_qt_binding.QtWidgets import (
 
 from mrs_simulator import vehicles
 from mrs_simulator.core.layouts import extend_poses
+from mrs_simulator.rqt_plugin.team.altitude_field import AltitudeField
 from mrs_simulator.rqt_plugin.team.layout_box import LayoutBox
 from mrs_simulator.rqt_plugin.team.model import NO_PAIRS, TeamModel, kind_name
 from mrs_simulator.rqt_plugin.team.spreadsheet import read_rows
@@ -74,6 +75,8 @@ class TeamPanel(QWidget):
         self._kind = PatientComboBox()
         self._kind.setToolTip(KIND_TIP)
         self._kind.activated.connect(self._on_kind)
+        self._altitude = AltitudeField()
+        self._altitude.chosen.connect(self._on_altitude)
         self._table.selectionModel().selectionChanged.connect(self._on_selection)
 
     def _build_scenario_buttons(self):
@@ -91,6 +94,7 @@ class TeamPanel(QWidget):
         number.addWidget(self._number)
         number.addWidget(QLabel("Kind"))
         number.addWidget(self._kind, 1)
+        number.addWidget(self._altitude)
         self._first_line.addLayout(buttons)
         self._first_line.addLayout(number)
 
@@ -104,6 +108,10 @@ class TeamPanel(QWidget):
         """Return the robots' kinds."""
         return self._model.kinds
 
+    def altitude(self):
+        """Return the heights (n,) [m] at which robots begin, None where all begin on the ground."""
+        return self._heights.copy() if self._heights.any() else None
+
     @property
     def overlapping(self):
         """Return the numbers of the robots that overlap another one."""
@@ -114,13 +122,20 @@ class TeamPanel(QWidget):
         self._find = find
         self._model.kind_choices = tuple(dict.fromkeys((*vehicles.KINDS, *own)))
 
-    def set_team(self, poses, kinds):
-        """Show ``poses`` (n, 3) [m, m, rad] and ``kinds``; no signal."""
+    def set_team(self, poses, kinds, altitude=None):
+        """Show ``poses`` (n, 3) [m, m, rad], ``kinds`` and ``altitude`` (n,) [m]; no signal.
+
+        Robots that do not fly begin on the ground, and without an ``altitude`` the others too.
+        """
         poses, kinds = np.array(poses, dtype=float).reshape(-1, 3), tuple(kinds)
         if len(poses) != len(kinds):
             raise ValueError("{} poses and {} kinds, wanted as many".format(len(poses), len(kinds)))
         found = {name: self._find(name) for name in dict.fromkeys(kinds)}
         self._bodies = Bodies([found[name] for name in kinds]) if kinds else None
+        flies = np.array([found[name].module.MEDIUM == "air" for name in kinds], dtype=bool)
+        self._flies, self._heights = flies, np.zeros(len(kinds))
+        if altitude is not None:
+            self._heights[flies] = np.asarray(altitude, dtype=float)[flies]
         pairs = self._overlapping_pairs(poses)
         self._model.set_team(poses, kinds, pairs)
         self._tell_overlaps(pairs)
@@ -151,6 +166,9 @@ class TeamPanel(QWidget):
         shown = chosen.pop() if len(chosen) == 1 else ""
         self._kind.setCurrentIndex(max(0, self._kind.findData(shown)))
         self._kind.blockSignals(False)
+        rows = [row for row in self._group_rows() if row < len(kinds) and self._flies[row]]
+        self._altitude.show_heights(self._heights[rows])
+        self._altitude.setVisible(bool(self._flies.any()))
 
     @guarded
     def _on_selection(self, *_):
@@ -162,7 +180,13 @@ class TeamPanel(QWidget):
         if chosen:
             for row in self._group_rows():
                 kinds[row] = chosen
-            self._change(self.poses(), kinds)
+            self._change(self.poses(), kinds, self._heights)
+
+    @guarded
+    def _on_altitude(self, height):
+        heights = self._heights.copy()
+        heights[self._group_rows()] = height
+        self._change(self.poses(), self.kinds(), heights)
 
     def set_pose(self, number, x, y, theta):
         """Put robot ``number`` elsewhere [m, m, rad], as when it is dragged; no signal."""
@@ -181,7 +205,7 @@ class TeamPanel(QWidget):
         """
         self._table.set_editable(editable)
         self._open.setEnabled(editable or may_open)
-        for widget in (self._number, self._kind, self._layouts):
+        for widget in (self._number, self._kind, self._altitude, self._layouts):
             widget.setEnabled(editable)
         remark = "" if editable or not why else "<p>Not now: {}</p>".format(why)
         self._number.setToolTip(NUMBER_TIP + remark)
@@ -195,7 +219,7 @@ class TeamPanel(QWidget):
     def _overlapping_pairs(self, poses):
         if self._bodies is None:
             return NO_PAIRS
-        return self._bodies.overlaps(poses)[:2]
+        return self._bodies.overlaps(poses, self._heights if self._heights.any() else None)[:2]
 
     def _tell_overlaps(self, pairs):
         order = np.lexsort(pairs[::-1])[:MOST_PAIRS]
@@ -209,11 +233,16 @@ class TeamPanel(QWidget):
 
     # What the user does --------------------------------------------------------------------------
 
-    def _change(self, poses, kinds):
-        """Show a new team and tell of it, if it is new."""
+    def _change(self, poses, kinds, heights=None):
+        """Show a new team and tell of it, if it is new; more robots begin as high as the last."""
+        heights = self._heights if heights is None else heights
+        more = len(poses) - len(heights)
+        if more > 0:
+            heights = np.concatenate([heights, np.full(more, heights[-1] if len(heights) else 0.0)])
         same = tuple(kinds) == self.kinds() and np.array_equal(poses, self._model.poses)
-        self.set_team(poses, kinds)
-        if not same:
+        before = self._heights
+        self.set_team(poses, kinds, heights[: len(poses)])
+        if not same or not np.array_equal(before, self._heights):
             self.team_changed.emit()
 
     def _resized(self, n):
@@ -230,12 +259,12 @@ class TeamPanel(QWidget):
         try:
             self._change(*self._resized(n))
         except ValueError as error:
-            self.set_team(self.poses(), self.kinds())
+            self.set_team(self.poses(), self.kinds(), self._heights)
             self._message.say(str(error))
 
     @guarded
     def _on_edited(self):
-        self.set_team(self.poses(), self.kinds())
+        self.set_team(self.poses(), self.kinds(), self._heights)
         self.team_changed.emit()
 
     @guarded

@@ -42,15 +42,15 @@ class ScenarioEditing:
         """Show the team in force."""
         scenario = self._study.scenario
         self._panels.team.set_kinds(self._study.edited.kind, scenario.own_kinds)
-        self._panels.team.set_team(scenario.poses, scenario.kinds)
-        self._panels.map.show_team(scenario.poses)
+        self._panels.team.set_team(scenario.poses, scenario.kinds, scenario.altitude)
+        self._panels.map.show_team(scenario.poses, scenario.altitude)
         self._show_kinds()
         self._show_robots_to_follow()
 
     def _show_kinds(self):
         team = self._study.edited.team()
         self._panels.map.show_kinds(team.kinds)
-        self._panels.curves.set_axes(team.axes)
+        self._panels.curves.set_axes(team.axes, team.is_spatial)
 
     def _show_robots_to_follow(self):
         scenario = self._study.scenario
@@ -93,7 +93,8 @@ class ScenarioEditing:
     @guarded
     def _on_team(self):
         self._change_team()
-        self._panels.map.show_team(self._study.scenario.poses)
+        scenario = self._study.scenario
+        self._panels.map.show_team(scenario.poses, scenario.altitude)
         self._show_kinds()
 
     @guarded
@@ -103,7 +104,8 @@ class ScenarioEditing:
 
     def _change_team(self):
         team = self._panels.team
-        if self._panels.say(self._study.edited.set_team(team.poses(), team.kinds())):
+        wanted = team.poses(), team.kinds(), team.altitude()
+        if self._panels.say(self._study.edited.set_team(*wanted)):
             self._show_team()
             return
         self._team.changed()

@@ -1,0 +1,50 @@
+"""The height at which robots begin that leave the ground."""
+
+from python_qt_binding.QtCore import Qt, Signal
+from python_qt_binding.QtWidgets import QDoubleSpinBox
+
+from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+SEVERAL = -0.1  # [m], the value that stands for heights that differ
+STEP = 0.1  # [m]
+TIP = (
+    "Height above the ground at which robots begin that fly: of those selected in the table; of all "
+    "while none is"
+)
+
+
+class AltitudeField(QDoubleSpinBox):
+    """A height [m], or the word that there are several."""
+
+    chosen = Signal(float)  # the user wants this height
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.setRange(SEVERAL, FARTHEST)
+        self.setSpecialValueText("several heights")
+        self.setPrefix("at ")
+        self.setSuffix(" m")
+        self.setSingleStep(STEP)
+        self.setKeyboardTracking(False)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.setToolTip(TIP)
+        self.setMaximumWidth(self.fontMetrics().horizontalAdvance("several heights_____"))
+        self.valueChanged.connect(self._on_changed)
+
+    def show_heights(self, heights):
+        """Show ``heights`` (n,) [m]; no signal."""
+        one = len(heights) and (heights == heights[0]).all()
+        blocked = self.blockSignals(True)
+        self.setValue(float(heights[0]) if one else SEVERAL)
+        self.blockSignals(blocked)
+
+    @guarded
+    def wheelEvent(self, event):
+        """Leave the wheel to the scroll area around."""
+        event.ignore()
+
+    @guarded
+    def _on_changed(self, *_):
+        if self.value() >= 0.0:
+            self.chosen.emit(self.value())

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.layouts import LAYOUTS, make_layout
 from mrs_simulator.core.reading import ScenarioError, Section, number, number_list, shown
+from mrs_simulator.core.sensor_changes import read_sensor_changes
 
 DEFAULT_KIND = "pioneer3dx"
 KIND_FILES = (".yaml", ".urdf", ".xacro")  # a kind whose name ends so is a file
@@ -14,19 +15,20 @@ FARTHEST = 1e6  # [m], a position beyond this is a mistake
 
 
 def read_team(top, seed):
-    """Return poses (n, 3), the kinds' names (n of them), the scenario's own kinds by name, and altitudes.
+    """Return poses (n, 3), the kinds' names (n of them), own kinds by name, altitudes, and sensors.
 
-    The last are (n,) [m], None for a team on the ground.
+    Altitudes are (n,) [m], None for a team on the ground; sensors a tuple of ``SensorChange``.
 
     ``top``: the scenario's ``Section``; ``seed`` of random layouts.
     """
     own = _read_own_kinds(top)
     if top.has("groups"):
-        poses, kinds, altitude = _read_groups(top, seed)
-        return poses, kinds, own, altitude
+        poses, kinds, altitude, groups = _read_groups(top, seed)
+        return poses, kinds, own, altitude, read_sensor_changes(top, kinds, groups)
     top.take("groups")
     poses = _read_poses(top, "robots", seed)
-    return poses, _read_kinds(top, len(poses)), own, _read_altitude(top, len(poses))
+    kinds, altitude = _read_kinds(top, len(poses)), _read_altitude(top, len(poses))
+    return poses, kinds, own, altitude, read_sensor_changes(top, kinds)
 
 
 def _read_altitude(section, n):
@@ -57,7 +59,10 @@ def _read_own_kinds(top):
 
 
 def _read_groups(top, seed):
-    """Return poses and kinds of the robots of all groups, in the groups' order."""
+    """Return poses, kinds and altitudes of the robots of all groups, in the groups' order.
+
+    And of each group its robots' numbers and its section.
+    """
     given = top.take("groups")
     if not isinstance(given, list) or not given:
         raise ScenarioError(
@@ -74,13 +79,15 @@ def _read_groups(top, seed):
             "{}: given beside groups, wanted in each of them".format(top.at("altitude"))
         )
     top.take("altitude")
-    poses, kinds, altitudes = [], [], []
+    poses, kinds, altitudes, groups = [], [], [], []
     for index, item in enumerate(given):
         section = Section(item, "{}[{}]".format(top.at("groups"), index))
         group = _read_group(section, (seed + index) % 2**32)
         poses.append(group)
         altitude = _read_altitude(section, len(group))
         altitudes.append(np.zeros(len(group)) if altitude is None else altitude)
+        groups.append((tuple(range(len(kinds) + 1, len(kinds) + len(group) + 1)), section))
+        section.take("sensors")
         kinds += [section.text("kind", DEFAULT_KIND)] * len(group)
         if len(kinds) > MOST_ROBOTS:
             raise ScenarioError(
@@ -94,7 +101,7 @@ def _read_groups(top, seed):
         )
     altitude = np.concatenate(altitudes)
     poses = near(np.concatenate(poses), top.at("groups"))
-    return poses, tuple(kinds), altitude if altitude.any() else None
+    return poses, tuple(kinds), altitude if altitude.any() else None, groups
 
 
 def _read_group(section, seed):

@@ -34,6 +34,7 @@ from mrs_simulator.core.robots import (  # noqa: F401, names of the team that ot
     read_team,
 )
 from mrs_simulator.core.safety import Safety, read_safety
+from mrs_simulator.core.sensor_changes import SensorChange, of_robots
 
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ODOMETRIES = ("world", "wheel")
@@ -112,6 +113,7 @@ class Scenario(NamedTuple):
     altitude: Optional[np.ndarray] = (
         None  # (n,) [m] heights at which robots begin, None: on the ground
     )
+    sensors: Tuple[SensorChange, ...] = ()  # against those of the kinds
 
     @property
     def n(self):
@@ -156,6 +158,7 @@ class Scenario(NamedTuple):
             topology=self._topology_for(n),
             control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
+            sensors=of_robots(self.sensors, self.n, n),
         )
 
     def _altitude_for(self, n):
@@ -194,6 +197,9 @@ class Scenario(NamedTuple):
             content["control"] = self.control.with_robots(values["robots"]).to_plain()
         if "robots" in values and self.altitude is not None:
             content["altitude"] = self._altitude_for(values["robots"]).tolist()
+        if "robots" in values and self.sensors:
+            kept = of_robots(self.sensors, self.n, values["robots"])
+            content["sensors"] = [change.to_plain() for change in kept]
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
@@ -238,6 +244,8 @@ class Scenario(NamedTuple):
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
         if self.altitude is not None:
             result["altitude"] = self.altitude.tolist()
+        if self.sensors:
+            result["sensors"] = [change.to_plain() for change in self.sensors]
         if self.own_kinds:
             result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
@@ -277,7 +285,7 @@ def scenario_from_dict(content, where="scenario"):
         raise ScenarioError("{}: {}, wanted a mapping of keys".format(where, shown(content)))
     top = Section(content, where)
     seed = top.whole("seed", 0, low=0, high=2**32 - 1)
-    poses, kinds, own_kinds, altitude = read_team(top, seed)
+    poses, kinds, own_kinds, altitude, sensors = read_team(top, seed)
     control = _read_control(top, len(poses))
     topology = _read_topology(top, poses, seed)
     scenario = Scenario(
@@ -302,6 +310,7 @@ def scenario_from_dict(content, where="scenario"):
         step=_read_step(top, control.rate),
         own_kinds=own_kinds,
         altitude=altitude,
+        sensors=sensors,
     )
     top.done()
     if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":

@@ -1,0 +1,162 @@
+"""All sensors of a team: who is listened to is read when it is due, and nobody else."""
+
+from collections import deque
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.noise import Draws, Streams
+from mrs_simulator.sensors.scenery import Scenery
+from mrs_simulator.sensors.types import TYPES
+
+FAR_OFF = 0.01  # [-] by which a rate may differ from the wanted one without a word
+LATE = 1e-9  # [s] by which a reading may be later than its latency, for rounding
+
+
+class SensorError(ValueError):
+    """A sensor that is asked for and not there; the message names it and who lacks it."""
+
+
+class Suite:
+    """The sensors of the robots of one run."""
+
+    def __init__(self, team, mounts, obstacles=(), seed=0, step=0.02):
+        """``mounts``: of each robot, as of ``fitted_mounts``; ``step`` [s] of the world."""
+        self._team, self._mounts, self._step = team, mounts, step
+        self._obstacles, self._scenery = tuple(obstacles), None
+        self._fitted = [_Fitted(*each, team, seed, step) for each in _alike(team, mounts)]
+        self._active = []
+        self._begun = 0
+
+    @classmethod
+    def of_scenario(cls, scenario, team, obstacles=None):
+        """Return the sensors of ``team``, the robots of ``scenario``.
+
+        ``obstacles``: by default those of the scenario.  Raises ``ScenarioError`` for impossible sensors.
+        """
+        mounts = fitted_mounts(team, scenario.sensors)
+        obstacles = scenario.obstacles if obstacles is None else obstacles
+        return cls(team, mounts, obstacles, scenario.seed, scenario.step)
+
+    @property
+    def mounts(self):
+        """Return the ``Mount`` tuple of each robot."""
+        return self._mounts
+
+    @property
+    def is_idle(self):
+        """Return whether nobody listens."""
+        return not self._active
+
+    def listen(self, wanted):
+        """Read from now on the sensors ``wanted``, ``{row: names}``, and no others.
+
+        Raises ``SensorError`` for one that a robot lacks.
+        """
+        for row, names in wanted.items():
+            check_fitted(self._mounts[row], names, row + 1, self._team.kinds[row])
+        for fitted in self._fitted:
+            fitted.is_listened_to = any(
+                fitted.mount.name in wanted.get(row, ()) for row in fitted.rows.tolist()
+            )
+        self._active = [fitted for fitted in self._fitted if fitted.is_listened_to]
+        if self._active and self._scenery is None:
+            self._scenery = Scenery(self._team, self._obstacles)
+
+    def begin(self, step=0):
+        """Begin a run at the world's ``step``: samples are counted from there, and nothing is known yet."""
+        self._begun = step
+        for fitted in self._fitted:
+            fitted.begin()
+
+    def update(self, step, state):
+        """Read what is due at the world's ``step``; ``state()`` returns the ``State`` then."""
+        elapsed = step - self._begun
+        due = [fitted for fitted in self._active if elapsed % fitted.steps == 0]
+        if due:
+            now = state()
+            for fitted in due:
+                fitted.take(elapsed, now, self._scenery)
+        return due
+
+    def readings(self, time):
+        """Return what is known at ``time`` [s], ``{row: {name: reading}}``; a name is absent at first."""
+        result = {row: {} for row in range(self._team.n)}
+        for fitted in self._active:
+            reading = fitted.known(time)
+            if reading is not None:
+                for k, row in enumerate(fitted.rows.tolist()):
+                    result[row][fitted.mount.name] = of_robot(reading, k)
+        return result
+
+    @property
+    def notes(self):
+        """Return what to know of rates that the world's steps cannot keep, a list of texts."""
+        text = "robot{}: {} at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
+        notes = []
+        for fitted in self._fitted:
+            kept, wanted = 1.0 / (fitted.steps * self._step), fitted.mount.rate
+            if abs(kept - wanted) > FAR_OFF * wanted:
+                told = round(kept, 3), fitted.steps, self._step, wanted
+                notes.append(text.format(fitted.rows[0] + 1, fitted.mount.name, *told))
+        return notes
+
+
+class _Fitted:
+    """One sensor of the robots that have it alike."""
+
+    def __init__(self, mount, rows, team, seed, step):
+        self.mount, self.rows = mount, rows
+        self.sensor = TYPES[mount.type](mount, rows, team)
+        self.steps = max(1, int(round(1.0 / (mount.rate * step))))
+        self.is_listened_to = False
+        streams = Streams(seed, (rows + 1).tolist(), mount.name)
+        self._draws = Draws(dict(mount.noise), streams, self.steps * step)
+        self.begin()
+
+    def begin(self):
+        self._late = deque()
+        self.newest = self._known = None
+
+    def take(self, elapsed, state, environment):
+        """Read the sample at ``elapsed`` steps."""
+        rng = self._draws.at(elapsed // self.steps)
+        self.newest = self.sensor.read(state, environment, rng)
+        self._late.append(self.newest)
+
+    def known(self, time):
+        """Return the newest reading that has come by ``time`` [s], or None."""
+        while self._late and self._late[0].stamp + self.mount.latency <= time + LATE:
+            self._known = self._late.popleft()
+        return self._known
+
+
+def check_fitted(mounts, names, number, kind):
+    """Raise ``SensorError`` for the first of ``names`` that the robot ``number`` has not."""
+    known = [mount.name for mount in mounts]
+    for name in names:
+        if name not in known:
+            owner = "sensors of robot{} ({})".format(number, kind.name)
+            raise SensorError(unknown_name(owner, name, known))
+
+
+def of_robot(reading, k):
+    """Return the ``reading`` of the k-th of its robots."""
+    return reading._replace(**{name: getattr(reading, name)[k] for name in reading.PER_ROBOT})
+
+
+class _Key(NamedTuple):
+    mount: Any
+    drive: str
+
+
+def _alike(team, mounts):
+    """Yield each mount that robots of one drive have alike, and their rows (m,)."""
+    rows = {}
+    for row, (kind, own) in enumerate(zip(team.kinds, mounts)):
+        for mount in own:
+            rows.setdefault(_Key(mount, kind.drive), []).append(row)
+    for key, found in rows.items():
+        yield key.mount, np.array(found)

@@ -1,0 +1,19 @@
+"""The types of sensors: one class each, which ``TYPES`` knows by name.
+
+A type has ``QUANTITIES``, the SI unit of each quantity whose noise can be given, ``""`` where there is only
+one; ``RATE`` [Hz] and ``NOISE`` by quantity, where nothing else is said; ``MODELS``, settings by name,
+which a mount takes with ``model``; ``settings(section)``, which reads the type's own numbers, hashable,
+from a mount; and
+
+    sensor = Type(mount, rows, team)            # of the robots in ``rows`` (m,), which have equal mounts
+    reading = sensor.read(state, environment, rng)
+
+where ``state`` is a ``State``, ``environment`` a ``Scenery`` and ``rng`` the ``noise.Draws`` of the sample.
+A reading is a NamedTuple whose first field is ``stamp`` [s]; ``PER_ROBOT`` names its fields with a row for
+each robot.
+"""
+
+from mrs_simulator.sensors.types.laser import Laser
+from mrs_simulator.sensors.types.sonar import Sonar
+
+TYPES = {"sonar": Sonar, "laser": Laser}

@@ -1,0 +1,114 @@
+"""Planar laser scanners."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.sensors.scenery import Rays, cast
+from mrs_simulator.sensors.types.placing import carried, directions, echoes
+from mrs_simulator.sensors.types.sonar import limited, on_robot, read_range
+from mrs_simulator.vehicles.quantities import quantity
+
+MOST = 10000  # [-] rays
+
+
+class Numbers(NamedTuple):
+    """Of a scanner."""
+
+    rays: int
+    first: float  # [rad] direction of the first ray, from the mount's
+    last: float  # [rad] of the last ray
+    least: float  # [m]
+    most: float  # [m]
+
+
+class LaserReading(NamedTuple):
+    """Distances [m] of the K rays, from the right to the left: inf where nothing is, nan if lost."""
+
+    stamp: float  # [s]
+    ranges: np.ndarray  # (..., K) [m]
+    places: (
+        np.ndarray
+    )  # (K, 3): x, y [m] of the scanner, direction [rad] of each ray, robot's frame
+    most: float  # [m] the greatest distance that is measured
+
+    PER_ROBOT = ("ranges",)
+
+    @property
+    def points(self):
+        """Return what was hit in the robot's frame, (..., K, 2) [m]; not finite where nothing was."""
+        return echoes(self.ranges, self.places)
+
+
+class Laser:
+    """Rays from one place; a scan is taken at one time.  Nearer than the least range reads as that."""
+
+    QUANTITIES = {"": "m"}
+    RATE = 10.0
+    # Bounds of a uniform error as a standard deviation, a / sqrt(3); of the scanner itself where known.
+    MODELS = {
+        "lms200": {  # as MobileSim has it: 32 m, 5 mm uniform
+            "rays": 181,
+            "angles": ["-90 deg", "90 deg"],
+            "range": [0.1, 32.767],
+            "rate": 10.0,
+            "noise": {"stddev": 0.005 / math.sqrt(3.0)},
+        },
+        "urg04lx": {
+            "rays": 683,
+            "angles": ["-120 deg", "120 deg"],
+            "range": [0.05, 5.6],
+            "rate": 10.0,
+            "noise": {"stddev": 0.005},
+        },
+        "lds01": {  # one ray for each degree, the first one ahead of the mount's back
+            "rays": 360,
+            "angles": ["-180 deg", "179 deg"],
+            "range": [0.12, 3.5],
+            "rate": 5.0,
+            "noise": {"stddev": 0.01},
+        },
+    }
+
+    @staticmethod
+    def settings(section):
+        """Return the ``Numbers`` in a mount's ``section``."""
+        least, most = read_range(section, 0.1, 10.0)
+        rays = section.whole("rays", 181, low=1, high=MOST)
+        first, last = _read_angles(section)
+        if rays > 1 and last <= first:
+            raise ScenarioError("{}: the last is not beyond the first".format(section.at("angles")))
+        return Numbers(rays, first, last, least, most)
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        numbers = self._numbers = mount.numbers
+        self._rows, self._height = rows, mount.place[2]
+        inner = np.zeros((numbers.rays, 3))
+        inner[:, 2] = np.linspace(numbers.first, numbers.last, numbers.rays)
+        self._places = on_robot(mount.place, inner)
+
+    def read(self, state, environment, rng):
+        """Return the ``LaserReading`` of all robots in ``rows``."""
+        pose, numbers = state.pose[self._rows], self._numbers
+        rays = Rays(
+            carried(pose, self._places[:1, :2]),
+            directions(pose[:, 2], self._places[:, 2]),
+            state.heights()[self._rows] + self._height,
+            self._rows,
+        )
+        ranges = rng.noisy(cast(environment.at(state), rays, numbers.most))
+        return LaserReading(
+            state.time, limited(ranges, numbers.least, numbers.most), self._places, numbers.most
+        )
+
+
+def _read_angles(section):
+    """Return the directions [rad] of the first and the last ray."""
+    given = section.take("angles", [-0.5 * math.pi, 0.5 * math.pi])
+    where = section.at("angles")
+    if not isinstance(given, list) or len(given) != 2:
+        raise ScenarioError("{}: {}, wanted [first, last]".format(where, shown(given)))
+    return tuple(quantity(v, "rad", where, low=-2.0 * math.pi, high=2.0 * math.pi) for v in given)

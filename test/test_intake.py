@@ -149,3 +149,4 @@ def test_frames_are_asked_for_once():
     assert intake.believes_frame(0, "odom") and intake.believes_frame(0, "odom")
     assert not intake.believes_frame(0, "map") and asked == ["odom", "map"]
     assert intake.reasons == {0: "in frame 'map', wanted odom"}
+    assert not intake.believes_frame(0, "x" * 10**6) and len(intake.reasons[0]) < 200

@@ -133,7 +133,7 @@ def test_what_is_told_of_a_run_is_read_back(tmp_path):
         ("[]", "run.json: not the facts of a run"),
         ('{"ended": "complete"}', "KeyError: 'collisions'"),
         ('{"collisions": [[1.0, "robot1"]]}', "run.json: not the facts of a run: ValueError"),
-        ('{"collisions": [], "colour": 1}', "KeyError: 'colour'"),
+        ('{"collisions": [], "colour": 1}', "run.json: unknown 'colour' \\(known"),
         ('{"collisions": [], "warnings": "slow"}', "run.json: warnings = 'slow', wanted a list"),
     ],
 )

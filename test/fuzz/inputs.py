@@ -12,14 +12,18 @@ import yaml
 
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_yaml
+from mrs_simulator.ros import messages
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.srv import SetTeamRequest
 from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.study.report import judged, read_run
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import World
 
 MOST_ROBOTS = 40  # [-] of a scenario that is also run
+MOST_WITH_FORCES = 5  # [-] the same with forces, of which a step costs more
+ALL_AXES = [part + "." + axis for part in ("linear", "angular") for axis in "xyz"]
 STEPS = 3  # [-] of such a run
 LONGEST_SAID = 2000  # [characters] of an error's message
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -37,7 +41,7 @@ def scenario(content):
     again = scenario_from_yaml(read.to_yaml(), "again.yaml")
     if again.to_dict() != read.to_dict():
         raise Wrong("written and read again it is another scenario")
-    if read.n > MOST_ROBOTS or read.fidelity == "dynamic":
+    if read.n > (MOST_WITH_FORCES if read.fidelity == "dynamic" else MOST_ROBOTS):
         return
     experiment = Experiment(read._replace(duration=STEPS * read.step))
     try:
@@ -53,11 +57,7 @@ def robot_kind(content):
         path = os.path.join(directory, "mine.yaml")
         _write(path, content)
         kind(path)
-        world = World((path,), [[0.0, 0.0, 0.0]])
-        world.set_commands([0], np.ones((1, len(world.team.axes))))
-        for _ in range(STEPS):
-            world.step()
-        _wanted_finite(world.pose, world.twist)
+        _moved((path,), np.ones(6))
 
 
 def urdf(content):
@@ -107,14 +107,41 @@ def odometry(content):
 
 
 def twist(content):
-    """Read the bytes of a geometry_msgs/Twist, and obey it."""
+    """Read the bytes of a geometry_msgs/Twist, and obey it on the ground, in the air and in the water."""
     message = QuickTwist()
     _deserialize(message, content)
-    world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]], limits=None)
-    world.set_commands([0], np.array([message.values])[:, [0, 5]])
-    for _ in range(STEPS):
-        world.step()
-    _wanted_finite(world.pose)
+    for name in ("pioneer3dx", "crazyflie2", "heron"):
+        _moved((name,), np.array(message.values), limits=None)
+    for name in ("ardrone2", "otter"):
+        _moved((name,), np.array(message.values), fidelity="dynamic")
+
+
+def message(content):
+    """Read the bytes of one of the package's messages, named by the first of them."""
+    kinds = list(READERS)
+    received = kinds[content[0] % len(kinds)]() if content else kinds[0]()
+    _deserialize(received, content[1:])
+    READERS[type(received)](received)
+
+
+def _team_asked(request):
+    kinds, poses, z = messages.read_robot_specs(request.robots, "pioneer3dx")
+    if not set(kinds) <= {"pioneer3dx", "crazyflie2"} or len(kinds) > MOST_ROBOTS:
+        return
+    world = World(kinds, poses, z=z)
+    world.step()
+    _wanted_finite(world.pose, world.twist)
+
+
+READERS = {
+    messages.TeamOdometry: messages.read_odometry,
+    messages.TeamCommand: messages.read_team_command,
+    messages.TeamState: messages.read_state,
+    messages.StageStatus: messages.read_stage_status,
+    messages.ControlStatus: messages.read_control_status,
+    messages.Collision: messages.read_collision,
+    SetTeamRequest: _team_asked,
+}
 
 
 INPUTS = {
@@ -127,6 +154,7 @@ INPUTS = {
     "argument": argument,
     "odometry": odometry,
     "twist": twist,
+    "message": message,
 }
 
 
@@ -140,6 +168,20 @@ def check(name, content):
         _wanted_short(error)
     except genpy.DeserializationError:  # rospy drops such a message and says so
         pass
+
+
+def _moved(kinds, values, **given):
+    """Tell a robot the six ``values`` of a Twist, in the middle of the air where it can be there."""
+    world = World(kinds, [[0.0, 0.0, 0.0]], z=[0.0], **given)
+    if world.team.airborne.any():
+        world = World(kinds, [[0.0, 0.0, 0.0]], z=[5.0], **given)
+    columns = [ALL_AXES.index(axis) for axis in world.team.axes]
+    world.set_commands([0], values[np.newaxis, columns])
+    for _ in range(STEPS):
+        world.step()
+    _wanted_finite(world.pose, world.twist)
+    if world.spatial is not None:
+        _wanted_finite(*world.spatial)
 
 
 def _deserialize(message, content):

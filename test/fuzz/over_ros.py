@@ -4,7 +4,8 @@
     python3 test/fuzz/over_ros.py [--seconds 60] [--seed N]
 
 Topics get messages with odd numbers and texts and with other types than they have, services odd
-requests.  Both nodes must live, answer, print no traceback, and keep poses that are numbers.
+requests.  Both nodes must live, answer, print no traceback, and keep poses that are numbers; the team
+is one of robots on the ground, in the air and on the water.
 """
 
 import argparse
@@ -22,7 +23,27 @@ sys.path.insert(0, os.path.dirname(HERE))
 from ros_fixtures import Ros, log_of, wait_until  # noqa: E402
 
 NUMBERS = [0.0, -1.0, 1e-300, 1e308, -1e308, float("nan"), float("inf"), 1e6, 3.0, 2.0**40]
-TEXTS = ["", "pioneer3dx", "../../etc/passwd", "world", "x" * 5000, "\u202e", "a: &a [*a]", "nan"]
+TEXTS = [
+    "",
+    "pioneer3dx",
+    "crazyflie2",
+    "heron",
+    "../../etc/passwd",
+    "world",
+    "x" * 5000,
+    "\u202e",
+    "a: &a [*a]",
+    "nan",
+]
+TEAM = """
+groups:
+  - {number: 2, kind: pioneer3dx, poses: [[0, 0, 0], [0, 3, 0]]}
+  - {number: 2, kind: crazyflie2, poses: [[5, 0, 0], [5, 3, 0]], altitude: 1.0}
+  - {kind: heron, poses: [[20, 20, 0]]}
+environment: {current: [0.1, 0.0], wind: {velocity: [2.0, 0.0], gusts: 0.5}}
+control: {protocol: consensus}
+duration: 1000
+"""
 PAUSE = 0.005  # [s] of wall time between two messages
 
 
@@ -69,12 +90,16 @@ def targets():
     from std_msgs.msg import Bool, String
     from std_srvs.srv import SetBool, Trigger
 
-    from mrs_simulator.msg import TeamCommand
+    from mrs_simulator.msg import TeamCommand, TeamOdometry
     from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
     topics = [
         ("/robot1/cmd_vel", Twist),
         ("/robot1/odom", Odometry),
+        ("/robot3/cmd_vel", Twist),  # in the air
+        ("/robot3/odom", Odometry),
+        ("/robot5/cmd_vel", Twist),  # on the water
+        ("/stage/odometry", TeamOdometry),
         ("/robot2/cmd_vel", String),  # not what it is
         ("/stage/command", TeamCommand),
         ("/emergency_stop", Bool),
@@ -121,7 +146,10 @@ def trial(seconds, seed, directory):
     """Return ``(count, what was wrong)`` of ``seconds`` of hostile messages."""
     ros = Ros(directory)
     try:
-        nodes = [ros.node("stage", "--robots", 3), ros.node("pioneer_control", "--robots", 3)]
+        path = os.path.join(directory, "team.yaml")
+        with open(path, "w") as file:
+            file.write(TEAM)
+        nodes = [ros.node(script, "--scenario", path) for script in ("stage", "pioneer_control")]
         probe = ros.probe()
         probe.wait("state('robot')")
         os.environ.update(ros.environment)
@@ -144,7 +172,7 @@ def _judged(nodes, probe):
         return wrong
     begin = probe.ask("now()")
     wait_until(lambda: probe.ask("now()") > begin)
-    places = probe.ask("[state('x'), state('y'), state('theta')]")
+    places = probe.ask("[state('x'), state('y'), state('theta'), state('z')]")
     if not all(value == value and abs(value) < 1e9 for row in places for value in row):
         wrong.append("poses {}".format(places))
     return wrong

@@ -7,6 +7,7 @@ stamp stays what the first messages showed.
 
 import math
 
+from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import FARTHEST
 
 LEARNING = 5  # [-] first messages of a real robot, which may show any offset of its clock
@@ -62,7 +63,7 @@ class Intake:
             return True
         wanted = self._wanted_frame(row, frame)
         if wanted:
-            return self.refuse(row, "in frame {!r}, wanted {}".format(frame, wanted))
+            return self.refuse(row, "in frame {}, wanted {}".format(shown(frame), wanted))
         self._frames[row] = frame
         return True
 

@@ -13,6 +13,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.number_rows import rows_text
+from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.core.run_columns import (
     COLUMNS,
@@ -26,6 +27,7 @@ from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.core.writing import Blocks, write_text
 
 BLOCK = 1 << 22  # [characters] of a file read at once
+LONGEST_CAUSE = 200  # [characters] of an error that is handed on
 FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "ended": str,
     "warnings": list,
@@ -212,11 +214,15 @@ def _read_facts(path):
         ]
         if "deadlock" in meta:
             meta["deadlock"] = [(int(number), float(since)) for number, since in meta["deadlock"]]
-        wrong = [key for key, value in meta.items() if not isinstance(value, FACTS[key])]
+        unknown = [key for key in meta if key not in FACTS]
+        wrong = [key for key in meta if key in FACTS and not isinstance(meta[key], FACTS[key])]
     except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
+        text = "{}: not the facts of a run: {}: {}"
         raise RunError(
-            "{}: not the facts of a run: {}: {}".format(told, type(error).__name__, error)
+            text.format(told, type(error).__name__, str(error)[:LONGEST_CAUSE])
         ) from None
+    if unknown:
+        raise RunError(unknown_name(told, unknown[0], FACTS))
     if wrong:
         key = wrong[0]
         raise RunError(

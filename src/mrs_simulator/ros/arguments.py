@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 
+from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import OVERRIDES, load_scenario
 from mrs_simulator.ros.launch_arguments import refuse_unknown_launch_arguments
 from mrs_simulator.ros.node_parameters import help_text
@@ -70,4 +71,4 @@ def _number(arguments, name, kind):
     try:
         return kind(text or 0)
     except ValueError:
-        raise ValueError("{} = {!r}: wanted a number".format(name, text)) from None
+        raise ValueError("{} = {}: wanted a number".format(name, shown(text))) from None

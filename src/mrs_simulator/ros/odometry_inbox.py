@@ -10,6 +10,7 @@ import rospy
 from mrs_simulator.core.guards import Tracks
 from mrs_simulator.core.intake import FARTHEST_REAL, Intake
 from mrs_simulator.core.kinematics import yaw
+from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
 from mrs_simulator.ros.node_parameters import ODOM_FRAME, ODOM_TOPIC
@@ -344,7 +345,7 @@ class SameFrame:
     def __call__(self, row, frame):
         """Return what frame was wanted instead of ``frame``, "" for the right one."""
         self._frame = frame if self._frame is None else self._frame
-        return "" if frame == self._frame else "{!r} as before".format(self._frame)
+        return "" if frame == self._frame else "{} as before".format(shown(self._frame))
 
 
 def planar(pose):

@@ -1,9 +1,13 @@
 """The safety filter among obstacles, within an arena, under caps of speed; deadlocks."""
 
+import inspect
+import json
 import math
+import textwrap
 
 import numpy as np
 import pytest
+from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator import PioneerControl, run_experiment
 from mrs_simulator.control.safety_bounds import Surroundings
@@ -176,6 +180,32 @@ def test_a_deadlock_is_told_and_not_judged(tmp_path):
     assert "deadlock" in verdict_text(verdict)
     assert found(verdict, "least clearance")["passed"]
     assert found(verdict, "largest share of a speed cap")["passed"]
+
+
+def test_over_ros_a_deadlock_is_told_in_the_status_the_log_and_the_verdict(ros, tmp_path):
+    law = tmp_path / "behind.py"
+    law.write_text(
+        "from mrs_simulator import PioneerControl\n\n\n"
+        + textwrap.dedent(inspect.getsource(Behind))
+    )
+    path = tmp_path / "blocked.yaml"
+    scenario = blocked(arena=[-9, -9, 1.5, 9], speed=[0.3, 0.3])
+    path.write_text(scenario.changed(duration=9.0).to_yaml())
+    given = ["--scenario", path]
+    ros.node("stage", *given, "_speed:=4", "_lockstep:=true", "_wait_for_recorders:=1")
+    probe = ros.probe()
+    control = ros.node(
+        "pioneer_control", *given, "--protocol", "{}:Behind".format(law), "_lockstep:=true"
+    )
+    record = ros.node("record", *given, "--out", tmp_path / "out")
+    probe.wait("[w for w in control('warnings') or () if w.startswith('deadlock: ')]")
+    told = probe.ask("control('warnings')")
+    assert deadlock_in(told[-1])[0][0] == 1 and probe.ask("control('running')")
+    assert record.wait(PATIENCE) in (0, 1), log_of(record)
+    wait_until(lambda: "deadlock: the safety filter holds still robot 1" in log_of(control))
+    verdict = json.loads((tmp_path / "out" / "verdict.json").read_text())
+    assert found(verdict, "robots held still")["measured"] == 1
+    assert verdict["outcome"] == "not_judged"
 
 
 def test_true_keeps_robots_from_robots_alone(tmp_path):

@@ -11,27 +11,36 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.dirname(HERE))
 
-from motion import LIMIT, REST, Motion  # noqa: E402
+from motion import LIMITS, REST, Motion  # noqa: E402
 from ros_fixtures import PATIENCE, Ros  # noqa: E402
 from table import (  # noqa: E402
+    AIR,
     BEGINS_AGAIN,
     COMES_BACK,
     ENDS,
     GOES_ON,
+    LANDS,
     LOCKSTEP,
     STANDS,
     STANDS_THEN_GOES_ON,
     STOPS,
     WALL,
+    WATER,
 )
 
 SCENARIO = """
 poses: [[0, 0, 0], [0, 3, 0]]
-limits: {v_max: 0.25, omega_max: 1.0, v_accel: 0.3, omega_accel: 1.0}
 duration: 1000
 control: {protocol: forward.py:Forward, rate: 20}
 """
-RELAYED = ("delay", "duplicate", "reorder", "drop half", "drop all")
+TEAMS = {  # by mode, Pioneers in all others
+    AIR: "model: crazyflie2\naltitude: [0.7, 1.0]\nfidelity: dynamic\n",
+    WATER: "model: heron\nfidelity: dynamic\n",
+}
+PIONEERS = "limits: {v_max: 0.25, omega_max: 1.0, v_accel: 0.3, omega_accel: 1.0}\n"
+RELAYED = ("delay", "duplicate", "reorder", "drop half", "drop all", "no number", "no height")
+SINKING = 0.1  # [m] by which a robot that hovers may lose or win height
+FALLING = 0.4  # [m/s] beyond which one that comes down falls
 ROBOTS = (1, 2)
 STANDING = 2.0  # [s] of wall time for which it is watched that nothing moves while time stands
 LASTS = 2.5  # [s] of the robots' time that a fault lasts which they must bear
@@ -60,7 +69,7 @@ class Bench:
         """Start a master, and write what the nodes need to ``directory``."""
         self.row, self.directory = row, directory
         with open(os.path.join(directory, "scenario.yaml"), "w") as file:
-            file.write(SCENARIO)
+            file.write(SCENARIO + TEAMS.get(row.mode, PIONEERS))
         with open(os.path.join(HERE, "forward.py")) as law:
             text = law.read()
         with open(os.path.join(directory, "forward.py"), "w") as file:
@@ -69,6 +78,7 @@ class Bench:
         self.track = os.path.join(directory, "motion.jsonl")
         open(self.track, "w").close()
         self.ros = Ros(directory)
+        self.limit = LIMITS.get(row.mode, LIMITS[None])
         self._count, self._starving = 0, None
         self.node = {"master": self.ros.master}
 
@@ -248,7 +258,7 @@ class Bench:
     def trial(self):
         """Make the fault and judge what the robots do; ``Failed`` if it is not what they must."""
         begin, expected = self.fault(), self.row.expected
-        if expected in (STOPS, COMES_BACK):
+        if expected in (STOPS, COMES_BACK, LANDS):
             self._stopped(begin)
         elif expected in (STANDS, STANDS_THEN_GOES_ON):
             self._stand(begin)
@@ -263,6 +273,8 @@ class Bench:
             self._lasts(begin)
         if expected == GOES_ON and not self.motion().moves():
             raise Failed("the robots do not go on")
+        if expected == LANDS:
+            self.wait("all have landed", lambda: self.motion().landed())
         end = self.repair()
         if expected in (COMES_BACK, STANDS_THEN_GOES_ON):
             self.wait("the robots go on", lambda: self.motion().since(end).moves())
@@ -274,8 +286,17 @@ class Bench:
         too_fast = motion.too_fast()
         if too_fast:
             raise Failed("impossible motion: " + too_fast)
+        if self.row.mode == AIR:
+            self._kept_up(motion)
         if self.row.fault == "full disk":
             self._recorded_on()
+
+    def _kept_up(self, motion):
+        """See that nobody fell, and nobody left its height that was not to land."""
+        if motion.fall() > FALLING:
+            raise Failed("a robot came down at {:.2f} m/s".format(motion.fall()))
+        if self.row.expected != LANDS and motion.climb() > SINKING:
+            raise Failed("a robot was {:.2f} m from its height".format(motion.climb()))
 
     def _lasts(self, begin):
         """Wait until the robots' time has gone on by ``LASTS`` since ``begin`` [s] of wall time."""
@@ -292,15 +313,14 @@ class Bench:
         end = time.monotonic() + PATIENCE
         stamps = self.motion().until(begin).stamp
         while time.monotonic() < end:
-            since = self.motion().after(stamps[-1] + LIMIT)
-            if since.span > 1.0 or time.monotonic() > begin + LIMIT + 5.0:
+            since = self.motion().after(stamps[-1] + self.limit)
+            if since.span > 1.0 or time.monotonic() > begin + self.limit + 5.0:
                 break
             time.sleep(0.05)
-        creep = self.motion().after(stamps[-1] + LIMIT).creep()
+        creep = self.motion().after(stamps[-1] + self.limit).creep()
         if creep > REST:
-            raise Failed(
-                "{:g} s after the fault a robot still moves: {:.3f} m".format(LIMIT, creep)
-            )
+            text = "{:g} s after the fault a robot still moves: {:.3f} m"
+            raise Failed(text.format(self.limit, creep))
 
     def _stand(self, begin):
         time.sleep(1.0 + STANDING)

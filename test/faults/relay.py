@@ -2,8 +2,8 @@
 
     relay.py FAULT KIND FROM TO [FROM TO ...]
 
-``FAULT``: delay (2 s), duplicate, reorder (pairs swapped), drop half or drop all; ``KIND``: Odometry
-or Twist.
+``FAULT``: delay (2 s), duplicate, reorder (pairs swapped), drop half, drop all, no number or no height
+(NaN for x, or z, of the position or the velocity); ``KIND``: Odometry or Twist.
 """
 
 import queue
@@ -46,6 +46,10 @@ class Link:
             return [(message, 0.0)] if self._count % 2 else []
         if self._fault == "drop all":
             return []
+        if self._fault.startswith("no "):
+            part = message.linear if hasattr(message, "linear") else message.pose.pose.position
+            setattr(part, "z" if self._fault == "no height" else "x", float("nan"))
+            return [(message, 0.0)]
         if self._held is None:
             self._held = message
             return []

@@ -5,6 +5,7 @@ from typing import NamedTuple
 # What robots that drive straight on must do, told from their own motion.
 GOES_ON = "go on"
 STOPS = "stop"  # within LIMIT, and stay so
+LANDS = "hover, then land"  # hover within LIMIT, and come down slowly some seconds later
 COMES_BACK = "stop, then go on"  # stop while the fault lasts, move again after it
 STANDS = "stand with time"  # simulated time stands still, and nobody moves in it
 STANDS_THEN_GOES_ON = "stand with time, then go on"
@@ -13,6 +14,7 @@ BEGINS_AGAIN = "begin again"  # a new world, in which they drive or stand
 SAFE = "drive as told, or stand"
 
 FREE, LOCKSTEP, WALL = "free", "lockstep", "real robots"
+AIR, WATER = "free, in the air", "free, on the water"
 
 
 class Row(NamedTuple):
@@ -48,7 +50,7 @@ ROWS = [
     *_both("drop all", "stage", STOPS, STANDS, quick=(FREE,)),
     *_both("clock jump", "stage", SAFE),
     *_both("starve", "stage", GOES_ON),
-    *_both("kill", "control", STOPS, STANDS, quick=(FREE,)),
+    *_both("kill", "control", STOPS, STANDS),
     *_both("freeze", "control", COMES_BACK, STANDS_THEN_GOES_ON, quick=(LOCKSTEP,)),
     *_both("restart", "control", COMES_BACK, STANDS_THEN_GOES_ON),
     *_both("delay", "control", GOES_ON),
@@ -69,6 +71,27 @@ ROWS = [
     *_both("kill", "master", GOES_ON, quick=(FREE,)),
     *_both("freeze", "master", GOES_ON),
     *_both("restart", "master", GOES_ON),
+    *_both("no number", "stage", STOPS, STANDS),
+    *_both("no number", "control", STOPS),
+    Row("kill", "control", AIR, LANDS, quick=True),
+    Row("freeze", "control", AIR, COMES_BACK),
+    Row("drop all", "control", AIR, LANDS),
+    Row("no height", "control", AIR, LANDS),
+    Row("starve", "control", AIR, GOES_ON),
+    Row("freeze", "stage", AIR, STANDS_THEN_GOES_ON),
+    Row("delay", "stage", AIR, STOPS),
+    Row("drop half", "stage", AIR, GOES_ON),
+    Row("drop all", "stage", AIR, STOPS),
+    Row("no height", "stage", AIR, STOPS),
+    Row("starve", "stage", AIR, GOES_ON),
+    Row("kill", "master", AIR, GOES_ON),
+    Row("kill", "control", WATER, STOPS),
+    Row("freeze", "control", WATER, COMES_BACK),
+    Row("drop all", "control", WATER, STOPS),
+    Row("no number", "control", WATER, STOPS),
+    Row("freeze", "stage", WATER, STANDS_THEN_GOES_ON),
+    Row("drop all", "stage", WATER, STOPS),
+    Row("no number", "stage", WATER, STOPS),
     Row("kill", "driver", WALL, STOPS),
     Row("freeze", "driver", WALL, STOPS, quick=True),
     Row("restart", "driver", WALL, STOPS),
@@ -77,6 +100,7 @@ ROWS = [
     Row("reorder", "driver", WALL, SAFE),
     Row("drop half", "driver", WALL, SAFE),
     Row("drop all", "driver", WALL, STOPS),
+    Row("no number", "driver", WALL, STOPS),
     Row("starve", "driver", WALL, SAFE),
     Row("kill", "control", WALL, STOPS),
     Row("freeze", "control", WALL, STOPS),

@@ -178,18 +178,42 @@ def test_points_keep_the_balance_to_rounding(name, tmp_path):
     assert wrong["passed"] is False and wrong["measured"] > 1e-4, wrong
 
 
-def test_a_team_that_was_slowed_is_judged_from_then_on(tmp_path):
-    """Where one factor slows all, the energy of the whole run says nothing, that of the rest does."""
-    verdict = verdict_of(shipped("displacement_formation", duration=6.0), tmp_path)
-    balance = check(verdict, BALANCE)
-    assert balance["passed"] and "after" in balance["note"], balance
+def test_a_team_that_is_slowed_is_judged_between_its_limits(tmp_path):
+    """What limits make of the energy is no theorem's; the rest is held to theory from where it begins."""
+
+    class Weak(law_of("displacement_formation")):
+        def pointMassLaw(self, hand):
+            return 0.95 * super().pointMassLaw(hand)
+
+    scenario = shipped("displacement_formation", duration=6.0)
+    right = check(verdict_of(scenario, tmp_path / "right"), BALANCE)
+    wrong = check(verdict_of(scenario, tmp_path / "wrong", Weak), BALANCE)
+    assert right["passed"] and right["tolerance"] < 2e-3, right
+    assert wrong["passed"] is False and wrong["measured"] > 10.0 * wrong["tolerance"], wrong
 
 
-def test_robots_that_ramp_are_not_judged_by_energy(tmp_path):
-    scenario = shipped("containment", duration=4.0)._replace(limits="firmware")
+def test_a_team_that_is_at_its_limits_throughout_is_not_judged(tmp_path):
+    slow = {"v_max": 0.05, "omega_max": 1.0}
+    scenario = shipped("displacement_formation", duration=1.0, limits=slow)
     balance = check(verdict_of(scenario, tmp_path), BALANCE)
-    assert balance["passed"] is None and "ramps" in balance["note"]
-    assert balance["measured"] is not None
+    assert balance["passed"] is None and "at a limit all the time" in balance["note"]
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_robots_that_ramp_are_judged_by_what_they_were_told(fidelity, tmp_path):
+    """They are behind their commands, by what is known from the record, and no more is allowed."""
+
+    class Weak(law_of("formation")):
+        def pointMassLaw(self, hand):
+            return 0.95 * super().pointMassLaw(hand)
+
+    ramps = {"v_max": 1.5, "omega_max": 6.28, "v_accel": 1.0, "omega_accel": 6.0}
+    changes = {"fidelity": fidelity, "odometry": "world", "limits": ramps}
+    scenario = shipped("lab_four", duration=8.0, **changes)
+    right = check(verdict_of(scenario, tmp_path / "right"), BALANCE)
+    wrong = check(verdict_of(scenario, tmp_path / "wrong", Weak), BALANCE)
+    assert right["passed"] and 1e-4 < right["measured"] < right["tolerance"], right
+    assert wrong["passed"] is False, wrong
 
 
 def test_a_graph_that_falls_apart_is_noticed(tmp_path):

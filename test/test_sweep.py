@@ -100,6 +100,20 @@ def test_what_was_finished_is_not_run_again(tmp_path):
     assert len(rows(str(tmp_path))) == 2
 
 
+@pytest.mark.parametrize(
+    "told",
+    ["", "[1, 2]", '{"ended": "complete"}', '{"ended": "complete", "checks": [3], "passed": 1}'],
+)
+def test_what_is_no_verdict_is_of_no_run_that_was_finished(tmp_path, told):
+    runs = make_runs(FOUR, [("seed", [0]), ("duration", [0.2])])
+    found = tmp_path / runs[0][0] / "verdict.json"
+    found.parent.mkdir()
+    found.write_text(told)
+    (verdict,) = run_sweep(runs, str(tmp_path), jobs=1)
+    assert verdict["ended"] == "complete" and verdict["duration"] == pytest.approx(0.2)
+    assert found.read_text() != told
+
+
 DIES = """
 import os
 

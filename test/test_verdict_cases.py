@@ -7,7 +7,7 @@ from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.laws.consensus import Consensus
 from mrs_simulator.control.laws.gathering import Containment
-from mrs_simulator.core.claims import Claim, converges_to, decreases
+from mrs_simulator.core.claims import Claim, NothingDecays, converges_to, decreases, rate
 from mrs_simulator.core.recording import Run
 
 PENTAGRAM = [
@@ -144,6 +144,22 @@ def test_growth_is_seen_far_below_the_start():
     assert claim.measure(run_of(falling)) == 0.0
     falling[50] *= 2.0  # 1e-7 of the start
     assert claim.measure(run_of(falling)) > 0.4
+
+
+def test_a_rate_is_measured_above_what_friction_leaves():
+    """Of ``exp(-t) + 0.01``: on the plateau it is 0, above ``floor`` it is off by what is left at most."""
+    time = 0.1 * np.arange(100.0)
+    values = np.exp(-time) + 0.01
+
+    def claimed(floor):
+        return rate(1.0, lambda hand: hand[:, 0, 0], 0.05, floor=floor)
+
+    run = run_of(values)
+    assert claimed(0.0).measure(run) < 0.3
+    assert 0.8 < claimed(0.05).measure(run) < 1.0
+    with pytest.raises(NothingDecays, match="begins at 1.01, and below 2 friction holds robots"):
+        claimed(2.0).measure(run)
+    assert "follow small velocities in part" in claimed(None).unproved
 
 
 class Shapeless(Consensus):

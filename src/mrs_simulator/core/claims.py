@@ -1,6 +1,6 @@
 """Claims of a protocol about its own runs: limits, rates, invariants and bounds, with their conditions.
 
-A *quantity* is a function of the hand points of all samples, (m, n, 2) [m], that returns one value
+A *quantity* is a function of the hand points of all samples, (m, n, d) [m], that returns one value
 for each sample, (m,) or (m, d).
 """
 
@@ -15,6 +15,8 @@ RATE_WINDOWS = (
 )  # [-] of the start, below which a rate is looked for: first the last
 RATE_FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
 NOTHING = 1e-9  # [m], or the quantity's unit: from less at the start nothing decays but rounding
+IN_PART = "with forces, robots in water and air follow small velocities in part only"
+RESTS = "it begins at {:.3g}, and below {:.3g} friction holds robots where they are"
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
 
 
@@ -32,8 +34,8 @@ class Claim(NamedTuple):
     ``relation``: "equal" (within ``tolerance``), "at most" or "at least" (with ``tolerance`` to
     spare).  ``free``: it holds only while no limit on the robots' speeds is reached, which is asked
     where no published law tells what limits cost it.  ``unproved``: why no theorem says it of this
-    run; it is measured all the same.  ``place``: where the hand points end according to it, (n, 2) or
-    (2,) [m], if it says so.  ``own``: it compares with the exact solution, and so is not asked of that
+    run; it is measured all the same.  ``place``: where the hand points end according to it, (n, d) or
+    (d,) [m], if it says so.  ``own``: it compares with the exact solution, and so is not asked of that
     itself.  ``motion``: it is about robots that move freely, and so not about a run in which bodies
     touched.
     """
@@ -66,7 +68,7 @@ class Condition(NamedTuple):
 
 
 def converges_to(points, tolerance=0.05, name="final distance from the limit [m]", free=False):
-    """Claim that the hand points end at ``points``, (n, 2) or one point (2,) [m], within ``tolerance``."""
+    """Claim that the hand points end at ``points``, (n, d) or one point (d,) [m], within ``tolerance``."""
     points = np.asarray(points, dtype=float)
     return Claim(
         name,
@@ -83,18 +85,20 @@ def ends_at(quantity, value, tolerance, name, free=False):
     return Claim(name, value, tolerance, lambda run: float(quantity(run.hand[-1:])[0]), free=free)
 
 
-def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True):
+def rate(value, of, tolerance=0.05, name="decay rate [1/s]", free=True, floor=0.0):
     """Claim that the quantity ``of`` decays like ``exp(-value t)``, value [1/s].
 
     ``tolerance`` is a share of ``value``.  Measured by a straight line through the logarithm of the
-    last part of the decay, where the slowest mode is left.
+    last part of the decay above ``floor``, in the quantity's unit, where the slowest mode is left; a
+    ``floor`` of None says that these robots follow small velocities in part only, and show no rate.
     """
     return Claim(
         name,
         float(value),
         tolerance * abs(value),
-        lambda run: decay_rate(run.time, of(run.hand)),
+        lambda run: decay_rate(run.time, of(run.hand), floor or 0.0),
         free=free,
+        unproved=IN_PART if floor is None else "",
     )
 
 
@@ -136,14 +140,18 @@ def decreases(quantity, name, tolerance=1e-6, free=False):
     return Claim(name, 0.0, tolerance, growth, relation="at most", free=free)
 
 
-def decay_rate(time, values):
+def decay_rate(time, values, least=0.0):
     """Return the rate [1/s] at which ``values`` (m,) decay at ``time`` (m,) [s]; None if they do not.
 
-    Raises ``NothingDecays`` for values that begin at zero.
+    Values from the first at most ``least`` on are not looked at.  Raises ``NothingDecays`` for values
+    that begin at zero, or there.
     """
     values = np.asarray(values, dtype=float)
-    if values[0] <= NOTHING:
-        raise NothingDecays
+    if values[0] <= max(NOTHING, least):
+        raise NothingDecays(RESTS.format(values[0], least) if least else "")
+    low = np.flatnonzero(values <= least)
+    if len(low):
+        time, values = time[: low[0]], values[: low[0]]
     if np.isnan(values[0]):
         return None
     share = values / values[0]

@@ -61,29 +61,28 @@ class Balance(NamedTuple):
     rows: Any  # (k,) of the run's samples
     measured: Any  # (k,)
     predicted: Any  # (k,) from the first on
-    allowed: float  # [-] of the first value, by which sampling alone may set them apart
+    allowed: float  # [-] of ``scale``, by which the robots alone may set them apart
+    scale: float  # the energy where the theory begins, 0 where it says nothing
 
     def since(self, first):
         """Return the balance from the sample ``first`` of the run on."""
         kept = self.rows >= first
-        return Balance(
-            self.rows[kept], self.measured[kept], self.predicted[kept], self.allowed
-        ).anew()
+        rows, measured = self.rows[kept], self.measured[kept]
+        return self._replace(rows=rows, measured=measured, predicted=self.predicted[kept]).anew()
 
     def anew(self):
         """Return it with the prediction begun at its first sample."""
         if not len(self.rows):
             return self
         off = self.measured[0] - self.predicted[0]
-        return self._replace(predicted=self.predicted + off)
+        return self._replace(predicted=self.predicted + off, scale=abs(float(self.measured[0])))
 
     @property
     def residual(self):
-        """Return the largest difference, [-] of the first value; None where that is nothing."""
-        scale = abs(float(self.measured[0])) if len(self.rows) else 0.0
-        if scale <= NOTHING:
+        """Return the largest difference, [-] of ``scale``; None where that is nothing."""
+        if not len(self.rows) or self.scale <= NOTHING:
             return None
-        return float(np.abs(self.measured - self.predicted).max()) / scale
+        return float(np.abs(self.measured - self.predicted).max()) / self.scale
 
 
 def dissipated(energy, time, hand, velocity, period):
@@ -99,6 +98,6 @@ def dissipated(energy, time, hand, velocity, period):
     lost = integral(time, spent)
     coarse = integral(time[::2], spent[::2])
     quadrature = float(np.abs(coarse - lost[::2]).max(initial=0.0)) / 3.0
-    scale = max(abs(float(values[0])), NOTHING)
-    allowed = (period * float(spent.max(initial=0.0)) + 2.0 * quadrature) / scale
-    return Balance(np.arange(len(time)), values, values[0] - lost, allowed + 1e-9)
+    scale = abs(float(values[0]))
+    allowed = (period * float(spent.max(initial=0.0)) + 2.0 * quadrature) / max(scale, NOTHING)
+    return Balance(np.arange(len(time)), values, values[0] - lost, allowed + 1e-9, scale)

@@ -8,6 +8,9 @@ NUMBER = (int, float)
 KEYS = {
     "title": (str, "a text", ""),
     "reason": (str, "a text", ""),
+    "ended": (str, "a text", ""),
+    "settle_time": (NUMBER, "a number", None),
+    "y_spread": (NUMBER, "a number", None),
     "min_distance": (NUMBER, "a number", None),
     "real_time_factor": (NUMBER, "a number", None),
 }

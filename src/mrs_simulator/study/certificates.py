@@ -10,11 +10,9 @@ from mrs_simulator.study.energy_balance import MOST_ROBOTS, balance_of
 
 BALANCE = "energy off its predicted change [-]"
 CONNECTED = "least connectivity lambda_2 of the graph of places"
-ROBOTS = {"point_mass": 0.0, "kinematic": 0.01, "dynamic": 0.05}  # [-] that arcs and slip may cost
 TELLING = 0.15  # [-] a balance that may be off by more tells nothing
-COARSE = "sampling, turning and starting may cost {:.0%} of the energy"
-RETIMED = "one factor for the whole team changed how fast it falls"
-RAMPED = "robots speed up in ramps, and so are behind their commands"
+COARSE = "robots go elsewhere than their commands say by up to {:.0%} of the energy"
+LIMITED = "some robot was at a limit all the time"
 UNTIMED = "commands were not held for whole periods from the samples on: no lockstep"
 MOST_GRAPHS = 500  # samples whose graphs are looked at, spread evenly over longer runs
 
@@ -39,19 +37,17 @@ def certificate_claims(control, run):
 
 def _balance_claim(control, energy, run):
     balance = balance_of(control, energy, run)
-    tolerance = balance.allowed + ROBOTS[control.fidelity]
-    why = RETIMED if _retimed(control, run) else RAMPED if _ramped(control) else ""
-    why = why if run.meta.get("lockstep") else UNTIMED
+    why = "" if run.meta.get("lockstep") else UNTIMED
 
     def off(of):
         found = balance if of is run else balance_of(control, energy, of)
         if found.residual is None:
-            raise NothingDecays
+            raise NothingDecays(LIMITED if found.scale == 0.0 < found.measured[0] else "")
         if found.allowed > TELLING:
             raise NothingDecays(COARSE.format(found.allowed))
         return found.residual
 
-    return Claim(BALANCE, 0.0, tolerance, off, "at most", free=True, own=True, unproved=why)
+    return Claim(BALANCE, 0.0, balance.allowed, off, "at most", own=True, unproved=why)
 
 
 def certificate_curves(control, run):
@@ -72,19 +68,6 @@ def _energy(control, run):
     if control.links.faults or len(run.time) < 3 or len(run.robots) > MOST_ROBOTS:
         return None
     return control.energy(run.hand[0])
-
-
-def _retimed(control, run):
-    """Return whether one factor for all slowed the team under a law that cannot be judged from then on."""
-    if control.MEMORYLESS:
-        return False
-    return control.saturation == "team" and bool(at_limit(control, run.command).any())
-
-
-def _ramped(control):
-    """Return whether robots speed up in ramps, so that they do not obey a command at once."""
-    moved = control.fidelity != "point_mass"
-    return moved and bool(np.isfinite(control.limits.acceleration).any())
 
 
 def _energy_drawn(control, energy, run):

@@ -52,7 +52,7 @@ class Setting(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """One run: its setting, its verdict, and where the hand points were, (m, n, 2) [m]."""
+    """One run: its setting, its verdict, and where the hand points were, (m, n, d) [m]."""
 
     setting: Setting
     verdict: Dict[str, Any]

@@ -35,7 +35,7 @@ FILTERED = "the safety filter acted"
 def judged(run, control=None):
     """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
 
-    ``control`` makes the claims.  The points are (m, n, 2), or where only the end is known a mapping of
+    ``control`` makes the claims.  The points are (m, n, d), or where only the end is known a mapping of
     ``time`` and ``hand``, or None.
     """
     if control is None:
@@ -215,7 +215,7 @@ def _checked(claims, faults):
 
 
 def _track(control, run, faults):
-    """Return the predicted hand points (m, n, 2) [m], or None."""
+    """Return the predicted hand points (m, n, d) [m], or None."""
     track = None
     with _keeping(faults, "prediction"):
         track = call(control.predicted_track, run.hand[0], run.time - run.time[0])

@@ -24,7 +24,7 @@ class Facts(NamedTuple):
     values: dict  # of the parameters
     topology: Topology
     warnings: dict  # theory's, texts by the parameter that causes them
-    targets: Optional[np.ndarray]  # of the controlled points at the start, (n, 2) [m]
+    targets: Optional[np.ndarray]  # of the controlled points at the start, (n, d) [m]
 
 
 class Prediction(NamedTuple):

@@ -101,7 +101,7 @@ def _draw_certificates(run, out, formats, control):
 
 
 def predicted_settling(control, start):
-    """Return in words how long theory says that the team takes from hand points ``start`` (n, 2).
+    """Return in words how long theory says that the team takes from hand points ``start`` (n, d).
 
     A claimed settling time, or the time for which ``SETTLED`` is left at a claimed decay rate; "" where
     the protocol claims neither, or its conditions do not hold.

@@ -13,7 +13,7 @@ ROUNDING = 1e-6  # [-] of a cap
 
 
 def safety_claims(control, start):
-    """Return what the safety filter claims of a run from hand points ``start`` (n, 2)."""
+    """Return what the safety filter claims of a run from hand points ``start`` (n, d)."""
     if not np.any(control.safety):
         return []
     return _apart(control, start) + _clear(control, start) + _capped(control)

@@ -12,9 +12,10 @@ import numpy as np
 
 from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
-from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml, read_json
+from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
+from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import naming
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
@@ -224,13 +225,16 @@ def _name(values, scenario):
 
 
 def run_one(scenario, out):
-    """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back."""
-    done = os.path.join(out, "verdict.json")
-    if os.path.exists(done):
-        verdict = read_json(done)
-        if verdict.get("ended") == "complete":
-            return verdict
+    """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back.
 
+    A ``verdict.json`` that is none, or of a run that was cut short, is of no run that was finished.
+    """
+    try:
+        verdict = read_verdict(os.path.join(out, "verdict.json"))
+    except (OSError, ValueError):
+        verdict = None
+    if verdict is not None and verdict["ended"] == "complete":
+        return verdict
     return run_experiment(scenario, out, formats=())
 
 

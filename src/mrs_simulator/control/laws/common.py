@@ -6,6 +6,8 @@ from mrs_simulator.core.claims import Claim, Condition, decay_rate
 from mrs_simulator.core.spectra import stable_step
 
 AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
+REST = 0.02  # [m] from its place at most, where friction lets a robot with masses and wheels rest
+LEAST_DECAY = 20.0  # [-] times that: what rests bends a rate by a twentieth at most
 DECAY = "decay rate of the disagreement [1/s]"
 SHARE = "decay rate over the exact solution's [-]"
 
@@ -32,6 +34,18 @@ def gain_conditions(gain, period, eigenvalues):
     """Return the conditions that ``gain`` neither drives apart nor overshoots at ``eigenvalues``."""
     step = stable_step(eigenvalues)
     return [attracting(gain), below("gain Tc < 2/lambda_max", gain * period, step, necessary=True)]
+
+
+def resting(control, robots):
+    """Return down to which norm [m] of the errors of ``robots`` a rate shows, for ``claims.rate``.
+
+    0 without friction; None where robots with forces do not stand on wheels.
+    """
+    if control.fidelity != "dynamic":
+        return 0.0
+    if any(group.drive.MEDIUM != "ground" for group in control.team.groups):
+        return None
+    return LEAST_DECAY * REST * np.sqrt(robots)
 
 
 def all_hold(conditions):

@@ -9,6 +9,7 @@ from mrs_simulator.control.laws.common import (
     all_hold,
     commands_by,
     gain_conditions,
+    resting,
     spanning_tree,
 )
 from mrs_simulator.control.laws.consensus import powers
@@ -74,7 +75,7 @@ class Tolerances(NamedTuple):
 TOLERANCES = {
     "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.02),
     "kinematic": Tolerances(0.05, 0.05, 0.02, 0.05),
-    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.25),
+    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.05),
 }
 
 
@@ -203,10 +204,16 @@ class DisplacementFormation(Shaped):
             displacement_error(places, self.topology, allowed.place),
             converges_to(limit, allowed.place, "distance from d + w^T (p(0) - d) [m]", free=True),
             invariant(weighted_mean, allowed.drift, "drift of w^T p [m]"),
-            rate(decay, formation_error(places), allowed.rate, "decay rate of the error [1/s]"),
+            rate(
+                decay,
+                formation_error(places),
+                allowed.rate,
+                "decay rate of the error [1/s]",
+                floor=resting(self, len(start)),
+            ),
         ]
         claims = claims if has_simple_modes(self.topology) else claims[:-1]
-        return conditions + without_rates(claims, self.fidelity)
+        return conditions + claims
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
@@ -450,9 +457,10 @@ class BearingLeaders(Shaped):
                 distance_to(limit),
                 allowed.rate,
                 "decay rate of the error [1/s]",
+                floor=resting(self, len(start) - LEADERS),
             ),
         ]
-        return conditions + without_rates(claims, self.fidelity)
+        return conditions + claims
 
     def prediction(self, start, time):
         """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.laws import gathering_equations
 from mrs_simulator.control.laws import published_consensus as published
-from mrs_simulator.control.laws.common import attracting, commands_by
+from mrs_simulator.control.laws.common import attracting, commands_by, resting
 from mrs_simulator.control.laws.consensus import powers
 from mrs_simulator.control.laws.energies import (
     coverage_energy,
@@ -128,7 +128,13 @@ class Containment(PioneerControl):
         return conditions + [
             converges_to(limit, 0.02, "distance from -L_ff^-1 L_fl p_l [m]"),
             Claim("farthest out of the leaders' hull [m]", 0.0, 1e-3, outside, "at most"),
-            rate(decay, distance_to(limit), 0.05, "decay rate of the followers' error [1/s]"),
+            rate(
+                decay,
+                distance_to(limit),
+                0.05,
+                "decay rate of the followers' error [1/s]",
+                floor=resting(self, followers),
+            ),
         ]
 
     def prediction(self, start, time):

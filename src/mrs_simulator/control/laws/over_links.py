@@ -42,7 +42,7 @@ class Linear(NamedTuple):
 
     topology: Any
     gain: float  # [1/s]
-    places: Any  # d, (n, 2) [m]
+    places: Any  # d_i, (n, d) [m]
     period: float  # [s]
     links: Links
     place: float  # [m] how far a run may end from its limit
@@ -95,7 +95,7 @@ class Linear(NamedTuple):
         return round_of(steps, self.turn)
 
     def track(self, start, time):
-        """Return the exact solution, (m, n, 2) [m], at ``time`` (m,) [s]; None where chance has a say."""
+        """Return the exact solution, (m, n, d) [m], at ``time`` (m,) [s]; None where chance has a say."""
         if not self.certain:
             return None
         both, share = self.links.carries == "difference", self.gain * self.period
@@ -106,7 +106,7 @@ class Linear(NamedTuple):
 
 
 def linear_claims(law, start):
-    """Return what theory says of a run of the ``Linear`` law from ``start`` (n, 2); None for nothing.
+    """Return what theory says of a run of the ``Linear`` law from ``start`` (n, d); None for nothing.
 
     With delays and turns that are known: stability and limit, from the eigenvalues of a round, and the
     rate of the exact solution.

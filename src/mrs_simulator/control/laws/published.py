@@ -230,7 +230,7 @@ class FaultyEdges:
         self.loss = links.loss.matrix(n)
 
     def begin(self, start):
-        """Begin with robots at ``start`` (n, 2) [m], where all know them to be."""
+        """Begin with robots at ``start`` (n, d) [m], where all know them to be."""
         n = len(start)
         self.past, self.command = [start] * (int(self.age.max(initial=0)) + 1), 0
         self.draws = np.random.default_rng([self.seed, 1])
@@ -239,7 +239,7 @@ class FaultyEdges:
         self.seen = np.repeat(start[:, np.newaxis], n, axis=1)
 
     def views(self, points):
-        """Return what each robot takes for all points, (n, n, 2) [m], and the edges up or None."""
+        """Return what each robot takes for all points, (n, n, d) [m], and the edges up or None."""
         n, row = len(points), np.arange(len(points))
         self.past = [points] + self.past[:-1]
         arrived, past = self._arrived(n), np.array(self.past)

@@ -3,7 +3,18 @@
 import ast
 
 # Each room may import those before it, and no other.
-ROOMS = ("core", "vehicles", "sensors", "world", "control", "study", "ros", "nodes", "rqt_plugin")
+ROOMS = (
+    "core",
+    "vehicles",
+    "pictures",
+    "sensors",
+    "world",
+    "control",
+    "study",
+    "ros",
+    "nodes",
+    "rqt_plugin",
+)
 
 
 def imported(path):

@@ -24,6 +24,9 @@ MESSAGES = {"geometry_msgs", "nav_msgs", "std_msgs", "std_srvs"}
 QT = {"python_qt_binding", "PyQt5"}
 # Neighbours in that order that know nothing of each other.
 APART = {
+    ("sensors", "pictures"),
+    ("world", "pictures"),
+    ("control", "pictures"),
     ("world", "control"),
     ("control", "world"),
     ("nodes", "rqt_plugin"),
@@ -36,6 +39,7 @@ FORBIDDEN = {
     "core": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "vehicles": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "sensors": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
+    "pictures": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "world": ROS | MESSAGES | QT | {"matplotlib"},
     "control": ROS | QT | {"pybullet", "matplotlib"},
     "study": (ROS - {"rosbag", "rospkg"}) | MESSAGES | QT | {"pybullet"},

@@ -344,11 +344,6 @@ def read_collision(message):
     return RunCollision(stamp, message.first, message.second, *place)
 
 
-def look_message(**values):
-    """Return the ``Camera`` message with the fields ``values``: x, y, distance, yaw and so on."""
-    return Camera(**values)
-
-
 def read_look(message):
     """Return the ``Look`` in a ``Camera``."""
     return Look(

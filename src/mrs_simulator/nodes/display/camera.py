@@ -1,4 +1,4 @@
-"""The camera node: images of the stage from pybullet's software renderer.
+"""The camera node: images of the stage, in space.
 
 A process of its own, so that rendering slows neither the stage nor the control.
 """
@@ -11,16 +11,19 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from mrs_simulator.core.scenario import scenario_from_yaml
+from mrs_simulator.pictures.camera import Camera as Pinhole
+from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.ros.arguments import parse
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
 from mrs_simulator.ros.node_parameters import PICTURES
 from mrs_simulator.ros.parameters import read
+from mrs_simulator.study.figures import robot_colours
+from mrs_simulator.study.paint import pixels
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles.portable import told_team
-from mrs_simulator.world.view import PITCH, YAW, View
 
-LARGEST = 1280  # [px] of a picture's side
+LARGEST, SIZE = 1280, (640, 480)  # [px] of a picture's side, and where nobody asks for another
 NAP = 0.02  # [s] of wall time
 
 
@@ -31,7 +34,7 @@ class CameraNode:
         self._period = 1.0 / read(PICTURES)
         self._newest, self._wanted = None, None
         self._told = None  # the ``Team`` and the obstacles
-        self._view, self._shown = None, None
+        self._aimed, self._framed = None, None  # the camera, and what team it was framed for
         self._publisher = rospy.Publisher("~image", Image, queue_size=1)
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._on_state, queue_size=1),
@@ -67,36 +70,39 @@ class CameraNode:
                 self._publisher.publish(self._picture(seen, state.header, told))
                 # At most half of a core, however slow the renderer is here.
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)
-        if self._view is not None:
-            self._view.close()
 
     def _picture(self, seen, header, told):
-        poses = seen.pose
-        if told is not self._shown:
-            if self._view is not None:
-                self._view.close()
-            team, obstacles = told
-            self._view, self._shown = View(team, poses, obstacles), told
-        self._view.show(poses, seen.spatial)
-        look = self._wanted
-        width, height = 640, 480
+        team, obstacles = told
+        scene = Scene(
+            kinds=team.kinds,
+            numbers=tuple(range(1, team.n + 1)),
+            pose=seen.pose,
+            shades=robot_colours(range(1, team.n + 1))[:, :3],
+            spatial=seen.spatial,
+            obstacles=obstacles,
+        )
+        look, width, height = self._wanted, *SIZE
         if look is not None:
             width, height = np.clip(look.size, 64, LARGEST).tolist()
-            self._aim(look, poses)
-        pixels = self._view.picture(width, height)
+        if told is not self._framed:
+            self._aimed, self._framed = framed(scene, Pinhole(), width, height), told
+        camera = self._aimed if look is None else _aimed(look, scene.place, self._aimed)
         image = Image(height=height, width=width, encoding="rgb8", step=3 * width)
         image.header = header
-        image.data = pixels.tobytes()
+        image.data = pixels(drawn(scene, camera, width, height)).tobytes()
         return image
 
-    def _aim(self, look, poses):
-        numbers = (*look.target, look.distance, look.yaw, look.pitch)
-        if not np.isfinite(numbers).all() or look.distance <= 0.0:
-            return
-        target = look.target
-        if 1 <= look.follow <= len(poses):
-            target = poses[look.follow - 1, :2]
-        self._view.look_at(target, look.distance, look.yaw or YAW, look.pitch or PITCH)
+
+def _aimed(look, places, camera):
+    """Return the ``camera`` as ``look`` wants it; as it is where that is no place to look from."""
+    numbers = (*look.target, look.distance, look.yaw, look.pitch)
+    if not np.isfinite(numbers).all() or look.distance <= 0.0:
+        return camera
+    target = (*look.target, 0.0)
+    if 1 <= look.follow <= len(places):
+        target = places[look.follow - 1]
+    wanted = Pinhole(yaw=look.yaw, pitch=look.pitch or camera.pitch).turned(0.0, 0.0)
+    return wanted._replace(distance=look.distance).zoomed(1.0).at(target)
 
 
 def main():

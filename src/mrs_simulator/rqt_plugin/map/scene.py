@@ -9,9 +9,11 @@ from python_qt_binding.QtCore import QEvent, QSize, QTimer
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
 from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.frame import Frame
+from mrs_simulator.rqt_plugin.map.look import Look
 from mrs_simulator.rqt_plugin.map.marks import FLASH
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.trails import Trails
@@ -44,10 +46,53 @@ class MapScene(QWidget):
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
         self._untouched = True  # the view is still the one that fit() chose
         self._kinds = ()
+        self.revision = 0  # of what is shown: it grows with each change
         self._begin_team((), np.empty((0, 3)))
         self._timer = QTimer(self, interval=FLASH_PERIOD)
         self._timer.timeout.connect(self._fade)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
+
+    def update(self, *args):
+        """Paint anew, and count the change."""
+        self.revision += 1
+        super().update(*args)
+
+    def in_space(self):
+        """Return what is shown as a ``Scene`` of three dimensions."""
+        look = Look.of(self, max(self._numbers, default=1))
+        shades = np.array([look.shade(number).getRgbF()[:3] for number in self._numbers])
+        on = self._shown
+        trails = [
+            self._trail_in_space(row) if on["trails"] and number not in self._hidden_trails else ()
+            for row, number in enumerate(self._numbers)
+        ]
+        rows = {number: row for row, number in enumerate(self._numbers)}
+        edges = [(rows[i], rows[j]) for i, j, _ in self._edges.list if i in rows and j in rows]
+        return Scene(
+            kinds=tuple(self._shapes.distinct[which] for which in self._shapes.which.tolist()),
+            numbers=self._numbers,
+            pose=self._pose,
+            shades=shades.reshape(-1, 3),
+            trails=tuple(np.asarray(trail, dtype=float).reshape(-1, 3) for trail in trails),
+            targets=self._targets_in_space() if on["targets"] else None,
+            edges=edges if on["edges"] else (),
+            obstacles=self._obstacles,
+            numbered=on["numbers"],
+        )
+
+    def _trail_in_space(self, row):
+        """Return one robot's trail (m, 3) [m] up to where it is now."""
+        path = self._trails.path(row)
+        if not len(path) or self._begin_anew:  # robots may have been put elsewhere
+            return ()
+        path = np.concatenate([path, self._pose[row : row + 1, :2]])
+        return np.column_stack([path, np.zeros(len(path))])
+
+    def _targets_in_space(self):
+        """Return the targets (n, 3) [m]; None where there are none."""
+        if self._targets is None or len(self._targets) != len(self._numbers):
+            return None
+        return np.column_stack([self._targets, np.zeros(len(self._targets))])
 
     # What is shown -------------------------------------------------------------------------------
 

@@ -8,18 +8,15 @@ import numpy as np
 import rosgraph
 import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
-from sensor_msgs.msg import Image
 from std_msgs.msg import Bool, String
 
 from mrs_simulator.core.controller_log import Interruptions
 from mrs_simulator.ros.messages import (
-    Camera,
     Collision,
     ControlStatus,
     StageStatus,
     TeamState,
     is_commanded,
-    look_message,
     read_collision,
     read_control_status,
     read_stage_status,
@@ -69,8 +66,7 @@ class RosConnection:
         self.set_emergency = self._emergency.set
         self._ended, self.master_online = threading.Event(), False
         self.registered = frozenset()  # of the names in KEPT: those that somebody publishes
-        self._subscribers, self._camera = {}, None  # made once there is a master
-        self._wanted_look, self._watching, self._pictures = None, False, None
+        self._subscribers = {}  # made once there is a master
         # It alone joins topics and leaves them: without a master rospy would wait for one, and so
         # would the GUI.
         self._looking = threading.Thread(target=self._look, daemon=True)
@@ -189,16 +185,6 @@ class RosConnection:
             MASTER, "restored_time", lambda: service_calls.restore_simulated_time(before)
         )
 
-    def look(self, **values):
-        """Tell the camera where to look from: the fields of ``Camera``."""
-        self._wanted_look = look_message(**values)
-        if self._camera is not None:
-            self._camera.publish(self._wanted_look)
-
-    def watch(self, on):
-        """Listen to the camera's pictures, kept as ``image``, or no longer."""
-        self._watching = on
-
     # The master ----------------------------------------------------------------------------------
 
     def _look(self):
@@ -216,9 +202,6 @@ class RosConnection:
 
     def _join(self):
         self._emergency.advertise()
-        self._camera = rospy.Publisher("camera/look", Camera, queue_size=1, latch=True)
-        if self._wanted_look is not None:
-            self._camera.publish(self._wanted_look)
         subscribers = {
             "state": rospy.Subscriber(
                 "stage/state", TeamState, self._on_state, queue_size=AT_ONCE, tcp_nodelay=True
@@ -238,7 +221,6 @@ class RosConnection:
         self.registered = frozenset(
             name for name, _, _ in KEPT if published.get(self._subscribers[name].resolved_name)
         )
-        self._follow_camera()
         if not self.is_fresh("state"):
             state, control = (self._subscribers[n].resolved_name for n in ("state", "control"))
             kinds = dict(master.getTopicTypes())
@@ -250,22 +232,11 @@ class RosConnection:
         """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
         known = {Registration.PUB: published, Registration.SUB: subscribed}
         topics = [*self._subscribers.values(), *self._robots.subscribers()]
-        topics += [self._camera, self._emergency.publisher]
-        topics += [self._pictures] if self._pictures else []
-        for topic in topics:
+        for topic in (*topics, self._emergency.publisher):
             if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
                 get_registration_listeners().notify_added(
                     topic.resolved_name, topic.type, topic.reg_type
                 )
-
-    def _follow_camera(self):
-        if self._watching and self._pictures is None:
-            self._pictures = rospy.Subscriber(
-                "camera/image", Image, self._keep, "image", queue_size=1
-            )
-        elif not self._watching and self._pictures is not None:
-            self._pictures.unregister()
-            self._pictures = None
 
     def close(self):
         """Let what was asked for be done and withdraw from everything, within ``END_LIMIT``.
@@ -281,9 +252,8 @@ class RosConnection:
         for subscriber in self._subscribers.values():
             subscriber.unregister()
         self._robots.forget()
-        for topic in (self._pictures, self._camera, self._emergency.publisher):
-            if topic is not None:
-                topic.unregister()
+        if self._emergency.publisher is not None:
+            self._emergency.publisher.unregister()
 
 
 def _from_state(message, fresh, silent=()):

@@ -97,14 +97,6 @@ class StudyRun:
             self.missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)
         return self.missed.text()
 
-    def show_camera(self, on):
-        """Start or end the camera's pictures."""
-        self.connection.watch(on)
-        if on:
-            self.processes.start("camera", "camera")
-        else:
-            self.processes.stop("camera")
-
     def ended_processes(self):
         """Return messages on the programs that ended by themselves."""
         ended = self.processes.take_ended()

@@ -140,7 +140,6 @@ class StudyState:
             "step": self._no_stage("step") or ("" if paused else "pause the simulation first"),
             "reset": self._no_stage("reset"),
             "speed": self._no_stage("speed up") if self.real_alone() else "",
-            "view": self._no_stage("show in 3D"),
             "end": "" if self.processes.is_running("stage") else "none was started here",
             "preflight": self._no_check(),
             "control": self.no_start(),

@@ -1,145 +1,107 @@
-"""The 3D view: pictures of the stage, with a camera to orbit and to follow a robot."""
+"""The 3D view: what the map shows, seen by a camera that orbits, pans, zooms and follows a robot."""
 
-from python_qt_binding.QtCore import QRect, Qt, Signal
-from python_qt_binding.QtGui import QImage, QPainter
-from python_qt_binding.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+import time
 
+from python_qt_binding.QtCore import Qt, QTimer
+from python_qt_binding.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from mrs_simulator.rqt_plugin.view.canvas import Canvas
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-TURN = 0.4  # [deg] of the camera for a pixel of the mouse
-ZOOM = 1.15  # [-] for a notch of the wheel
-TIP = "Render the stage in a process of its own; drag to orbit, wheel to zoom"
-OFF = "Off: it costs up to half of a core"
-AWAITED = "Waiting for the first picture"
-NEAREST, FARTHEST = 1.0, 300.0  # [m]
+PERIOD = 33  # [ms] between pictures, while the view is to be seen
+MOST_PAINTING = 0.35  # of the time that painting may take; beyond, it is done less often
+HINT = "Drag to orbit, right button to pan, wheel to zoom"
 
 
 class ViewPanel(QWidget):
-    """Shows pictures; tells where the camera is wanted.  Off until it is switched on."""
+    """Shows what ``source()`` returns, a ``Scene``, whenever ``revision()`` has changed."""
 
-    switched = Signal(bool)
-    look_changed = Signal()
-
-    def __init__(self, parent=None):
+    def __init__(self, source, revision, parent=None):
         super().__init__(parent)
-        self.yaw, self.pitch, self.distance = 0.0, -45.0, 20.0
-        self.x, self.y = 0.0, 0.0
-        layout = QVBoxLayout(self)
-        row = QHBoxLayout()
-        self._on = QCheckBox("3D view")
-        self._on.setToolTip(TIP)
-        self._on.toggled.connect(self._on_switched)
-        self._follow = QComboBox()
+        self._source, self._revision, self._shown = source, revision, None
+        self._next = 0.0  # [s] of wall time
+        self.canvas, self._follow, self._numbers = Canvas(), QComboBox(), None
         self._follow.setToolTip("Keep a robot in the middle")
-        self._follow.activated.connect(guarded(lambda *_: self.look_changed.emit()))
-        row.addWidget(self._on)
-        row.addStretch(1)
+        self._follow.setSizeAdjustPolicy(QComboBox.AdjustToContents)
+        self._follow.activated.connect(self._on_follow)
+        fit = QToolButton()
+        fit.setText("Fit")
+        fit.setToolTip("Bring the whole team into view (F)")
+        fit.clicked.connect(self._on_fit)
+        hint = QLabel(HINT)
+        hint.setEnabled(False)
+        hint.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)  # cut off rather than wide
+        row = QHBoxLayout()
+        row.addWidget(hint, 1)
         row.addWidget(self._follow)
+        row.addWidget(fit)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(row)
-        self.picture = Picture(self)
-        layout.addWidget(self.picture, 1)
-        self.set_team((), None)
+        layout.addWidget(self.canvas, 1)
+        self._timer = QTimer(self, interval=PERIOD)
+        self._timer.timeout.connect(self.refresh)
 
-    def set_team(self, numbers, points):
-        """Offer the robots ``numbers`` to follow; frame their ``points`` (n, 2) [m]."""
-        chosen = self.follow()
+    @guarded
+    def showEvent(self, event):
+        """Begin to look for changes: nothing is drawn while the view is not to be seen."""
+        super().showEvent(event)
+        self._timer.start()
+        self.refresh()
+
+    @guarded
+    def hideEvent(self, event):
+        """Look for changes no longer."""
+        super().hideEvent(event)
+        self._timer.stop()
+
+    @guarded
+    def refresh(self, *_):
+        """Show what is new, if anything is."""
+        now, revision = time.monotonic(), self._revision()
+        if revision == self._shown or now < self._next:
+            return
+        self._shown = revision
+        scene = self._source()
+        self._offer(scene.numbers)
+        self.canvas.show_scene(scene)
+        self._next = now + self.canvas.cost * (1.0 / MOST_PAINTING - 1.0)
+
+    def _offer(self, numbers):
+        """Offer the robots ``numbers`` to follow."""
+        if numbers == self._numbers:
+            return
+        self._numbers, chosen = numbers, self._follow.currentData()
         self._follow.clear()
         self._follow.addItem("whole team", 0)
         for number in numbers:
-            self._follow.addItem("follow robot {}".format(number), int(number))
+            self._follow.addItem("follow robot {}".format(number), number)
         self._follow.setCurrentIndex(max(0, self._follow.findData(chosen)))
-        if points is not None and len(points):
-            low, high = points.min(axis=0), points.max(axis=0)
-            self.x, self.y = (float(value) for value in 0.5 * (low + high))
-            self.distance = 3.0 + 1.2 * float((high - low).max())
-
-    def set_possible(self, possible, remark=""):
-        """Let the view be switched on or not; ``remark``: why not, in the tooltip."""
-        self._on.setEnabled(possible or self._on.isChecked())
-        self._on.setToolTip(TIP if possible else "{}\nNot now: {}".format(TIP, remark))
-
-    def is_on(self):
-        """Return whether the view is switched on."""
-        return self._on.isChecked()
-
-    def follow(self):
-        """Return the number of the robot to follow, 0 for none."""
-        return self._follow.currentData() or 0
-
-    def show_image(self, width, height, data):
-        """Show a picture of ``width`` by ``height`` pixels, 3 bytes each; none while switched off."""
-        if not self._on.isChecked():
-            return
-        # The copy outlives the message that the bytes belong to.
-        self.picture.image = QImage(data, width, height, 3 * width, QImage.Format_RGB888).copy()
-        self.picture.update()
+        self.canvas.follow(self._follow.currentData())
+        self.canvas.fit()
 
     @guarded
-    def _on_switched(self, on):
-        if not on:
-            self.picture.image = None
-        self.picture.update()
-        self.switched.emit(on)
-
-    def turn(self, right, down):
-        """Orbit the camera by a drag of so many pixels."""
-        self.yaw = (self.yaw - TURN * right + 180.0) % 360.0 - 180.0
-        self.pitch = min(-5.0, max(-89.0, self.pitch - TURN * down))
-        self.look_changed.emit()
-
-    def zoom(self, notches):
-        """Go nearer by so many notches of the wheel."""
-        self.distance = min(FARTHEST, max(NEAREST, self.distance * ZOOM**-notches))
-        self.look_changed.emit()
-
-
-class Picture(QWidget):
-    """The picture itself, and the mouse on it."""
-
-    def __init__(self, panel):
-        super().__init__(panel)
-        self._panel, self._last, self.image = panel, None, None
-        self.setMinimumSize(160, 100)
+    def _on_follow(self, *_):
+        self.canvas.follow(self._follow.currentData())
 
     @guarded
-    def paintEvent(self, _):
-        """Paint the picture in the middle, or say that there is none."""
-        painter = QPainter(self)
-        try:
-            self._paint(painter)
-        finally:
-            painter.end()  # even if the traceback of an error holds it for a while
-
-    def _paint(self, painter):
-        if self.image is None:
-            painter.drawText(self.rect(), Qt.AlignCenter, AWAITED if self._panel.is_on() else OFF)
-            return
-        size = self.image.size().scaled(self.size(), Qt.KeepAspectRatio)
-        place = QRect(0, 0, size.width(), size.height())
-        place.moveCenter(self.rect().center())
-        painter.setRenderHint(QPainter.SmoothPixmapTransform)
-        painter.drawImage(place, self.image)
+    def _on_fit(self, *_):
+        self._follow.setCurrentIndex(0)
+        self.canvas.follow(0)
+        self.canvas.fit()
 
     @guarded
-    def mousePressEvent(self, event):
-        """Begin to orbit."""
-        self._last = event.pos()
-
-    @guarded
-    def mouseMoveEvent(self, event):
-        """Orbit."""
-        if self._last is not None:
-            moved = event.pos() - self._last
-            self._last = event.pos()
-            self._panel.turn(moved.x(), moved.y())
-
-    @guarded
-    def mouseReleaseEvent(self, _):
-        """End the orbit."""
-        self._last = None
-
-    @guarded
-    def wheelEvent(self, event):
-        """Zoom."""
-        self._panel.zoom(event.angleDelta().y() / 120.0)
-        event.accept()
+    def keyPressEvent(self, event):
+        """Fit by F."""
+        if event.key() == Qt.Key_F and not event.modifiers():
+            self._on_fit()
+        else:
+            super().keyPressEvent(event)

@@ -4,25 +4,22 @@ import time
 
 from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
-from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.law_answers import Prediction
 
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
 
 
 class LiveRun:
-    """Takes what came in through the connection to map, curves, 3D view and history."""
+    """Takes what came in through the connection to map, curves and history."""
 
     def __init__(self, panels, study, history, pending_team, pending_graph):
         self._panels, self._study, self._history = panels, study, history
         self._connection = study.connection
         self._team, self._graph = pending_team, pending_graph
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
-        self._last_control, self._last_image = None, None
+        self._last_control = None
         self._told_trouble = ""  # by the controller
         self._predicted_from = None  # [s], the beginning of the run that theory was asked about
-        panels.view.switched.connect(self._on_view)
-        panels.view.look_changed.connect(self._on_look)
 
     def put_away(self):
         """Put away what is shown of a run: the team beside it is another one now."""
@@ -35,7 +32,7 @@ class LiveRun:
     # Robots --------------------------------------------------------------------------------------
 
     def show_frame(self):
-        """Show the newest poses, collisions and picture."""
+        """Show the newest poses and collisions."""
         snapshot, now = self._connection.snapshot(), time.monotonic()
         rested = now - self._last_frame[0] >= self._panels.map.cost / MOST_PAINTING
         # Robots placed by hand are not where the stage has them until it has taken them over.
@@ -46,10 +43,6 @@ class LiveRun:
         for collision in self._connection.take_collisions():
             self._history.collisions.append(collision)
             self._panels.map.flash_collision(collision.x, collision.y)
-        image, view = self._connection.newest("image"), self._panels.view
-        if image is not self._last_image and view.isVisible():
-            self._last_image = image
-            view.show_image(image.width, image.height, image.data)
 
     def take_samples(self):
         """Add the newest samples to the history; a new run begins it anew."""
@@ -116,24 +109,3 @@ class LiveRun:
             # Of the emergency stop there is a bar of its own.
             self._panels.say(text if control.trouble == EMERGENCY else Trouble(text))
         self._told_trouble = control.trouble
-
-    # 3D view -------------------------------------------------------------------------------------
-
-    @guarded
-    def _on_view(self, on):
-        self._study.show_camera(on)
-        self._on_look()
-
-    @guarded
-    def _on_look(self):
-        view, picture = self._panels.view, self._panels.view.picture
-        self._connection.look(
-            x=view.x,
-            y=view.y,
-            distance=view.distance,
-            yaw=view.yaw,
-            pitch=view.pitch,
-            follow=view.follow(),
-            width=max(64, picture.width()),
-            height=max(64, picture.height()),
-        )

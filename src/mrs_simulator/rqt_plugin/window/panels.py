@@ -92,7 +92,8 @@ class StudyPanels(QWidget):
         return panel
 
     def _build_results(self):
-        self.curves, self.view = CurvesPanel(), ViewPanel()
+        self.curves = CurvesPanel()
+        self.view = ViewPanel(self.map.in_space, lambda: self.map.revision)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)

@@ -45,16 +45,11 @@ class ScenarioEditing:
         self._panels.team.set_team(scenario.poses, scenario.kinds, scenario.altitude)
         self._panels.map.show_team(scenario.poses, scenario.altitude)
         self._show_kinds()
-        self._show_robots_to_follow()
 
     def _show_kinds(self):
         team = self._study.edited.team()
         self._panels.map.show_kinds(team.kinds)
         self._panels.curves.set_axes(team.axes, team.is_spatial)
-
-    def _show_robots_to_follow(self):
-        scenario = self._study.scenario
-        self._panels.view.set_team(range(1, scenario.n + 1), scenario.poses[:, :2])
 
     def _show_protocol(self):
         """Show the protocol in force, its parameters and its graph."""
@@ -110,7 +105,6 @@ class ScenarioEditing:
             return
         self._team.changed()
         self._live.put_away()
-        self._show_robots_to_follow()
         self._show_derived()
 
     # Protocol and graph --------------------------------------------------------------------------

@@ -46,7 +46,6 @@ class Status:
             actions["save"] = True, ""
         if self._trial.is_under_way:
             actions = dict.fromkeys(actions, (False, "a protocol is being tried"))
-        panels.view.set_possible(*actions.pop("view"))
         for name, (possible, remark) in actions.items():
             panels.bar.set_enabled(name, possible, remark)
         why, alone = state.team_locked(), state.real_alone()

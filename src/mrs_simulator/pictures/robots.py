@@ -1,0 +1,219 @@
+"""Robots and obstacles of a picture: faces, shadows, marks and numbers."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.pictures.camera import NEAR
+from mrs_simulator.pictures.drawing import Polygons, ranges, taken, with_opacity
+from mrs_simulator.pictures.solids import kind_model, obstacle_models
+
+AMBIENT = 0.52  # [-] of light that comes from everywhere
+DARKEST = 0.1  # [-] brightness of what is black: its faces do not look alike
+RIM = 0.7  # [-] brightness of edges beside that of their faces
+LEAST_SEEN = 3.0  # [px] of a robot's reach, below which its mark alone is painted
+COARSE = 22.0  # [px] below which its small parts are left out
+MARK = 5.0  # [px] radius of the mark under a robot that is hard to see
+CORNERS = 12  # [-] of round marks and shadows
+LARGER = 1.06  # [-] shadows beside outlines
+MOST_NUMBERS = 200  # [-] of robots in view that are numbered
+ABOVE = 11.0  # [px] from a robot's top to the middle of its number
+
+
+class Robots(NamedTuple):
+    """n robots as the camera has them."""
+
+    kinds: Any  # ``Kind``s, (n,)
+    place: Any  # (n, 3) [m]
+    theta: Any  # (n,) [rad]
+    turn: Any  # (n, 3, 3), robots' frames into the common frame
+    shades: Any  # (n, 3) their own colours
+    away: Any  # (n,) [m] from the eye
+    screen: Any  # (n, 2) [px]
+    size: Any  # (n,) [px] of their reach
+    inside: Any  # (n,) bool: in the picture
+
+    def rows_of_kinds(self, chosen):
+        """Yield each kind with the rows of its robots that are ``chosen`` (n,), where there are any."""
+        names = np.array([kind.name for kind in self.kinds])
+        for kind in {each.name: each for each in self.kinds}.values():
+            rows = np.flatnonzero(chosen & (names == kind.name))
+            if len(rows):
+                yield kind, rows
+
+
+class _Faces(NamedTuple):
+    """f polygons of things of known distance."""
+
+    points: Any  # (v, 2) [px]
+    counts: Any  # (f,)
+    colours: Any  # (f, 4)
+    rims: Any  # (f, 4)
+    away: Any  # (f,) [m] of the thing from the eye
+
+
+def seen_robots(view, kinds, pose, place, turn, shades):
+    """Return the ``Robots``; those whose ``pose`` or ``place`` is not finite are not in the picture."""
+    seen = view.seen(place)
+    reach = np.array([kind_model(kind).reach for kind in kinds])
+    known = np.isfinite(pose).all(axis=1) & np.isfinite(place).all(axis=1)
+    ahead = known & (seen[:, 2] > NEAR + reach)
+    screen = view.screen(np.where(ahead[:, np.newaxis], seen, (0.0, 0.0, 1.0)))
+    size = view.scale * reach / np.where(ahead, seen[:, 2], 1.0)
+    room = size[:, np.newaxis]
+    inside = ((screen >= -room) & (screen <= (view.width, view.height) + room)).all(axis=1)
+    away = np.linalg.norm(place - view.eye, axis=1)
+    return Robots(
+        tuple(kinds),
+        place,
+        pose[:, 2],
+        turn,
+        np.asarray(shades),
+        away,
+        screen,
+        size,
+        ahead & inside,
+    )
+
+
+def about_z(theta):
+    """Return the rotation matrices (n, 3, 3) of turns by ``theta`` (n,) [rad] about the vertical."""
+    cos, sin = cos_sin(np.asarray(theta, dtype=float))
+    zero, one = np.zeros(len(cos)), np.ones(len(cos))
+    rows = (cos, -sin, zero), (sin, cos, zero), (zero, zero, one)
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def rotations(orientation):
+    """Return the rotation matrices (n, 3, 3) of unit quaternions (n, 4)."""
+    x, y, z, w = np.asarray(orientation, dtype=float).T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def shadows(view, robots):
+    """Return the ground that the robots stand on or are above, as seen from straight above."""
+    points, counts = [], []
+    level = about_z(robots.theta)
+    for kind, rows in robots.rows_of_kinds(robots.inside):
+        rim = _rim(kind.body)
+        ground = np.einsum("vd,med->mve", rim, level[rows])
+        ground += robots.place[rows, np.newaxis] * (1.0, 1.0, 0.0)
+        seen = view.seen(ground)
+        seen = seen[(seen[..., 2] > NEAR).all(axis=1)]
+        points.append(view.screen(seen).reshape(-1, 2))
+        counts += [len(rim)] * len(seen)
+    if not counts:
+        return None
+    colours = np.tile((0.0, 0.0, 0.0, view.look.shadow), (len(counts), 1))
+    return Polygons(np.concatenate(points), np.array(counts), colours, np.zeros_like(colours))
+
+
+def _rim(body):
+    """Return the outline (k, 3) [m] of a ``Body``, a little larger, on the ground."""
+    if body.round:
+        rim = body.front * _circle()
+    else:
+        side = 0.5 * body.width
+        rim = np.array(
+            [(body.front, side), (-body.rear, side), (-body.rear, -side), (body.front, -side)]
+        )
+    return np.column_stack([LARGER * rim, np.zeros(len(rim))])
+
+
+def _circle():
+    turn = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
+    return np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+def marks(robots):
+    """Return discs in the colours of robots that are too small to be seen; None where none is."""
+    rows = np.flatnonzero(robots.inside & (robots.size < MARK))
+    if not len(rows):
+        return None
+    points = (robots.screen[rows][:, np.newaxis] + MARK * _circle()).reshape(-1, 2)
+    colours = with_opacity(robots.shades[rows], 0.9)
+    return Polygons(points, np.full(len(rows), CORNERS), colours, colours)
+
+
+def numbers(view, robots, names):
+    """Return the robots' ``names`` above them; None where there are none, or too many, in view."""
+    rows = np.flatnonzero(robots.inside)
+    if not 0 < len(rows) <= MOST_NUMBERS:
+        return None
+    top = robots.place[rows].copy()
+    top[:, 2] += [robots.kinds[row].body.height for row in rows]
+    places = view.screen(view.seen(top)) - (0.0, ABOVE)
+    return view.texts(places, tuple(str(names[row]) for row in rows))
+
+
+def things(view, robots, obstacles):
+    """Return the faces of robots and obstacles that look at the eye, the farthest thing's first."""
+    large = robots.inside & (robots.size >= COARSE)
+    small = robots.inside & (robots.size >= LEAST_SEEN) & ~large
+    found = []
+    for coarse, chosen in ((False, large), (True, small)):
+        for kind, rows in robots.rows_of_kinds(chosen):
+            where = robots.place[rows], robots.turn[rows], robots.shades[rows], robots.away[rows]
+            found.append(_faces(view, kind_model(kind, coarse), *where, not coarse))
+            found.append(_noses(view, kind, *where))
+    for obstacle in obstacles:
+        found += _tiles(view, obstacle)
+    found = [each for each in found if len(each.counts)]
+    if not found:
+        return None
+    points, counts, colours, rims, away = (np.concatenate(each) for each in zip(*found))
+    order = np.argsort(-away, kind="stable")
+    return Polygons(taken(points, counts, order), counts[order], colours[order], rims[order])
+
+
+def _tiles(view, obstacle):
+    shade = np.array([view.look.obstacle])
+    for model, (x, y, yaw) in obstacle_models(obstacle, (*view.look.obstacle, 1.0)):
+        place = np.array([(x, y, 0.0)])
+        if view.seen(place)[0, 2] > NEAR + model.reach:
+            away = np.linalg.norm(place - view.eye, axis=1)
+            yield _faces(view, model, place, about_z([yaw]), shade, away)
+
+
+def _faces(view, model, place, turn, shades, away, rimmed=True):
+    """Return the faces of m things of one ``model`` that look at the eye, as ``_Faces``."""
+    world = place[:, np.newaxis] + np.einsum("vd,med->mve", model.vertices, turn)
+    screen = view.screen(view.seen(world))
+    eye = np.einsum("mdi,md->mi", turn, view.eye - place)
+    facing = eye @ model.normals.T > model.offsets
+    last = model.pairs.ranks(eye, screen, model.begins)[:, model.part]
+    order = np.argsort(np.where(facing, last, np.inf), axis=1, kind="stable")
+    things, places = np.nonzero(np.take_along_axis(facing, order, axis=1))
+    faces = order[things, places]
+    counts = model.counts[faces]
+    begins = np.cumsum(model.counts) - model.counts
+    corners = model.corners[ranges(begins[faces], counts)]
+    points = screen[np.repeat(things, counts), corners]
+    own = model.own[faces][:, np.newaxis]
+    colours = own * shades[things] + (1.0 - own) * model.colours[faces]
+    lit = np.einsum("mdi,d->mi", turn, view.light) @ model.normals.T
+    bright = (AMBIENT + (1.0 - AMBIENT) * np.maximum(lit, 0.0))[things, faces]
+    colours = (DARKEST + (1.0 - DARKEST) * colours) * bright[:, np.newaxis]
+    # Seams between faces of one colour are painted over; edges of the thing are drawn.
+    rims = colours * np.where(model.crisp[faces], RIM, 1.0)[:, np.newaxis]
+    opaque = with_opacity(colours, 1.0), with_opacity(rims, 1.0 if rimmed else 0.0)
+    return _Faces(points, counts, *opaque, away[things])
+
+
+def _noses(view, kind, place, turn, shades, away):
+    """Return the arrow on top of each robot that says where it is heading."""
+    nose = kind_model(kind).nose
+    world = place[:, np.newaxis] + np.einsum("vd,med->mve", nose, turn)
+    above = np.einsum("md,md->m", turn[:, :, 2], view.eye - world[:, 0]) > 0.0
+    points = view.screen(view.seen(world[above])).reshape(-1, 2)
+    dark = shades[above].sum(axis=1) < 1.5
+    colours = with_opacity(
+        np.where(dark[:, np.newaxis], (0.95, 0.95, 0.95), (0.12, 0.12, 0.12)), 0.9
+    )
+    return _Faces(points, np.full(int(above.sum()), len(nose)), colours, colours, away[above])

@@ -1,0 +1,151 @@
+"""A team in three dimensions as a drawing: ground, trails, targets, edges, obstacles and robots."""
+
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.pictures import ground, robots
+from mrs_simulator.pictures.camera import NEAR
+from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
+from mrs_simulator.pictures.look import LIGHT
+from mrs_simulator.pictures.solids import kind_model, obstacle_models
+from mrs_simulator.pictures.view import View
+
+ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
+TRAIL, EDGE, CROSS = 1.6, 1.2, 2.0  # [px] widths of lines
+ARM = 5.0  # [px] half of a target's cross
+SPACING = 3.0  # [px] between points of a trail
+FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
+
+
+class Scene(NamedTuple):
+    """What is to be seen of n robots at one time."""
+
+    kinds: Tuple[Any, ...]  # a ``Kind`` each
+    numbers: Tuple[int, ...]
+    pose: Any  # (n, 3) [m, m, rad]
+    shades: Any  # (n, 3) the robots' colours, red, green, blue in 0..1
+    spatial: Any = None  # a ``Spatial`` where robots leave the ground
+    trails: Tuple[Any, ...] = ()  # (k, 3) [m] each, one for each robot
+    targets: Any = None  # (n, 3) [m]
+    edges: Any = ()  # pairs of rows of robots
+    obstacles: Tuple[Any, ...] = ()
+    numbered: bool = True
+
+    @property
+    def place(self):
+        """Return where the robots stand or fly, (n, 3) [m]."""
+        z = np.zeros(len(self.pose)) if self.spatial is None else self.spatial.z
+        return np.column_stack([self.pose[:, :2], z])
+
+    @property
+    def turn(self):
+        """Return the robots' rotation matrices (n, 3, 3), from their frames into the common frame."""
+        if self.spatial is None:
+            return robots.about_z(self.pose[:, 2])
+        return robots.rotations(self.spatial.orientation)
+
+    @property
+    def on_water(self):
+        """Return whether all robots that are not in the air are on water, and there are such."""
+        return {kind.module.MEDIUM for kind in set(self.kinds)} - {"air"} == {"water"}
+
+
+def framed(scene, camera, width, height):
+    """Return ``camera``, looking as it does, with robots, obstacles, trails and targets in view."""
+    points = [_room_of_robots(scene), *(trail for trail in scene.trails if len(trail))]
+    if scene.targets is not None:
+        points.append(scene.targets)
+    for obstacle in scene.obstacles:
+        for model, (x, y, yaw) in obstacle_models(obstacle, (*LIGHT.obstacle, 1.0)):
+            points.append(model.vertices @ robots.about_z([yaw])[0].T + (x, y, 0.0))
+    points = np.concatenate(points)
+    points = points[np.isfinite(points).all(axis=1)]
+    return camera.framed(points, ROOM * width, ROOM * height)
+
+
+def _room_of_robots(scene):
+    """Return corners of boxes in which the robots can turn, and where they are above, (9 n, 3) [m]."""
+    reach = np.array([kind_model(kind).reach for kind in scene.kinds])
+    signs = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0, 1)]
+    place = scene.place
+    below = place * (1.0, 1.0, 0.0)  # where their shadows are
+    return np.concatenate([below, *(place + np.outer(reach, sign) for sign in signs)])
+
+
+def drawn(scene, camera, width, height, look=LIGHT):
+    """Return the ``Drawing`` of ``scene`` as ``camera`` has it, ``width`` by ``height`` [px]."""
+    view, place, water = View(camera, width, height, look), scene.place, scene.on_water
+    team = robots.seen_robots(view, scene.kinds, scene.pose, place, scene.turn, scene.shades)
+    layers = (
+        ground.grid(view, water),
+        ground.sky(view),
+        robots.shadows(view, team),
+        _edges(view, scene, place),
+        _trails(view, scene),
+        _targets(view, scene),
+        robots.marks(team),
+        robots.things(view, team, scene.obstacles),
+        ground.unit(view),
+        robots.numbers(view, team, scene.numbers) if scene.numbered else None,
+    )
+    colour = look.water if water else look.ground
+    return Drawing(view.width, view.height, colour, tuple(each for each in layers if each))
+
+
+def _trails(view, scene):
+    """Return where the robots have been, in their colours."""
+    held = [len(trail) for trail in scene.trails]
+    if not sum(held):
+        return None
+    points, owner = np.concatenate(scene.trails), np.repeat(np.arange(len(held)), held)
+    seen = view.seen(points)
+    ahead = seen[:, 2] > NEAR  # not so of what is not known: NaN
+    # A trail that passes behind the eye is seen in pieces.
+    piece = (np.cumsum(~ahead) * len(held) + owner)[ahead]
+    screen = view.screen(seen[ahead])
+    if not len(screen):
+        return None
+    kept, begins = _spaced(screen, piece)
+    counts = np.diff(np.r_[np.flatnonzero(begins[kept]), kept.sum()])
+    colours = np.asarray(scene.shades)[owner[ahead][begins]]
+    return Paths(screen[kept], counts, with_opacity(colours, 0.9), TRAIL)
+
+
+def _spaced(screen, piece):
+    """Return which points ``screen`` (v, 2) of lines are drawn, and which begin a ``piece``, (v,) bool.
+
+    Those nearer than ``SPACING`` to the one before them along the line are not.
+    """
+    begins = np.r_[True, np.diff(piece) != 0]
+    ends = np.r_[begins[1:], True]
+    steps = np.hypot(*np.diff(screen, axis=0, prepend=screen[:1]).T)
+    marks = np.floor(np.cumsum(steps) / SPACING)
+    return begins | ends | (np.diff(marks, prepend=marks[0]) > 0), begins
+
+
+def _edges(view, scene, place):
+    """Return the edges of the graph, and plumb lines of the robots in the air."""
+    height = 0.5 * np.array([kind.body.height for kind in scene.kinds])
+    middle = place + np.outer(height, (0.0, 0.0, 1.0))
+    rows = np.asarray(list(scene.edges), dtype=int).reshape(-1, 2)
+    aloft = place[:, 2] > FLIES * height
+    plumb = np.stack([place[aloft], place[aloft] * (1.0, 1.0, 0.0)], axis=1)
+    segments = np.concatenate([middle[rows], plumb])
+    opacity = np.repeat([0.75, 0.45], [len(rows), len(plumb)])
+    colours = np.tile(view.look.lines, (len(segments), 1))
+    return view.lines(segments, with_opacity(colours, opacity), EDGE)
+
+
+def _targets(view, scene):
+    """Return a cross at each target, in its robot's colour."""
+    if scene.targets is None:
+        return None
+    seen = view.seen(scene.targets)
+    ahead = seen[:, 2] > NEAR  # not so where there is no target: NaN
+    if not ahead.any():
+        return None
+    arms = ARM * np.array([[(-1, -1), (1, 1)], [(-1, 1), (1, -1)]], dtype=float)
+    at = view.screen(seen[ahead])[:, np.newaxis, np.newaxis]
+    colours = np.repeat(np.asarray(scene.shades)[ahead], 2, axis=0)
+    return Lines((at + arms).reshape(-1, 2, 2), with_opacity(colours, 1.0), CROSS)

@@ -1,0 +1,44 @@
+"""A camera with a picture of a certain size."""
+
+import numpy as np
+
+from mrs_simulator.pictures.camera import clipped_segments, on_screen, scale
+from mrs_simulator.pictures.drawing import Lines, Texts
+
+LIGHT_FROM = (-0.5, -0.6, 1.0)  # right, ahead over the ground, up: from behind the left shoulder
+
+
+class View:
+    """Turns things in the common frame into what a ``Drawing`` consists of."""
+
+    def __init__(self, camera, width, height, look):
+        self.camera, self.width, self.height, self.look = camera, int(width), int(height), look
+        self._axes, self.eye = camera.axes, camera.eye
+        self.scale = scale(self.height)  # [px] of 1 m at a depth of 1 m
+        ahead = np.array([-self._axes[0, 1], self._axes[0, 0], 0.0])
+        light = LIGHT_FROM[0] * self._axes[0] + LIGHT_FROM[1] * ahead + (0.0, 0.0, LIGHT_FROM[2])
+        self.light = light / np.linalg.norm(light)  # the direction it comes from, common frame
+
+    def seen(self, points):
+        """Return ``points`` (..., 3) [m] as the camera has them: right, up, depth [m]."""
+        return (np.asarray(points, dtype=float) - self.eye) @ self._axes.T
+
+    def screen(self, seen):
+        """Return where points ``seen`` (..., 3), all of them ahead, are in the picture, (..., 2) [px]."""
+        return on_screen(seen, self.width, self.height)
+
+    def lines(self, segments, colours, width):
+        """Return ``segments`` (m, 2, 3) [m] in ``colours`` (m, 4) as ``Lines``; None where none is ahead.
+
+        Segments that are not finite are left out.
+        """
+        known = np.isfinite(segments).all(axis=(1, 2))
+        seen, left = clipped_segments(self.seen(segments[known]))
+        if not len(seen):
+            return None
+        return Lines(self.screen(seen), colours[known][left], width)
+
+    def texts(self, places, texts, left=False):
+        """Return ``texts`` at ``places`` (m, 2) [px]."""
+        colour, halo = (*self.look.text, 1.0), (*self.look.halo, 0.75)
+        return Texts(places, texts, colour, halo, left)

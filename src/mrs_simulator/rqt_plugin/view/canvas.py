@@ -1,0 +1,144 @@
+"""The picture of the 3D view, and the mouse on it."""
+
+import time
+
+import numpy as np
+from python_qt_binding.QtCore import QSize, Qt
+from python_qt_binding.QtGui import QPainter
+from python_qt_binding.QtWidgets import QSizePolicy, QWidget
+
+from mrs_simulator.pictures.camera import Camera, on_screen
+from mrs_simulator.pictures.look import DARK, LIGHT
+from mrs_simulator.pictures.scene import drawn, framed
+from mrs_simulator.rqt_plugin.view.painting import paint
+from mrs_simulator.rqt_plugin.widgets.colours import DARK as DARK_GROUND
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+TURN = 0.4  # [deg] of the camera for a pixel of the mouse
+ZOOM = 1.15  # [-] for a notch of the wheel
+CLOSE = 12.0  # [-] of its reach: how far from a robot one is that follows it
+RIM = 0.03  # [-] of the picture, in which a robot counts as having left it
+ROOM = 1.25  # [-] of the distance from which the team is just in view, once a robot has left
+
+
+class Canvas(QWidget):
+    """Paints a ``Scene`` as its ``camera`` has it."""
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.camera, self.cost = Camera(yaw=20.0), 0.0  # [s] that the last picture took
+        self._scene, self._followed, self._last, self._plates = None, 0, None, {}
+        self._untouched = True  # the camera is still the one that fit() chose
+        self.setMinimumSize(160, 100)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
+        self.setFocusPolicy(Qt.ClickFocus)
+
+    def sizeHint(self):
+        """Return a size for the eye; any other does."""
+        line = self.fontMetrics().height()
+        return QSize(40 * line, 24 * line)
+
+    def show_scene(self, scene):
+        """Show ``scene``, a ``Scene``."""
+        self._scene = scene
+        self._keep_in_view()
+        self.update()
+
+    def follow(self, number):
+        """Keep robot ``number`` in the middle, none where it is 0."""
+        if number and number != self._followed and self._scene is not None:
+            reach = max(kind.body.reach for kind in self._scene.kinds)
+            self.camera = self.camera._replace(distance=max(CLOSE * reach, 0.5))
+        self._followed = number
+        self._keep_in_view()
+        self.update()
+
+    def fit(self):
+        """Bring the whole team, its trails, targets and obstacles into view."""
+        self._untouched = True
+        self._frame(self._scene)
+        self.update()
+
+    def _frame(self, scene, room=1.0):
+        if scene is not None and len(scene.pose):
+            self.camera = framed(scene, self.camera, self.width(), self.height()).zoomed(room)
+
+    def _keep_in_view(self):
+        """Aim at the robot that is followed, else step back once a robot leaves an untouched view."""
+        scene = self._scene
+        if scene is None or self._last is not None:
+            return
+        if self._followed in scene.numbers:
+            place = scene.place[scene.numbers.index(self._followed)]
+            if np.isfinite(place).all():
+                self.camera = self.camera.at(place)
+        elif self._untouched and not self._sees(scene.place):
+            self._frame(scene, ROOM)
+
+    def _sees(self, place):
+        """Return whether all of ``place`` (n, 3) [m] that is known is well within the picture."""
+        seen = self.camera.seen(place[np.isfinite(place).all(axis=1)])
+        if not (seen[:, 2] > 0.0).all():
+            return False
+        size = np.array([self.width(), self.height()])
+        at = on_screen(seen, *size)
+        return bool(((at >= RIM * size) & (at <= (1.0 - RIM) * size)).all())
+
+    @guarded
+    def paintEvent(self, _):
+        """Paint the scene, or say that there is none."""
+        begun, painter = time.perf_counter(), QPainter(self)
+        try:
+            if self._scene is None or not len(self._scene.pose):
+                painter.drawText(self.rect(), Qt.AlignCenter, "No robots")
+                return
+            dark = self.palette().base().color().lightnessF() < DARK_GROUND
+            look = DARK if dark else LIGHT
+            painter.setRenderHint(QPainter.Antialiasing)
+            painter.setFont(self.font())
+            paint(
+                painter,
+                drawn(self._scene, self.camera, self.width(), self.height(), look),
+                self._plates,
+            )
+        finally:
+            painter.end()  # even if the traceback of an error holds it for a while
+            self.cost = time.perf_counter() - begun
+
+    @guarded
+    def resizeEvent(self, event):
+        """Keep an untouched team in view."""
+        super().resizeEvent(event)
+        if self._untouched and not self._followed:
+            self._frame(self._scene)
+
+    @guarded
+    def mousePressEvent(self, event):
+        """Begin to orbit or pan."""
+        self._last = event.pos()
+
+    @guarded
+    def mouseMoveEvent(self, event):
+        """Orbit, or pan with Shift or a button other than the left one."""
+        if self._last is None:
+            return
+        moved, self._last = event.pos() - self._last, event.pos()
+        if event.buttons() == Qt.LeftButton and not event.modifiers() & Qt.ShiftModifier:
+            self.camera = self.camera.turned(-TURN * moved.x(), -TURN * moved.y())
+        else:
+            self.camera = self.camera.panned(moved.x(), -moved.y(), self.height())
+        self._untouched = False
+        self.update()
+
+    @guarded
+    def mouseReleaseEvent(self, _):
+        """End the drag."""
+        self._last = None
+
+    @guarded
+    def wheelEvent(self, event):
+        """Zoom."""
+        self._untouched = False
+        self.camera = self.camera.zoomed(ZOOM ** (-event.angleDelta().y() / 120.0))
+        event.accept()
+        self.update()

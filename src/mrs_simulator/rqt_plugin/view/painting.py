@@ -1,0 +1,93 @@
+"""Paints drawings of ``pictures`` with Qt."""
+
+import numpy as np
+from python_qt_binding.QtCore import QLineF, QRectF, Qt
+from python_qt_binding.QtGui import QBrush, QColor, QPainterPath, QPen
+
+from mrs_simulator.pictures.drawing import Lines, Paths, Polygons
+from mrs_simulator.rqt_plugin.map.look import polygon
+from mrs_simulator.rqt_plugin.map.sprites import Sprites
+
+RIM = 0.7  # [px] width of the lines around faces
+HALO = 2.5  # [px] around texts
+
+
+def paint(painter, drawing, plates):
+    """Paint ``drawing`` from the painter's origin on; ``plates``: a dict that keeps pictures of texts."""
+    painter.fillRect(QRectF(0, 0, drawing.width, drawing.height), _colour((*drawing.ground, 1.0)))
+    for layer in drawing.layers:
+        if isinstance(layer, Polygons):
+            _fill(painter, layer)
+        elif isinstance(layer, Lines):
+            _draw_lines(painter, layer)
+        elif isinstance(layer, Paths):
+            _draw_paths(painter, layer)
+        else:
+            _write(painter, layer, plates)
+
+
+def _colour(parts):
+    return QColor(*(int(round(255.0 * min(1.0, max(0.0, part)))) for part in parts))
+
+
+def _fill(painter, layer):
+    every = polygon(layer.points)
+    ends = np.cumsum(layer.counts)
+    brushes, pens = {}, {}
+    for end, count, colour, rim in zip(
+        ends.tolist(), layer.counts.tolist(), _codes(layer.colours), _codes(layer.rims)
+    ):
+        if colour not in brushes:
+            brushes[colour] = QBrush(_decoded(colour))
+        if rim not in pens:
+            pens[rim] = QPen(_decoded(rim), RIM) if rim >> 24 else Qt.NoPen
+        painter.setBrush(brushes[colour])
+        painter.setPen(pens[rim])
+        painter.drawConvexPolygon(every.mid(end - count, count))
+
+
+def _codes(colours):
+    """Return ``colours`` (m, 4) as numbers 0xAARRGGBB, a list: as few as can be told apart."""
+    parts = np.clip(np.round(255.0 * colours), 0, 255).astype(int)
+    return (parts @ (1 << 16, 1 << 8, 1, 1 << 24)).tolist()
+
+
+def _decoded(code):
+    return QColor(code >> 16 & 255, code >> 8 & 255, code & 255, code >> 24)
+
+
+def _draw_lines(painter, layer):
+    codes = np.array(_codes(layer.colours))
+    order = np.argsort(codes, kind="stable")
+    begins = np.flatnonzero(np.r_[True, np.diff(codes[order]) != 0])
+    for rows in np.split(order, begins[1:]):
+        painter.setPen(QPen(_decoded(int(codes[rows[0]])), layer.width))
+        painter.drawLines([QLineF(*ends) for ends in layer.segments[rows].reshape(-1, 4).tolist()])
+
+
+def _draw_paths(painter, layer):
+    every = polygon(layer.points)
+    painter.setBrush(Qt.NoBrush)
+    ends = np.cumsum(layer.counts).tolist()
+    for end, count, colour in zip(ends, layer.counts.tolist(), _codes(layer.colours)):
+        painter.setPen(QPen(_decoded(colour), layer.width))
+        painter.drawPolyline(every.mid(end - count, count))
+
+
+def _write(painter, layer, plates):
+    font, metrics = painter.font(), painter.fontMetrics()
+    texts = list(layer.texts)
+    widths = [metrics.horizontalAdvance(text) for text in texts]
+    places = layer.places + (np.outer(widths, (0.5, 0.0)) if layer.left else 0.0)
+    half = max([0.5 * metrics.height(), *(0.5 * width for width in widths)]) + HALO
+
+    def write(on, text):
+        path = QPainterPath()
+        path.addText(-0.5 * metrics.horizontalAdvance(text), 0.35 * metrics.ascent(), font, text)
+        halo = QPen(_colour(layer.halo), HALO)
+        halo.setJoinStyle(Qt.RoundJoin)
+        on.strokePath(path, halo)
+        on.fillPath(path, QBrush(_colour(layer.colour)))
+
+    pictures = plates.setdefault(layer.left, Sprites())
+    pictures.put(painter, (layer.colour, font.key()), half, places, texts, write)

@@ -1,0 +1,148 @@
+"""The 3D view shows what the map shows, answers the mouse, and costs nothing while hidden."""
+
+import os
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+from python_qt_binding.QtCore import QPoint, QPointF, Qt
+from python_qt_binding.QtGui import QWheelEvent
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication
+
+from mrs_simulator.rqt_plugin.map.view import MapView
+from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.rqt_plugin.view.panel import ViewPanel
+
+APP = QApplication.instance() or QApplication([])
+POSES = np.array([(0.0, 0.0, 0.0), (2.0, 0.0, 1.0), (4.0, 1.0, 2.0)])
+
+
+def snapshot(time, poses):
+    n = len(poses)
+    twist = np.zeros((n, 3))
+    return Snapshot(time, tuple(range(1, n + 1)), poses, twist, twist[:, :2], np.ones(n, bool))
+
+
+@pytest.fixture()
+def shown():
+    team = MapView()
+    team.show_team(POSES)
+    panel = ViewPanel(team.in_space, lambda: team.revision)
+    panel.resize(600, 400)
+    panel.show()
+    panel.refresh()
+    yield team, panel
+    panel.close()
+    team.close()
+
+
+def place_on_screen(panel, row):
+    canvas = panel.canvas
+    from mrs_simulator.pictures.camera import on_screen
+
+    place = canvas._scene.place[row : row + 1]
+    return on_screen(canvas.camera.seen(place), canvas.width(), canvas.height())[0]
+
+
+def test_it_shows_the_maps_team_trails_targets_and_graph(shown):
+    team, panel = shown
+    team.show_topology([(1, 2, 1.0), (2, 3, 1.0)])
+    team.show_targets(POSES[:, :2] + 1.0)
+    for step in range(4):
+        team.show_snapshot(snapshot(step * 1.0, POSES + (0.5 * step, 0.0, 0.0)))
+    scene = team.in_space()
+    assert scene.numbers == (1, 2, 3) and scene.edges == [(0, 1), (1, 2)]
+    assert np.allclose(scene.pose, POSES + (1.5, 0.0, 0.0))
+    assert np.allclose(scene.trails[0][[0, -1], 0], (0.0, 1.5)) and scene.targets.shape == (3, 3)
+    team.set_trail_shown(2, False)
+    team.set_targets_shown(False)
+    team.set_edges_shown(False)
+    scene = team.in_space()
+    assert [len(trail) > 0 for trail in scene.trails] == [True, False, True]
+    assert scene.targets is None and not len(scene.edges)
+    team.set_trails_shown(False)
+    assert not any(len(trail) for trail in team.in_space().trails)
+
+
+def test_the_colours_are_those_of_the_map(shown):
+    team, panel = shown
+    image = panel.grab().toImage()
+    x, y = place_on_screen(panel, 1)
+    corner = panel.canvas.geometry().topLeft()
+    wanted = np.array(team.in_space().shades[1])
+    near = [
+        image.pixelColor(int(x) + corner.x() + dx, int(y) + corner.y() + dy).getRgbF()[:3]
+        for dx in range(-12, 13)
+        for dy in range(-14, 6)
+    ]
+    # Somewhere on the robot its colour, lit: the same direction of colour.
+    angles = [np.dot(each, wanted) / np.linalg.norm(each) / np.linalg.norm(wanted) for each in near]
+    assert max(angles) > 0.98
+
+
+def test_the_whole_team_stays_in_view_until_the_mouse_says_otherwise(shown):
+    team, panel = shown
+    far = POSES + (30.0, 20.0, 0.0) * np.array([[0.0], [0.0], [1.0]])
+    team.show_snapshot(snapshot(1.0, far))
+    panel._next = 0.0
+    panel.refresh()
+    at = np.array([place_on_screen(panel, row) for row in range(3)])
+    size = np.array([panel.canvas.width(), panel.canvas.height()])
+    assert ((at > 0.0) & (at < size)).all()
+    before = panel.canvas.camera
+    QTest.mousePress(panel.canvas, Qt.LeftButton, Qt.NoModifier, QPoint(100, 100))
+    QTest.mouseMove(panel.canvas, QPoint(150, 120))
+    QTest.mouseRelease(panel.canvas, Qt.LeftButton, Qt.NoModifier, QPoint(150, 120))
+    wheel(panel.canvas, 120)
+    assert panel.canvas.camera.distance < before.distance
+    team.show_snapshot(snapshot(2.0, far + (300.0, 0.0, 0.0)))
+    panel._next = 0.0
+    panel.refresh()
+    assert panel.canvas.camera.target == pytest.approx(before.target)
+    QTest.keyClick(panel, Qt.Key_F)
+    assert panel.canvas.camera.target[0] > 150.0  # trails are in view, too
+
+
+def wheel(widget, angle):
+    at = QPointF(widget.rect().center())
+    turned = QPoint(0, angle)
+    event = QWheelEvent(
+        at, at, QPoint(), turned, Qt.NoButton, Qt.NoModifier, Qt.NoScrollPhase, False
+    )
+    APP.sendEvent(widget, event)
+
+
+def test_a_robot_is_followed(shown):
+    team, panel = shown
+    panel._follow.setCurrentIndex(3)
+    panel._follow.activated.emit(3)
+    assert panel.canvas.camera.target == pytest.approx((4.0, 1.0, 0.0))
+    team.show_snapshot(snapshot(1.0, POSES + (0.0, 5.0, 0.0)))
+    panel._next = 0.0
+    panel.refresh()
+    assert panel.canvas.camera.target == pytest.approx((4.0, 6.0, 0.0))
+
+
+def test_nothing_is_drawn_while_it_is_hidden_or_nothing_changes(shown):
+    team, panel = shown
+    shown_before = panel._shown
+    assert panel._timer.isActive()
+    panel.refresh()
+    assert panel._shown == shown_before
+    panel.hide()
+    assert not panel._timer.isActive()
+
+
+def test_no_robots_and_robots_unknown_are_no_trouble(shown):
+    team, panel = shown
+    team.show_team(np.zeros((0, 3)))
+    panel._next = 0.0
+    panel.refresh()
+    panel.grab()
+    team.show_snapshot(snapshot(1.0, np.full((2, 3), np.nan)))
+    panel._next = 0.0
+    panel.refresh()
+    panel.grab()
+    assert panel.canvas._scene.numbers == (1, 2)

@@ -121,7 +121,7 @@ def test_a_start_that_is_not_possible_says_why(given, why):
 
 def test_real_robots_alone_offer_no_simulation():
     actions = state(snapshot=snapshot(real=[1, 2, 3])).actions()
-    for name in ("simulate", "pause", "step", "reset", "speed", "view"):
+    for name in ("simulate", "pause", "step", "reset", "speed"):
         assert not actions[name][0] and "real" in actions[name][1], name
     assert actions["control"] == (True, "the robots are checked first: some are real")
     assert actions["preflight"][0] and actions["bag"][0] and actions["save"][0]

@@ -9,6 +9,7 @@ from python_qt_binding.QtCore import QEvent, QSize, QTimer
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
 from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
@@ -73,6 +74,7 @@ class MapScene(QWidget):
             numbers=self._numbers,
             pose=self._pose,
             shades=shades.reshape(-1, 3),
+            spatial=self._spatial,
             trails=tuple(np.asarray(trail, dtype=float).reshape(-1, 3) for trail in trails),
             targets=self._targets_in_space() if on["targets"] else None,
             edges=edges if on["edges"] else (),
@@ -82,17 +84,18 @@ class MapScene(QWidget):
 
     def _trail_in_space(self, row):
         """Return one robot's trail (m, 3) [m] up to where it is now."""
-        path = self._trails.path(row)
+        path = self._trails.path_in_space(row)
         if not len(path) or self._begin_anew:  # robots may have been put elsewhere
             return ()
-        path = np.concatenate([path, self._pose[row : row + 1, :2]])
-        return np.column_stack([path, np.zeros(len(path))])
+        now = (*self._pose[row, :2], 0.0 if self._z is None else self._z[row])
+        return np.concatenate([path, [now]])
 
     def _targets_in_space(self):
-        """Return the targets (n, 3) [m]; None where there are none."""
+        """Return the targets (n, 3) [m], at the robots' heights; None where there are none."""
         if self._targets is None or len(self._targets) != len(self._numbers):
             return None
-        return np.column_stack([self._targets, np.zeros(len(self._targets))])
+        z = np.zeros(len(self._targets)) if self._z is None else self._z
+        return np.column_stack([self._targets, z])
 
     # What is shown -------------------------------------------------------------------------------
 
@@ -120,7 +123,8 @@ class MapScene(QWidget):
             self.fit()
         elif not np.allclose(poses, self._pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
-        self._place(poses, np.ones(len(poses), dtype=bool), z=altitude)
+        spatial = None if altitude is None else upright(poses[:, 2], altitude)
+        self._place(poses, np.ones(len(poses), dtype=bool), spatial=spatial)
         self._at_rest = True
         self._follow()
         self.update()
@@ -135,9 +139,9 @@ class MapScene(QWidget):
         elif self._begin_anew or snapshot.time < self._time:
             self.clear_trails()
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
-        z = None if snapshot.spatial is None else snapshot.spatial.z
-        self._place(poses, np.array(snapshot.fresh, dtype=bool), snapshot.real, z)
-        self._trails.add(poses[:, :2])
+        fresh = np.array(snapshot.fresh, dtype=bool)
+        self._place(poses, fresh, snapshot.real, snapshot.spatial)
+        self._trails.add(poses[:, :2], self._z)
         if changed:
             self.fit()
         self._follow()
@@ -151,9 +155,11 @@ class MapScene(QWidget):
         self._flashes.clear()
         self._place(poses, np.ones(len(poses), dtype=bool))
 
-    def _place(self, poses, fresh, real=frozenset(), z=None):
+    def _place(self, poses, fresh, real=frozenset(), spatial=None):
         self._pose, self._fresh, self._overlapping, self._real = poses, fresh, None, real
-        self._z = z if z is not None and len(z) == len(poses) else None  # [m], None: on the ground
+        fits = spatial is not None and len(spatial.z) == len(poses)
+        self._spatial = spatial if fits else None  # None: on the ground
+        self._z = spatial.z if fits else None  # [m]
         self._known = np.isfinite(poses).all(axis=1)
 
     def show_targets(self, points):

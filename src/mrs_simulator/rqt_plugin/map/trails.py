@@ -15,21 +15,23 @@ class Trails:
 
     def __init__(self, n):
         self._most = max(10, min(TRAIL_POINTS, ALL_TRAIL_POINTS // max(1, n)))
-        self._points = np.zeros((n, min(64, self._most), 2))
+        self._points = np.zeros((n, min(64, self._most), 3))
         self._spacing = np.full(n, TRAIL_SPACING)
         self._low, self._high = np.full((n, 2), np.inf), np.full((n, 2), -np.inf)
         self.count = np.zeros(n, dtype=int)
 
-    def add(self, position):
-        """Add the ``position`` (n, 2) of those robots that have moved far enough."""
+    def add(self, position, z=None):
+        """Add the ``position`` (n, 2) [m] of those robots that have moved far enough; ``z`` (n,) [m]."""
+        z = np.zeros(len(position)) if z is None else z
+        place = np.column_stack([position, z])
         with np.errstate(invalid="ignore"):
-            far = np.hypot(*(position - self.last()).T) >= self._spacing
-        rows = np.flatnonzero((far | (self.count == 0)) & np.isfinite(position).all(axis=1))
+            far = np.sqrt(np.square(place - self._newest()).sum(axis=1)) >= self._spacing
+        rows = np.flatnonzero((far | (self.count == 0)) & np.isfinite(place).all(axis=1))
         if not len(rows):
             return
         if self.count[rows].max() == self._points.shape[1]:
             self._make_room()
-        self._points[rows, self.count[rows]] = position[rows]
+        self._points[rows, self.count[rows]] = place[rows]
         self.count[rows] += 1
         self._low[rows] = np.minimum(self._low[rows], position[rows])
         self._high[rows] = np.maximum(self._high[rows], position[rows])
@@ -53,15 +55,22 @@ class Trails:
 
     def first(self):
         """Return where the trails (n, 2) begin; without meaning for robots that have none."""
-        return self._points[:, 0].copy()
+        return self._points[:, 0, :2].copy()
 
     def last(self):
         """Return the newest points (n, 2) of the trails; without meaning for robots without one."""
+        return self._newest()[:, :2]
+
+    def _newest(self):
         return self._points[np.arange(len(self.count)), np.maximum(self.count - 1, 0)]
 
     def path(self, row, stride=1):
         """Return every ``stride``-th point (m, 2) of one robot's trail."""
-        return self._points[row, : self.count[row] : stride]
+        return self._points[row, : self.count[row] : stride, :2]
+
+    def path_in_space(self, row):
+        """Return the points (m, 3) [m] of one robot's trail."""
+        return self._points[row, : self.count[row]]
 
     def stride(self, row, scale):
         """Return the stride that leaves what can be seen at ``scale`` [px/m]."""

@@ -14,7 +14,6 @@ from mrs_simulator.world.collisions import (
     circle_overlap,
     rectangle_overlap,
 )
-from mrs_simulator.world.kinematic import KinematicMotion
 from mrs_simulator.world.world import EVERY, World
 
 
@@ -143,7 +142,7 @@ def test_bodies_that_cannot_have_met_need_no_look(limits, monkeypatch):
     )
     track, collisions, closest = drive_about(limits)
     seldom = len(looks)
-    monkeypatch.setattr(KinematicMotion, "_farthest", lambda *_: np.inf)
+    monkeypatch.setattr(Bodies, "_room_to_move", lambda *_: 0.0)
     each_step = drive_about(limits)
     np.testing.assert_array_equal(track, each_step[0])
     assert (collisions, closest) == each_step[1:] and len(collisions) > 5

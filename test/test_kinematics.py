@@ -73,16 +73,12 @@ def test_ramp_without_limits_is_immediate():
     np.testing.assert_array_equal(mean, target)
 
 
-def test_saturation_keeps_each_path_or_the_whole_motion():
-    command = np.array([[1.5, 0.3], [0.1, -3.0], [0.1, 0.1]])
-    robot = kin.saturate(command, LIMITS, "robot")
-    np.testing.assert_allclose(robot, [[0.75, 0.15], [0.05, -1.5], [0.1, 0.1]])
-    team = kin.saturate(command, LIMITS, "team")
-    np.testing.assert_allclose(team, command / 2.0)
-    np.testing.assert_array_equal(kin.saturate(command, LIMITS, "none"), command)
-    np.testing.assert_array_equal(kin.saturate(command, kin.NO_LIMITS, "robot"), command)
-    with pytest.raises(ValueError, match="wanted one of"):
-        kin.saturate(command, LIMITS, "each")
+def test_scaling_keeps_each_path_or_the_whole_motion():
+    command, excess = np.array([[1.5, 0.3], [0.1, -3.0], [0.1, 0.1]]), np.array([2.0, 2.0, 0.2])
+    np.testing.assert_allclose(
+        kin.scaled(command, excess), [[0.75, 0.15], [0.05, -1.5], [0.1, 0.1]]
+    )
+    np.testing.assert_allclose(kin.scaled(command, excess, "team"), command / 2.0)
 
 
 def test_wheels_and_body():
@@ -130,7 +126,7 @@ def test_sines_are_taken_of_contiguous_arrays_only(monkeypatch):
         Footprints([Body(0.2, 0.3, 0.4, 0.2)]).at(rows)
 
 
-def same_motion(ramp, displaced):
+def same_motion(approached, displaced):
     draw = np.random.default_rng(2)
     for limits in (LIMITS, kin.NO_LIMITS):
         pose = np.asfortranarray(draw.uniform(-np.pi, np.pi, (50, 3)))
@@ -139,9 +135,11 @@ def same_motion(ramp, displaced):
             command = np.asfortranarray(draw.normal(size=(50, 2)))
             command[::3, 1] = 0.0
             how = velocity, command, limits.accelerations(), 0.1
+            reach = kin.Reach.of(np.full((50, 2), 0.1 * limits.accelerations(), order="F"))
+            other = approached(velocity, command, reach)
             velocity, mean = kin.ramp(*how)
-            for one, other in zip((velocity, mean), ramp(*how)):
-                np.testing.assert_array_equal(one, other)
+            for one, two in zip((velocity, mean), other):
+                np.testing.assert_array_equal(one, two)
             sliding = np.column_stack([mean[:, 0], draw.normal(size=50), mean[:, 1]])
             for twist in (np.asfortranarray(sliding), mean):
                 after = kin.displaced(pose, twist, 0.1)
@@ -163,27 +161,27 @@ def test_cosines_are_those_of_contiguous_angles(n, monkeypatch):
 
 def test_the_kernels_give_numpys_bits():
     same_motion(
-        *(twin(lambda kernel: kernel) for twin in (compiled.ramp_by, compiled.displaced_by))
+        *(twin(lambda kernel: kernel) for twin in (compiled.approached_by, compiled.displaced_by))
     )
 
 
 def test_the_compiled_kernels_give_numpys_bits():
     pytest.importorskip("numba")
-    same_motion(compiled.compiled_ramp(), compiled.compiled_displaced())
+    same_motion(compiled.compiled_approached(), compiled.compiled_displaced())
 
 
 def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
     monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
-    assert kinematic.ramp_function() is kin.ramp
+    assert kinematic.approached_function() is kin.approached
     assert kinematic.displaced_function() is kin.displaced
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "yes")
     with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=yes: wanted 0 or 1"):
-        kinematic.ramp_function()
+        kinematic.approached_function()
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")
     monkeypatch.setitem(sys.modules, "numba", None)
-    compiled.compiled_ramp.cache_clear()
+    compiled.compiled_approached.cache_clear()
     with pytest.raises(ValueError, match="numba is not installed"):
-        kinematic.ramp_function()
+        kinematic.approached_function()
 
 
 def test_a_twist_without_sideways_speed_moves_as_a_unicycle_does():

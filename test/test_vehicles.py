@@ -138,6 +138,14 @@ def test_a_team_of_one_kind_shares_its_numbers():
     assert np.shares_memory(group.of(values), values)
 
 
+def test_saturation_keeps_each_path_or_the_whole_motion():
+    team, still = Team(("pioneer3dx",) * 3, Limits(0.75, 1.5, 0.3, 2.0)), np.zeros(3)
+    command = np.array([[1.5, 0.3], [0.1, -3.0], [0.1, 0.1]])
+    by_robot = team.saturated(command, still, 0.02, "robot")
+    np.testing.assert_allclose(by_robot, [[0.75, 0.15], [0.05, -1.5], [0.1, 0.1]])
+    np.testing.assert_allclose(team.saturated(command, still, 0.02, "team"), command / 2.0)
+
+
 def test_each_robot_of_a_mixed_team_has_its_own_limits():
     slow = kind(
         "slow",

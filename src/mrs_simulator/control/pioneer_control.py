@@ -385,11 +385,12 @@ class PioneerControl:
         return self.team.point(np.asarray(pose, dtype=float), self.joints, self.l)
 
     def _array_law(self, pose):
+        pointing = self.team.pointing(pose, self.joints)
+        hand = self.team.point(pose, self.joints, self.l, pointing)
         if self.is_by_neighbours:
-            hand = self.points(pose)
             u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
-            wanted = self.pointMassLaw(self.points(pose))
+            wanted = self.pointMassLaw(hand)
             u = _numbers(wanted)
             if u is None:
                 raise ControlError(
@@ -403,7 +404,7 @@ class PioneerControl:
                     u.shape, (len(self.numbers), self.dimension)
                 )
             )
-        return self.commands_for(u, pose)
+        return self.team.command(u, pose, self.joints, self.l, self.period, pointing)
 
     def velocities(self, run):
         """Return the points' commanded velocities, (m, n, 2) [m/s], from the samples of ``run`` on."""

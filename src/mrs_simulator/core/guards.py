@@ -72,8 +72,8 @@ def slowed(command, v_max, omega_max, scope="robot", axes=UNICYCLE_AXES):
     """Return ``command`` (n, a) within the top speeds [m/s, rad/s], each row scaled by one factor.
 
     ``v_max``, ``omega_max``: one number for all robots each, or of each robot, (n,); ``axes``: the
-    columns of ``command``.  ``scope``: that of ``core.kinematics.saturate``; "none" would leave robots
-    too fast, so there each robot is scaled by itself.
+    columns of ``command``.  ``scope``: "team" for one factor for all; any other, "none" too, which would
+    leave robots too fast: each robot is scaled by itself.
     """
     speed, turn = np.abs(speed_and_turn(command, axes)).T
     excess = np.maximum(speed / v_max, turn / omega_max)

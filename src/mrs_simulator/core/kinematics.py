@@ -182,30 +182,33 @@ def ramp(velocity, target, acceleration, duration):
     acceleration``, times ``duration`` is the exact distance.  All shapes (n, 2); ``acceleration``
     may be ``inf``.
     """
-    reach = acceleration * duration
-    change = np.minimum(np.maximum(target - velocity, -reach), reach)
+    return approached(velocity, target, Reach.of(acceleration * duration))
+
+
+class Reach(NamedTuple):
+    """How far velocities change at most, (n, a): to either side, and doubled."""
+
+    down: np.ndarray
+    up: np.ndarray
+    both: np.ndarray
+
+    @classmethod
+    def of(cls, reach):
+        """Return the ``Reach`` of changes up to ``reach`` (n, a)."""
+        return cls(-reach, reach, reach + reach)
+
+
+def approached(velocity, target, reach):
+    """Return what :func:`ramp` does, for a step of which ``reach``, a :class:`Reach`, is known."""
+    change = target - velocity
+    np.maximum(change, reach.down, out=change)
+    np.minimum(change, reach.up, out=change)
+    mean = np.abs(change)
+    mean *= change
+    mean /= reach.both
     after = velocity + change
-    mean = after - change * np.abs(change) / (reach + reach)
+    np.subtract(after, mean, out=mean)
     return after, mean
-
-
-def saturate(command, limits, scope="robot"):
-    """Return commands, shape (n, 2), within the velocity ``limits`` and with their direction kept.
-
-    ``scope="robot"``: each robot's ``(v, omega)`` is scaled by one factor of its own, so its path
-    keeps its shape.  ``scope="team"``: all robots by one common factor, which only re-times the
-    whole motion and so keeps invariants such as the centroid.  ``scope="none"``: unchanged.
-
-    Raises ``ValueError`` for another scope.
-    """
-    if scope == "none":
-        return command
-    if scope not in ("robot", "team"):
-        raise ValueError(
-            'saturation scope {!r}: wanted one of "robot", "team", "none"'.format(scope)
-        )
-    share = np.abs(command) / limits.velocities()
-    return scaled(command, np.maximum(share[:, 0], share[:, 1]), scope)
 
 
 def scaled(command, excess, scope="robot"):

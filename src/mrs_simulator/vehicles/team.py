@@ -49,10 +49,14 @@ class Group(NamedTuple):
         own = values.T if self.columns is EVERY else values.T[self.columns]
         return own.T if self.rows is EVERY else own.take(self.rows, axis=1).T
 
+    def part(self, values):
+        """Return the group's part (m, axes of the drive), a view, of ``values`` (n, a) that lie group after
+        group."""
+        return values if self.rows is EVERY else values[self.span, self.columns]
+
     def asked(self, command, joints):
-        """Return the inner states, (m, axes of the drive), that ``command`` (n, a) of the team asks for."""
-        own = self.of(command)
-        return self.drive.asked(own, joints, self.numbers) if self.drive.JOINTS else own
+        """Return the inner states that the group's ``command`` asks for, both (m, axes of the drive)."""
+        return self.drive.asked(command, joints, self.numbers) if self.drive.JOINTS else command
 
     def velocities(self, inner):
         """Return the velocities along the drive's axes of ``inner`` states, (m, axes of the drive)."""
@@ -107,7 +111,7 @@ class Team:
         drives = tuple(dict.fromkeys(each.drive for each in self.kinds))
         of_kind = {each: kind_limits(each, limits) for each in distinct}
         order = sorted(range(self.n), key=lambda row: drives.index(self.kinds[row].drive))
-        self._place = np.argsort(order)
+        self._order, self._place = np.array(order), np.argsort(order)
         self.groups = tuple(self._group(drive, of_kind, limits) for drive in drives)
         # Whether a drive has an inner joint that moves, such as a steering angle.
         self.jointed = tuple(group for group in self.groups if group.drive.JOINTS)
@@ -129,7 +133,7 @@ class Team:
         self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
         self.unobeyed = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
         self.unobeyed[:, self.components] = ~self.robot_axes
-        self._top = self.limits.of_all(self.n).top
+        self._top = self.grouped(self.limits.of_all(self.n).top)
         self._pivots = np.zeros(self.n)  # [m] ahead of the centres, about which the points turn
         for group in self.jointed:
             self._pivots[group.rows] = group.drive.pivot(group.numbers)
@@ -230,10 +234,12 @@ class Team:
         return values
 
     def in_rows(self, by_group):
-        """Return values (n, width) that lie ``by_group``, group after group, in the robots' order."""
-        if len(self.groups) == 1:
-            return by_group
-        return by_group.T.take(self._place, axis=1).T
+        """Return values (n, ...) that lie ``by_group``, group after group, in the robots' order."""
+        return by_group if len(self.groups) == 1 else by_group.T.take(self._place, axis=-1).T
+
+    def grouped(self, values):
+        """Return ``values`` (n, ...), in the robots' order, group after group; undoes ``in_rows``."""
+        return values if len(self.groups) == 1 else values.T.take(self._order, axis=-1).T
 
     def joints_of(self, inner):
         """Return the drives' inner joints, (n,) [rad], 0 where none is, of the groups' ``inner`` states."""
@@ -250,16 +256,16 @@ class Team:
             leads[g.rows] = g.drive.lead(l, g.numbers)
         return shared(leads.tolist())
 
-    def _pointing(self, pose, joints):
+    def pointing(self, pose, joints):
         """Return cosine and sine of the headings in which the points' arms lie, (..., n)."""
         heading = pose[..., 2]
         return cos_sin(heading + joints if self.has_joints else heading)
 
-    def point(self, pose, joints, l):
+    def point(self, pose, joints, l, pointing=None):
         """Return the controlled points (..., n, 2) [m] of robots at ``pose`` (..., n, 3).
 
         Each is an arm's length ahead of its robot's centre, or, where there are joints, of a pivot ahead
-        of that.
+        of that.  ``pointing``: what :meth:`pointing` returns, for whoever knows it already.
         """
         arm, x, y = self._arms(l), pose[..., 0], pose[..., 1]
         if arm is None:
@@ -267,7 +273,7 @@ class Team:
         if self.has_joints:
             cos, sin = cos_sin(pose[..., 2])
             x, y = x + self._pivots * cos, y + self._pivots * sin
-        cos, sin = self._pointing(pose, joints)
+        cos, sin = pointing or self.pointing(pose, joints)
         result = np.empty(pose.shape[:-1] + (2,), order="F")
         result[..., 0], result[..., 1] = x + arm * cos, y + arm * sin
         return result
@@ -287,15 +293,22 @@ class Team:
         for g in self.groups:
             own = g.of(command), joints[g.rows]
             along[g.rows], across[g.rows] = g.drive.velocity(*own, l, period, g.numbers)
-        return _turned(along, across, *self._pointing(pose, joints))
+        return _turned(along, across, *self.pointing(pose, joints))
 
-    def command(self, velocity, pose, joints, l, period):
-        """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s]."""
-        cos, sin = self._pointing(pose, joints)
+    def command(self, velocity, pose, joints, l, period, pointing=None):
+        """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s].
+
+        ``pointing`` as in :meth:`point`.
+        """
+        cos, sin = pointing or self.pointing(pose, joints)
         x, y = velocity[:, 0], velocity[:, 1]
-        along, across = cos * x + sin * y, cos * y - sin * x
+        given = cos * x + sin * y, cos * y - sin * x, joints
+        if len(self.groups) == 1:
+            (group,) = self.groups
+            return group.drive.command(*given, l, period, group.numbers)
+        along, across, joints = map(self.grouped, given)
         return self.in_rows(self.by_group(lambda g: g.drive.command(
-            along[g.rows], across[g.rows], joints[g.rows], l, period, g.numbers
+            along[g.span], across[g.span], joints[g.span], l, period, g.numbers
         )))  # fmt: skip
 
     def velocities_in(self, command, pose, points, l, period):
@@ -324,19 +337,26 @@ class Team:
 
         ``joints`` (n,) [rad] now; ``period`` [s] for which the command is held.
         """
-        return self._excess(command, period, self._own(command, joints))
+        command = self.grouped(command)
+        return self.in_rows(self._excess(command, period, self._own(command, joints)))
 
     def _own(self, command, joints):
-        """Return the groups with limits of their own or joints, what ``command`` asks for, and joints."""
-        own = [(g, joints[g.rows]) for g in self._limited]
-        return [(g, g.asked(command, at), at) for g, at in own]
+        """Return the groups with limits of their own or joints, what ``command`` asks for, and joints.
+
+        ``command`` (n, a) lies group after group here and below, ``joints`` (n,) in the robots' order.
+        """
+        if not self._limited:
+            return ()
+        joints = self.grouped(joints)
+        own = [(g, joints[g.span]) for g in self._limited]
+        return [(g, g.asked(g.part(command), at), at) for g, at in own]
 
     def _excess(self, command, period, own):
         factor = functools.reduce(np.maximum, (np.abs(command) / self._top).T)
         for g, asked, joints in own:
             if g.drive.OWN_LIMITS:
-                beyond = g.drive.excess(asked, joints, g.numbers, period)
-                factor[g.rows] = np.maximum(factor[g.rows], beyond)
+                part = factor[g.span]
+                np.maximum(part, g.drive.excess(asked, joints, g.numbers, period), out=part)
         return factor
 
     def at_limits(self, command, share=1.0):
@@ -352,18 +372,21 @@ class Team:
 
         The points move in the same directions, more slowly.
         """
-        return _slowed(command, factor, self._own(command, joints))
+        command = self.grouped(command)
+        own, factor = self._own(command, joints), self.grouped(np.asarray(factor))
+        return self.in_rows(_slowed(command, factor, own))
 
     def saturated(self, command, joints, period, scope):
         """Return ``command`` (n, a), held for ``period`` [s], within each robot's limits.
 
         ``scope``: each robot slowed by a factor of its own, "robot", or all by the greatest, "team".
         """
+        command = self.grouped(command)
         own = self._own(command, joints)
         factor = np.maximum(self._excess(command, period, own), 1.0)
         if scope == "team":
             factor = np.full(self.n, factor.max())
-        return _slowed(command, factor, own)
+        return self.in_rows(_slowed(command, factor, own))
 
     def joints_after(self, command, joints, period):
         """Return the drives' inner joints, (n,) [rad], after ``period`` [s] of ``command`` (n, a)."""
@@ -378,7 +401,7 @@ def _slowed(command, factor, own):
     result = (command.T / factor).T
     for g, asked, joints in own:
         if g.drive.JOINTS:
-            g.put(result, g.drive.slowed(asked, factor[g.rows], joints, g.numbers))
+            g.part(result)[:] = g.drive.slowed(asked, factor[g.span], joints, g.numbers)
     return result
 
 

@@ -73,7 +73,7 @@ class AirborneMotion(KinematicMotion):
 
     def _target_of(self, group, command):
         flies = group.drive.MEDIUM == "air"
-        return group.of(command) if flies else super()._target_of(group, command)
+        return group.part(command) if flies else super()._target_of(group, command)
 
     def _moved(self, before, command):
         after = super()._moved(before, command)
@@ -91,9 +91,9 @@ class AirborneMotion(KinematicMotion):
             twist[group.rows] = flight.twist
         return twist
 
-    def _separate(self, farthest):
+    def _separate(self):
         self.z = self._risen.copy()
-        return self._bodies.separate(self.pose, farthest, self.z)
+        return self._bodies.separate(self.pose, self._reach, self.z)
 
     def _feel_contacts(self, before, free):
         super()._feel_contacts(before, free)

@@ -46,13 +46,15 @@ class Bodies:
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
         self._list = VerletList(2.0 * self.footprints.farthest)
-        self._room = 0.0  # [m] that every robot may move before any can touch
+        self.moved_elsewhere()
         self.heights = Heights(team)
 
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
         self._list.clear()
-        self._room = 0.0
+        self._looked = None  # where robots were (n, 2) when they were last looked at
+        self._free = 0.0  # [m] that each may be from there before any two bodies can touch
+        self._room = 0.0  # [m] that each may still move, by what is known without looking
 
     def near_pairs(self, pose):
         """Return the rows of all pairs of robots that may touch soon."""
@@ -134,13 +136,17 @@ class Bodies:
 
         Robots give way by half of the depth each, to a mirrored robot by all of it; an obstacle and
         a mirrored robot not at all.  Headings stay.  ``travel`` [m]: no robot moved farther since
-        the last call; while that cannot have brought two bodies together none is looked at.
+        the last call, ``inf`` where that is not known; while no two bodies can have come together since
+        they were last looked at, none is looked at.
         """
         self._room -= travel
+        if self._room <= 0.0 < self._free:
+            self._room = self._free - np.sqrt(squared(pose[:, :2] - self._looked).max())
         if self._room > 0.0:
             return []
         contacts = self._pushed_apart(pose, z)
-        self._room = 0.0 if contacts else self._room_to_move(pose)
+        self._free = self._room = 0.0 if contacts else self._room_to_move(pose)
+        self._looked = pose[:, :2].copy(order="F")
         return contacts
 
     def _room_to_move(self, pose):

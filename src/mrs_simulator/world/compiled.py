@@ -14,15 +14,15 @@ from mrs_simulator.core.compiling import jit
 PI, TURN = np.pi, 2.0 * np.pi
 
 
-def ramp_all(velocity, target, acceleration, step, after, mean):
-    """Fill ``after`` and ``mean`` (n, a) as ``ramp`` does, robot by robot."""
+def approach_all(velocity, target, reach, after, mean):
+    """Fill ``after`` and ``mean`` (n, a) as ``approached`` does, robot by robot."""
     for column in range(velocity.shape[1]):
         for row in range(len(velocity)):
-            reach = acceleration[row, column] * step
-            change = min(max(target[row, column] - velocity[row, column], -reach), reach)
+            most = reach[row, column]
+            change = min(max(target[row, column] - velocity[row, column], -most), most)
             reached = velocity[row, column] + change
             after[row, column] = reached
-            mean[row, column] = reached - change * abs(change) / (reach + reach)
+            mean[row, column] = reached - change * abs(change) / (most + most)
 
 
 def displace_all(pose, twist, step, half, sin_half, cos, sin, after):
@@ -42,17 +42,16 @@ def displace_all(pose, twist, step, half, sin_half, cos, sin, after):
         after[row, 2] = angle
 
 
-def ramp_by(compile_):
-    """Return the twin of ``core.kinematics.ramp`` whose kernel went through ``compile_``."""
-    kernel = compile_(ramp_all)
+def approached_by(compile_):
+    """Return the twin of ``core.kinematics.approached`` whose kernel went through ``compile_``."""
+    kernel = compile_(approach_all)
 
-    def ramp(velocity, target, acceleration, duration):
-        acceleration = np.broadcast_to(acceleration, velocity.shape)
+    def approached(velocity, target, reach):
         after, mean = np.empty_like(velocity), np.empty_like(velocity)
-        kernel(velocity, target, acceleration, duration, after, mean)
+        kernel(velocity, target, reach.up, after, mean)
         return after, mean
 
-    return ramp
+    return approached
 
 
 def displaced_by(compile_):
@@ -70,9 +69,9 @@ def displaced_by(compile_):
 
 
 @functools.lru_cache(maxsize=None)
-def compiled_ramp():
-    """Return the compiled twin of ``core.kinematics.ramp``; ``ValueError`` without numba."""
-    return ramp_by(jit(cache=True))
+def compiled_approached():
+    """Return the compiled twin of ``core.kinematics.approached``; ``ValueError`` without numba."""
+    return approached_by(jit(cache=True))
 
 
 @functools.lru_cache(maxsize=None)

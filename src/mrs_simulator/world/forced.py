@@ -89,8 +89,8 @@ class ForcedMotion(KinematicMotion):
         after[self._mirrored] = before[self._mirrored]  # nothing carries them off
         return after
 
-    def _separate(self, farthest):
-        contacts = super()._separate(farthest)
+    def _separate(self):
+        contacts = super()._separate()
         if self._wheeled is None:
             return contacts
         return [contact for contact in contacts if not self._wheeled.knows(contact)]

@@ -4,21 +4,27 @@ import numpy as np
 
 from mrs_simulator.core import compiling
 from mrs_simulator.core.environment import CALM
-from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin, displaced, ramp
-from mrs_simulator.core.neighbours import least_distance, squared
+from mrs_simulator.core.kinematics import (
+    UNICYCLE_AXES,
+    Reach,
+    approached,
+    cos_sin,
+    displaced,
+)
+from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.bodies import Bodies
 
 
-def ramp_function():
-    """Return ``core.kinematics.ramp``, or its compiled twin where that is wanted."""
+def approached_function():
+    """Return ``core.kinematics.approached``, or its compiled twin where that is wanted."""
     if not compiling.is_wanted():
-        return ramp
-    from mrs_simulator.world.compiled import compiled_ramp  # numba only where it is wanted
+        return approached
+    from mrs_simulator.world.compiled import compiled_approached  # numba only where it is wanted
 
-    return compiled_ramp()
+    return compiled_approached()
 
 
 def displaced_function():
@@ -32,7 +38,6 @@ def displaced_function():
 
 CLIMB = "linear.z"
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
-SHORT = 0.05  # [m] in a step: a bound that is worth more than the time to look at every robot
 
 
 def into_body(vectors, theta):
@@ -67,15 +72,19 @@ class KinematicMotion:
         """
         self.step = step
         self.team = Team.of(kinds, limits)
-        self._ramp, self._displaced = ramp_function(), displaced_function()
-        self._rates = self.team.by_group(self._rates_of, np.inf)
+        self._approached, self._displaced = approached_function(), displaced_function()
+        self._most = Reach.of(step * self.team.by_group(self._rates_of, np.inf))
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
-        self._reach, self._encoders = step * float(self.team.speeds[:, 0].max()), encoders
+        # [m] that nobody exceeds in a step
+        self._reach = step * float(self.team.speeds[:, 0].max())
+        self._encoders = encoders
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
         self._mirrored = np.array(mirrored, dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
         if self._current is not None:
             self._reach += step * float(np.hypot(*environment.current))
+        if len(self._mirrored):
+            self._reach = np.inf
         self.reset(np.asarray(poses, dtype=float))
 
     def reset(self, poses):
@@ -99,11 +108,11 @@ class KinematicMotion:
         return group.drive.rates(group.limits, group.numbers)
 
     def _target_of(self, group, command):
-        own = group.of(command), self._inner_of(group)
+        own = group.part(command), group.part(self._inner)
         return group.drive.target(*own, group.limits, group.numbers)
 
     def _inner_of(self, group):
-        return self._inner[group.span, group.columns]
+        return group.part(self._inner)
 
     def joints(self):
         """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
@@ -122,13 +131,13 @@ class KinematicMotion:
         before = self.pose
         free = self._moved(before, command)
         self.pose, self._twist = free.copy(), None
-        self._contacts = self._separate(self._farthest(before, free))
+        self._contacts = self._separate()
         if self._contacts:
             self._feel_contacts(before, free)
 
-    def _separate(self, farthest):
-        """Push overlapping bodies apart, of which none moved ``farthest`` [m]; return the contacts."""
-        return self._bodies.separate(self.pose, farthest)
+    def _separate(self):
+        """Push overlapping bodies apart; return the contacts."""
+        return self._bodies.separate(self.pose, self._reach)
 
     def _moved(self, before, command):
         """Return the poses (n, 3) after a step from ``before``, without contacts."""
@@ -144,9 +153,10 @@ class KinematicMotion:
 
     def _follow(self, command):
         """Let the inner states follow ``command``; return their means (n, a) over the step."""
+        command = self.team.grouped(command)
         target = self.team.by_group(lambda g: self._target_of(g, command))
         before = self._inner
-        self._inner, mean = self._ramp(before, target, self._rates, self.step)
+        self._inner, mean = self._approached(before, target, self._most)
         for group in self._unramped:
             where = group.span, group.columns
             self._inner[where], mean[where] = group.drive.followed(
@@ -187,15 +197,6 @@ class KinematicMotion:
         """Return the body twists (n, 3) that the robots move by themselves."""
         velocity = self.team.in_rows(self._velocities(self._inner))
         return np.array(on_axes(velocity, self.team.axes, PLANAR_AXES), order="F")
-
-    def _farthest(self, before, after):
-        """Return a distance [m] that no robot exceeds on its way."""
-        if len(self._mirrored):
-            return np.inf
-        if self._reach < SHORT:
-            return self._reach
-        way = after[:, :2] - before[:, :2]
-        return float(np.sqrt(squared(way).max()))
 
     def _feel_contacts(self, before, free):
         pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)

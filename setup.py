@@ -1,15 +1,49 @@
-"""Python package for catkin; use it through catkin, not on its own."""
+"""Packages and data of mrs_simulator: read by catkin, and by pip together with pyproject.toml."""
 
 import os
+import shutil
 
-from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import find_packages, setup
+from setuptools.command.build_py import build_py
 
 ROOT = os.path.dirname(os.path.abspath(__file__))
+SCENARIOS = "scenarios"
+
+
+def version():
+    """Return the version in ``src/mrs_simulator/version.py``."""
+    content = {}
+    with open(os.path.join(ROOT, "src", "mrs_simulator", "version.py"), encoding="utf-8") as file:
+        exec(file.read(), content)
+    return content["__version__"]
+
+
+class BuildWithScenarios(build_py):
+    """Puts the shipped scenarios, which lie beside ``src``, into the installed package."""
+
+    def run(self):
+        """Build the package, then copy the scenarios; an editable install finds them where they are."""
+        if getattr(self, "editable_mode", False):
+            super().run()
+            return
+        # What an earlier build left there may have gone from the sources.
+        shutil.rmtree(os.path.join(self.build_lib, "mrs_simulator"), ignore_errors=True)
+        super().run()
+        target = os.path.join(self.build_lib, "mrs_simulator", SCENARIOS)
+        os.makedirs(target, exist_ok=True)
+        for name in sorted(os.listdir(os.path.join(ROOT, SCENARIOS))):
+            if name.endswith(".yaml"):
+                shutil.copyfile(os.path.join(ROOT, SCENARIOS, name), os.path.join(target, name))
+
+
 setup(
-    **generate_distutils_setup(
-        packages=find_packages(os.path.join(ROOT, "src")),
-        package_dir={"": "src"},
-        package_data={"mrs_simulator.vehicles": ["kinds/*"]},
-    )
+    name="mrs_simulator",
+    version=version(),
+    packages=find_packages(os.path.join(ROOT, "src")),
+    package_dir={"": "src"},
+    package_data={"mrs_simulator.vehicles": ["kinds/*"]},
+    options={
+        "build": {"build_base": os.path.join("build", "wheel")}
+    },  # not into catkin's own files
+    cmdclass={"build_py": BuildWithScenarios},
 )

@@ -61,6 +61,7 @@ def test_links_and_pictures_exist():
         "docs/robots_of_your_own.md",
         "docs/nodes.md",
         "docs/benchmarks.md",
+        "docs/without_ros.md",
     ):
         for target in re.findall(r"\]\(([^)#:]+)\)", page(name)):
             path = os.path.join(ROOT, os.path.dirname(name), target)

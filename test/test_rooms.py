@@ -42,7 +42,7 @@ FORBIDDEN = {
     "pictures": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "world": ROS | MESSAGES | QT | {"matplotlib"},
     "control": ROS | QT | {"pybullet", "matplotlib"},
-    "study": (ROS - {"rosbag", "rospkg"}) | MESSAGES | QT | {"pybullet"},
+    "study": (ROS - {"rosbag"}) | MESSAGES | QT | {"pybullet"},
     "ros": QT | {"pybullet", "matplotlib"},
     "nodes": QT | {"pybullet", "matplotlib"},
     "rqt_plugin": {"pybullet"},

@@ -11,9 +11,9 @@ _HOMES = {
     "PioneerControl": "mrs_simulator.control.pioneer_control",
     "Position": "mrs_simulator.control.pioneer_control",
     "make_twist": "mrs_simulator.control.twists",
-    "Twist": "geometry_msgs.msg",
+    "Twist": "mrs_simulator.control.twist_message",
     "Parameter": "mrs_simulator.core.parameters",
-    "run": "mrs_simulator.nodes.control.node",
+    "run": "mrs_simulator.nodes.control.starting",
     "run_experiment": "mrs_simulator.study.experiment",
     "load_scenario": "mrs_simulator.core.scenario",
 }

@@ -3,8 +3,8 @@
 import itertools
 
 import numpy as np
-from geometry_msgs.msg import Twist
 
+from mrs_simulator.control.twist_message import Twist
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
 
 

@@ -1,6 +1,7 @@
-"""The command ``experiment``: one headless run, or a sweep of them."""
+"""The commands ``experiment`` and ``sweep``: one headless run, or many."""
 
 import argparse
+import contextlib
 import os
 import signal
 import sys
@@ -18,24 +19,38 @@ from mrs_simulator.study.shipped import scenario_path
 def main(argv=None):
     """Run the command ``experiment``; exits with 2 for bad input, else with the verdict's code."""
     arguments = _arguments(argv)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
-    try:
-        with refusing_bad_input("experiment"):
-            check_exports(arguments)
-            if arguments.sweep:
-                sys.exit(_sweep(arguments))
-            scenario = _scenario(arguments)
-            verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
-            recorded = os.path.join(arguments.out, RUN_FILE)
-            write_exports(arguments, lambda: read_run(recorded), verdict)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    with _ending("experiment"):
+        check_exports(arguments)
+        if arguments.sweep:
+            sys.exit(_sweep(arguments))
+        scenario = _scenario(arguments)
+        verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
+        recorded = os.path.join(arguments.out, RUN_FILE)
+        write_exports(arguments, lambda: read_run(recorded), verdict)
     print(verdict_text(verdict))
     print("  figures and data: {}".format(os.path.abspath(arguments.out)))
     if verdict["ended"] == "interrupted":
         sys.exit(130)
     sys.exit(exit_code(verdict, arguments.require_verdict))
+
+
+def sweep_main(argv=None):
+    """Run the command ``sweep``: as ``experiment --sweep``, with the axes as arguments."""
+    arguments = _sweep_arguments(argv)
+    with _ending("sweep"):
+        sys.exit(_sweep(arguments))
+
+
+@contextlib.contextmanager
+def _ending(program):
+    """End ``program`` with exit code 2 for bad input, and with 130 when it is interrupted."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    try:
+        with refusing_bad_input(program):
+            yield
+    except KeyboardInterrupt:
+        sys.exit(130)
 
 
 def _sweep(arguments):
@@ -91,16 +106,8 @@ def _arguments(argv):
         description="Run a scenario headless, as fast as possible, and write run.csv, "
         "figures and verdict.json. Needs no ROS master.",
     )
-    parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
-    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    _add_scenario(parser)
     add_exports(parser)
-    parser.add_argument("--robots", type=int, metavar="N", help="number of robots")
-    parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
-    parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
-    parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
-    parser.add_argument("--odometry", help="world or wheel")
-    parser.add_argument("--limits", help="firmware, top or none")
-    parser.add_argument("--seed", type=int)
     parser.add_argument(
         "--sweep",
         action="append",
@@ -109,10 +116,45 @@ def _arguments(argv):
         "seed=0..9 or control.parameters.tau=0.1..1.0/10; may be given several times for all "
         "combinations",
     )
+    _add_workers(parser)
+    return parser.parse_args(argv)
+
+
+def _sweep_arguments(argv):
+    parser = argparse.ArgumentParser(
+        prog="sweep",
+        description="Run a scenario under all combinations of its keys' values, in parallel, and write "
+        "sweep.csv and its figures.",
+    )
+    _add_scenario(parser)
+    parser.add_argument(
+        "sweep",
+        nargs="+",
+        metavar="KEY=VALUES",
+        help="control.parameters.k=0.01,0.02, seed=0..9 or control.parameters.tau=0.1..1.0/10",
+    )
+    _add_workers(parser)
+    return parser.parse_args(argv)
+
+
+def _add_scenario(parser):
+    """Add the arguments that say what is run, and where it is written."""
+    parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    parser.add_argument("--robots", type=int, metavar="N", help="number of robots")
+    parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
+    parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
+    parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
+    parser.add_argument("--odometry", help="world or wheel")
+    parser.add_argument("--limits", help="firmware, top or none")
+    parser.add_argument("--seed", type=int)
+    add_require_verdict(parser)
+
+
+def _add_workers(parser):
+    """Add the arguments that say where the runs of a sweep are done."""
     parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")
-    add_require_verdict(parser)
-    return parser.parse_args(argv)
 
 
 if __name__ == "__main__":

@@ -453,8 +453,9 @@ def _draw_starts(axes, robots, points):
 
 def _frame_plane(axes, low, high):
     margin = MARGIN * np.max(high - low)
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
+    # The aspect may widen limits that count as automatic; of others matplotlib 3.9 warns.
+    axes.set_xlim(low[0] - margin, high[0] + margin, auto=True)
+    axes.set_ylim(low[1] - margin, high[1] + margin, auto=True)
     axes.set_aspect("equal", adjustable="datalim")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))

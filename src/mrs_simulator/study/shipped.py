@@ -1,16 +1,23 @@
 """Locates the scenarios that come with the package."""
 
+import argparse
 import difflib
 import os
 
 from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.scenario import load_scenario
+
+PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+# Inside the installed package, or beside src in the repository.
+PLACES = (
+    os.path.join(PACKAGE, "scenarios"),
+    os.path.join(os.path.dirname(os.path.dirname(PACKAGE)), "scenarios"),
+)
 
 
 def shipped_scenarios():
     """Return the directory of the shipped scenarios."""
-    import rospkg  # only who asks for them needs it
-
-    return os.path.join(rospkg.RosPack().get_path("mrs_simulator"), "scenarios")
+    return next(filter(os.path.isdir, PLACES), PLACES[0])
 
 
 def scenario_path(name):
@@ -34,3 +41,14 @@ def _missing(name, places):
     near = difflib.get_close_matches(os.path.basename(name), files, n=1)
     hint = "; did you mean {!r}?".format(near[0]) if near else ""
     return "scenario {}: no such file (looked in {}){}".format(name, ", ".join(places), hint)
+
+
+def main(argv=None):
+    """Run the command ``scenarios``: print the name and title of each."""
+    argparse.ArgumentParser(
+        prog="scenarios", description="List the scenarios that ship."
+    ).parse_args(argv)
+    for name in sorted(os.listdir(shipped_scenarios())):
+        if name.endswith(".yaml"):
+            title = load_scenario(os.path.join(shipped_scenarios(), name)).title
+            print("{:32}{}".format(name, title))

@@ -177,8 +177,15 @@ class World:
             return ForcedAirborneMotion(*bodies, **mirrored, **moving, **weather, z=z)
         if "water" in media:
             return ForcedMotion(*bodies, **mirrored, **moving, **weather)
-        from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
-
+        try:
+            from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
+        except ModuleNotFoundError as error:
+            if error.name != "pybullet":
+                raise
+            raise WorldError(
+                "fidelity 'dynamic': the Python package pybullet is missing; wanted it installed "
+                "(pip install pybullet), or fidelity kinematic"
+            ) from None
         return DynamicMotion(*bodies, **mirrored)
 
     def _new_odometry(self):

@@ -21,7 +21,7 @@ from mrs_simulator.control.law_apart import (
     speaks_ros,
     where_to_run,
 )
-from mrs_simulator.control.loading import choose_protocol, in_progress
+from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.processes_apart import Nursery
 from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
@@ -543,11 +543,8 @@ class ControlNode:
 def run(protocol=None, argv=None):
     """Run the control node with ``protocol``, a ``PioneerControl`` subclass.
 
-    A user's file ends with ``run(MyLaw)``, which does nothing while the file is loaded by its name
-    for another program; without a class the command line or the scenario names it.
+    Without one the command line or the scenario names it.
     """
-    if in_progress():
-        return
     # Until the node has handlers of its own, an interrupt ends it without a traceback.
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_DFL)

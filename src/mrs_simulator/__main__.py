@@ -1,0 +1,50 @@
+"""The command ``mrs-simulator``: all that needs no ROS, under one name."""
+
+import importlib
+import signal
+import sys
+
+from mrs_simulator.version import __version__
+
+STUDY = "mrs_simulator.study."
+COMMANDS = {
+    "experiment": (STUDY + "command", "main", "run a scenario: run.csv, figures, verdict"),
+    "sweep": (STUDY + "command", "sweep_main", "run a scenario under many values of its keys"),
+    "report": (STUDY + "report", "main", "make figures and verdict of a recorded run anew"),
+    "check_protocol": (STUDY + "check_protocol", "main", "would a wrong law fail its verdict?"),
+    "lossy_edges": (STUDY + "lossy_edges", "main", "consensus under many losses, against theory"),
+    "noise_gain": (STUDY + "noise_gain", "main", "consensus under noise, against theory"),
+    "scenarios": (STUDY + "shipped", "main", "list the scenarios that ship"),
+}
+BAD_INPUT = 2  # exit code
+
+
+def main(argv=None):
+    """Run the command that ``argv`` names; exits with 2 for bad input, else with the command's code."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    name = argv[0] if argv else "--help"
+    if name in ("-h", "--help"):
+        print(_usage())
+        sys.exit(0 if argv else BAD_INPUT)
+    if name == "--version":
+        print("mrs-simulator {}".format(__version__))
+        return
+    if name not in COMMANDS:
+        text = "mrs-simulator: command {!r}, wanted one of {}"
+        print(text.format(name, ", ".join(COMMANDS)), file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    # An interrupt while the modules load ends it without a word; the command then takes it.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    module, function, _ = COMMANDS[name]
+    getattr(importlib.import_module(module), function)(argv[1:])
+
+
+def _usage():
+    """Return what the command can do, one line for each of ``COMMANDS``."""
+    lines = ["usage: mrs-simulator COMMAND ...", "", __doc__.strip(), ""]
+    lines += ["  {:16}{}".format(name, what) for name, (_, _, what) in COMMANDS.items()]
+    return "\n".join(lines + ["", "mrs-simulator COMMAND --help tells the rest."])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,144 @@
+"""The wheel in a clean virtual environment, without ROS and without the system's packages.
+
+``python3 test/clean_wheel.py [SCENARIO ...]`` installs it with pybullet and runs every shipped scenario,
+or those named, there and here; it prints how far the values of ``run.csv`` are apart, and ends with 1
+where that is more than ``SMALL``.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+from recorded_values import SCENARIOS, SMALL, differing
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+OF_ROS = ("PYTHONPATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHOME")
+MOST_SECONDS = 600.0  # of one step
+
+
+class NoIndex(RuntimeError):
+    """No package can be had from pip's index."""
+
+
+class StepFailed(RuntimeError):
+    """A step that ended with an error; the message holds its output."""
+
+
+def without_ros():
+    """Return the environment without what ROS and another virtual environment have put there."""
+    kept = {key: value for key, value in os.environ.items() if not key.startswith("ROS_")}
+    return {key: value for key, value in kept.items() if key not in OF_ROS}
+
+
+def ran(*command, codes=(0,), cwd=None):
+    """Run ``command`` without ROS and return what it printed; ``StepFailed`` for another exit code."""
+    done = subprocess.run(
+        [str(part) for part in command],
+        cwd=None if cwd is None else str(cwd),
+        env=without_ros(),
+        timeout=MOST_SECONDS,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    text = done.stdout.decode(errors="replace")
+    if done.returncode not in codes:
+        raise StepFailed("{} ended with {}:\n{}".format(command, done.returncode, text[-3000:]))
+    return text
+
+
+class CleanEnvironment:
+    """A virtual environment in ``directory`` that sees no other packages, with the wheel installed."""
+
+    def __init__(self, directory, extra=""):
+        """``extra``: of the package, such as ``[dynamic]``.  Raises ``NoIndex`` and ``StepFailed``."""
+        self.directory = str(directory)
+        self.bin = os.path.join(self.directory, "environment", "bin")
+        ran(sys.executable, "-m", "venv", os.path.dirname(self.bin))
+        try:
+            self.pip("install", "setuptools>=61", "wheel")
+        except StepFailed as error:
+            raise NoIndex(str(error).strip().rpartition("\n")[2]) from error
+        self.wheel = self._built()
+        begun = time.monotonic()
+        self.pip("install", "--no-compile", self.wheel + extra)
+        self.seconds = time.monotonic() - begun  # of the installation
+
+    def pip(self, command, *arguments):
+        """Run pip."""
+        return ran(
+            os.path.join(self.bin, "python"), "-m", "pip", "--disable-pip-version-check", command, "-q",
+            *arguments,
+        )  # fmt: skip
+
+    def _built(self):
+        """Return the path of the wheel, built from a copy: no earlier build has left anything there."""
+        sources, target = (os.path.join(self.directory, name) for name in ("sources", "dist"))
+        os.mkdir(sources)
+        for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
+            shutil.copy(os.path.join(ROOT, name), sources)
+        for name in ("src", "scenarios"):
+            ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+            shutil.copytree(os.path.join(ROOT, name), os.path.join(sources, name), ignore=ignored)
+        self.pip("wheel", "--no-deps", "--no-build-isolation", "-w", target, sources)
+        (name,) = os.listdir(target)
+        return os.path.join(target, name)
+
+    def python(self, code):
+        """Return what the Python ``code`` prints there."""
+        return ran(os.path.join(self.bin, "python"), "-c", code, cwd=self.directory)
+
+    def run(self, *arguments, codes=(0, 1)):
+        """Return what ``mrs-simulator`` with ``arguments`` prints there."""
+        return ran(
+            os.path.join(self.bin, "mrs-simulator"), *arguments, codes=codes, cwd=self.directory
+        )
+
+
+def values(path):
+    """Return the numbers of a run.csv, (rows, columns); the robots' kinds are left out."""
+    with open(path, encoding="ascii") as file:
+        header = file.readline().strip().split(",")
+        rows = [line.strip().split(",") for line in file]
+    numbers = [column for column, name in enumerate(header) if name != "kind"]
+    return np.array([[row[column] for column in numbers] for row in rows], dtype=float)
+
+
+def compared(there, here):
+    """Return in words how far two run.csv files are apart, and whether that is little."""
+    with open(there, "rb") as first, open(here, "rb") as second:
+        if first.read() == second.read():
+            return "the same bytes", True
+    came, wanted = values(there), values(here)
+    if came.shape != wanted.shape:
+        return "{} values, wanted {}".format(came.shape, wanted.shape), False
+    apart = np.max(np.abs(came - wanted) / np.maximum(1.0, np.abs(wanted)))
+    return "{:.1e} apart".format(apart), not differing(came, wanted, SMALL).any()
+
+
+def main():
+    """Compare the scenarios that the command line names, or all."""
+    names = sys.argv[1:] or sorted(os.listdir(SCENARIOS))
+    with tempfile.TemporaryDirectory() as directory:
+        clean = CleanEnvironment(directory, "[dynamic]")
+        size = os.path.getsize(clean.wheel) / 1e6
+        print("wheel {:.2f} MB, installed in {:.0f} s".format(size, clean.seconds), flush=True)
+        far = []
+        for name in names:
+            there, here = (os.path.join(directory, place, name) for place in ("there", "here"))
+            begun = time.monotonic()
+            clean.run("experiment", name, "--out", there)
+            seconds = time.monotonic() - begun
+            command = [sys.executable, "-m", "mrs_simulator", "experiment", name, "--out", here]
+            subprocess.run(command, stdout=subprocess.DEVNULL, check=False)
+            said, near = compared(*(os.path.join(out, "run.csv") for out in (there, here)))
+            far += [] if near else [name]
+            print("{:34}{:5.1f} s  {}".format(name, seconds, said), flush=True)
+    sys.exit(bool(far))
+
+
+if __name__ == "__main__":
+    main()

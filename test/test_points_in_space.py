@@ -19,7 +19,14 @@ from mrs_simulator.core.spectra import (
     rigidity_matrix,
 )
 
-PLANAR = {"coverage", "cyclic_pursuit", "leader_follower", "vicsek"}
+PLANAR = {
+    "coverage",
+    "cyclic_pursuit",
+    "leader_follower",
+    "line_of_sight",
+    "station_keeping",
+    "vicsek",
+}
 SPATIAL = sorted(set(HOMES) - PLANAR)
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]

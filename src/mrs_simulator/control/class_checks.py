@@ -19,6 +19,7 @@ OWN = {
     "period": "the time between two commands",
     "fidelity": "what moves the robots",
     "parameters": "the values of PARAMETERS by name",
+    "_environment": "current, wind and waves",
     "_network": "the edges with faults",
     "_given_topology": "the scenario's topology",
     "_is_filtered": "whether the safety filter acts",

@@ -13,7 +13,9 @@ def make_control(scenario, protocol=None):
     """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
     scenario, protocol = choose_protocol(scenario, protocol)
     try:
-        return call(protocol, **_construction(scenario))
+        control = call(protocol, **_construction(scenario))
+        control._keep(_environment=scenario.environment)
+        return control
     except UserCodeError as error:
         raise ProtocolError("{}: {}".format(protocol.__name__, error)) from error
     except ValueError as error:

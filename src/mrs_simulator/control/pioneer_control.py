@@ -18,6 +18,7 @@ from mrs_simulator.control.twists import (
     twists_of,
 )
 from mrs_simulator.core.claims import without_theorem
+from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import NO_LIMITS, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
@@ -93,6 +94,7 @@ class PioneerControl:
     MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on
     KEEPS_CONNECTED = False  # theory says that the graph of ``graph_at`` never falls apart
     TAKES_EDGES = True  # the law looks up ``self.topology`` at each command: edges may come and go
+    IN_CURRENT = False  # the claims hold where a current carries robots, by ``self.carried``
     _network = None  # of edges with faults
     _heights = None  # (n) [m] of robots that leave the ground
 
@@ -137,7 +139,7 @@ class PioneerControl:
         numbers = tuple(numbers)
         team = Team((DEFAULT_KIND,) * len(numbers), limits) if team is None else team
         self._keep(numbers=numbers, saturation=saturation, period=period, fidelity=fidelity)
-        self._keep(safety=safety, _is_filtered=bool(np.any(safety)))
+        self._keep(_environment=CALM, safety=safety, _is_filtered=bool(np.any(safety)))
         self._keep(_surroundings=Surroundings() if surroundings is None else surroundings)
         self._keep(_standstill=Standstill(len(numbers)))
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
@@ -306,6 +308,13 @@ class PioneerControl:
     def dimension(self):
         """Return d, how many coordinates the controlled points have: 2 on the ground."""
         return self.team.dimension
+
+    @property
+    def carried(self):
+        """Return the velocities (n, d) [m/s] with which a current carries the points, besides commands."""
+        result = np.zeros((len(self.numbers), self.dimension))
+        result[self.team.afloat, :2] = self._environment.current
+        return result
 
     @property
     def limits(self):

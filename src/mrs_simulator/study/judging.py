@@ -63,7 +63,7 @@ def _carried(control, run):
     if run.scenario is None or all(g.drive.MEDIUM != "water" for g in control.team.groups):
         return ""
     environment = run.scenario.environment
-    if any(environment.current):
+    if any(environment.current) and not control.IN_CURRENT:
         return "the current carries the robots"
     if run.scenario.fidelity == "dynamic" and (any(environment.wind) or environment.wave_height):
         return "wind and waves push the robots"

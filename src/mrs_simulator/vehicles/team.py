@@ -127,6 +127,7 @@ class Team:
         self.reach = self._rows(lambda each: each.body.reach)
         self.speeds = self._speeds()
         self.airborne = self._rows(lambda each: each.module.MEDIUM == "air", bool)
+        self.afloat = self._rows(lambda each: each.module.MEDIUM == "water", bool)
         self.is_spatial = bool(self.airborne.any())
         self.record_columns = self._record_columns()
         # Of all components of a Twist: where the axes are, and which a robot does not obey, (n, 6) bool.

@@ -19,6 +19,7 @@ HOMES = {
     "flocking": "flocking:Flocking",
     "formation": "formation:Formation",
     "leader_follower": "marching:LeaderFollower",
+    "line_of_sight": "currents:LineOfSight",
     "marching": "marching:Marching",
     "noisy_consensus": "noisy_consensus:NoisyConsensus",
     "platoon": "platoon:Platoon",
@@ -26,6 +27,7 @@ HOMES = {
     "resilient_consensus": "resilient_consensus:ResilientConsensus",
     "reynolds": "flocking:Reynolds",
     "second_order_consensus": "consensus_memory:SecondOrderConsensus",
+    "station_keeping": "currents:StationKeeping",
     "switching_consensus": "switching_consensus:SwitchingConsensus",
     "vicsek": "flocking:Vicsek",
 }

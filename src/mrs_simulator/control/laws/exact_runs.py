@@ -52,7 +52,8 @@ def exact_run(control, run):
         return _exact_unicycles(control, law, run)
     edges = faulty_edges(control)
     with np.errstate(all="ignore"):
-        motion = exact_motion(law, run.hand[0], control.period, run.time - run.time[0], edges)
+        times, drift = run.time - run.time[0], current_of(control, run)
+        motion = exact_motion(law, run.hand[0], control.period, times, edges, drift)
     if motion is None or not np.isfinite(motion[0]).all():
         return None
     hand, velocity = motion
@@ -61,6 +62,16 @@ def exact_run(control, run):
     command = velocity / [1.0, control.l]
     facts = {OF_POINTS: True}
     return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
+
+
+def current_of(control, run):
+    """Return with which velocities (n, 2) [m/s] the current carries the robots of ``run``."""
+    result = np.zeros(run.hand.shape[1:])
+    if run.scenario is not None:
+        for row, kind in enumerate(control.team.kinds):
+            if kind.module.MEDIUM == "water":
+                result[row, :2] = run.scenario.environment.current
+    return result
 
 
 def _exact_unicycles(control, law, run):
@@ -94,6 +105,7 @@ def robots_run(control, run):
         return None
     frozen = scenario.fidelity == "point_mass"
     robots = Robots(control.team, control.l, control.period, control.saturation, frozen)
+    robots.drift = current_of(control, run) @ [1.0, 1j]
     step = scenario.step if robots.is_ramped and not frozen else math.inf
     last = run.time[-1] - run.time[0]
     commands = last / control.period
@@ -167,7 +179,8 @@ def _moved(control, law, robots, time, step):
         late = robots.lag(command) if ramped else late
         if (limited | late).any():
             moved = (robots.points - begin) / control.period
-            lost = np.hypot(*(u - moved).T) * control.period
+            drift = np.column_stack([robots.drift.real, robots.drift.imag])
+            lost = np.hypot(*(u + drift - moved).T) * control.period
             cut += np.where(limited | late, lost, 0.0)
         now, count = until, count + 1
 

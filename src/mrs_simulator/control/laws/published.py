@@ -130,9 +130,10 @@ def _cube_of(n, size):
     return places - places.mean(axis=0)
 
 
-def exact_steps(law, start, period, edges=None):
+def exact_steps(law, start, period, edges=None, drift=0.0):
     """Yield ``(p, u)``, (n, d) each, at each command: velocities are held for ``period`` [s].
 
+    ``drift`` (n, d) [m/s]: by which a current carries the points besides.
     ``edges``: a :class:`FaultyEdges` over which robots hear each other; each then runs the law on
     what it knows.
     """
@@ -142,12 +143,12 @@ def exact_steps(law, start, period, edges=None):
         while True:
             u, memory = law.velocity(points, step * period, memory)
             yield points, u
-            points, step = points + period * u, step + 1
+            points, step = points + period * (u + drift), step + 1
     team = Listeners(law, edges, points)
     while True:
         u = team.velocity(points, step * period)
         yield points, u
-        points, step = points + period * u, step + 1
+        points, step = points + period * (u + drift), step + 1
 
 
 class Listeners:
@@ -168,9 +169,10 @@ class Listeners:
         return u
 
 
-def exact_motion(law, start, period, time, edges=None):
+def exact_motion(law, start, period, time, edges=None, drift=0.0):
     """Return the exact points and velocities at ``time`` (m,) [s], (m, n, d) each; None if too long.
 
+    ``drift``: as in :func:`exact_steps`; the velocities are those through the water.
     Too long: more than ``MOST_COMMANDS``, or ``MOST_PAIRS`` over the pairs of robots.
     """
     count = np.asarray(time) / period
@@ -179,10 +181,12 @@ def exact_motion(law, start, period, time, edges=None):
     work = law.WORK * commands * n * n * (1 if edges is None else n)
     if commands > MOST_COMMANDS or work > MOST_PAIRS:
         return None
-    steps = [pair for _, pair in zip(range(commands), exact_steps(law, start, period, edges))]
+    steps = [
+        pair for _, pair in zip(range(commands), exact_steps(law, start, period, edges, drift))
+    ]
     points, u = (np.array(values)[before] for values in zip(*steps))
     since = period * np.maximum(count - before, 0.0)
-    return points + since[:, np.newaxis, np.newaxis] * u, u
+    return points + since[:, np.newaxis, np.newaxis] * (u + drift), u
 
 
 def exact_poses(law, pose, period, time, l):

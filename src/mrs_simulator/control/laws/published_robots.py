@@ -16,6 +16,7 @@ class Robots:
         self.team, self.l, self.scope, self.frozen = team, l, scope, frozen
         self.parts = [(g, STATED[g.drive](g, l, period)) for g in team.groups]
         self.is_ramped = any(part.is_ramped for _, part in self.parts)
+        self.drift = np.zeros(team.n, dtype=complex)  # [m/s] by which a current carries them
         self.limited_now = np.zeros(team.n, dtype=bool)  # at a limit under the last ``limited``
 
     def be(self, pose, points=None):
@@ -85,6 +86,7 @@ class Robots:
         """Move for ``duration`` [s] under ``command`` (n, a), in ``parts`` while anything ramps."""
         for g, part in self.parts:
             own, left = g.of(command), parts
+            part.z = part.z + duration * self.drift[g.rows]
             if self.frozen:
                 part.z = part.z + duration * part.velocities(own)
                 continue

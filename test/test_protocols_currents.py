@@ -1,0 +1,129 @@
+"""Keeping station and following lines in a current, held against numbers worked out by hand."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import as_points, check, failed, shipped, verdict_of
+
+from mrs_simulator.control.laws import currents_equations as laws
+from mrs_simulator.control.laws.currents import LineOfSight, StationKeeping
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.graphs import Topology
+
+PAIR = Topology(2, [[1, 2]], directed=False)
+COMMANDS = "commands off the published law [-]"
+OFFSET = "offset from the stations, the largest [m]"
+
+
+def test_a_station_pulls_and_so_does_what_was_integrated():
+    error, integral = np.array([[2.0, 0.0], [0.0, 1.0]]), np.array([[10.0, 0.0], [0.0, 0.0]])
+    u = laws.station_keeping(error, integral, PAIR, 0.1, 0.5, 0.02)
+    # 0.1 (e_2 - e_1) - 0.5 e_1 - 0.02 z_1.
+    np.testing.assert_allclose(u, [[-0.2 - 1.0 - 0.2, 0.1], [0.2, -0.1 - 0.5]])
+
+
+def test_an_integral_is_not_wound_up():
+    fresh = laws.integrated(
+        np.array([[3.0, 4.0], [0.0, 0.0]]), np.array([[3.0, 4.0], [1.0, 0.0]]), 1.0, 7.0
+    )
+    np.testing.assert_allclose(fresh, [[4.2, 5.6], [1.0, 0.0]])
+
+
+def test_the_current_leaves_its_share_of_the_anchor():
+    laplacian = PAIR.laplacian()
+    alike = np.array([[0.2, 0.1]] * 2)
+    np.testing.assert_allclose(laws.steady_offset(laplacian, 0.3, 0.1, 0.0, alike), 10.0 * alike)
+    # One is carried, the other is on land: (0.3 L + 0.1 I) e = (0.2, 0) gives 4/7 of V/anchor, and 3/7.
+    one = np.array([[0.2, 0.0], [0.0, 0.0]])
+    rest = laws.steady_offset(laplacian, 0.3, 0.1, 0.0, one)
+    np.testing.assert_allclose(rest[:, 0], [8.0 / 7.0, 6.0 / 7.0])
+    assert not laws.steady_offset(laplacian, 0.3, 0.1, 0.01, one).any()
+
+
+def test_a_line_of_sight_aims_ahead():
+    aim = laws.line_of_sight(np.array([0.0, 3.0, 1.0]), np.array([0.0, 0.0, 4.0]), 4.0, 0.5)
+    np.testing.assert_allclose(aim, [[1.0, 0.0], [0.8, -0.6], [0.8, -0.6]])
+    fresh = laws.sight_integrated(np.array([1.0]), np.array([4.0]), 4.0, 0.5, 0.1)
+    np.testing.assert_allclose(fresh, [4.0 + 0.1 * 4.0 / 25.0])
+
+
+@pytest.mark.parametrize("name", ["station_keeping", "station_keeping_integral", "line_of_sight"])
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_the_shipped_scenarios_pass(tmp_path, name, fidelity):
+    verdict = verdict_of(shipped(name, fidelity=fidelity), tmp_path)
+    assert not failed(verdict)
+    name, predicted = {
+        "station_keeping": (OFFSET, 2.5),
+        "station_keeping_integral": (OFFSET, 0.0),
+        "line_of_sight": ("cross-track error, the largest [m]", 0.0),
+    }[name]
+    judged = check(verdict, name)
+    assert judged["passed"] and judged["predicted"] == pytest.approx(predicted)
+
+
+def test_points_end_where_theory_says(tmp_path):
+    verdict = verdict_of(as_points(shipped("station_keeping")), tmp_path)
+    assert not failed(verdict)
+    assert check(verdict, "largest distance from the exact solution [m]")["measured"] < 1e-9
+    assert check(verdict, "decay rate")["passed"]
+
+
+def test_across_a_current_a_line_is_missed_without_the_integral(tmp_path):
+    """Straight across: 6 m * 0.3/sqrt(1.2^2 - 0.3^2) = 1.549 m."""
+    given = {"sigma": 0.0, "heading": 0.0}
+    scenario = shipped("line_of_sight", given, environment={"current": [0.0, 0.3]}, duration=40.0)
+    verdict = verdict_of(scenario, tmp_path)
+    assert not failed(verdict)
+    missed = check(verdict, "cross-track error, the largest [m]")
+    assert missed["passed"] and missed["predicted"] == pytest.approx(1.5492, abs=1e-4)
+    assert check(verdict, "decay rate")["passed"]
+
+
+def test_without_an_anchor_the_shape_is_kept_and_drifts(tmp_path):
+    given = {"anchor": 0.0, "gain": 0.1}
+    verdict = verdict_of(shipped("station_keeping", given, duration=60.0), tmp_path)
+    assert not failed(verdict)
+    speed = check(verdict, "speed of w^T p")
+    assert speed["passed"] and speed["predicted"] == pytest.approx(0.25)
+    assert check(verdict, "worst displacement error at the end [m]")["passed"]
+
+
+def test_a_current_beyond_what_the_law_can_make_up_for_fails(tmp_path):
+    verdict = verdict_of(shipped("station_keeping_integral", {"most": 0.1}, duration=1.0), tmp_path)
+    assert "current < most [m/s]" in failed(verdict)
+    verdict = verdict_of(shipped("line_of_sight", {"speed": 0.2}, duration=1.0), tmp_path)
+    assert "current across the line < speed [m/s]" in failed(verdict)
+
+
+class Forgetful(StationKeeping):
+    def law(self, hand):
+        self._integral = np.zeros_like(hand)
+        return super().law(hand)
+
+
+class Hasty(LineOfSight):
+    def law(self, hand):
+        return 1.05 * super().law(hand)
+
+
+@pytest.mark.parametrize(
+    "name, law", [("station_keeping_integral", Forgetful), ("line_of_sight", Hasty)]
+)
+def test_a_wrong_law_fails(tmp_path, name, law):
+    assert COMMANDS in failed(verdict_of(shipped(name, duration=3.0), tmp_path, law))
+
+
+def test_only_what_floats_is_carried():
+    scenario = shipped("station_keeping").changed(
+        model=["heron", "pioneer3dx", "otter", "crazyflie2"]
+    )
+    drift = make_control(scenario).carried
+    np.testing.assert_array_equal(drift, [[0.2, 0.15], [0.0, 0.0], [0.2, 0.15], [0.0, 0.0]])
+
+
+def test_a_second_start_has_nothing_integrated():
+    control = make_control(shipped("station_keeping_integral"))
+    hand = np.array([[9.0, 1.0], [1.0, 10.0], [-9.0, -2.0], [0.0, -9.0]])
+    first, second = control.pointMassLaw(hand), control.pointMassLaw(hand)
+    assert not np.allclose(first, second)
+    control.start()
+    np.testing.assert_array_equal(control.pointMassLaw(hand), first)

@@ -2,12 +2,14 @@
 
 import sys
 
+import numpy as np
 import pytest
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from mrs_simulator.core.spatial import headings
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
 
@@ -67,6 +69,20 @@ def test_the_time_of_real_robots_counts_from_the_first_heard():
     robots.forget()
     robots._on_odometry(odometry(1.7e9 + 100.0, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
     assert robots.snapshot(60.0).time == 0.0
+
+
+def test_heights_of_real_robots_are_believed_of_teams_that_fly():
+    robots, message = RobotsConnection(), Odometry()
+    message.pose.pose.position.z, message.twist.twist.linear.z = 1.5, 0.25
+    message.pose.pose.orientation.x, message.pose.pose.orientation.w = 0.6, 0.8
+    robots._on_odometry(message, 1)
+    assert robots.snapshot(1.0).spatial is None
+    robots.set_starts(np.array([[1.0, 2.0, np.pi]]), in_space=True)
+    told = robots.snapshot(1.0)
+    assert told.spatial.z.tolist() == [1.5] and told.spatial.twist.tolist() == [[0.25, 0.0, 0.0]]
+    # Of the two quaternions of a turn either may be told.
+    np.testing.assert_allclose(abs(told.spatial.orientation), [[0.0, 0.6, 0.8, 0.0]], atol=1e-15)
+    np.testing.assert_allclose(headings(told.spatial.orientation), told.pose[:, 2])
 
 
 def test_a_release_does_not_let_go_what_another_has_stopped_since(gui, ros):

@@ -139,3 +139,14 @@ def test_collisions_and_robots_to_place_have_a_height():
     assert messages.read_collision(old) == collision._replace(z=0.0)
     specs = messages.robot_specs(("", "husky"), TWO, [0.0, 1.5])
     assert messages.read_robot_specs(specs, "epuck") == (["epuck", "husky"], TWO, [0.0, 1.5])
+
+
+def test_several_joints_of_a_robot_are_told_one_robot_after_the_other():
+    message, _ = told(("f1tenth", "pioneer3dx"), [[0.2, 0.1], [0.3, -0.1]])
+    message.joint = [0.1, 0.2, 0.3, 1.1, 0.0, 0.0]
+    state = messages.read_state(message)
+    assert state.all_joints.tolist() == [[0.1, 0.2, 0.3], [1.1, 0.0, 0.0]]
+    assert state.joints.tolist() == [0.1, 1.1]
+    message.joint = [0.1, 0.2, 0.3]
+    with pytest.raises(messages.MessageError, match="2 robots, 3 joint; wanted as many of each"):
+        messages.read_state(message)

@@ -12,7 +12,19 @@ from mrs_simulator.ros.messages import team_odometry
 from mrs_simulator.ros.planar_messages import PlanarOdometry
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
+TWISTS = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+MORE = np.array([[0.7, 0.8, 0.9], [1.0, 1.1, 1.2]])  # vz, wx, wy
 IN_2096 = 3976214400.0  # [s]
+
+
+def odometry(row, stamp, z):
+    """Return what the robot of ``row`` tells, ``z`` [m] high, as it is received."""
+    message = PlanarOdometry()
+    message.stamp, message.frame, message.length = stamp, "odom", 1.0
+    message.planar, message.body = tuple(POSES[row]), tuple(TWISTS[row])
+    message.z, message.lift = z, (z, *LEVEL, *MORE[row])
+    return message
 
 
 class Clock:
@@ -40,18 +52,15 @@ def hear(request, monkeypatch):
 
     def by_robots(stamp, z):
         inbox = odometry_inbox.OdometryInbox([1, 2], topic="/robot{}/odom")
-        for row, pose in enumerate(POSES.tolist()):
-            message = PlanarOdometry()
-            message.stamp, message.frame, message.length = rospy.Time.from_sec(stamp), "odom", 1.0
-            message.planar, message.body, message.z = tuple(pose), (0.0, 0.0, 0.0), z[row]
-            inbox.put(message, row)
+        for row in (0, 1):
+            inbox.put(odometry(row, rospy.Time.from_sec(stamp), z[row]), row)
         return inbox
 
     def by_team(stamp, z):
         inbox = odometry_inbox.TeamInbox([1, 2])
         inbox._subscriber = type("Topic", (), {"resolved_name": "/stage/odometry"})
-        level = Spatial(np.array(z), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)), np.zeros((2, 3)))
-        inbox.put(team_odometry([1, 2], POSES, None, rospy.Time.from_sec(stamp), level))
+        level = Spatial(np.array(z), np.tile(LEVEL, (2, 1)), MORE)
+        inbox.put(team_odometry([1, 2], POSES, TWISTS, rospy.Time.from_sec(stamp), level))
         return inbox
 
     def heard(stamp, clock, z=(0.0, 0.0)):
@@ -73,6 +82,14 @@ def test_odometry_from_the_time_of_the_clock_is_not_waited_for(hear):
     inbox = hear(10.49, clock)
     assert inbox.refused() == ([0, 0], {})
     np.testing.assert_array_equal(inbox.pose(), POSES)
+
+
+def test_odometry_tells_twist_and_what_leaves_the_plane(hear):
+    inbox = hear(10.0, Clock(10.0, 0.0), z=(1.5, 2.5))
+    np.testing.assert_array_equal(inbox.twists(), TWISTS)
+    z, orientation, twist = inbox.spatial()
+    assert z.tolist() == [1.5, 2.5] and orientation.tolist() == [list(LEVEL)] * 2
+    np.testing.assert_array_equal(twist, MORE)
 
 
 @pytest.mark.parametrize("stamp", [11.0, IN_2096])
@@ -102,12 +119,8 @@ def test_who_climbs_straight_up_does_not_repeat_itself(hear, monkeypatch):
     before = inbox.changed.copy()
     team = isinstance(inbox, odometry_inbox.TeamInbox)
     for row in (0, 1):
-        message = PlanarOdometry()
-        message.stamp, message.frame, message.length = rospy.Time(10), "odom", 1.0
-        message.planar, message.body = tuple(POSES[row]), (0.0, 0.0, 0.0)
-        message.z = (1.1, 2.0)[row]
         if not team:
-            inbox.put(message, row)
+            inbox.put(odometry(row, rospy.Time(10), (1.1, 2.0)[row]), row)
     if team:
         level = Spatial(
             np.array([1.1, 2.0]), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)), np.zeros((2, 3))

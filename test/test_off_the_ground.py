@@ -321,7 +321,7 @@ def test_over_ros_height_and_orientation_are_told_everywhere(ros, hoverer, tmp_p
     scenario = tmp_path / "flight.yaml"
     protocol = {"control": {"protocol": "{}:Climb".format(law)}, "duration": 4.0, "speed": 0}
     scenario.write_text(flight(hoverer, protocol).to_yaml())
-    ros.node("stage", "--scenario", scenario, "_lockstep:=true", "_wait_for_recorders:=2")
+    ros.node("stage", "--scenario", scenario, "_lockstep:=true", "_wait_for_recorders:=3")
     ros.node("markers")
     probe = ros.probe()
     probe.ask("watch_markers()")

@@ -23,7 +23,7 @@ from mrs_simulator.vehicles import Team
 COMMANDS = ("linear.x", "linear.y", "angular.z")
 PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
 TWIST = ("twist.linear.x", "twist.linear.y", "twist.angular.z")
-FLYING = Columns(("linear.x", "linear.z"), True, True, True, ("crazy, fly", 'a "b"'))
+FLYING = Columns(("linear.x", "linear.z"), True, 1, True, ("crazy, fly", 'a "b"'))
 
 
 @pytest.mark.parametrize(
@@ -85,6 +85,18 @@ def test_all_columns_there_and_back_to_the_bit(tmp_path):
         (run.points, np.concatenate([points, point_z], axis=2)),
     ):
         np.testing.assert_array_equal(came, wrote)
+
+
+def test_joints_of_arms_there_and_back_to_the_bit(tmp_path):
+    path, joints = str(tmp_path / "run.csv"), np.random.default_rng(2).normal(size=(3, 2, 6))
+    columns = Columns(joints=6, kinds=("husky", "husky"))
+    zeros = np.zeros((2, 3)), np.zeros((2, 2))
+    with Recorder(path, (1, 2), columns=columns) as recorder:
+        for k in range(3):
+            recorder.sample(0.1 * k, *zeros, joints=joints[k])
+    assert columns.names[-8:] == ("omega", "joint", *map("joint.{}".format, range(2, 7)), "kind")
+    np.testing.assert_array_equal(read_run_csv(path).joints, joints)
+    assert columns_in(("time", *columns.names[1:-2], "joint.7", "kind")) is None
 
 
 def test_other_programs_read_names_with_commas_and_quotes(tmp_path):

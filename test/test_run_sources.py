@@ -1,15 +1,19 @@
 """A recorded run ends where the stage begins another."""
 
+import numpy as np
 import pytest
 import rospy
 
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.msg import StageStatus, TeamState
 from mrs_simulator.nodes.record import run_sources
+from mrs_simulator.ros.planar_messages import QuickTwist
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.vehicles import Team
 
 PERIOD = 0.02  # [s]
+TWIST = [[0.3, 0.1, 0.2], [0.0, 0.0, 0.0]]
 
 
 @pytest.fixture
@@ -79,3 +83,53 @@ def test_a_team_that_drives_fast_is_no_break(source):
     source.begin()
     states = [state(1.0 + k * PERIOD, (0.75 * k * PERIOD, 2.0)) for k in range(1, 100)]
     assert all(heard(source, *states)) and not source.broken()
+
+
+class Frame:
+    """A common frame of robots that stand at the origin and move by ``TWIST``."""
+
+    numbers = (1, 2)
+
+    def missing(self, _):
+        return ""
+
+    def pose(self):
+        return np.zeros((2, 3))
+
+    def twists(self):
+        return np.array(TWIST)
+
+    def spatial(self):
+        return upright(np.zeros(2), [1.0, 2.0])
+
+
+def real(monkeypatch, kinds):
+    """Return the source of two real robots of ``kinds``."""
+    monkeypatch.setattr(run_sources.rospy, "Subscriber", lambda *_, **__: None)
+    monkeypatch.setattr(run_sources.rospy, "get_time", lambda: 1.0)
+    monkeypatch.setattr(run_sources, "make_common_frame", lambda _: Frame())
+    monkeypatch.setattr(run_sources, "command_topics", lambda _: ["/a", "/b"])
+    scenario = load_scenario(scenario_path("paper.yaml")).with_robots(2)._replace(kinds=kinds)
+    return run_sources.RobotsSource(scenario, Team.from_scenario(scenario))
+
+
+def test_real_robots_are_recorded_with_twists_and_heights(monkeypatch):
+    sample = real(monkeypatch, ("crazyflie2", "robotino3")).next(1.0)
+    assert sample.twist.tolist() == TWIST and sample.spatial.z.tolist() == [1.0, 2.0]
+    sample = real(monkeypatch, ("robotino3", "robotino3")).next(1.0)
+    assert sample.twist.tolist() == TWIST and sample.spatial is None
+
+
+def test_real_cars_are_recorded_with_the_steering_to_which_commands_lead(monkeypatch):
+    clock = iter(np.arange(100.0, 110.0, 0.01))
+    monkeypatch.setattr(run_sources.time, "monotonic", lambda: next(clock))
+    source, told = real(monkeypatch, ("f1tenth", "pioneer3dx")), QuickTwist()
+    assert source.next(1.0).joints.tolist() == [0.0, 0.0]
+    told.values = (1.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+    for _ in range(50):
+        source._on_command(told, 0)
+        source._on_command(told, 1)
+    (car, wheels), team = source.next(1.0).joints, source._team
+    (group,) = team.jointed
+    wanted = group.asked(np.array([[1.0, 0.5], [0.0, 0.0]]), np.zeros(1))
+    assert car == pytest.approx(float(group.joints_of(wanted)[0])) and car > 0.1 and wheels == 0.0

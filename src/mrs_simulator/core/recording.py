@@ -72,7 +72,7 @@ class Run(NamedTuple):
     kinds: Tuple[str, ...] = ()  # names of the robots' kinds; () where they are not told
     # Where they were recorded, else None:
     twist: Optional[np.ndarray] = None  # (m, n, 3) vx, vy [m/s], omega [rad/s], robots' frames
-    joints: Optional[np.ndarray] = None  # (m, n) [rad], inner joints of the drives
+    joints: Optional[np.ndarray] = None  # (m, n) [rad] of the drives; (m, n, k) where robots have k
     spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
     point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
 
@@ -132,16 +132,16 @@ class Recorder:
         """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
 
         ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
-        ``joints`` (n,), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default ``spatial.z``: needed
-        where the file's columns have them, else left out.  Numbers are written with the fewest digits
-        that read back to the same value.
+        ``joints`` (n,) or (n, k), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default
+        ``spatial.z``: needed where the file's columns have them, else left out.  Numbers are written with
+        the fewest digits that read back to the same value.
         """
         hand = hand_points(pose, self._hand_length) if points is None else points
         blocks, columns = [pose, hand, command], self.columns
         if columns.twist:
             blocks.append(twist)
         if columns.joints:
-            blocks.append(joints[:, np.newaxis])
+            blocks.append(np.reshape(joints, (len(pose), -1)))
         if columns.spatial:
             height = spatial.z if point_z is None else point_z
             blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
@@ -271,7 +271,8 @@ def _more_of(table, columns):
     if columns.twist:
         result["twist"] = table[:, :, at["twist"]]
     if columns.joints:
-        result["joints"] = table[:, :, at["joints"].start]
+        joints = table[:, :, at["joints"]]
+        result["joints"] = joints[:, :, 0] if columns.joints == 1 else joints
     if columns.spatial:
         block = table[:, :, at["spatial"]]
         result["spatial"] = Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 6:])

@@ -13,7 +13,7 @@ from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
 PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
 COLUMNS = PLACE + ("v", "omega")  # of the first version
 PLANAR_TWIST = ("twist.linear.x", "twist.linear.y", "twist.angular.z")
-JOINT = ("joint",)
+JOINT = "joint"  # the first one; the second is ``joint.2``
 SPATIAL = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.w", "alpha_z")
 SPATIAL += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
 KIND = ("kind",)
@@ -24,7 +24,7 @@ class Columns(NamedTuple):
 
     axes: Tuple[str, ...] = UNICYCLE_AXES  # of the commands
     twist: bool = False  # body twists in the plane
-    joints: bool = False  # inner joints of the drives
+    joints: int = 0  # how many joints a robot has at most: a steered wheel, those of an arm
     spatial: bool = False  # height, orientation, the points' height, the rest of the twist
     kinds: Tuple[str, ...] = ()  # of the robots, () for a file without that column
 
@@ -35,7 +35,7 @@ class Columns(NamedTuple):
         names = PLACE + commands
         for wanted, more in (
             (self.twist, PLANAR_TWIST),
-            (self.joints, JOINT),
+            (self.joints, joint_names(self.joints)),
             (self.spatial, SPATIAL),
             (self.kinds, KIND),
         ):
@@ -53,7 +53,7 @@ class Columns(NamedTuple):
         for name, there, width in (
             ("command", True, len(self.axes)),
             ("twist", self.twist, len(PLANAR_TWIST)),
-            ("joints", self.joints, len(JOINT)),
+            ("joints", True, self.joints),
             ("spatial", self.spatial, len(SPATIAL)),
         ):
             result[name] = slice(begin, begin + width * there)
@@ -71,11 +71,16 @@ def columns_in(names):
     found = Columns(
         axes,
         twist=PLANAR_TWIST[0] in more,
-        joints=JOINT[0] in more,
+        joints=sum(name.startswith(JOINT) for name in more),
         spatial=SPATIAL[0] in more,
         kinds=("",) if KIND[0] in more else (),
     )
     return found if found.names == tuple(names) else None
+
+
+def joint_names(count):
+    """Return the names of the columns of ``count`` joints."""
+    return (JOINT, *("{}.{}".format(JOINT, place) for place in range(2, count + 1)))
 
 
 def kind_fields(kinds):

@@ -55,9 +55,10 @@ class State(NamedTuple):
     commanded: np.ndarray  # (n,) bool
     real: np.ndarray  # (n,) bool
     kinds: Tuple[str, ...]  # names, () where they are not told
-    joints: np.ndarray  # (n,) [rad]
+    joints: np.ndarray  # (n,) [rad] of the drives
     part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
     spatial: Optional[Spatial] = None  # None for a team on the ground
+    all_joints: Optional[np.ndarray] = None  # (n, k) [rad], the first that of the drive
 
 
 class Controller(NamedTuple):
@@ -149,7 +150,7 @@ def team_state(world, stamp, frame, run):
     _put_spatial(message, world.spatial)
     for name, column in commands_of(world.command, team.axes, "command_").items():
         setattr(message, name, column)
-    message.joint = world.joints.tolist() if team.has_joints else []
+    message.joint = world.joints.ravel().tolist() if team.has_joints else []
     message.commanded = world.commanded.tolist()
     message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
     return message
@@ -214,7 +215,7 @@ def read_state(message):
     n = len(message.robot)
     pose, twist = read_planar(message)
     axes, command = read_commands(message, n, "command_")
-    kinds, joints = tuple(_array(message, "kind")), _array(message, "joint")
+    kinds, all_joints = tuple(_array(message, "kind")), _joints(_array(message, "joint"), n)
     return State(
         stamp=message.header.stamp.to_sec(),
         robots=tuple(message.robot),
@@ -225,10 +226,20 @@ def read_state(message):
         commanded=_flags(message.commanded, n, "commanded"),
         real=_flags(message.real, n, "real"),
         kinds=kinds if len(kinds) == n else (),
-        joints=np.array(joints, dtype=float) if len(joints) == n else np.zeros(n),
+        joints=all_joints[:, 0],
         part=(getattr(message, "stage", 0), getattr(message, "run", 0)),
         spatial=read_spatial(message, pose[:, 2]),
+        all_joints=all_joints,
     )
+
+
+def _joints(told, n):
+    """Return the joints (n, k) of a message that tells k of each robot; one that is 0 where it has none."""
+    if not len(told):
+        return np.zeros((n, 1))
+    if not n or len(told) % n:
+        raise MessageError("{} robots, {} joint; wanted as many of each robot".format(n, len(told)))
+    return np.array(told, dtype=float).reshape(n, -1)
 
 
 def is_commanded(message):

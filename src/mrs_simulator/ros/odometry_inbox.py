@@ -12,6 +12,7 @@ from mrs_simulator.core.intake import FARTHEST_REAL, Intake
 from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
 from mrs_simulator.ros.node_parameters import ODOM_FRAME, ODOM_TOPIC
 from mrs_simulator.ros.parameters import read
@@ -53,7 +54,12 @@ class Inbox:
         self.changed = np.full(n, -math.inf)  # [s] of wall time when pose or twist last changed
         self._tracks = Tracks(n, bounds)
         self._stamp = np.full(n, NEVER)  # [ns]
-        self._z = np.zeros(n)  # [m]
+        self._body = np.zeros((n, 3))  # [m/s, m/s, rad/s]
+        self._lift = np.zeros(
+            (n, 8)
+        )  # z [m], the quaternion's x, y, z, w, and vz [m/s], wx, wy [rad/s]
+        self._lift[:, 4] = 1.0
+        self._z = self._lift[:, 0]  # a view
         self._ages = np.zeros(n, dtype=np.int64)  # [ns] up to which the newest stamps may be older
         self._received = np.full(n, -math.inf)
         self._repeated, self._said = set(), {}
@@ -71,6 +77,17 @@ class Inbox:
         """Return the newest heights above the ground, (n,) [m], as they were told."""
         with self._changed:
             return self._z.copy()
+
+    def twists(self):
+        """Return the newest body twists vx, vy, omega, (n, 3) [m/s, m/s, rad/s], as they were told."""
+        with self._changed:
+            return self._body.copy()
+
+    def spatial(self):
+        """Return the ``Spatial`` of the robots, as it was told."""
+        with self._changed:
+            lift = self._lift.copy()
+        return Spatial(lift[:, 0], lift[:, 1:5], lift[:, 5:])
 
     def first(self):
         """Return the poses that were heard first, shape (n, 3)."""
@@ -227,11 +244,11 @@ class OdometryInbox(Inbox):
         """
         if isinstance(message, PlanarOdometry):
             pose, stamp, body = message.planar, message.stamp, message.body
-            z = message.z
+            z, lift = message.z, message.lift
             frame, length = message.frame, message.length
         else:
             pose, stamp, body = planar(message.pose), message.header.stamp, (0.0, 0.0, 0.0)
-            z = message.pose.position.z
+            z, lift = message.pose.position.z, lifted(message.pose)
             frame, length = message.header.frame_id, quaternion_length(message.pose)
         stamped, seconds = stamp.to_nsec(), stamp.to_sec()
         now = rospy.get_time() if self._real[row] else self._clock(seconds)
@@ -249,7 +266,7 @@ class OdometryInbox(Inbox):
                 self._repeated.add(row)
             came = arrival if self._real[row] else min(now, seconds)
             self._stamp[row], self._received[row] = stamped, came
-            self._z[row] = z
+            self._body[row], self._lift[row] = body, lift
             self._note_change(row, (*pose, z, *body), arrival)
             self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds))
             self._note_arrival(row)
@@ -283,12 +300,14 @@ class TeamInbox(Inbox):
     def put(self, message):
         """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
         try:
-            numbers, poses, _, spatial = read_odometry(message)
+            numbers, poses, twists, spatial = read_odometry(message)
         except MessageError:
             return
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
-        z = np.zeros(len(poses)) if spatial is None else spatial.z
-        poses, z, rows = poses[rows >= 0], z[rows >= 0], rows[rows >= 0]
+        ours = rows >= 0
+        poses, twists, rows = poses[ours], twists[ours], rows[ours]
+        spatial = upright(poses[:, 2]) if spatial is None else spatial.of(ours)
+        z = spatial.z
         places = np.column_stack([poses[:, :2], z])
         good = np.isfinite(poses).all(axis=1) & (np.abs(places) < FARTHEST).all(axis=1)
         stamp = message.header.stamp
@@ -308,7 +327,8 @@ class TeamInbox(Inbox):
             self._repeated.update(rows[self._stamp[rows] == stamp.to_nsec()].tolist())
             moved = (poses != self._tracks.pose[rows]).any(axis=1) | (z != self._z[rows])
             self.changed[rows[moved]] = time.monotonic()
-            self._z[rows] = z
+            lift = z[:, np.newaxis], spatial.orientation[good], spatial.twist[good]
+            self._body[rows], self._lift[rows] = twists[good], np.concatenate(lift, axis=1)
             came = self._times(min(now, stamp.to_sec()))[rows]
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()))
@@ -352,6 +372,12 @@ def planar(pose):
     """Return ``(x, y, theta)`` [m, m, rad] of a geometry_msgs/Pose."""
     turn = pose.orientation
     return pose.position.x, pose.position.y, yaw(turn.x, turn.y, turn.z, turn.w)
+
+
+def lifted(pose):
+    """Return what a geometry_msgs/Pose of a robot at rest tells beside ``planar``: a ``lift``."""
+    turn = pose.orientation
+    return (pose.position.z, turn.x, turn.y, turn.z, turn.w, 0.0, 0.0, 0.0)
 
 
 def quaternion_length(pose):

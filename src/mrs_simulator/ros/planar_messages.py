@@ -25,8 +25,8 @@ class PlanarOdometry(Odometry):
     """An odometry message of which pose (x, y, theta) and body twist (vx, vy, omega) count.
 
     ``lift`` is what a robot that leaves the ground tells besides: z, the quaternion's x, y, z, w, and vz,
-    wx, wy; None on the ground.  Receiving fills ``stamp``, ``frame``, ``planar``, ``body``, ``z`` and
-    ``length``, that of the quaternion, not the nested fields.
+    wx, wy; None on the ground.  Receiving fills ``stamp``, ``frame``, ``planar``, ``body``, ``z``, ``lift``
+    and ``length``, that of the quaternion, not the nested fields.
     """
 
     __slots__ = ("stamp", "frame", "planar", "body", "z", "lift", "length")
@@ -83,13 +83,13 @@ class PlanarOdometry(Odometry):
             at += _LENGTH.size + _LENGTH.unpack_from(data, at)[0]
             x, y, z, qx, qy, qz, qw = _POSE.unpack_from(data, at)
             at += _POSE.size + _COVARIANCE.size
-            vx, vy, _, _, _, omega = _TWIST.unpack_from(data, at)
+            vx, vy, vz, wx, wy, omega = _TWIST.unpack_from(data, at)
         except struct.error as error:
             raise genpy.DeserializationError(error) from None
         self.stamp, self.frame = genpy.Time(secs, nsecs), frame.decode("utf-8", "replace")
         self.length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
         self.planar, self.body = (x, y, yaw(qx, qy, qz, qw)), (vx, vy, omega)
-        self.z = z
+        self.z, self.lift = z, (z, qx, qy, qz, qw, vz, wx, wy)
         return self
 
 

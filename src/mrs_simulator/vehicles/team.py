@@ -215,7 +215,7 @@ class Team:
         return Columns(
             axes=self.axes,
             twist=not self.is_of_unicycles,
-            joints=self.has_joints,
+            joints=int(self.has_joints),
             spatial=self.is_spatial,
             kinds=names if set(names) != {DEFAULT_KIND} else (),
         )

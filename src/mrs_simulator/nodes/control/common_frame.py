@@ -8,6 +8,7 @@ from geometry_msgs.msg import PoseStamped
 
 from mrs_simulator.core.guards import JumpBounds
 from mrs_simulator.core.kinematics import compose, origins
+from mrs_simulator.core.spatial import headings, turned
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.messages import TeamOdometry, read_odometry, team_odometry
 from mrs_simulator.ros.node_parameters import (
@@ -99,6 +100,20 @@ class CommonFrame:
     def with_heights(self, pose):
         """Return ``pose`` (n, 3); of a team that leaves the ground (n, 4), with its heights."""
         return np.column_stack([pose, self.heights()]) if self._is_spatial else pose
+
+    def twists(self):
+        """Return the body twists vx, vy, omega, (n, 3) [m/s, m/s, rad/s], as odometry tells them."""
+        return self.inbox.twists()
+
+    def spatial(self):
+        """Return the robots' ``Spatial``; orientations in the common frame."""
+        told, theta = self._told_in_space(), self.pose()[:, 2]
+        return told._replace(
+            orientation=turned(told.orientation, theta - headings(told.orientation))
+        )
+
+    def _told_in_space(self):
+        return self.inbox.spatial()
 
     def missing(self, now):
         """Return which robots' poses are not known or too old at ``now`` [s], or ""."""
@@ -215,6 +230,9 @@ class LocalisedFrame(CommonFrame):
     def heights(self):
         """Return the newest heights."""
         return self._poses.heights()
+
+    def _told_in_space(self):
+        return self._poses.spatial()._replace(twist=self.inbox.spatial().twist)
 
     def missing(self, now):
         """Return which robots' odometry or pose is missing, or ""."""

@@ -6,7 +6,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import Pose
 
-from mrs_simulator.ros.odometry_inbox import Inbox, planar, quaternion_length
+from mrs_simulator.ros.odometry_inbox import Inbox, lifted, planar, quaternion_length
 
 
 class TransformInbox(Inbox):
@@ -51,5 +51,5 @@ class TransformInbox(Inbox):
                 row, seconds, rospy.get_time(), arrival
             ):
                 self._stamp[row], self._received[row] = stamp.to_nsec(), now
-                self._z[row] = pose.position.z
+                self._lift[row] = lifted(pose)
                 self._tracks.take(row, where, (now, seconds))

@@ -46,7 +46,7 @@ class RunRecorder:
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
         self.source = make_source(scenario)
-        columns = self.source.columns(self.control.team)
+        columns = self.control.team.record_columns
         self._file = begin_run(scenario, out, tell=_tell, columns=columns)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was told to

@@ -35,9 +35,8 @@ class Sample(NamedTuple):
     pose: np.ndarray  # (n, 3) [m, m, rad], common frame
     command: np.ndarray  # (n, a) [m/s, rad/s], in force from the stamp on
     commanded: bool  # whether any robot is
-    joints: np.ndarray  # (n,) [rad], 0 where they are not known
-    # Where they are known:
-    twist: Optional[np.ndarray] = None  # (n, 3) [m/s, m/s, rad/s], robots' frames
+    joints: np.ndarray  # (n,) [rad]; of real robots those to which the commands so far have led
+    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robots' frames
     spatial: Optional[Spatial] = None  # of robots that leave the ground
 
 
@@ -102,10 +101,6 @@ class StageSource:
             else ""
         )
 
-    def columns(self, team):
-        """Return the ``Columns`` in which a run of ``team`` is recorded."""
-        return team.record_columns
-
     def begin(self):
         """Count from now on: the run has begun."""
         self._counting = True
@@ -141,7 +136,8 @@ class StageSource:
 class RobotsSource:
     """The newest pose and command of every real robot, at the scenario's rate in wall time.
 
-    A robot that was not heard of late leaves a gap: nothing is made up.
+    A robot that was not heard of late leaves a gap: nothing is made up.  Drivers tell no steering angles:
+    they are those to which the commands have led, as the control reckons them.
     """
 
     PACED = True
@@ -155,6 +151,8 @@ class RobotsSource:
         self._watchdog = team.timeouts if given is None else np.full(scenario.n, given)
         self._frame = make_common_frame(scenario)
         self._lock = threading.Lock()
+        self._team, self._joints = team, np.zeros(scenario.n)  # [rad]
+        self._commanded = time.monotonic()  # up to when the joints have followed the commands
         self._columns = [TWIST_AXES.index(axis) for axis in team.axes]
         self._command = np.zeros((scenario.n, len(team.axes)))
         self._told = np.full(scenario.n, -math.inf)  # [s] of wall time
@@ -182,15 +180,24 @@ class RobotsSource:
         if self._frame.missing(now):
             return None
         with self._lock:
-            fresh = time.monotonic() - self._told <= self._watchdog
-            command = np.where(fresh[:, np.newaxis], self._command, 0.0)
+            command, joints = self._in_force(), self._followed()
         # Zeros are also what a node says that has not begun or is stopped.
-        still = np.zeros(len(command))
-        return Sample(now, self._frame.pose(), command, bool(command.any()), still)
+        commanded, frame = bool(command.any()), self._frame
+        spatial = frame.spatial() if self._team.is_spatial else None
+        return Sample(now, frame.pose(), command, commanded, joints, frame.twists(), spatial)
 
-    def columns(self, team):
-        """Return the ``Columns`` in which a run of ``team`` is recorded, without what is not known."""
-        return team.record_columns._replace(twist=False, joints=False, spatial=False)
+    def _in_force(self):
+        """Return the commands (n, a) that the robots follow now."""
+        fresh = time.monotonic() - self._told <= self._watchdog
+        return np.where(fresh[:, np.newaxis], self._command, 0.0)
+
+    def _followed(self):
+        """Return the joints (n,) [rad] after the commands up to now."""
+        if self._team.has_joints:
+            now = time.monotonic()
+            elapsed, self._commanded = now - self._commanded, now
+            self._joints = self._team.joints_after(self._in_force(), self._joints, elapsed)
+        return self._joints
 
     def begin(self):
         """Nothing was counted before."""
@@ -209,5 +216,6 @@ class RobotsSource:
 
     def _on_command(self, message, row):
         with self._lock:
+            self._followed()
             self._command[row] = np.nan_to_num(message.values)[self._columns]
             self._told[row] = time.monotonic()

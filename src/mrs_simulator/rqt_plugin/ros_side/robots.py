@@ -9,7 +9,8 @@ import rospy
 from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, compose
-from mrs_simulator.ros.odometry_inbox import planar
+from mrs_simulator.core.spatial import Spatial, headings, turned
+from mrs_simulator.ros.odometry_inbox import lifted, planar
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 
 ROBOT = re.compile(r"^/robot(\d+)/")
@@ -24,11 +25,14 @@ class RobotsConnection:
         self._heard, self._subscribers = {}, {}  # by the robot's number
         self._first = 0.0  # [s] stamp of what was heard first
         self._simulated = frozenset()  # numbers of the robots whose odometry a stage publishes
-        self._starts = None
+        self._starts, self._in_space = None, False
 
-    def set_starts(self, poses):
-        """Take in where the robots stood when their odometry was zero, (n, 3); None: at the origin."""
-        self._starts = None if poses is None else np.array(poses)
+    def set_starts(self, poses, in_space=False):
+        """Take in where the robots stood when their odometry was zero, (n, 3); None: at the origin.
+
+        ``in_space``: whether they leave the ground; of others no height is believed.
+        """
+        self._starts, self._in_space = None if poses is None else np.array(poses), in_space
 
     def topics(self):
         """Return ``{number: topic}`` of the robots that are listened to."""
@@ -53,18 +57,20 @@ class RobotsConnection:
         if not robots:
             return None
         numbers, now = tuple(sorted(robots)), time.monotonic()
-        stamps, poses, twists, heard = zip(*(robots[number] for number in numbers))
+        stamps, poses, twists, lifts, heard = zip(*(robots[number] for number in numbers))
+        poses = self._in_common_frame(numbers, np.array(poses))
         axes, commands = _commands(numbers, control)
         return Snapshot(
             # Wall time counts from 1970; a stage's own robots go on with its time.
             max(stamps) if self._simulated else max(stamps) - self._first,
             numbers,
-            self._in_common_frame(numbers, np.array(poses)),
+            poses,
             np.array(twists),
             commands,
             now - np.array(heard) < silence,
             frozenset(numbers) - self._simulated,
             axes,
+            spatial=_spatial(np.array(lifts), poses[:, 2]) if self._in_space else None,
         )
 
     def _in_common_frame(self, numbers, poses):
@@ -107,6 +113,7 @@ class RobotsConnection:
                 stamp,
                 planar(message.pose.pose),
                 (twist.linear.x, twist.linear.y, twist.angular.z),
+                (*lifted(message.pose.pose)[:5], twist.linear.z, twist.angular.x, twist.angular.y),
                 time.monotonic(),
             )
 
@@ -116,6 +123,12 @@ class RobotsConnection:
             self._subscribers.pop(number).unregister()
         with self._lock:
             self._heard.clear()
+
+
+def _spatial(lifts, theta):
+    """Return the ``Spatial`` that ``lifts`` (n, 8) tell, at headings ``theta`` (n,) in the common frame."""
+    told = Spatial(lifts[:, 0], lifts[:, 1:5], lifts[:, 5:])
+    return told._replace(orientation=turned(told.orientation, theta - headings(told.orientation)))
 
 
 def _commands(numbers, control):

@@ -66,7 +66,8 @@ class ScenarioEditing:
             self._study.edited.derived,
         )
         panels.close_error()  # an edit was taken up
-        connection.set_starts(self._study.edited.starts())
+        edited = self._study.edited
+        connection.set_starts(edited.starts(), edited.team().is_spatial)
         panels.protocol.set_warnings(derived.warnings)
         edges, directed = derived.topology.edges, derived.topology.directed
         panels.topology.set_team(self._study.scenario.poses[:, :2])

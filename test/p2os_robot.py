@@ -1,12 +1,14 @@
 """A robot for tests that behaves as p2os_driver and a Pioneer do, on the same unicycle as RosAria's.
 
-Topics are the namespace's: ``pose``, ``cmd_vel``, ``motor_state`` and ``cmd_motor_state``.  As the driver's
-source has it, one thread reads the robot's packets, ten a second, and does all else between two of them:
-it publishes the pose of each, in whole millimetres and degrees, sends what is new of a command in two
-packets, for each of which it awaits one of the robot's, and only then takes messages again.  A command that
-differs by no more than 0.01 m/s and 0.01 rad/s from the one in force is none: zeros do not stop a robot
-that creeps.  There is no watchdog.  The motors are off until told otherwise.  Without its robot the driver
-waits in its read for ever, and says nothing.
+Topics are the namespace's: ``pose``, ``cmd_vel``, ``motor_state`` and ``cmd_motor_state``.  As the
+driver's source has it, one thread reads the robot's packets, ten a second, and does all else between two
+of them: it publishes the pose of each, in whole millimetres and degrees, sends what is new of a command
+in two packets, for each of which it awaits one of the robot's, and only then takes messages again.  A
+command that differs by no more than 0.01 m/s and 0.01 rad/s from the one in force is none: zeros do not
+stop a robot that creeps.  It has no watchdog; the robot's firmware stops 2 s after the last packet that
+was sent to it, and goes on at the next.  Speeds are told as those of the wheels, in whole mm/s.  The
+motors are off until told otherwise.  Without its robot the driver waits in its read for ever, and says
+nothing.
 """
 
 import math
@@ -26,6 +28,8 @@ MotorState = generate_dynamic("p2os_msgs/MotorState", "int32 state\n")["p2os_msg
 PACKET = 0.1  # [s] between two of the robot's packets
 CHANGE = 0.01  # [m/s], [rad/s] by which a command must differ
 REMINDER = 2.0  # [s] after which one that does not is sent again, if it moves the robot
+FIRMWARE = 2.0  # [s] without a packet after which the robot stands, as it leaves the factory
+TURN_UNIT = 0.0028  # [rad/s] that the driver makes of 1 mm/s between the wheels of a Pioneer 3-DX
 MAX_SPEED, MAX_TURN = 0.5, math.radians(100.0)  # [m/s, rad/s] defaults
 
 
@@ -34,7 +38,7 @@ class Commands:
 
     def __init__(self, max_speed=MAX_SPEED, max_turn=MAX_TURN):
         """``max_speed`` [m/s] and ``max_turn`` [rad/s]: to which commands are cut."""
-        self._most = int(1e3 * max_speed), round(math.degrees(max_turn))
+        self._most = round(1e3 * max_speed), round(math.degrees(max_turn))
         self._taken, self._since = (0.0, 0.0), 0.0
         self.is_new = False
 
@@ -67,7 +71,7 @@ class P2osRobot(Robot):
         )
         most = rospy.get_param("~max_xspeed", MAX_SPEED), rospy.get_param("~max_yawspeed", MAX_TURN)
         self._commands, self._inbox, self._lock = Commands(*most), {}, threading.Lock()
-        self._due = time.monotonic()
+        self._due = self._spoke = time.monotonic()
         self._lost = threading.Event()
         self._publisher = rospy.Publisher("pose", Odometry, queue_size=1000)
         self._state = rospy.Publisher("motor_state", MotorState, queue_size=1000)
@@ -87,22 +91,32 @@ class P2osRobot(Robot):
 
     def publish(self):
         """Publish pose and transform, and the state of the motors with them."""
-        exact = self.pose.copy()
+        exact, velocity = self.pose.copy(), self.velocity
         self.pose[0, :2] = np.round(1e3 * exact[0, :2]) * 1e-3
         self.pose[0, 2] = math.radians(round(math.degrees(exact[0, 2])))
+        half = 0.5 * velocity[0, 1] / TURN_UNIT
+        left, right = (round(1e3 * velocity[0, 0] + side * half) for side in (-1.0, 1.0))
+        # Whole numbers, of which the halves are lost.
+        self.velocity = np.array([[1e-3 * int(0.5 * (left + right)), TURN_UNIT * (right - left)]])
         super().publish()
-        self.pose = exact
+        self.pose, self.velocity = exact, velocity
         self._state.publish(MotorState(int(self.motors)))
+
+    def step(self, duration):
+        """Move on by ``duration`` [s], as the firmware lets it."""
+        told = self.target
+        if time.monotonic() - self._spoke > FIRMWARE:
+            self.target = np.zeros((1, 2))
+        super().step(duration)
+        self.target = told
 
     def spin(self):
         """Run as the driver's main loop does."""
         while not rospy.is_shutdown():
             if self._commands.is_new:
                 v, omega = self._commands.sent()
-                self.target[0, 0] = v
-                self._await_packet()
-                self.target[0, 1] = omega
-                self._await_packet()
+                self._send(0, v)
+                self._send(1, omega)
             self._await_packet()
             with self._lock:
                 inbox, self._inbox = self._inbox, {}
@@ -111,7 +125,12 @@ class P2osRobot(Robot):
                 self._commands.take(twist.linear.x, twist.angular.z, time.monotonic())
             if "motors" in inbox:
                 self.motors = inbox["motors"].state != 0
+                self._spoke = time.monotonic()
                 self._await_packet(publish=False)
+
+    def _send(self, column, value):
+        self.target[0, column], self._spoke = value, time.monotonic()
+        self._await_packet()
 
     def _await_packet(self, publish=True):
         while not rospy.is_shutdown() and (time.monotonic() < self._due or self._lost.is_set()):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from p2os_robot import Commands
 from ros_fixtures import log_of, wait_until
+from turtlebot3_robot import obeyed
 
 from mrs_simulator.core.guards import stilled
 from mrs_simulator.nodes.control.guards import Guards
@@ -145,10 +146,9 @@ def test_the_launch_file_drives_them_and_their_watchdog_is_what_stops_them(bench
     control = bench.pid("/pioneer_control")
     os.kill(control, signal.SIGSTOP)
     try:
-        if bench.name == "turtlebot3":  # whose board waits 0.5 s for a command
-            bench.stands(1)
-        else:  # p2os has no watchdog
-            bench.far(max(bench.x(1), bench.x(2)) + 0.3)
+        if bench.name == "p2os":  # which has no watchdog; the robot's own waits for 2 s
+            bench.far(max(bench.x(1), bench.x(2)) + 0.1)
+        bench.stands(1)  # a TurtleBot3's board waits for 0.5 s
     finally:
         os.kill(control, signal.SIGCONT)
     # What drivers print goes to the log, and what stopped a robot stays on the screen.
@@ -183,6 +183,15 @@ def test_zeros_stop_a_p2os_robot_only_where_smaller_commands_are_never_sent(dead
     for step in range(100):  # zeros, again and again
         commands.take(0.0, 0.0, now=1.0 + 0.05 * step)
     assert (commands.sent() == (0.0, 0.0)) is stops
+
+
+def test_a_board_cuts_what_its_wheels_cannot():
+    v, omega = obeyed(0.22, 0.0)
+    assert (v, omega) == (pytest.approx(0.2097, abs=1e-4), 0.0)
+    v, omega = obeyed(0.2, 1.0)  # the outer wheel alone is cut, so that it turns less
+    assert v == pytest.approx(0.1645, abs=1e-3) and omega == pytest.approx(0.565, abs=1e-2)
+    assert obeyed(0.0, 2.0) == (0.0, pytest.approx(2.0, abs=0.02))
+    assert obeyed(7e-4, 0.0) == (0.0, 0.0)  # less than a unit
 
 
 def test_what_moves_in_any_component_is_sent_whole():

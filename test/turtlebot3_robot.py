@@ -1,9 +1,10 @@
 """A robot for tests that behaves as rosserial and a TurtleBot3 Burger's board do.
 
 Topics are the namespace's: ``odom`` at 30 Hz, ``cmd_vel`` and ``motor_power``; frames begin with the
-parameter ``~tf_prefix``.  As the board's source has it, commands are cut to the robot's limits and hold
-for 0.5 s; odometry is reckoned in single precision, with the heading of the inertial sensor, and begins
-at zero when the board is connected; motors are on from the start.  Without the board there is silence.
+parameter ``~tf_prefix``.  As the board's source has it, commands are cut to the robot's limits and then
+each wheel's to its motor's, 0.21 m/s, in whole units; they hold for 0.5 s; odometry is reckoned in single
+precision, with the heading of the inertial sensor, and begins at zero when the board is connected; motors
+are on from the start.  Without the board there is silence.
 """
 
 import math
@@ -21,6 +22,16 @@ from std_srvs.srv import Empty
 
 HEADING_NOISE = 1e-4  # [rad]
 TOP = 0.22, 2.84  # [m/s, rad/s]
+HALF_TRACK, UNIT = 0.08, 0.033 / 41.69988758  # [m], [m/s] of a rim, of one unit of the motors
+MOST_UNITS = 265  # [-]
+
+
+def obeyed(v, omega):
+    """Return what the board makes of a command, [m/s, rad/s]."""
+    v, omega = np.clip([v, omega], np.negative(TOP), TOP)
+    rims = np.array([v - HALF_TRACK * omega, v + HALF_TRACK * omega]) / UNIT
+    left, right = UNIT * np.trunc(np.clip(rims, -MOST_UNITS, MOST_UNITS))
+    return 0.5 * (left + right), 0.5 * (right - left) / HALF_TRACK
 
 
 class TurtleBot3(Robot):
@@ -45,7 +56,7 @@ class TurtleBot3(Robot):
 
     def _on_command(self, twist):
         if not self._lost.is_set():
-            self.target = np.clip([[twist.linear.x, twist.angular.z]], np.negative(TOP), TOP)
+            self.target = np.array([obeyed(twist.linear.x, twist.angular.z)])
             self._commanded = time.monotonic()
 
     def _on_power(self, message):

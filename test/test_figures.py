@@ -14,6 +14,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.recording import Collision, Run
 from mrs_simulator.study import figures as report
+from mrs_simulator.study.look import FORMATS, LookError, look
 
 NAMES = ("trajectories", "x_states", "y_states", "inputs")
 
@@ -75,7 +76,7 @@ def test_pdf_embeds_its_fonts_as_outlines_that_journals_accept(tmp_path):
 
 
 def test_the_same_run_gives_the_same_bytes(tmp_path):
-    kinds = report.FORMATS if matplotlib.__version__ >= "3.4" else ("png", "pdf")
+    kinds = FORMATS if matplotlib.__version__ >= "3.4" else ("png", "pdf")
     first = report.figures(make_run(3), str(tmp_path / "a"), kinds)
     second = report.figures(make_run(3), str(tmp_path / "b"), kinds)
     for one, other in zip(first, second):
@@ -147,7 +148,7 @@ def test_final_poses_point_along_the_headings():
 
 
 def test_plane_has_equal_axes_in_metres_and_holds_all_that_is_drawn():
-    wall = Box("wall", 20.0, 3.0, np.pi / 2, 8.0, 1.0, 0.5)
+    wall = Box("wall", 10.0, 3.0, np.pi / 2, 8.0, 1.0, 0.5)
     scenario = SimpleNamespace(obstacles=(wall, Cylinder("post", -9.0, 0.0, 2.0, 1.0)))
     figure = report.new_figure()
     axes = report.draw_trajectories(figure, make_run(3, scenario=scenario))
@@ -157,7 +158,7 @@ def test_plane_has_equal_axes_in_metres_and_holds_all_that_is_drawn():
     assert box.width / np.ptp(axes.get_xlim()) == pytest.approx(
         box.height / np.ptp(axes.get_ylim())
     )
-    assert axes.get_xlim()[0] < -11.0 and axes.get_xlim()[1] > 20.5
+    assert axes.get_xlim()[0] < -11.0 and axes.get_xlim()[1] > 10.5
     assert axes.get_ylim()[0] < -2.0 and axes.get_ylim()[1] > 7.0
 
 
@@ -313,3 +314,69 @@ def test_drawing_again_on_the_same_figure_replaces_the_drawing():
     report.draw_inputs(figure, make_run(20))
     axes = report.draw_states(figure, make_run(2), "x")
     assert figure.axes == [axes]
+
+
+def test_an_obstacle_far_away_leaves_the_team_its_scale():
+    near = Cylinder("post", -6.0, 0.0, 0.5, 1.0)
+    far = Box("wall", 300.0, 3.0, 0.0, 8.0, 1.0, 0.5)
+    long = Box("border", 0.0, -6.0, 0.0, 500.0, 1.0, 0.5)
+
+    def limits(*obstacles):
+        run = make_run(3, scenario=SimpleNamespace(obstacles=obstacles))
+        axes = report.draw_trajectories(report.new_figure(), run)
+        return np.array([axes.get_xlim(), axes.get_ylim()])
+
+    np.testing.assert_array_equal(limits(near, far), limits(near))
+    assert limits(long)[1, 0] < -6.5 and np.ptp(limits(long)[0]) < 3.0 * np.ptp(limits()[0])
+
+
+@pytest.mark.parametrize("n", [3, 12, 30])
+def test_a_columns_figure_holds_its_legend(tmp_path, n):
+    narrow = look("column", {"lines.linewidth": 0.5})
+    report.figures(make_run(n), str(tmp_path), ("png",), look=narrow)
+    for name in NAMES:
+        width = imread(str(tmp_path / (name + ".png"))).shape[1]
+        assert width == round(3.5 * report.STYLE["savefig.dpi"]), name
+    with report.in_style(narrow.style):
+        figure = report.new_figure(narrow.width, 3.0)
+        axes = report.draw_states(figure, make_run(n), "x")
+        figure.canvas.draw()
+    assert axes.xaxis.label.get_size() == 8.0
+    if axes.get_legend() is not None:
+        box = axes.get_legend().get_window_extent()
+        assert box.x0 > 0.0 and box.x1 < figure.bbox.x1
+    assert matplotlib.rcParams["font.size"] == 10.0  # the global one
+
+
+def test_drawings_go_onto_the_axes_of_others():
+    figure = report.new_figure()
+    own = figure.subplots(2, 2)
+    assert report.draw_trajectories(None, make_run(), axes=own[0, 0]) is own[0, 0]
+    assert report.draw_states(None, make_run(), "y", axes=own[0, 1]) is own[0, 1]
+    assert report.draw_inputs(None, make_run(), axes=own[1]) == tuple(own[1])
+    assert all(axes.lines for axes in own.flat)
+    with pytest.raises(ValueError, match="1 axes for the inputs linear.x, angular.z"):
+        report.draw_inputs(None, make_run(), axes=own[0, 0])
+
+
+@pytest.mark.parametrize(
+    "given, inches",
+    [("", 6.5), ("column", 3.5), ("88mm", 88 / 25.4), (5, 5.0), ("8.9 cm", 8.9 / 2.54)],
+)
+def test_widths_are_names_or_lengths(given, inches):
+    assert look(given).width == pytest.approx(inches)
+
+
+@pytest.mark.parametrize(
+    "width, style, told",
+    [
+        ("wide", "", "width 'wide': wanted page, column, slide, or from 1.5 to 40 in"),
+        ("0.1in", "", "width '0.1in'"),
+        ("", "nowhere.mplstyle", "style 'nowhere.mplstyle': neither a file nor a style"),
+        ("", {"font.sise": 3}, "style: .*font.sise"),
+        ("", {"font.size": "big"}, "style: .*big"),
+    ],
+)
+def test_looks_that_cannot_be_had_are_named(width, style, told):
+    with pytest.raises(LookError, match=told):
+        look(width, style)

@@ -16,6 +16,8 @@ _HOMES = {
     "run": "mrs_simulator.nodes.control.starting",
     "run_experiment": "mrs_simulator.study.experiment",
     "load_scenario": "mrs_simulator.core.scenario",
+    "simulate": "mrs_simulator.study.simulating",
+    "open_run": "mrs_simulator.study.simulating",
 }
 
 __all__ = ["__version__"] + sorted(_HOMES)

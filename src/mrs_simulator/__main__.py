@@ -11,6 +11,7 @@ COMMANDS = {
     "experiment": (STUDY + "command", "main", "run a scenario: run.csv, figures, verdict"),
     "sweep": (STUDY + "command", "sweep_main", "run a scenario under many values of its keys"),
     "report": (STUDY + "report", "main", "make figures and verdict of a recorded run anew"),
+    "view": (STUDY + "view", "main", "play a run, or save it as an animation"),
     "check_protocol": (STUDY + "check_protocol", "main", "would a wrong law fail its verdict?"),
     "lossy_edges": (STUDY + "lossy_edges", "main", "consensus under many losses, against theory"),
     "noise_gain": (STUDY + "noise_gain", "main", "consensus under noise, against theory"),

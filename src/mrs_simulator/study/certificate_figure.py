@@ -1,17 +1,25 @@
 """The figure ``certificates``: energies, connectivity and other curves that theory speaks of."""
 
 import numpy as np
+from matplotlib import rcParams
 
-from mrs_simulator.study.figures import WIDTH, new_figure, settle, styled, thin
+from mrs_simulator.study.figures import in_style, new_figure, settle, styled, thin
+from mrs_simulator.study.look import Look
 
 MEASURED, BOUND = "#0072b2", "#d60000"
 PANEL = 1.9  # [in]
 
 
-@styled
-def certificate_figure(curves):
+def certificate_figure(curves, look=None):
     """Return the figure of ``curves``, a panel for each: measured, predicted dashed, a bound dotted."""
-    figure = new_figure(WIDTH, 0.5 + PANEL * len(curves))
+    look = Look() if look is None else look
+    with in_style(look.style):
+        return _figure(curves, look)
+
+
+@styled
+def _figure(curves, look):
+    figure = new_figure(look.width, 0.5 + look.scaled(PANEL) * len(curves))
     panels = figure.subplots(len(curves), 1, squeeze=False)[:, 0]
     for axes, curve in zip(panels, curves):
         _draw(axes, curve)
@@ -45,7 +53,7 @@ def _draw(axes, curve):
     else:
         axes.set_xlim(at[0], at[-1] if at[-1] > at[0] else at[0] + 1.0)
     axes.set_xlabel(curve.across)
-    axes.set_ylabel(curve.name.replace(" [", "\n["), fontsize=9)
+    axes.set_ylabel(curve.name.replace(" [", "\n["), fontsize=0.9 * rcParams["axes.labelsize"])
 
 
 def _thinned(curve, at, values):

@@ -11,9 +11,11 @@ from mrs_simulator.core.verdict import add_require_verdict, exit_code, verdict_t
 from mrs_simulator.study import sweep
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
+from mrs_simulator.study.look import add_look, look_of
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.study.report import RUN_FILE, read_run
+from mrs_simulator.study.report import read_run
 from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.study.video import add_video, check_video, write_video
 
 
 def main(argv=None):
@@ -21,12 +23,15 @@ def main(argv=None):
     arguments = _arguments(argv)
     with _ending("experiment"):
         check_exports(arguments)
+        check_video(arguments)
+        look, formats = look_of(arguments)
         if arguments.sweep:
             sys.exit(_sweep(arguments))
         scenario = _scenario(arguments)
-        verdict = run_experiment(scenario, arguments.out, progress=sys.stderr.isatty())
-        recorded = os.path.join(arguments.out, RUN_FILE)
-        write_exports(arguments, lambda: read_run(recorded), verdict)
+        options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
+        verdict = run_experiment(scenario, arguments.out, **options)
+        write_exports(arguments, lambda: read_run(arguments.out), verdict)
+        write_video(arguments, lambda: read_run(arguments.out))
     print(verdict_text(verdict))
     print("  figures and data: {}".format(os.path.abspath(arguments.out)))
     if verdict["ended"] == "interrupted":
@@ -108,6 +113,8 @@ def _arguments(argv):
     )
     _add_scenario(parser)
     add_exports(parser)
+    add_look(parser)
+    add_video(parser)
     parser.add_argument(
         "--sweep",
         action="append",

@@ -99,13 +99,19 @@ class Experiment:
             raise LawFailed(text) from error
 
 
-def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf")):
+def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf"), look=None):
     """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
 
-    Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures and
-    ``verdict.json``.  A run that is interrupted or whose law fails is reported as far as it
-    went; ``verdict["ended"]`` says which.
+    Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures, in ``formats``
+    and as the ``study.look.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
+    fails is reported as far as it went; ``verdict["ended"]`` says which.
     """
+    run, control = perform(scenario, out, protocol, progress)
+    return write_report(run, out, formats, control, look)
+
+
+def perform(scenario, out, protocol=None, progress=False):
+    """Run ``scenario``, record it in the directory ``out``; return the ``Run`` and its control."""
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
@@ -139,8 +145,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     }
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)
-    run = read_run_csv(recorder.path, scenario)
-    return write_report(run, out, formats, experiment.control)
+    return read_run_csv(recorder.path, scenario), experiment.control
 
 
 def _tell(text):

@@ -10,6 +10,7 @@ an array (m, n, 2) [m] at the run's own times, or a mapping with ``time`` (p,) [
 (p, n, 2) [m].
 """
 
+import contextlib
 import functools
 import io
 import os
@@ -30,8 +31,8 @@ from matplotlib.ticker import MaxNLocator
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.writing import write_bytes
+from mrs_simulator.study.look import WIDTHS, Look, check_formats
 
-FORMATS = ("png", "pdf", "svg")
 # Saved files carry no date, so that the same run gives the same bytes.
 METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
@@ -45,10 +46,11 @@ PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
 MOST_IN_LEGEND = 12  # above it robots are told apart by a colour bar
 MOST_IN_LEGEND_ROW = 6
+ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
 MOST_LINES = 200  # above it one artist draws all: each artist costs milliseconds in every file
 MOST_NUMBERED = 200  # above it the numbers at the starts would hide each other
 
-WIDTH = 6.5  # [in], the text width of a page
+WIDTH = WIDTHS["page"]  # [in]
 STATES_HEIGHT = 3.4  # [in]
 INPUTS_HEIGHT = 4.4  # [in]
 TRAJECTORIES_HEIGHT = (3.2, 5.8)  # [in], least and most
@@ -59,6 +61,7 @@ ROBOT_LENGTH = 0.5  # [m], of the robot drawn at its final pose
 ROBOT_SHARE = (0.012, 0.022)  # its least length as a share of the drawing: always, and with room
 ROBOT_SHAPE = ((0.6, 0.0), (-0.4, 0.38), (-0.2, 0.0), (-0.4, -0.38))  # of length 1, heading along x
 MARGIN = 0.08  # around all that is drawn, as a share of its larger side
+REACH = 0.5  # how far around the team obstacles are drawn, as a share of its larger side
 LEAST_EXTENT = 10.0  # [m], of a drawing of robots that stand still
 
 STYLE = {
@@ -91,6 +94,7 @@ STYLE = {
 
 # Two threads that borrowed the global rcParams at once would hand them back in the wrong order.
 _RC_LOCK = threading.RLock()
+_own_styles = [{}]  # over STYLE, the innermost last; changed under the lock alone
 
 
 def styled(function):
@@ -98,45 +102,57 @@ def styled(function):
 
     @functools.wraps(function)
     def under_style(*args, **kwargs):
-        with _RC_LOCK, matplotlib.rc_context(STYLE):
+        with _RC_LOCK, matplotlib.rc_context({**STYLE, **_own_styles[-1]}):
             return function(*args, **kwargs)
 
     return under_style
 
 
-def figures(run, out_dir, formats=("png", "pdf"), prediction=None):
+@contextlib.contextmanager
+def in_style(style):
+    """Draw with the rcParams in ``style`` over ``STYLE``, in this thread, while others wait."""
+    with _RC_LOCK:
+        _own_styles.append(style)
+        try:
+            yield
+        finally:
+            _own_styles.pop()
+
+
+def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None):
     """Write the four figures of ``run`` into ``out_dir`` and return the paths written.
 
     ``trajectories``, ``x_states``, ``y_states`` and ``inputs``, each in every one of ``formats``
-    (png, pdf, svg).  A file appears whole or not at all.  Raises ``ValueError`` for another format
-    and for a run without samples.
+    (png, pdf, svg), as ``look``, a ``Look``, has it.  A file appears whole or not at all.  Raises
+    ``ValueError`` for another format and for a run without samples.
     """
+    check_formats(formats)
     if not len(run.time):
         raise ValueError("a run without samples has no figures")
-    for wanted in formats:
-        if wanted not in FORMATS:
-            raise ValueError("figure format {!r}, wanted one of {}".format(wanted, FORMATS))
+    look = Look() if look is None else look
     os.makedirs(out_dir, exist_ok=True)
     paths = []
-    for name, draw, height in _drawings(run, prediction):
-        figure = new_figure(WIDTH, height)
-        draw(figure)
-        settle(figure)
-        paths += [save(figure, os.path.join(out_dir, name + "." + kind)) for kind in formats]
+    with in_style(look.style):
+        for name, draw, height in _drawings(run, prediction, look):
+            figure = new_figure(look.width, height)
+            draw(figure)
+            settle(figure)
+            paths += [save(figure, os.path.join(out_dir, name + "." + kind)) for kind in formats]
     return paths
 
 
-def _drawings(run, prediction):
+def _drawings(run, prediction, look):
     """Return ``(file name, function of a figure, height [in])`` of each figure."""
+    states = look.scaled(STATES_HEIGHT)
     return (
         (
             "trajectories",
             lambda figure: draw_trajectories(figure, run, prediction),
-            _trajectories_height(run, prediction),
+            trajectories_height(run, prediction, look.width),
         ),
-        ("x_states", lambda figure: draw_states(figure, run, "x", prediction), STATES_HEIGHT),
-        ("y_states", lambda figure: draw_states(figure, run, "y", prediction), STATES_HEIGHT),
-        ("inputs", lambda figure: draw_inputs(figure, run), INPUTS_HEIGHT),
+        ("x_states", lambda figure: draw_states(figure, run, "x", prediction), states),
+        ("y_states", lambda figure: draw_states(figure, run, "y", prediction), states),
+        ("inputs", lambda figure: draw_inputs(figure, run), look.scaled(INPUTS_HEIGHT)),
     )
 
 
@@ -203,10 +219,9 @@ def _print(figure, image, kind):
 
 
 @styled
-def draw_trajectories(figure, run, prediction=None):
-    """Draw the robots' paths in the plane on ``figure``, emptied first; return its axes."""
-    figure.clear()
-    axes = figure.add_subplot(1, 1, 1)
+def draw_trajectories(figure, run, prediction=None, axes=None):
+    """Draw the robots' paths in the plane on ``axes``, or on ``figure``, emptied first; return the axes."""
+    axes = _emptied(figure, 1)[0] if axes is None else axes
     points = _points(run, prediction)
     _draw_obstacles(axes, run)
     _draw_paths(axes, points)
@@ -217,15 +232,18 @@ def draw_trajectories(figure, run, prediction=None):
     _draw_starts(axes, run.robots, points)
     _draw_collisions(axes, run)
     _frame_plane(axes, low, high)
+    _legend_above(axes, ("Start", "Trajectory", "Theory", "Final pose", "Obstacle", "Collision"))
     return axes
 
 
 @styled
-def draw_states(figure, run, component, prediction=None):
-    """Draw ``component`` (``"x"`` or ``"y"``) of every robot against time; return the axes."""
+def draw_states(figure, run, component, prediction=None, axes=None):
+    """Draw ``component`` (``"x"`` or ``"y"``) of every robot against time; return the axes.
+
+    On ``axes``, or on ``figure``, emptied first.
+    """
     column = ("x", "y").index(component)
-    figure.clear()
-    axes = figure.add_subplot(1, 1, 1)
+    axes = _emptied(figure, 1)[0] if axes is None else axes
     _draw_curves(axes, run, _points(run, prediction)[:, :, column])
     if prediction is not None:
         time, hand = _predicted(run, prediction)
@@ -233,24 +251,36 @@ def draw_states(figure, run, component, prediction=None):
     symbol = component if prediction is None else r"\alpha_{}".format(component)
     axes.set_ylabel("${}$ [m]".format(symbol))
     _frame_time(axes, run.time)
-    _name_robots(figure, [axes], run.robots)
+    _name_robots(axes.figure, [axes], run.robots)
     return axes
 
 
 @styled
-def draw_inputs(figure, run):
-    """Draw the control inputs of every robot against time, v and omega of unicycles; return the axes."""
-    figure.clear()
-    rows = figure.subplots(len(run.axes), 1, sharex=True, squeeze=False)[:, 0]
+def draw_inputs(figure, run, axes=None):
+    """Draw the control inputs of every robot against time, v and omega of unicycles; return the axes.
+
+    On ``axes``, one for each input, or on ``figure``, emptied first.
+    """
+    rows = _emptied(figure, len(run.axes)) if axes is None else np.atleast_1d(axes)
+    if len(rows) != len(run.axes):
+        raise ValueError(
+            "{} axes for the inputs {}, wanted one each".format(len(rows), ", ".join(run.axes))
+        )
     for column, (axes, axis) in enumerate(zip(rows, run.axes)):
         _draw_curves(axes, run, run.command[:, :, column], drawstyle="steps-post")
         _frame_time(axes, run.time)
         axes.set_ylabel(_input_label(axis, run.axes))
         if axes is not rows[-1]:
             axes.set_xlabel("")
-    figure.align_ylabels(rows)
-    _name_robots(figure, list(rows), run.robots)
+    rows[0].figure.align_ylabels(list(rows))
+    _name_robots(rows[0].figure, list(rows), run.robots)
     return tuple(rows)
+
+
+def _emptied(figure, rows):
+    """Return ``rows`` axes above each other on ``figure``, which is emptied."""
+    figure.clear()
+    return figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
 
 
 def _input_label(axis, axes):
@@ -379,12 +409,8 @@ def _thin_paths(points):
 
 def _draw_final_poses(axes, points, theta, extent):
     """Draw each robot as an arrow head centred on its final point (n, 2), along its heading."""
-    shape = _robot_length(points, extent) * np.array(ROBOT_SHAPE)
-    cos, sin = np.cos(theta), np.sin(theta)
-    turned = np.empty((len(points), len(shape), 2))
-    turned[:, :, 0] = np.outer(cos, shape[:, 0]) - np.outer(sin, shape[:, 1])
-    turned[:, :, 1] = np.outer(sin, shape[:, 0]) + np.outer(cos, shape[:, 1])
-    robots = PolyCollection(turned + points[:, np.newaxis], zorder=4)
+    shapes = robot_shapes(points, theta, robot_length(points, extent))
+    robots = PolyCollection(shapes, zorder=4)
     robots.set(facecolor=FINAL_COLOUR, edgecolor="none")
     axes.add_collection(robots)
     # The legend shows a robot, not the coloured box that it makes of a collection.
@@ -392,7 +418,25 @@ def _draw_final_poses(axes, points, theta, extent):
     axes.plot([], [], ls="", label="Final pose", **look)
 
 
-def _robot_length(points, extent):
+def robot_shapes(points, theta, length):
+    """Return the corners (n, 4, 2) [m] of arrow heads ``length`` [m] long at ``points`` (n, 2)."""
+    shape = length * np.array(ROBOT_SHAPE)
+    cos, sin = np.cos(theta), np.sin(theta)
+    turned = np.empty((len(points), len(shape), 2))
+    turned[:, :, 0] = np.outer(cos, shape[:, 0]) - np.outer(sin, shape[:, 1])
+    turned[:, :, 1] = np.outer(sin, shape[:, 0]) + np.outer(cos, shape[:, 1])
+    return turned + points[:, np.newaxis]
+
+
+def draw_ground(axes, run):
+    """Draw obstacles and frame the plane as ``draw_trajectories`` does; return its corners (2,) [m]."""
+    _draw_obstacles(axes, run)
+    low, high = _extent(run, None)
+    _frame_plane(axes, low, high)
+    return low, high
+
+
+def robot_length(points, extent):
     """Return how long to draw a robot [m]: to scale, or longer where it could not be seen."""
     least, room = ROBOT_SHARE[0] * extent, ROBOT_SHARE[1] * extent
     if len(points) > 1:
@@ -461,26 +505,38 @@ def _frame_plane(axes, low, high):
         axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
     axes.set_xlabel("$x$ [m]")
     axes.set_ylabel("$y$ [m]")
-    _legend_above(axes, ("Start", "Trajectory", "Theory", "Final pose", "Obstacle", "Collision"))
 
 
 def _extent(run, prediction):
     """Return the lowest and highest (x, y) [m] of all that is drawn in the plane."""
     shown = [_points(run, prediction).reshape(-1, 2)]
-    shown += [_corners(obstacle) for obstacle in _obstacles(run)]
     if prediction is not None:
         shown.append(_predicted(run, prediction)[1].reshape(-1, 2))
     shown = np.concatenate(shown)
     low, high = np.nanmin(shown, axis=0), np.nanmax(shown, axis=0)
     lacking = max(0.0, LEAST_EXTENT - np.max(high - low)) / 2.0
-    return low - lacking, high + lacking
+    return _with_obstacles(low - lacking, high + lacking, _obstacles(run))
 
 
-def _trajectories_height(run, prediction):
-    """Return the height [in] at which a figure of full width shows the plane without waste."""
+def _with_obstacles(low, high, obstacles):
+    """Return ``low`` and ``high`` (2,) [m] of a drawing that shows the team's ``obstacles``, too.
+
+    Those far away, and the far parts of large ones, are left out: the team keeps its scale.
+    """
+    least, most = low - REACH * np.max(high - low), high + REACH * np.max(high - low)
+    for corners in map(_corners, obstacles):
+        if np.all(corners.max(axis=0) >= least) and np.all(corners.min(axis=0) <= most):
+            low = np.minimum(low, np.maximum(corners.min(axis=0), least))
+            high = np.maximum(high, np.minimum(corners.max(axis=0), most))
+    return low, high
+
+
+def trajectories_height(run, prediction=None, page=WIDTH):
+    """Return the height [in] at which a figure of width ``page`` [in] shows the plane without waste."""
     low, high = _extent(run, prediction)
     width, height = (high - low) + 2.0 * MARGIN * np.max(high - low)
-    return float(np.clip((WIDTH - 0.7) * height / width + 0.8, *TRAJECTORIES_HEIGHT))
+    bounds = np.array(TRAJECTORIES_HEIGHT) * max(0.62, page / WIDTH)
+    return float(np.clip((page - 0.7) * height / width + 0.8, *bounds))
 
 
 # What all drawings share
@@ -508,7 +564,8 @@ def _legend_above(axes, labels=None):
     handles, names = axes.get_legend_handles_labels()
     named = dict(zip(names, handles))
     shown = [(named[name], name) for name in labels or names if name in named]
-    rows = -(-len(shown) // MOST_IN_LEGEND_ROW)
+    fitting = int(axes.figure.get_figwidth() / ENTRY_WIDTH + 0.5)
+    rows = -(-len(shown) // max(2, min(MOST_IN_LEGEND_ROW, fitting)))
     columns = -(-len(shown) // rows)
     # A legend fills column by column; people read row by row.
     shown = [pair for column in range(columns) for pair in shown[column::columns]]

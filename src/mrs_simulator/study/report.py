@@ -27,8 +27,10 @@ from mrs_simulator.core.writing import write_text
 from mrs_simulator.study.certificates import certificate_curves
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.judging import judged, proved
+from mrs_simulator.study.look import add_look, look_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.study.video import add_video, check_video, write_video
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
 CERTIFICATES = "certificates"
@@ -69,30 +71,31 @@ def from_anywhere(scenario):
     return scenario._replace(control=control)
 
 
-def write_report(run, out, formats=("png", "pdf"), control=None):
+def write_report(run, out, formats=("png", "pdf"), control=None, look=None):
     """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
 
-    ``control`` makes the claims; without one the run is judged by what needs no theory.
+    ``control`` makes the claims; without one the run is judged by what needs no theory.  ``look``: how
+    figures look, a ``look.Look``.
     """
     from mrs_simulator.study.figures import figures  # matplotlib is slow to import
 
     verdict, prediction = judged(run, control)
     os.makedirs(out, exist_ok=True)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))
-    figures(run, out, formats, prediction)
+    figures(run, out, formats, prediction, look)
     if control is not None and formats:
-        _draw_certificates(run, out, formats, control)
+        _draw_certificates(run, out, formats, control, look)
     return verdict
 
 
-def _draw_certificates(run, out, formats, control):
+def _draw_certificates(run, out, formats, control, look):
     """Draw what the protocol shows beside theory, if it does; a fault of its is printed, and no more."""
     from mrs_simulator.study.certificate_figure import certificate_figure
     from mrs_simulator.study.figures import save
 
     try:
         curves = call(certificate_curves, control, run)
-        figure = certificate_figure(curves) if curves else None
+        figure = certificate_figure(curves, look) if curves else None
     except Exception:
         traceback.print_exc()
         return
@@ -120,10 +123,11 @@ def predicted_settling(control, start):
 
 
 def read_run(path, scenario_file=None):
-    """Return the ``Run`` in ``path``: a run.csv, or a rosbag (``.bag``) of a ROS run.
+    """Return the ``Run`` in ``path``: a run.csv, its directory, or a rosbag (``.bag``) of a ROS run.
 
     The scenario is in ``scenario_file``, or ``scenario.yaml`` beside the file; a bag brings its own.
     """
+    path = os.path.join(path, RUN_FILE) if os.path.isdir(path) else path
     beside = os.path.join(os.path.dirname(os.path.abspath(path)), SCENARIO_FILE)
     if scenario_file is None and os.path.exists(beside):
         scenario_file = beside
@@ -159,34 +163,45 @@ def main(argv=None):
     parser = argparse.ArgumentParser(
         prog="report", description="Make the figures and the verdict of a recorded run."
     )
-    parser.add_argument("run", nargs="?", help="run.csv, or a rosbag of a ROS run")
+    parser.add_argument("run", nargs="?", help="run.csv or its directory, or a rosbag of a ROS run")
     parser.add_argument(
         "--compare",
         nargs=2,
         metavar=("REAL_RUN", "SIMULATED_RUN"),
         help="lay a run on robots over its simulation, and estimate what differs",
     )
-    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    parser.add_argument(
+        "--out", metavar="DIR", help="directory for the results; default: the run's"
+    )
     parser.add_argument(
         "--scenario",
         help="YAML file, or the name of a shipped one; default: scenario.yaml beside the run",
     )
-    parser.add_argument("--formats", default="png,pdf", help="of figures: png, pdf, svg")
+    add_look(parser)
+    add_video(parser)
     add_require_verdict(parser)
     add_exports(parser)
     arguments = parser.parse_args(argv)
     if (arguments.run is None) == (arguments.compare is None):
         parser.error("wanted a run, or --compare REAL_RUN SIMULATED_RUN")
     if arguments.compare:
+        if arguments.out is None:
+            parser.error("--compare: wanted --out DIR")
         _compare(arguments)
         return
+    if arguments.out is None:
+        run = arguments.run
+        arguments.out = run if os.path.isdir(run) else os.path.dirname(os.path.abspath(run))
     with refusing_bad_input("report"):
         check_exports(arguments)
+        check_video(arguments)
         given = arguments.scenario and scenario_path(arguments.scenario)
         run = read_run(arguments.run, given)
-        formats = [kind for kind in arguments.formats.split(",") if kind]
-        verdict = write_report(run, arguments.out, formats, control_of(run))
-        exported = write_exports(arguments, lambda: run, verdict)
+        look, formats = look_of(arguments)
+        verdict = write_report(run, arguments.out, formats, control_of(run), look)
+        exported = write_exports(arguments, lambda: run, verdict) + write_video(
+            arguments, lambda: run
+        )
     print(verdict_text(verdict))
     print("  figures: {}".format(os.path.abspath(arguments.out)))
     for path in exported:
@@ -200,7 +215,7 @@ def _compare(arguments):
     with refusing_bad_input("report"):
         given = arguments.scenario and scenario_path(arguments.scenario)
         real, simulated = [read_run(path, given) for path in arguments.compare]
-        formats = [kind for kind in arguments.formats.split(",") if kind]
+        _, formats = look_of(arguments)
         result = write_comparison(real, simulated, arguments.out, formats)
     print(comparison_text(result))
     print("  figure and values: {}".format(os.path.abspath(arguments.out)))

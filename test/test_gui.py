@@ -488,3 +488,42 @@ def test_without_a_display_it_says_what_is_wanted():
     command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
     done = subprocess.run(command, env=environment, timeout=60, stderr=subprocess.PIPE)
     assert done.returncode == 2 and b"wanted DISPLAY set, or xvfb-run" in done.stderr
+
+
+def test_a_parameter_that_nobody_reads_is_refused_and_help_says_whose_there_are():
+    command = [sys.executable, "-m", "mrs_simulator.rqt_plugin.standalone"]
+    asked = [command + ["_v_max:=0.3"], command + ["--help"]]
+    running = [
+        subprocess.Popen(each, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for each in asked
+    ]
+    (_, refused), (told, _) = (each.communicate(timeout=60) for each in running)
+    assert [each.returncode for each in running] == [2, 0]
+    assert b"_v_max:=0.3: the GUI reads no parameters" in refused
+    assert b"stage --help" in told and b"odom_frame" in told and b"v_max" in told
+
+
+def test_what_a_controller_warns_of_is_in_the_message_bar(gui, ros):
+    ros.node("stage", "--scenario", "paper_four.yaml")
+    gui(
+        """
+from mrs_simulator.ros.messages import ControlStatus
+status = rospy.Publisher("pioneer_control/status", ControlStatus, queue_size=1)
+message = ControlStatus(protocol="Formation", running=True, period=0.02)
+def told(*warnings):
+    message.warnings = warnings
+    def is_shown():
+        status.publish(message)
+        return gui.banners.text("warnings") == "\\n".join(warnings)
+    until(is_shown)
+told("robots 1 and 2 hold each other still")
+told("robots 1 and 2 hold each other still", "k is high")
+QTest.mouseClick(gui.banners.button("warnings", "Close"), Qt.LeftButton)
+message.protocol = "the same warnings again"
+until(lambda: status.publish(message) or gui.connection.newest("control").protocol == message.protocol)
+gui._on_tick()
+assert not gui.banners.text("warnings")
+told("k is high")
+message.running = False
+until(lambda: status.publish(message) or not gui.banners.text("warnings"))
+"""
+    )

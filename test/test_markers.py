@@ -1,8 +1,25 @@
 """The markers node: what RViz shows of the team, its trajectories and the obstacles."""
 
-import pytest
+import threading
+from collections import Counter
+from xml.etree import ElementTree
 
-PARTS = 6  # of a robot: body, two wheels, heading, number, trajectory
+import numpy as np
+import pytest
+import rospy
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
+
+from mrs_simulator.core.spatial import rotated
+from mrs_simulator.nodes.display import markers as markers_node
+from mrs_simulator.nodes.display.markers import MOST_SOLIDS, Markers, Trails
+from mrs_simulator.nodes.display.solids import model, solids
+from mrs_simulator.ros.messages import read_state, team_state
+from mrs_simulator.vehicles import kind, shipped_kinds
+from mrs_simulator.vehicles.looks import description, looks
+from mrs_simulator.world.world import World
+
+PARTS = 8  # of a robot: body, plate, wheels and caster of its model, heading, number, trajectory
 OBSTACLES = """
 robots: 2
 poses: [[0, 0, 0], [0, 3, 0]]
@@ -30,7 +47,14 @@ def test_each_robot_has_its_parts_under_names_of_their_own(ros):
     probe = start(ros, "--robots", 3)
     probe.wait("len(markers) == {}".format(3 * PARTS))
     assert probe.ask("marker_repeated") is False
-    shapes = {"CUBE": 9, "ARROW": 3, "TEXT_VIEW_FACING": 3, "LINE_STRIP": 3}
+    shapes = {
+        "CUBE": 6,
+        "CYLINDER": 6,
+        "SPHERE": 3,
+        "ARROW": 3,
+        "TEXT_VIEW_FACING": 3,
+        "LINE_STRIP": 3,
+    }
     assert {kind: len(probe.ask("shown({!r})".format(kind))) for kind in shapes} == shapes
     assert probe.ask("sorted({m.header.frame_id for m in markers.values()})") == ["world"]
     assert [label["text"] for label in probe.ask("shown('TEXT_VIEW_FACING')")] == ["1", "2", "3"]
@@ -76,9 +100,9 @@ def test_obstacles_are_shown(ros, tmp_path):
     path.write_text(OBSTACLES)
     probe = start(ros, "--scenario", path)
     probe.wait("len(markers) == {}".format(2 * PARTS + 2))
-    (cylinder,) = probe.ask("shown('CYLINDER')")
+    cylinder = probe.ask("shown('CYLINDER')")[0]  # the group of obstacles comes first
     assert (cylinder["place"], cylinder["size"]) == ([8.0, 8.0], [1.4, 1.4, 1.0])
-    box = probe.ask("shown('CUBE')")[0]  # the group of obstacles comes first
+    box = probe.ask("shown('CUBE')")[0]
     assert (box["place"], box["size"]) == ([6.0, 1.0], [2.0, 1.0, 0.8])
 
 
@@ -88,7 +112,65 @@ def test_each_robot_is_shown_as_its_kind_is(ros, tmp_path):
         "poses: [[0, 0, 0], [2, 0, 0], [4, 0, 0]]\nmodel: [husky, epuck, f1tenth]\n"
     )
     probe = start(ros, "--scenario", scenario)
-    probe.wait("len(shown('CYLINDER')) == 1")
+    probe.wait("len(shown('CYLINDER')) == 4 + 5 + 4 and len(shown('CUBE')) == 3 + 3")
     assert probe.ask("marker_repeated") is False
-    assert probe.ask("len(shown('CUBE'))") == 2 + 4 + 2 + 4  # bodies and wheels
-    assert [marker["size"][:2] for marker in probe.ask("shown('CYLINDER')")] == [[0.07, 0.07]]
+    # The robots' descriptions are told, those of kinds of one's own too.
+    told = "rospy.get_param('/robot{}/robot_description', '')"
+    probe.wait("'<robot name=\"f1tenth\">' in {}".format(told.format(3)))
+    assert probe.ask(told.format(2)) == description(kind("epuck"))
+    assert probe.ask("set_team([[0, 0, 0]])")[0] is True
+    probe.wait("{} == ''".format(told.format(3)))
+
+
+def drawn(kinds, monkeypatch, most=MOST_SOLIDS):
+    """Return the types of the markers of robots of ``kinds`` that stand, ``most`` solids together."""
+    monkeypatch.setattr(markers_node, "MOST_SOLIDS", most)
+    world = World(kinds, [[3.0 * row, 0.0, 0.5] for row in range(len(kinds))])
+    node = Markers.__new__(Markers)
+    node._lock, node._kinds, node._obstacles, node._shown = (
+        threading.Lock(),
+        world.team.kinds,
+        (),
+        {},
+    )
+    node._trails = Trails()
+    message = team_state(world, rospy.Time(1), "world", (1, 0))
+    node._newest, node._header = read_state(message), message.header
+    return Counter(marker.type for marker in node._markers())
+
+
+def test_many_robots_are_drawn_as_outlines(monkeypatch):
+    solid = drawn(("pioneer3dx", "epuck"), monkeypatch)
+    assert (solid[Marker.CUBE], solid[Marker.CYLINDER], solid[Marker.SPHERE]) == (2, 7, 2)
+    outlined = drawn(("pioneer3dx", "epuck"), monkeypatch, most=10)
+    assert (outlined[Marker.CUBE], outlined[Marker.CYLINDER]) == (5, 1)  # body; wheels; round body
+
+
+def test_a_model_is_turned_with_its_robot():
+    lying = np.array([np.sin(np.pi / 4), 0.0, 0.0, np.cos(np.pi / 4)])  # rolled by a right angle
+    found = solids(model(kind("pioneer3dx")), (1.0, 2.0, 3.0), lying, ColorRGBA())
+    level = solids(model(kind("pioneer3dx")), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), ColorRGBA())
+    for marker, flat in zip(found, level):
+        at, was = marker.pose.position, flat.pose.position
+        assert (at.x, at.y, at.z) == pytest.approx((1.0 + was.x, 2.0 - was.z, 3.0 + was.y))
+    wheel = found[2].pose.orientation  # whose axle lay along y, now along z
+    axle = rotated([wheel.x, wheel.y, wheel.z, wheel.w], np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(abs(axle), [0.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_a_description_is_one_link_of_plain_solids():
+    for name in shipped_kinds():
+        robot = ElementTree.fromstring(description(kind(name)))
+        assert [child.tag for child in robot] == ["link"] and len(robot[0]) == len(
+            looks(kind(name))
+        )
+        assert {visual[1][0].tag for visual in robot[0]} <= {"box", "cylinder", "sphere"}
+    lowest = min(float(v[0].get("xyz").split()[2]) for v in robot[0])
+    assert lowest > -1.0
+
+
+def test_a_kind_without_a_model_has_its_outline():
+    plain = kind("robotino3")._replace(model="", shape=())
+    body, nose = looks(plain)
+    assert body.form == "cylinder" and body.place[2] == pytest.approx(0.5 * plain.body.height)
+    assert "<cylinder" in description(plain) and nose.place[2] > body.place[2]

@@ -57,6 +57,21 @@ def turned(orientation, theta):
     return np.stack(parts, axis=-1)
 
 
+def product(first, second):
+    """Return the quaternions (..., 4) of the turns ``second`` followed by ``first``, in the fixed frame."""
+    a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    vector = a[..., 3:] * b[..., :3] + b[..., 3:] * a[..., :3] + np.cross(a[..., :3], b[..., :3])
+    scalar = a[..., 3] * b[..., 3] - np.sum(a[..., :3] * b[..., :3], axis=-1)
+    return np.concatenate([vector, scalar[..., np.newaxis]], axis=-1)
+
+
+def rotated(orientation, vectors):
+    """Return ``vectors`` (..., 3) turned by unit quaternions (..., 4): ``v + 2 u x (u x v + w v)``."""
+    turn = np.asarray(orientation, dtype=float)
+    u, w = turn[..., :3], turn[..., 3:]
+    return vectors + 2.0 * np.cross(u, np.cross(u, vectors) + w * vectors)
+
+
 def headings(orientation):
     """Return the headings (...) [rad] of unit quaternions (..., 4), whatever their roll and pitch."""
     x, y, z, w = np.moveaxis(np.asarray(orientation, dtype=float), -1, 0)

@@ -16,6 +16,7 @@ from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
 from mrs_simulator.ros.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
+from mrs_simulator.rqt_plugin.ros_side.preflight_run import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
@@ -25,6 +26,11 @@ from mrs_simulator.study.programs import BAD_INPUT
 
 ARGUMENTS = dict(
     RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING
+)
+PARAMETERS = (
+    "parameters: the GUI reads none of its own.  Those of the nodes that it starts are told by "
+    "stage --help and pioneer_control --help.  Its check of real robots takes those below "
+    "/pioneer_control on the parameter server: {}."
 )
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")  # any of them gives Qt a place to draw
 MASTER_LIMIT = 15.0  # [s] for a master that is started here
@@ -57,7 +63,9 @@ class Window(QMainWindow):
 def main():
     """Run the GUI; without a master one is started on this host, and ended with the window."""
     parser = argparse.ArgumentParser(
-        prog="mrs_gui", description="Coordination studies in one window."
+        prog="mrs_gui",
+        description="Coordination studies in one window.",
+        epilog=PARAMETERS.format(", ".join(SHARED)),
     )
     parser.add_argument(
         "--fresh", action="store_true", help="without the settings of the last time"
@@ -66,6 +74,7 @@ def main():
     for name, meaning in ARGUMENTS.items():
         parser.add_argument("--" + name, default="", help=meaning)
     arguments, rest = parser.parse_known_args(rospy.myargv()[1:])
+    _refuse_parameters()
     if os.path.isdir(arguments.directory):
         os.chdir(arguments.directory)
     if not any(os.environ.get(name) for name in SCREENS):
@@ -110,6 +119,16 @@ def main():
     # Everything has been ended in order; the interpreter takes Qt's objects down in any order, and
     # that can crash.
     os._exit(code)
+
+
+def _refuse_parameters():
+    """End with a message where a parameter is given, as to a node: nobody would read it."""
+    for argument in sys.argv[1:]:
+        name, assigned, _ = argument.partition(":=")
+        if assigned and name.startswith("_") and not name.startswith("__"):
+            text = "mrs_gui: {}: the GUI reads no parameters, wanted an option that --help tells"
+            print(text.format(argument), file=sys.stderr)
+            sys.exit(BAD_INPUT)
 
 
 def _start_master():

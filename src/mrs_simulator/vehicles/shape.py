@@ -57,9 +57,15 @@ def _read_part(content, where):
     return Part(form, tuple(size), tuple(place), tuple(colour))
 
 
+def ride_height(kind):
+    """Return how high [m] the frame of the parts is above the ground; 0 where the drive does not tell."""
+    height = getattr(kind.module, "ride_height", None)
+    return height(kind.numbers) if height else 0.0
+
+
 def outline_parts(kind):
     """Return what is known of the looks of a ``kind`` without a shape: its outline, and its nose."""
-    body, lifted = kind.body, -kind.module.ride_height(kind.numbers)
+    body, lifted = kind.body, -ride_height(kind)
     middle = 0.5 * (body.front - body.rear)
     form, size = "box", (body.length, body.width, body.height)
     if body.round:

@@ -1,4 +1,4 @@
-"""The markers node: bodies, numbers, trajectories and obstacles for RViz."""
+"""The markers node: robots, numbers, trajectories and obstacles for RViz, and the robots' descriptions."""
 
 import threading
 import time
@@ -13,6 +13,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
+from mrs_simulator.core.spatial import upright
+from mrs_simulator.nodes.display.descriptions import Descriptions
+from mrs_simulator.nodes.display.solids import model, solids
 from mrs_simulator.ros.arguments import parse
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import TeamState, read_state
@@ -22,9 +25,11 @@ from mrs_simulator.study.figures import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.portable import told_team
+from mrs_simulator.vehicles.shape import MOST_PARTS
 from mrs_simulator.vehicles.top_view import TYRE, wheel_places
 
-MOST_PARTS = 10  # [-] of a robot, and one more
+MOST_MARKERS = MOST_PARTS + 10  # [-] of a robot
+MOST_SOLIDS = 400  # [-] of all robots; of more each is drawn as its outline and wheels
 RATE = 10.0  # [Hz] of wall time
 TRAIL_STEP = 0.05  # [m] between two points of a trajectory
 TRAIL_MOST = 2000  # [-] points of one trajectory
@@ -43,6 +48,7 @@ class Markers:
         self._newest, self._header, self._obstacles, self._shown = None, None, (), {}
         self._kinds = ()  # the robots' ``Kind``s
         self._trails, self._lock = Trails(), threading.Lock()
+        self._descriptions = Descriptions()
         self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._keep, queue_size=1),
@@ -61,6 +67,7 @@ class Markers:
             # The stage tells its scenario anew after a reset too.
             self._obstacles, self._trails = scenario.obstacles, Trails()
             self._kinds = kinds
+        self._descriptions.follow(kinds)
 
     def _keep(self, message):
         state = read_state(message)
@@ -84,10 +91,16 @@ class Markers:
         markers = []
         if len(kinds) != len(state.robots):  # the scenario of this team is still to come
             kinds = (kind(DEFAULT_KIND),) * len(state.robots)
-        for row, (number, pose) in enumerate(zip(state.robots, state.pose.tolist())):
-            parts = _lifted(_robot(kinds[row], number, *pose), state.spatial, row)
-            parts += trails[row : row + 1]
-            markers += _named("robots", number * MOST_PARTS, parts)
+        spatial = upright(state.pose[:, 2]) if state.spatial is None else state.spatial
+        solid = sum(len(model(each).forms) for each in kinds) <= MOST_SOLIDS
+        for row, number in enumerate(state.robots):
+            each, pose, z = kinds[row], state.pose[row].tolist(), float(spatial.z[row])
+            parts = _signs(each, number, *pose) + ([] if solid else _outline(each, number, *pose))
+            parts = _raised(parts, z) + trails[row : row + 1]
+            if solid:
+                where = (*pose[:2], z), spatial.orientation[row]
+                parts += solids(model(each), *where, _colour(number))
+            markers += _named("robots", number * MOST_MARKERS, parts)
         markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
         for marker in markers:
             marker.header = header
@@ -146,28 +159,33 @@ def _put_elsewhere(before, after):
     return bool(np.any(moved > JUMP + elapsed * speed))
 
 
-def _robot(kind, number, x, y, theta):
-    """Return the markers of one robot: body, wheels, heading and number."""
+def _outline(kind, number, x, y, theta):
+    """Return the markers of one robot's body and wheels."""
     shape, height = kind.body, 0.6 * kind.body.height
     solid = Marker.CYLINDER if shape.round else Marker.CUBE
     wheels = [_wheel(kind.numbers.radius, x, y, theta, *at) for at in wheel_places(kind)]
     inside = 0.75 if wheels and not shape.round else 1.0  # of the width, between the wheels
     body = _marker(solid, (shape.length, inside * shape.width, height), _colour(number))
     _place(body, x, y, theta, 0.5 * (shape.front - shape.rear), 0.0, height)
+    return [body] + wheels
+
+
+def _signs(kind, number, x, y, theta):
+    """Return the markers of one robot's heading and number."""
+    shape = kind.body
     heading = _marker(Marker.ARROW, (0.05, 0.16, 0.18), BLACK)  # shaft, head, length of head
     heading.points = [Point(0.0, 0.0, 0.0), Point(shape.length, 0.0, 0.0)]
-    _place(heading, x, y, theta, 0.0, 0.0, 1.6 * height)
+    _place(heading, x, y, theta, 0.0, 0.0, 1.1 * shape.height)
     label = _marker(Marker.TEXT_VIEW_FACING, (0.0, 0.0, LABEL_HEIGHT), BLACK)
     label.text = str(number)
     _place(label, x, y + LABEL_OFFSET, 0.0, 0.0, 0.0, 2.5 * shape.height)
-    return [body] + wheels + [heading, label]
+    return [heading, label]
 
 
-def _lifted(parts, spatial, row):
-    """Return the markers ``parts`` of robot ``row``, raised to its height above the ground."""
-    if spatial is not None:
-        for part in parts:
-            part.pose.position.z += spatial.z[row]
+def _raised(parts, z):
+    """Return the markers ``parts``, raised by ``z`` [m]."""
+    for part in parts:
+        part.pose.position.z += z
     return parts
 
 

@@ -7,23 +7,14 @@ import rospy
 
 from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.reading import Section, read_json, reason
+from mrs_simulator.ros.node_parameters import NODES, REAL
 from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
 
 LIMIT = 120.0  # [s] of wall time for the whole check
 CONTROLLER = "/pioneer_control"
 # Parameters that the check has in common with the controller: it listens and judges as that one does.
-SHARED = (
-    "frame_source",
-    "odom_topic",
-    "odom_timeout",
-    "pose_topic",
-    "pose_timeout",
-    "world_frame",
-    "base_frame",
-    "max_jump",
-    "geofence",
-    "v_max",
-    "omega_max",
+SHARED = tuple(
+    p.name for p in NODES["preflight"] if p in NODES["pioneer_control"] and p is not REAL
 )
 
 

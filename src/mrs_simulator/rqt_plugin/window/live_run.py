@@ -19,6 +19,7 @@ class LiveRun:
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._last_control = None
         self._told_trouble = ""  # by the controller
+        self._put_aside = ()  # warnings of the controller's that somebody has read
         self._predicted_from = None  # [s], the beginning of the run that theory was asked about
 
     def put_away(self):
@@ -82,6 +83,7 @@ class LiveRun:
         """Show what the running controller says of its places and its graph."""
         control, panels = self._connection.newest("control"), self._panels
         if not self._connection.is_fresh("control"):
+            panels.banners.clear("warnings")
             if self._last_control is not None and self._connection.is_fresh("state"):
                 panels.map.show_targets(None)  # nobody wants them there any more
                 self._last_control = None
@@ -90,6 +92,7 @@ class LiveRun:
             return
         self._last_control = control
         self._tell_trouble(control)
+        self._show_warnings(control)
         panels.map.show_targets(control.targets if len(control.targets) else None)
         self._follow_graph(control)
 
@@ -109,3 +112,16 @@ class LiveRun:
             # Of the emergency stop there is a bar of its own.
             self._panels.say(text if control.trouble == EMERGENCY else Trouble(text))
         self._told_trouble = control.trouble
+
+    def _show_warnings(self, control):
+        """Show in the message bar what a controller that drives warns of, such as a deadlock."""
+        warnings = control.warnings if control.running else ()
+        if not warnings or warnings == self._put_aside:
+            self._panels.banners.clear("warnings")
+            return
+        text = "\n".join(warnings)
+        self._panels.banners.tell("warnings", "warning", text, ("Close", self._put_warnings_aside))
+
+    def _put_warnings_aside(self):
+        self._put_aside = self._last_control.warnings
+        self._panels.banners.clear("warnings")

@@ -1,0 +1,47 @@
+"""Each robot's description as a parameter, for programs that show robots by their model."""
+
+import contextlib
+import http.client
+from xmlrpc.client import Fault
+
+import rospy
+
+from mrs_simulator.vehicles.looks import description
+
+NAME = "robot{}/robot_description"
+FAILURES = (rospy.ROSException, OSError, Fault, http.client.HTTPException, KeyError)
+
+
+class Descriptions:
+    """Keeps ``/robotN/robot_description`` as the robots are; what others have set stays theirs."""
+
+    def __init__(self):
+        self._told = {}  # by the name of the parameter
+        rospy.on_shutdown(self.clear)
+
+    def follow(self, kinds):
+        """Tell the descriptions of robots 1 to n of ``kinds``; take back those of robots that are gone."""
+        texts = {each: description(each) for each in dict.fromkeys(kinds)}
+        wanted = {NAME.format(number): texts[each] for number, each in enumerate(kinds, 1)}
+        with contextlib.suppress(*FAILURES):  # a master on its way out
+            for name in set(self._told).difference(wanted):
+                self._forget(name)
+            for name, text in wanted.items():
+                if self._told.get(name) != text and (name in self._told or _is_free(name)):
+                    rospy.set_param(name, text)
+                    self._told[name] = text
+
+    def clear(self):
+        """Take all of them back."""
+        for name in list(self._told):
+            with contextlib.suppress(*FAILURES):
+                self._forget(name)
+
+    def _forget(self, name):
+        # Somebody may have put another one there since.
+        if rospy.get_param(name, "") == self._told.pop(name):
+            rospy.delete_param(name)
+
+
+def _is_free(name):
+    return not rospy.has_param(name)

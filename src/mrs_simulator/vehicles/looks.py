@@ -1,0 +1,71 @@
+"""How a kind of robot looks to displays: solid parts, and a description as programs of ROS read it.
+
+Both are data alone: of a kind that came over a topic no file is opened.
+"""
+
+import functools
+from xml.etree import ElementTree
+
+import numpy as np
+
+from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.vehicles.importing.placing import placed
+from mrs_simulator.vehicles.portable import model_shape
+from mrs_simulator.vehicles.shape import outline_parts, ride_height
+
+SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+
+
+@functools.lru_cache(maxsize=64)
+def looks(kind):
+    """Return the ``Part`` tuple of a ``Kind``, in the frame of a robot's centre on the ground.
+
+    Those of its shape or model, else its outline and nose.
+    """
+    parts = kind.shape
+    if not parts and kind.model:
+        try:
+            parts = model_shape(kind.model)
+        except (ScenarioError, OSError):
+            parts = ()
+    up = ride_height(kind)
+    return tuple(
+        part._replace(place=(*part.place[:2], part.place[2] + up, *part.place[3:]))
+        for part in parts or outline_parts(kind)
+    )
+
+
+def part_transforms(parts):
+    """Return where ``parts`` are in their robot's frame, transforms (p, 4, 4)."""
+    return np.array([placed(part.place[:3], part.place[3:]) for part in parts])
+
+
+def volume(part):
+    """Return how much room [m^3] ``part`` takes, as a box about it."""
+    size = part.size
+    if part.form == "box":
+        return float(np.prod(size))
+    return float((2.0 * size[0]) ** 2 * (size[1] if part.form == "cylinder" else 2.0 * size[0]))
+
+
+def description(kind):
+    """Return the URDF of one link ``base_link`` that looks as the ``Kind`` does, on the ground.
+
+    Only that link's transform is needed to show it, whatever joints the robot has.
+    """
+    robot = ElementTree.Element("robot", name=kind.name)
+    link = ElementTree.SubElement(robot, "link", name="base_link")
+    for place, part in enumerate(looks(kind)):
+        visual = ElementTree.SubElement(link, "visual")
+        where = {"xyz": _text(part.place[:3]), "rpy": _text(part.place[3:])}
+        ElementTree.SubElement(visual, "origin", where)
+        geometry = ElementTree.SubElement(visual, "geometry")
+        sizes = (_text(part.size),) if part.form == "box" else map(repr, part.size)
+        ElementTree.SubElement(geometry, part.form, dict(zip(SIZES[part.form], sizes)))
+        material = ElementTree.SubElement(visual, "material", name="part_{}".format(place))
+        ElementTree.SubElement(material, "color", rgba=_text(part.colour))
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _text(numbers):
+    return " ".join(repr(float(number)) for number in numbers)

@@ -22,7 +22,7 @@ check() { # name, command...
 
 check "ruff lint" ruff check --no-cache .
 check "ruff format" ruff format --no-cache --check .
-check "Python 3.8" vermin --no-tips --violations -t=3.8- src test benchmarks setup.py
+check "Python 3.8" vermin --no-tips --violations -t=3.8- src test benchmarks examples setup.py
 # The checkout may have any name; demo.sh and test.sh belong to it, not to an installed package.
 check "catkin_lint" catkin_lint --quiet --strict -W2 --ignore package_path_name \
   --ignore uninstalled_script .

@@ -62,6 +62,8 @@ def test_links_and_pictures_exist():
         "docs/nodes.md",
         "docs/benchmarks.md",
         "docs/without_ros.md",
+        "docs/figures.md",
+        "docs/examples.md",
     ):
         for target in re.findall(r"\]\(([^)#:]+)\)", page(name)):
             path = os.path.join(ROOT, os.path.dirname(name), target)

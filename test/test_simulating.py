@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from mrs_simulator import PioneerControl, load_scenario, make_twist, open_run, simulate
+from mrs_simulator import Parameter, PioneerControl, load_scenario, make_twist, open_run, simulate
 from mrs_simulator.__main__ import main
 from mrs_simulator.study.animation import Animation
 from mrs_simulator.study.experiment import Experiment
@@ -15,6 +15,15 @@ from mrs_simulator.study.look import LookError
 from mrs_simulator.study.shipped import scenario_path
 
 STILL = {"robots": 2, "duration": 1.0, "poses": [[0, 0, 0], [3, 0, 0]]}
+
+
+class Long(PioneerControl):
+    """Points at rest, far ahead of the robots."""
+
+    PARAMETERS = (Parameter("l", 0.4, "m", low=0.01),)
+
+    def pointMassLaw(self, hand):
+        return 0.0 * hand
 
 
 class Ahead(PioneerControl):
@@ -43,6 +52,12 @@ def test_a_class_a_mapping_and_changes_are_taken():
         simulate(STILL, protocol=Ahead, parameters={"gain": 1.0})
     with pytest.raises(ValueError, match="papr.yaml: no such file"):
         simulate("papr.yaml")
+
+
+def test_the_laws_own_hand_length_is_recorded():
+    run = simulate(STILL, protocol=Long).run
+    np.testing.assert_allclose(run.hand[0], [[0.4, 0.0], [3.4, 0.0]])
+    assert run.scenario.control.parameters == {"l": 0.4}
 
 
 def test_the_table_has_the_numbers_of_the_file(run):

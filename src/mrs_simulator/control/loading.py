@@ -87,15 +87,27 @@ def choose_protocol(scenario, protocol=None):
     """Return ``(scenario, protocol)``: the class that is to run, and the scenario that names it.
 
     Without ``protocol`` it is the one that the scenario names.  A class of one's own takes its
-    defaults where the scenario's parameters were written for another protocol.
+    defaults where the scenario's parameters were written for another protocol.  A default of its own for
+    l goes into the scenario, which says where the recorded hand points are.
     """
     if protocol is None:
-        return scenario, load_protocol(scenario.control.protocol, beside=scenario.path)
+        protocol = load_protocol(scenario.control.protocol, beside=scenario.path)
+        return _with_hand_length(scenario, protocol), protocol
     named = scenario.control.protocol
     same = named in HOMES and protocol is shipped(named)
     if not same and named.rpartition(":")[2] != protocol.__name__:
         scenario = scenario.with_protocol(_name_of(protocol))
-    return scenario, protocol
+    return _with_hand_length(scenario, protocol), protocol
+
+
+def _with_hand_length(scenario, protocol):
+    """Return ``scenario`` with the default that ``protocol`` has for l, where neither says another."""
+    control = scenario.control
+    default = next(each.default for each in protocol.PARAMETERS if each.name == "l")
+    if "l" in control.parameters or default == scenario.hand_length:
+        return scenario
+    parameters = dict(control.parameters, l=default)
+    return scenario._replace(control=control._replace(parameters=parameters))
 
 
 def _name_of(protocol):

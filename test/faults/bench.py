@@ -18,6 +18,7 @@ from table import (  # noqa: E402
     BEGINS_AGAIN,
     COMES_BACK,
     ENDS,
+    FREE,
     GOES_ON,
     LANDS,
     LOCKSTEP,
@@ -45,6 +46,7 @@ ROBOTS = (1, 2)
 STANDING = 2.0  # [s] of wall time for which it is watched that nothing moves while time stands
 LASTS = 2.5  # [s] of the robots' time that a fault lasts which they must bear
 LATE = 6.0  # [s] the same of a delay of 2 s, whose begin is a silence
+SLOWEST = 4  # [-] times the usual patience, for simulated time that is slow on a busy machine
 STARVED = (0.02, 0.18)  # [s] of wall time: runs, is stopped, and again
 CLOCK = """
 import rospy, time
@@ -303,10 +305,11 @@ class Bench:
 
         def over():
             parts = self.motion().since(begin).lives()
-            lasts = LATE if self.row.fault == "delay" else LASTS
+            lasts = LATE if self.row.fault == "delay" and self.row.mode == FREE else LASTS
             return sum(part.span for part in parts) > lasts
 
-        self.wait("the robots' time goes on", over)
+        # In lockstep each period of a disturbed link waits for what the stage says again.
+        self.wait("the robots' time goes on", over, SLOWEST * PATIENCE)
 
     def _stopped(self, begin):
         """Wait until the robots' time, or a dead robot's silence, is over, and see that all stand."""

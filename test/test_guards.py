@@ -324,3 +324,15 @@ def test_a_robot_told_to_climb_is_stuck_only_where_it_does_not(climb, moves):
         pose = pose + [0.0, 0.0, 0.0, 0.05 * climb * moves]
         changed = now if moves else changed
     assert bool(found) is bool(frozen) is not moves
+
+
+def test_a_jump_up_is_a_jump():
+    tracks = Tracks(1, [BOUNDS])
+    for t in range(5):
+        tracks.take(0, (0.0, 0.0, 0.0), (0.1 * t, 0.1 * t), 1.0 + 0.05 * t)
+    assert tracks.jumps == {}
+    tracks.take(0, (0.0, 0.0, 0.0), (0.5, 0.5), 4.2)
+    assert tracks.jumps == {0: "jumped by 3.00 m and 0.00 rad within 0.10 s"}
+    tracks.accept()
+    tracks.take_all(np.array([0]), np.zeros((1, 3)), (0.6, 0.6), np.array([0.0]))
+    assert "4.20 m" in tracks.jumps[0]

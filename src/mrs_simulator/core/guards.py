@@ -273,9 +273,12 @@ class JumpBounds(NamedTuple):
     longest: float = math.inf  # [s] of silence for which a robot is believed to go on moving
     silence: float = math.inf  # [s] after which a pose at the origin means that odometry began anew
 
-    def exceeded(self, before, after, dt):
-        """Return what jumped between poses ``before`` and ``after``, ``dt`` [s] later, or ""."""
-        moved = math.hypot(after[0] - before[0], after[1] - before[1])
+    def exceeded(self, before, after, dt, climb=0.0):
+        """Return what jumped between poses ``before`` and ``after``, ``dt`` [s] later, or "".
+
+        ``climb`` [m]: by how much the height changed.
+        """
+        moved = math.hypot(math.hypot(after[0] - before[0], after[1] - before[1]), climb)
         turned = abs(float(wrap_angle(after[2] - before[2])))
         reach = MARGIN * min(dt, self.longest)
         far = moved > self.slack + reach * self.v_max
@@ -300,31 +303,37 @@ class Tracks:
         self.pose = np.full((n, 3), np.nan)
         self.first = np.full((n, 3), np.nan)
         self.jumps = {}
-        self._heard = np.full((n, 3), np.nan)
+        self._heard, self._z = np.full((n, 3), np.nan), np.zeros(n)
         self._times = [None] * n
         self._bounds = bounds
 
-    def take(self, row, pose, times):
-        """Take in ``pose`` of robot ``row``; ``times`` [s]: when it came, and its stamp."""
+    def take(self, row, pose, times, z=0.0):
+        """Take in ``pose`` of robot ``row`` at the height ``z`` [m].
+
+        ``times`` [s]: when it came, and its stamp.
+        """
         last, self._times[row] = self._times[row], times
         bounds = self._bounds and self._bounds[row]
         if bounds and last is not None:
             # Of two messages that come in one burst the stamps tell the time between them.
             dt = max(0.0, times[0] - last[0], times[1] - last[1])
-            jump = bounds.exceeded(self._heard[row], pose, dt)
+            jump = bounds.exceeded(self._heard[row], pose, dt, z - self._z[row])
             if jump:
                 self.jumps[row] = jump
-        self._heard[row] = pose
+        self._heard[row], self._z[row] = pose, z
         if row not in self.jumps:
             self.pose[row] = pose
         if last is None:
             self.first[row] = pose
 
-    def take_all(self, rows, poses, times):
-        """Take in ``poses`` (m, 3) of the robots ``rows`` (m,), as ``take`` does one by one."""
+    def take_all(self, rows, poses, times, z):
+        """Take in ``poses`` (m, 3) of the robots ``rows`` (m,) at the heights ``z`` (m,) [m].
+
+        ``times`` [s] as of ``take``, which does so one by one.
+        """
         if self._bounds is not None:
-            for row, pose in zip(rows.tolist(), poses.tolist()):
-                self.take(row, pose, times)
+            for row, pose, height in zip(rows.tolist(), poses.tolist(), z.tolist()):
+                self.take(row, pose, times, height)
             return
         new = rows[np.isnan(self.first[rows, 0])]
         self.pose[rows] = self._heard[rows] = poses

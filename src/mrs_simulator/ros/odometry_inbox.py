@@ -268,7 +268,7 @@ class OdometryInbox(Inbox):
             self._stamp[row], self._received[row] = stamped, came
             self._body[row], self._lift[row] = body, lift
             self._note_change(row, (*pose, z, *body), arrival)
-            self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds))
+            self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds), z)
             self._note_arrival(row)
 
     def _note_change(self, row, said, arrival):
@@ -331,7 +331,7 @@ class TeamInbox(Inbox):
             self._body[rows], self._lift[rows] = twists[good], np.concatenate(lift, axis=1)
             came = self._times(min(now, stamp.to_sec()))[rows]
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
-            self._tracks.take_all(rows, poses, (now, stamp.to_sec()))
+            self._tracks.take_all(rows, poses, (now, stamp.to_sec()), z)
             self._note_arrival(rows)
 
     def names(self):

@@ -52,4 +52,4 @@ class TransformInbox(Inbox):
             ):
                 self._stamp[row], self._received[row] = stamp.to_nsec(), now
                 self._lift[row] = lifted(pose)
-                self._tracks.take(row, where, (now, seconds))
+                self._tracks.take(row, where, (now, seconds), pose.position.z)

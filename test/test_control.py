@@ -296,3 +296,17 @@ def test_points_of_a_mixed_team_move_as_the_law_wants():
 def test_a_position_unpacks_to_three_and_knows_its_height():
     x, y, theta = position = Position(1.0, 2.0, 3.0)
     assert (x, y, theta) == (1.0, 2.0, 3.0) and position.z == 0.0
+
+
+@pytest.mark.parametrize("value", [float("nan"), 1e300])
+def test_a_law_by_arrays_that_gives_cars_no_finite_velocity_is_told_the_robot(value):
+    class Astray(PioneerControl):
+        def pointMassLaw(self, hand):
+            return np.array([[0.1, 0.0], [value, 0.0], [0.1, 0.0]])
+
+    control = Astray((1, 2, 3), team=Team(("f1tenth",) * 3, "top"))
+    if value > 1e299:  # absurd, yet a number: within limits all the same
+        assert np.isfinite(control.commands(np.zeros((3, 3)))).all()
+        return
+    with pytest.raises(ControlError, match="robot 2 linear.x = nan|robot 2 v = nan"):
+        control.commands(np.zeros((3, 3)))

@@ -132,12 +132,13 @@ def test_each_drive_moves_as_it_is_stated(tmp_path, name):
     [(omnidirectional, "formation_omnidirectional"), (car, "formation_cars")],
 )
 def test_a_mistake_in_the_mapping_of_a_drive_fails(tmp_path, monkeypatch, drive, name):
-    right = drive.command
+    mapping = "wanted" if drive.JOINTS else "command"
+    right = getattr(drive, mapping)
 
     def wrong(velocity, *given):
         return right(1.05 * velocity, *given)
 
-    monkeypatch.setattr(drive, "command", wrong)
+    monkeypatch.setattr(drive, mapping, wrong)
     assert {COMMANDS, ROBOTS} <= set(failed(verdict_of(shipped(name, duration=2.0), tmp_path)))
 
 

@@ -163,3 +163,17 @@ def test_each_robot_of_a_mixed_team_has_its_own_limits():
     np.testing.assert_array_equal(given.limits.top, [0.2, 1.0])
     np.testing.assert_array_equal(given.limits.acceleration, [math.inf, 3.0])
     assert np.isinf(Team(team.kinds, None).speeds).all()
+
+
+@pytest.mark.parametrize("scope", ["robot", "team"])
+def test_steering_angles_are_limited_without_the_way_through_twists(scope):
+    team, draw = Team(("pioneer3dx", "robotino3", "f1tenth") * 5), np.random.default_rng(0)
+    assert team.limits_joints
+    pose = draw.uniform(-3.0, 3.0, (15, 3))
+    joints = np.where([each.drive == "car" for each in team.kinds], 0.4, 0.0)
+    given = draw.uniform(-2.0, 2.0, (15, 2)), pose, joints, 0.05, 0.02
+    command = team.command_within(*given, scope)
+    wanted = team.saturated(team.command(*given), joints, 0.02, scope)
+    np.testing.assert_allclose(command, wanted, rtol=1e-12, atol=1e-12)
+    # A turn rate that is limited beside the steering angle is told by the Twist alone.
+    assert not Team(team.kinds, Limits(1.0, 1.0, 1.0, 1.0)).limits_joints

@@ -26,6 +26,7 @@ from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.vehicles import Team
 
+FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
 OF_POINTS = "of_points"  # in the meta of a run that theory gives
 
 
@@ -267,19 +268,30 @@ class PioneerControl:
         """
         if self._has_joints:
             self._know_joints(time, joints)
-        self._keep(time=time)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
-        self._keep(_heights=pose[:, 3].tolist() if pose.shape[1] > 3 else None)
+        self._keep(time=time, _heights=pose[:, 3].tolist() if pose.shape[1] > 3 else None)
         pose = pose[:, :3]
-        wanted = self.wanted_commands if self._network is None else self._network.commands
-        command = wanted(pose)
-        check_finite(command, self.numbers, self.team.axes)
-        command = self.saturated(command, self.saturation)
+        command = self._limited_commands(pose)
         if self._is_filtered:
             command = self._safe(command, pose)
         if self._has_joints:
             self._keep(_given=command)
         return command
+
+    def _limited_commands(self, pose):
+        """Return the law's commands (n, a) within limits and finite, from ``pose`` (n, 3)."""
+        if self._network is not None:
+            command = self._network.commands(pose)
+        elif self._gives_twists or not self.team.limits_joints or self.saturation == "none":
+            command = self.wanted_commands(pose)
+        else:
+            u, pointing = self._wanted_velocities(pose)
+            given = u, pose, self.joints, self.l, self.period
+            if np.abs(u).max() <= FASTEST:  # nor is nan
+                return self.team.command_within(*given, self.saturation, pointing)
+            command = self.team.command(*given, pointing)
+        check_finite(command, self.numbers, self.team.axes)
+        return self.saturated(command, self.saturation)
 
     def _know_joints(self, time, joints):
         """Take in the ``joints``; None: those that the last command leads to."""
@@ -394,6 +406,11 @@ class PioneerControl:
         return self.team.point(np.asarray(pose, dtype=float), self.joints, self.l)
 
     def _array_law(self, pose):
+        u, pointing = self._wanted_velocities(pose)
+        return self.team.command(u, pose, self.joints, self.l, self.period, pointing)
+
+    def _wanted_velocities(self, pose):
+        """Return the velocities (n, d) [m/s] that the law wants, and the team's ``pointing``."""
         pointing = self.team.pointing(pose, self.joints)
         hand = self.team.point(pose, self.joints, self.l, pointing)
         if self.is_by_neighbours:
@@ -413,7 +430,7 @@ class PioneerControl:
                     u.shape, (len(self.numbers), self.dimension)
                 )
             )
-        return self.team.command(u, pose, self.joints, self.l, self.period, pointing)
+        return u, pointing
 
     def velocities(self, run):
         """Return the points' commanded velocities, (m, n, 2) [m/s], from the samples of ``run`` on."""

@@ -58,6 +58,11 @@ class Group(NamedTuple):
         """Return the inner states that the group's ``command`` asks for, both (m, axes of the drive)."""
         return self.drive.asked(command, joints, self.numbers) if self.drive.JOINTS else command
 
+    def wanted(self, along, across, joints, l, period):
+        """Return the inner states (m, axes of the drive) that move the points ``along`` and ``across``."""
+        function = self.drive.wanted if self.drive.JOINTS else self.drive.command
+        return function(along, across, joints, l, period, self.numbers)
+
     def velocities(self, inner):
         """Return the velocities along the drive's axes of ``inner`` states, (m, axes of the drive)."""
         return self.drive.velocities(inner, self.numbers) if self.drive.JOINTS else inner
@@ -116,6 +121,8 @@ class Team:
         # Whether a drive has an inner joint that moves, such as a steering angle.
         self.jointed = tuple(group for group in self.groups if group.drive.JOINTS)
         self.has_joints = bool(self.jointed)
+        # Whether limits of jointed robots are those of their inner states, as their drives have them.
+        self.limits_joints = self.has_joints and not any(map(_limits_other_axes, self.jointed))
         self._limited = tuple(g for g in self.groups if g.drive.OWN_LIMITS or g.drive.JOINTS)
         # An axis that a robot does not obey has no limit: its command is 0.
         by_axis = {}
@@ -301,16 +308,27 @@ class Team:
 
         ``pointing`` as in :meth:`point`.
         """
-        cos, sin = pointing or self.pointing(pose, joints)
-        x, y = velocity[:, 0], velocity[:, 1]
-        given = cos * x + sin * y, cos * y - sin * x, joints
+        along, across = _along(velocity, *(pointing or self.pointing(pose, joints)))
         if len(self.groups) == 1:
             (group,) = self.groups
-            return group.drive.command(*given, l, period, group.numbers)
-        along, across, joints = map(self.grouped, given)
+            return group.drive.command(along, across, joints, l, period, group.numbers)
+        along, across, joints = map(self.grouped, (along, across, joints))
         return self.in_rows(self.by_group(lambda g: g.drive.command(
             along[g.span], across[g.span], joints[g.span], l, period, g.numbers
         )))  # fmt: skip
+
+    def command_within(self, velocity, pose, joints, l, period, scope, pointing=None):
+        """Return what :meth:`saturated` makes of :meth:`command`, but for the last bits, in less time.
+
+        A steering angle is limited as it is, not as the turn rate that tells it.
+        """
+        along, across = _along(velocity, *(pointing or self.pointing(pose, joints)))
+        along, across, joints = map(self.grouped, (along, across, joints))
+        asked = self.by_group(
+            lambda g: g.wanted(along[g.span], across[g.span], joints[g.span], l, period)
+        )
+        own = [(g, g.part(asked), joints[g.span]) for g in self._limited]
+        return self._limited_by(scope, asked, period, own)
 
     def velocities_in(self, command, pose, points, l, period):
         """Return the points' velocities (k, n, 2) [m/s] under recorded commands (k, n, a).
@@ -383,7 +401,9 @@ class Team:
         ``scope``: each robot slowed by a factor of its own, "robot", or all by the greatest, "team".
         """
         command = self.grouped(command)
-        own = self._own(command, joints)
+        return self._limited_by(scope, command, period, self._own(command, joints))
+
+    def _limited_by(self, scope, command, period, own):
         factor = np.maximum(self._excess(command, period, own), 1.0)
         if scope == "team":
             factor = np.full(self.n, factor.max())
@@ -396,6 +416,12 @@ class Team:
             own = g.of(command), joints[g.rows]
             result[g.rows] = g.drive.joints_after(*own, g.numbers, period)
         return result
+
+
+def _limits_other_axes(group):
+    """Return whether axes are limited of which the group's drive has no limits."""
+    others = [axis not in group.drive.LIMIT_AXES for axis in group.drive.AXES]
+    return bool(np.isfinite(group.limits.top[:, others]).any())
 
 
 def _slowed(command, factor, own):
@@ -412,6 +438,12 @@ def _places(indices):
     if len(steps) == 1:
         return slice(indices[0], indices[-1] + 1, steps.pop())
     return np.array(indices)
+
+
+def _along(velocity, cos, sin):
+    """Return the components (n,) of ``velocity`` (n, 2) along and across directions of ``cos``, ``sin``."""
+    x, y = velocity[:, 0], velocity[:, 1]
+    return cos * x + sin * y, cos * y - sin * x
 
 
 def _turned(along, across, cos, sin):

@@ -74,6 +74,10 @@ class KinematicMotion:
         self.team = Team.of(kinds, limits)
         self._approached, self._displaced = approached_function(), displaced_function()
         self._most = Reach.of(step * self.team.by_group(self._rates_of, np.inf))
+        self._least, self._greatest = (
+            self.team.by_group(lambda g, end=end: self._bounds_of(g)[end]) for end in (0, 1)
+        )
+        self._retargeted = [g for g in self.team.groups if not self._is_clipped(g)]
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         # [m] that nobody exceeds in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
@@ -107,8 +111,19 @@ class KinematicMotion:
     def _rates_of(self, group):
         return group.drive.rates(group.limits, group.numbers)
 
-    def _target_of(self, group, command):
+    def _bounds_of(self, group):
+        drive, limits = group.drive, group.limits
+        if hasattr(drive, "bounds"):
+            return drive.bounds(limits, group.numbers)
+        return -limits.top, limits.top
+
+    def _is_clipped(self, group):
+        return getattr(group.drive, "CLIPPED", False)
+
+    def _target_of(self, group, clipped, command):
         own = group.part(command), group.part(self._inner)
+        if hasattr(group.drive, "possible_target"):
+            return group.drive.possible_target(clipped, *own, group.numbers)
         return group.drive.target(*own, group.limits, group.numbers)
 
     def _inner_of(self, group):
@@ -154,7 +169,9 @@ class KinematicMotion:
     def _follow(self, command):
         """Let the inner states follow ``command``; return their means (n, a) over the step."""
         command = self.team.grouped(command)
-        target = self.team.by_group(lambda g: self._target_of(g, command))
+        target = np.minimum(np.maximum(command, self._least), self._greatest)
+        for group in self._retargeted:
+            group.part(target)[:] = self._target_of(group, group.part(target), command)
         before = self._inner
         self._inner, mean = self._approached(before, target, self._most)
         for group in self._unramped:

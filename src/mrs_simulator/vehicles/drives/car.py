@@ -111,12 +111,15 @@ def least_radius(numbers):
     return numbers.wheelbase / np.tan(numbers.steering_max)
 
 
+def _columns(first, second):
+    result = np.empty((len(first), 2), order="F")
+    result[:, 0], result[:, 1] = first, second
+    return result
+
+
 def twist_of(speed, steering, numbers):
     """Return commands, (m, 2) [m/s, rad/s]: ``(v, v tan(delta)/L)``."""
-    result = np.empty((len(speed), 2), order="F")
-    result[:, 0] = speed
-    result[:, 1] = speed * np.tan(steering) / numbers.wheelbase
-    return result
+    return _columns(speed, speed * np.tan(steering) / numbers.wheelbase)
 
 
 def steering_of(command, joints, numbers):
@@ -143,17 +146,29 @@ def _within(value, least, most):
 
 def asked(command, joints, numbers):
     """Return the inner states (m, 2) that ``command`` (m, 2) asks for: speed and steering angle."""
-    result = np.empty((len(command), 2), order="F")
-    result[:, 0], result[:, 1] = command[:, 0], steering_of(command, joints, numbers)
-    return result
+    return _columns(command[:, 0], steering_of(command, joints, numbers))
 
 
 def target(command, inner, limits, numbers):
     """Return the inner states (m, 2) to which the firmware ramps: those asked for, clipped."""
-    result, top = asked(command, inner[:, 1], numbers), limits.top[..., 0]
-    result[:, 0] = _within(result[:, 0], -np.minimum(top, numbers.backward), top)
-    result[:, 1] = _possible(result[:, 1], numbers)
-    return result
+    clipped = _within(command, *bounds(limits, numbers))
+    return possible_target(clipped, command, inner, numbers)
+
+
+def bounds(limits, numbers):
+    """Return the least and the greatest command, (m, 2) each [m/s, rad/s], of which the speed counts."""
+    least = np.array(-limits.top, order="F")
+    least[..., 0] = -np.minimum(limits.top[..., 0], numbers.backward)
+    return least, limits.top
+
+
+def possible_target(clipped, command, inner, numbers):
+    """Return the inner states (m, 2) to which the firmware ramps, of ``command`` and of it ``clipped``.
+
+    The steering angle is that of the command as it was given.
+    """
+    steering = steering_of(command, inner[:, 1], numbers)
+    return _columns(clipped[:, 0], _possible(steering, numbers))
 
 
 def rates(limits, numbers):
@@ -304,7 +319,10 @@ def joints_seen(pose, point, l, numbers):
 def inputs(along, across, joints, l, numbers):
     """Return speed [m/s] and steering rate [rad/s], (m,) each, that move the points ``along`` and
     ``across`` the steered wheels, (m,) [m/s]: the mapping derived above."""
-    cos, sin = cos_sin(joints)
+    return _inputs(along, across, *cos_sin(joints), l, numbers)
+
+
+def _inputs(along, across, cos, sin, l, numbers):
     return along * cos, across / l - along * sin / numbers.wheelbase
 
 
@@ -315,24 +333,30 @@ def point_velocity(speed, rate, joints, l, numbers):
     return along, l * (along * sin / numbers.wheelbase + rate)
 
 
-def command(along, across, joints, l, period, numbers):
-    """Return the commands, (m, 2), that move the points ``along`` and ``across`` the steered wheels, (m,)
-    [m/s], over ``period`` [s].
+def wanted(along, across, joints, l, period, numbers):
+    """Return the inner states (m, 2), speed and steering angle, that move the points ``along`` and
+    ``across`` the steered wheels, (m,) [m/s], over ``period`` [s].
 
     The steering angle asked for is ``delta + delta' period``, which may be more than the wheels can do
     until ``slowed``.  A car that cannot steer further drives forwards along its tightest circle, as fast
     as the point is wanted to move, until the wanted direction lies ahead.
     """
-    speed, rate = inputs(along, across, joints, l, numbers)
+    cos, sin = cos_sin(joints)
+    speed, rate = _inputs(along, across, cos, sin, l, numbers)
     steering = _within(joints + rate * period, -STEEPEST, STEEPEST)
     at_limit = np.abs(joints) >= numbers.steering_max - CLOSE
     if np.logical_or.reduce(at_limit):
-        (stuck,) = np.nonzero(at_limit & (np.sign(rate) == np.sign(joints)))
-        steering[stuck] = joints[stuck]
-        speed[stuck] = np.hypot(along[stuck], across[stuck]) * np.cos(joints[stuck])
+        stuck = at_limit & (rate * joints > 0.0)
+        np.copyto(steering, joints, where=stuck)
+        np.multiply(np.hypot(along, across), cos, out=speed, where=stuck)
     if not np.logical_and.reduce(speed):
         speed[(speed == 0.0) & (steering != joints)] = CREEP
-    return twist_of(speed, steering, numbers)
+    return _columns(speed, steering)
+
+
+def command(along, across, joints, l, period, numbers):
+    """Return the commands (m, 2) that ask for what is :func:`wanted`."""
+    return velocities(wanted(along, across, joints, l, period, numbers), numbers)
 
 
 def velocity(command, joints, l, period, numbers):

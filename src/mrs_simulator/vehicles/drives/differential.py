@@ -29,6 +29,7 @@ SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # wheels that are counted: left, right
 POINT = "hand point"
 JOINTS = False  # whether ``joints`` move
+CLIPPED = True  # whether targets of ramps are commands clipped axis by axis, and nothing else
 OWN_LIMITS = False  # whether there are others than those of the axes
 RAMPS = True  # whether inner states ramp towards their targets
 

@@ -169,8 +169,13 @@ def excess(command, joints, numbers, period):
 
     Divided by a factor above 1, a command is within the limits and moves the robot along the same path.
     """
-    rims = np.maximum.reduce(np.abs(rim_speeds(command, joints, numbers)), axis=1)
-    return rims / numbers.rim_max
+    return _fastest(command, numbers) / numbers.rim_max
+
+
+def _fastest(command, numbers):
+    """Return the speed of the fastest rim of each robot, (m,) [m/s], at ``command`` (m, 3)."""
+    rims = np.einsum("...wk,...k->w...", _matrix(numbers.rolling), command)
+    return np.maximum.reduce(np.abs(rims), axis=0)
 
 
 def at_limits(command, top, numbers, share):
@@ -182,14 +187,21 @@ def at_limits(command, top, numbers, share):
 def limited(command, top, numbers):
     """Return commands (m, 3) as the base carries them out: each axis clipped to ``top``, then the
     twist slowed as a whole until no rim is beyond its limit."""
-    clipped = clip_commands(command, top)
-    rims = np.maximum.reduce(np.abs(rim_speeds(clipped, None, numbers)), axis=1)
-    return (clipped.T / np.maximum(rims / numbers.rim_max, 1.0)).T
+    return _slowed(clip_commands(command, top), numbers)
+
+
+def _slowed(clipped, numbers):
+    return (clipped.T / np.maximum(_fastest(clipped, numbers) / numbers.rim_max, 1.0)).T
 
 
 def target(command, inner, limits, numbers):
     """Return the inner states, velocities (m, 3), to which the firmware ramps: those of :func:`limited`."""
     return limited(command, limits.top, numbers)
+
+
+def possible_target(clipped, command, inner, numbers):
+    """Return the same of a ``command`` (m, 3) that is already ``clipped`` axis by axis."""
+    return _slowed(clipped, numbers)
 
 
 def rates(limits, numbers):

@@ -3,13 +3,16 @@
 
     python3 benchmarks/agreement.py > docs/agreement.md
     python3 benchmarks/agreement.py paper marching    # the rows of these alone
+    python3 benchmarks/agreement.py --dynamic         # the page's second table, on full dynamics
 
 The table of mistakes at the page's end is that of benchmarks/mutants.py.
 
 Every shipped scenario runs as point masses, and on kinematic robots within speed limits of 1.5 m/s
-and 360 deg/s, with commands at 50 Hz and at the 10 Hz of RosAria's odometry.
+and 360 deg/s, with commands at 50 Hz and at the 10 Hz of RosAria's odometry; those on robots run on
+full dynamics, too, as they are shipped otherwise.
 """
 
+import argparse
 import concurrent.futures
 import itertools
 import os
@@ -31,6 +34,12 @@ LEFT_OUT = (
     "paper_dynamic",
     "paper_theory",
 )  # the same law as paper, or meant to fail
+DYNAMIC_CASES = (("full dynamics", "dynamic", None, None),)  # the scenario's own limits and rate
+DYNAMIC_HEADER = """## On full dynamics
+
+The shipped scenarios of robots, with masses, motors, contacts and friction, or hulls and rotors; made by
+`python3 benchmarks/agreement.py --dynamic`. In brackets as above.
+"""
 HEADER = """# How far from theory
 
 What each shipped scenario's claims measure on point masses and on robots; made by
@@ -43,6 +52,9 @@ outside the claim's tolerance. Collisions are those of bodies, which point masse
 
 Robots use up nearly all of a tolerance that is computed: held commands, ramps and limits cost them just
 what they cost in the computation, and a tenth of what points are allowed is all that comes on top.
+
+How robots do [on full dynamics](#on-full-dynamics), and how well wrong laws are told apart, is in
+[the last tables](#mistakes-put-into-the-laws).
 """
 
 
@@ -50,12 +62,14 @@ def run(task):
     """Return the verdict of one scenario in one case."""
     path, fidelity, limits, rate = task
     scenario = load_scenario(path)
-    control = dict(scenario.control._asdict(), rate=rate)
+    limits = scenario.to_dict()["limits"] if limits is None else limits
+    control = dict(scenario.control._asdict(), rate=rate or scenario.control.rate)
     control["saturation"] = "none" if fidelity == "point_mass" else scenario.control.saturation
     if control["saturation"] == "none" and fidelity != "point_mass":
         control["saturation"] = "robot"
     content = dict(scenario.to_dict(), fidelity=fidelity, limits=limits, control=control)
-    content.pop("step")
+    if rate is not None:
+        content.pop("step")
     if fidelity == "point_mass":  # which has no wheels
         content["odometry"] = "world"
     try:
@@ -90,24 +104,30 @@ def share(check):
 
 def main():
     """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--dynamic", action="store_true", help="on full dynamics")
+    parser.add_argument("names", nargs="*", help="of shipped scenarios, by default all")
+    arguments = parser.parse_args()
     folder = os.path.join(ROOT, "scenarios")
-    names = sorted(n[:-5] for n in os.listdir(folder) if n.endswith(".yaml"))
-    names = sys.argv[1:] or [name for name in names if name not in LEFT_OUT]
-    tasks = [(os.path.join(folder, n + ".yaml"),) + case[1:] for n in names for case in CASES]
+    paths = {
+        n[:-5]: os.path.join(folder, n) for n in sorted(os.listdir(folder)) if n[-5:] == ".yaml"
+    }
+    names = arguments.names or [name for name in paths if name not in LEFT_OUT]
+    if arguments.dynamic:
+        names = [name for name in names if load_scenario(paths[name]).fidelity != "point_mass"]
+    cases = DYNAMIC_CASES if arguments.dynamic else CASES
+    tasks = [(paths[name],) + case[1:] for name in names for case in cases]
+    print(DYNAMIC_HEADER if arguments.dynamic else HEADER)
     with concurrent.futures.ProcessPoolExecutor() as pool:
-        print_table(names, pool.map(run, tasks))
+        print_table(names, cases, pool.map(run, tasks))
 
 
-def print_table(names, verdicts):
-    """Print the page: the rows of the scenarios ``names``, as the ``verdicts`` of their cases come."""
-    print(HEADER)
-    print(
-        "How well wrong laws are told apart is in [the last table](#mistakes-put-into-the-laws).\n"
-    )
-    print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in CASES)))
-    print("|---|---|---|" + "---|" * len(CASES))
+def print_table(names, cases, verdicts):
+    """Print the rows of the scenarios ``names``, as the ``verdicts`` of their ``cases`` come."""
+    print("| scenario | claim | predicted | {} |".format(" | ".join(case[0] for case in cases)))
+    print("|---|---|---|" + "---|" * len(cases))
     for name in names:
-        found = list(itertools.islice(verdicts, len(CASES)))
+        found = list(itertools.islice(verdicts, len(cases)))
         print_scenario(name, found)
         sys.stdout.flush()
         for verdict in found:

@@ -6,6 +6,7 @@ from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.laws.consensus import Consensus
+from mrs_simulator.control.laws.formations import DisplacementFormation
 from mrs_simulator.control.laws.gathering import Containment
 from mrs_simulator.core.claims import Claim, NothingDecays, converges_to, decreases, rate
 from mrs_simulator.core.recording import Run
@@ -67,6 +68,29 @@ def test_a_filter_that_acts_rules_the_claims_out(tmp_path):
     notes = {one["note"] for one in verdict["checks"] if one["passed"] is None}
     assert notes == {"does not apply: the safety filter acted"}
     assert verdict["outcome"] == "not_judged" and check(verdict, "least distance")["passed"]
+
+
+def test_a_run_is_judged_once_the_filter_has_acted_last(tmp_path):
+    """Two robots pass each other; from then on the law alone moves them, and a weak one fails."""
+
+    class Weak(DisplacementFormation):
+        def pointMassLaw(self, hand):
+            return 0.95 * super().pointMassLaw(hand)
+
+    given = shipped(
+        "displacement_formation",
+        {"shape": "line", "size": 3.0, "gain": 0.3},
+        robots=2,
+        poses=[[-2.0, 0.2, 0.0], [2.0, 0.0, 3.14]],
+        topology={"preset": "path"},
+        duration=25.0,
+    )
+    given = controlled(given, safety=True)
+    right, wrong = verdict_of(given, tmp_path), verdict_of(given, tmp_path, Weak)
+    rate = check(right, "decay rate")
+    assert right["outcome"] == "passed" and rate["passed"], right["checks"]
+    assert rate["note"].endswith("s on, after the safety filter acted")
+    assert {rate["name"], "commands off the published law [-]"} <= set(failed(wrong))
 
 
 class Hasty(Containment):

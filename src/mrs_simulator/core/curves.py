@@ -63,6 +63,7 @@ class Balance(NamedTuple):
     predicted: Any  # (k,) from the first on
     allowed: float  # [-] of ``scale``, by which the robots alone may set them apart
     scale: float  # the energy where the theory begins, 0 where it says nothing
+    free: bool = False  # whether it is of unlimited inputs throughout, not of those commands alone
 
     def since(self, first):
         """Return the balance from the sample ``first`` of the run on."""
@@ -100,4 +101,5 @@ def dissipated(energy, time, hand, velocity, period):
     quadrature = float(np.abs(coarse - lost[::2]).max(initial=0.0)) / 3.0
     scale = abs(float(values[0]))
     allowed = (period * float(spent.max(initial=0.0)) + 2.0 * quadrature) / max(scale, NOTHING)
-    return Balance(np.arange(len(time)), values, values[0] - lost, allowed + 1e-9, scale)
+    rows = np.arange(len(time))
+    return Balance(rows, values, values[0] - lost, allowed + 1e-9, scale, free=True)

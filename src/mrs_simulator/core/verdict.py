@@ -35,8 +35,7 @@ BROKEN = "measuring it failed"  # how the note of a claim begins whose measure r
 MOST_COLLISIONS = 3  # [-] that are told in words
 FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
-TOO_COSTLY = 2.0  # [-] of a claim's tolerance: what held commands may cost at most
-NEVER_COSTLY = 0.02  # in the claim's unit: centimetres or percents that they may cost in any case
+TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
 COST = "held commands and limits cost {:.3g} of the tolerance"
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
@@ -62,7 +61,8 @@ class Theory(NamedTuple):
     ``exact``: the ``Run`` of points, ``followed``: that of these robots under held commands and within
     their limits, or None; ``narrow``: tolerances by the names of claims, where the robots are compared
     with ``followed``; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
-    :class:`Late` of such a run; ``ruled_out``: why no claim applies, or "".
+    :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
+    that is judged, None for all of it, and ``why``.
     """
 
     exact: Any = None
@@ -71,6 +71,8 @@ class Theory(NamedTuple):
     limited: str = ""
     late: Any = None
     ruled_out: str = ""
+    rest: Any = None
+    why: str = ""
 
 
 NO_THEORY = Theory()
@@ -96,7 +98,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
     further values for the verdict; ``guards``: claims of what watches over any protocol, which judge
     no theory of its; ``theory``: what they are compared with.
     """
-    checks = _checks(run, claims or (), theory)
+    checks = _checks(run if theory.rest is None else theory.rest, claims or (), theory)
     unjudged = _unjudged(run, claims, checks)
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
@@ -207,6 +209,7 @@ def _checks(run, claims, theory=NO_THEORY):
             checks.append(_judged_before(run, claim, theory, touch))
         else:
             checks.append(_judged(run, claim, theory))
+        checks[-1] = checks[-1]._replace(note=_joined(checks[-1].note, theory.why))
     return checks
 
 
@@ -281,7 +284,7 @@ def _within_cost(run, claim, theory, cost, why):
     check = _measured(run, claim._replace(tolerance=own + cost))
     if check.passed is None or cost <= own:
         return check
-    if cost > max(TOO_COSTLY * claim.tolerance, NEVER_COSTLY):
+    if cost > TOO_COSTLY * claim.tolerance:
         check = _measured(run, claim)
         return check._replace(note=_joined(check.note, COSTLY.format(cost)))
     return check._replace(note=_joined(check.note, COST.format(cost)))

@@ -47,7 +47,9 @@ def _balance_claim(control, energy, run):
             raise NothingDecays(COARSE.format(found.allowed))
         return found.residual
 
-    return Claim(BALANCE, 0.0, balance.allowed, off, "at most", own=True, unproved=why)
+    return Claim(
+        BALANCE, 0.0, balance.allowed, off, "at most", free=balance.free, own=True, unproved=why
+    )
 
 
 def certificate_curves(control, run):

@@ -232,7 +232,8 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
     _draw_starts(axes, run.robots, points)
     _draw_collisions(axes, run)
     _frame_plane(axes, low, high)
-    _legend_above(axes, ("Start", "Trajectory", "Theory", "Final pose", "Obstacle", "Collision"))
+    names = ("Start", "Trajectory", "Theory", "Final pose", "Obstacle", "Arena", "Collision")
+    _legend_above(axes, names)
     return axes
 
 
@@ -454,6 +455,18 @@ def _draw_obstacles(axes, run):
         patch.set(facecolor=OBSTACLE_COLOUR, edgecolor="#7a7a7a", linewidth=0.6)
         patch.set(zorder=1, label="_nolegend_" if row else "Obstacle")
         axes.add_patch(patch)
+    for corners in _arena(run):
+        style = {"edgecolor": "#7a7a7a", "linestyle": ":", "linewidth": 1.0, "label": "Arena"}
+        axes.add_patch(Polygon(corners, closed=True, fill=False, zorder=1, **style))
+
+
+def _arena(run):
+    """Return the corners, (4, 2) [m], of the arena that the safety filter keeps, in a list."""
+    safety = getattr(getattr(run.scenario, "control", None), "safety", None)
+    if not getattr(safety, "arena", ()):
+        return []
+    x_min, y_min, x_max, y_max = safety.arena
+    return [np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]])]
 
 
 def _obstacles(run):
@@ -510,6 +523,7 @@ def _frame_plane(axes, low, high):
 def _extent(run, prediction):
     """Return the lowest and highest (x, y) [m] of all that is drawn in the plane."""
     shown = [_points(run, prediction).reshape(-1, 2)]
+    shown += _arena(run)
     if prediction is not None:
         shown.append(_predicted(run, prediction)[1].reshape(-1, 2))
     shown = np.concatenate(shown)

@@ -41,7 +41,10 @@ def judged(run, control=None):
     if control is None:
         return judge(run, guards=impossibilities(run)), None
     faults, measures = [], {}
-    claims, theory = _claims(control, run, faults)
+    acted = filter_acted(control, run)
+    claims, theory = (
+        _claims(control, run, faults) if acted is None else _unfiltered(control, run, acted, faults)
+    )
     with _keeping(faults, "measures"):
         measures = call(control.measures, run)
     with _keeping(faults, "stability"):
@@ -50,9 +53,9 @@ def judged(run, control=None):
         with _keeping(faults, "published"):
             measures.update(call(delay_measures, control, run))
     track = _track(control, run, faults)
-    ruled_out = FILTERED if filter_acted(control, run) else _carried(control, run)
-    if ruled_out:
-        theory = theory._replace(ruled_out=ruled_out)
+    carried = _carried(control, run)
+    if carried:
+        theory = theory._replace(ruled_out=carried)
     guards = safety_claims(control, run.hand[0]) + impossibilities(run)
     verdict = judge(run, claims + faults, measures, guards, theory)
     return verdict, _end_of(run, claims) if track is None else track
@@ -68,6 +71,23 @@ def _carried(control, run):
     if run.scenario.fidelity == "dynamic" and (any(environment.wind) or environment.wave_height):
         return "wind and waves push the robots"
     return ""
+
+
+def _unfiltered(control, run, acted, faults):
+    """Return ``(claims, theory)`` on what comes after the sample ``acted``, the safety filter's last.
+
+    There the law alone moves the robots.  What it remembers then is not known, so that of a law with a
+    memory, or where nothing comes after, no claim applies.
+    """
+    begin = acted + 2  # it may have acted between that sample and the next, too
+    if not control.MEMORYLESS or control.links.faults or begin + FEWEST_SAMPLES > len(run.time):
+        claims, theory = _claims(control, run, faults)
+        return claims, theory._replace(ruled_out=FILTERED)
+    alone, rest = copy.copy(control), part_of(run, slice(begin, None))
+    alone._keep(safety=False, _is_filtered=False)
+    claims, theory = _claims(alone, rest, faults)
+    why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], FILTERED)
+    return claims, theory._replace(rest=rest, why=why)
 
 
 def _claims(control, run, faults, followed=None):

@@ -276,12 +276,16 @@ def at_limit(control, command):
 
 
 def filter_acted(control, run):
-    """Return whether the safety filter changed a command of ``run``, as far as its samples tell."""
+    """Return the last sample of ``run`` whose command the safety filter changed, or None.
+
+    As far as samples tell: between two of them it may have acted as well.
+    """
     if not np.any(control.safety):
-        return False
-    distance, speed = control.safe_distance, control.safe_speed
-    for hand, u in zip(run.hand, control.velocities(run)):
+        return None
+    distance, speed, velocity = control.safe_distance, control.safe_speed, control.velocities(run)
+    for row in range(len(run.time) - 1, -1, -1):
+        hand, u = run.hand[row], velocity[row]
         bounds = control.safe_bounds(hand)
         if filter_acts(u, hand, distance, control.period, bounds=bounds, speed=speed):
-            return True
-    return False
+            return row
+    return None

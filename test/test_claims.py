@@ -6,8 +6,19 @@ from memory import peak_of
 
 from mrs_simulator.control.laws import shipped
 from mrs_simulator.control.laws.common import all_hold
+from mrs_simulator.control.laws.energies import laplacian_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
-from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.claims import (
+    Claim,
+    Condition,
+    centroid,
+    converges_to,
+    disagreement,
+    distance_to,
+    extent,
+    invariant,
+    rate,
+)
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.links import Links, PerEdge, Switching
 from mrs_simulator.core.recording import Run
@@ -56,3 +67,26 @@ def test_the_maps_of_many_turns_are_not_held_at_once():
         law.track(start, np.array([0.0, 1.0]))
 
     assert peak_of(predicted) < turns * 8 * (n * depth) ** 2 / 4
+
+
+TWO = np.array([[[0.0, 0.0, 0.0], [2.0, 3.0, 6.0]]])  # 7 m apart in space
+
+
+def test_quantities_in_space_typed_out():
+    assert disagreement(TWO) == pytest.approx([7.0 / np.sqrt(2.0)])
+    assert extent(TWO) == pytest.approx([6.0])
+    np.testing.assert_allclose(centroid(TWO), [[1.0, 1.5, 3.0]])
+    assert distance_to([0.0, 0.0, 0.0])(TWO) == pytest.approx([7.0])
+
+
+def test_two_points_in_space_agree_as_in_closed_form():
+    """``p_1 - p_2`` falls like ``exp(-2 k t)``, ``V = |p_1 - p_2|^2/2`` at ``2 k |p_1 - p_2|^2``."""
+    time, middle = 0.05 * np.arange(300.0), TWO.mean(axis=1, keepdims=True)
+    hand = middle + np.exp(-time)[:, np.newaxis, np.newaxis] * (TWO - middle)
+    run = Run(time, np.array([1, 2]), None, hand, None)
+    assert rate(1.0, disagreement).measure(run) == pytest.approx(1.0, rel=1e-9)
+    assert invariant(centroid).measure(run) < 1e-12
+    assert converges_to(middle[0, 0]).measure(run) == pytest.approx(3.5 * np.exp(-time[-1]))
+    energy = laplacian_energy(Topology(2, [(1, 2)], directed=False), 0.5)
+    assert energy.of(TWO[0], None, 0.0) == pytest.approx(24.5)
+    assert energy.spent(TWO[0], None, 0.0) == pytest.approx(49.0)

@@ -9,6 +9,7 @@ import math
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from mrs_simulator.study.figures import WIDTH, new_figure, settle, styled
 
@@ -19,7 +20,10 @@ MOST_PANELS = 6  # panels of a third key's values, evenly chosen where there are
 MOST_TICKS = 9
 BOUNDARY_POINTS = 33  # along each axis, at which the theorem is asked
 PANEL = 1.7  # [in], height of a heat map
-CELL = "0.35"  # colour of the marks in the legend
+CELL, NOTHING = (
+    "0.35",
+    "#dddddd",
+)  # colours of the marks in the legend, and of cells without a value
 SPREAD, LEAST_SHARE = (
     1e3,
     1e-9,
@@ -172,7 +176,7 @@ def _heat_maps(table, keys, series, units):
     if across != [None]:
         for axes, value in zip(panels[0], across):
             axes.set_title("{} = {}".format(axis_label(keys[2], {}), _shown(value)), fontsize=9)
-    _heat_legend(panels[0, 0], series, across != [None])
+    _heat_legend(panels[0, 0], series, len(table), across != [None])
     settle(figure)
     return figure
 
@@ -206,7 +210,7 @@ def _draw_row(figure, panels, cells, name):
             np.maximum(mean, norm.vmin), origin="lower", aspect="auto", norm=norm, cmap="viridis"
         )
         axes.grid(False)
-        axes.set_facecolor("#dddddd")
+        axes.set_facecolor(NOTHING)
         for chosen, marker in ((failed, "x"), (unjudged & ~failed, ".")):
             places = np.argwhere(chosen)
             if len(places):
@@ -214,6 +218,8 @@ def _draw_row(figure, panels, cells, name):
                 axes.plot(places[:, 1], places[:, 0], marker, **style)
     bar = figure.colorbar(image, ax=list(panels), pad=0.02, aspect=18)
     bar.set_label(_two_lines(name), fontsize=8)
+    if not isinstance(norm, LogNorm):  # whole numbers beside the bar, no "+1" above it
+        bar.ax.ticklabel_format(axis="y", useOffset=False)
 
 
 def _norm(means):
@@ -245,8 +251,8 @@ def _shown(value):
     return text if len(text) <= 18 else text[:17] + "…"
 
 
-def _heat_legend(axes, series, titled):
-    """Name the marks that there are, above the first panel and its title."""
+def _heat_legend(axes, series, most, titled):
+    """Name the marks that there are, above the first panel and its title; of ``most`` runs."""
     style = {"ls": "", "mew": 1.1, "mec": CELL, "mfc": CELL, "ms": 6}
     outcomes = {row[3] for rows in series.values() for row in rows}
     marks = ((False, "x", "failed"), (None, ".", "not judged"))
@@ -255,9 +261,11 @@ def _heat_legend(axes, series, titled):
         for outcome, marker, label in marks
         if outcome in outcomes
     ]
+    if any(len(rows) < most for rows in series.values()):
+        handles.append(Patch(facecolor=NOTHING, label="not measurable"))
     if handles:
         place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.12 if titled else 1.0)}
-        axes.legend(handles=handles, ncol=2, borderaxespad=0.3, **place)
+        axes.legend(handles=handles, ncol=3, borderaxespad=0.3, **place)
 
 
 # Stability maps

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -145,6 +146,29 @@ def test_what_is_given_up_is_killed_with_all_that_it_has_started(kind):
     for process in started:
         wait_until(lambda process=process: is_gone(process))
     close()
+
+
+class OnceClosed:
+    """A connection that takes its time to close, and must be closed by one thread alone."""
+
+    closed, closings = False, 0
+
+    def close(self):
+        self.closings += 1
+        time.sleep(0.1)
+        self.closed = True
+
+
+def test_two_threads_may_end_a_process_at_once():
+    process = FreshProcess("mrs_simulator.study.law_process")
+    process._connection.close()
+    process._connection = OnceClosed()
+    threads = [threading.Thread(target=process.end) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert process._connection.closings == 1
 
 
 @pytest.mark.parametrize("kind, said", [(ProcessApart, "ended"), (FreshProcess, "exit code 7")])

@@ -34,6 +34,7 @@ class Piped:
     def __init__(self, connection, process):
         """``process``: its number, which is that of its group."""
         self._connection, self._process = connection, process
+        self._ending = threading.Lock()  # it is given up here while there its end is seen
 
     def send(self, request):
         """Begin to serve ``request``."""
@@ -72,8 +73,10 @@ class FreshProcess(Piped):
         """Kill the process; return its exit code.  One that is ending has ``farewell`` [s] for that."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._program.wait(farewell)
-        self._kill()
-        self._connection.close()
+        with self._ending:
+            if not self._connection.closed:
+                self._kill()
+                self._connection.close()
         return self._program.wait()
 
 
@@ -170,7 +173,9 @@ class ProcessApart(Piped):
 
     def end(self, _farewell=0.0):
         """Kill the process; nobody knows its exit code."""
-        if not self._connection.closed:
+        with self._ending:
+            if self._connection.closed:
+                return
             # One that has ended has closed its end: its number may be another's by now.
             if not (self._connection.poll(0) and self._has_ended()):
                 self._kill()

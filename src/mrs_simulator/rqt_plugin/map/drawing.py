@@ -94,10 +94,9 @@ def draw_numbers(painter, look, frame, pose, numbers, shapes, sprites):
 
 
 def draw_heights(painter, look, frame, pose, shapes, heights, sprites):
-    """Draw the texts ``heights`` beside their robots, to the lower side, as ``draw_numbers`` does."""
+    """Draw the texts ``heights`` below their robots, as ``draw_numbers`` does."""
     font = _font(painter, 0.85 if len(pose) <= SOME_ROBOTS else 0.7)
-    side = np.stack([np.sin(pose[:, 2]), -np.cos(pose[:, 2])], axis=1)
-    side *= np.where(side[:, 1:] > 0.0, -1.0, 1.0)
+    side = np.tile([0.0, -1.0], (len(pose), 1))
     _draw_texts(painter, look, frame, pose, heights, shapes, sprites, font, side)
 
 

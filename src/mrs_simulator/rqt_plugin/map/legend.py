@@ -17,7 +17,7 @@ LEGEND = {  # in the order of the map's words
     "edge": "robots that hear each other",
     "real": "real robot",
     "stale": "not heard lately",
-    "aloft": "in the air: the farther its shade, the higher",
+    "aloft": "in the air, above its shade",
 }
 
 

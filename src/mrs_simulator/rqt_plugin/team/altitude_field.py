@@ -22,14 +22,13 @@ class AltitudeField(QDoubleSpinBox):
     def __init__(self, parent=None):
         super().__init__(parent)
         self.setRange(SEVERAL, FARTHEST)
-        self.setSpecialValueText("several heights")
-        self.setPrefix("at ")
-        self.setSuffix(" m")
+        self.setSpecialValueText("begin at several heights")
+        self.setPrefix("begins at ")
+        self.setSuffix(" m above the ground")
         self.setSingleStep(STEP)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.StrongFocus)
         self.setToolTip(TIP)
-        self.setMaximumWidth(self.fontMetrics().horizontalAdvance("several heights_____"))
         self.valueChanged.connect(self._on_changed)
 
     def show_heights(self, heights):

@@ -94,9 +94,9 @@ class TeamPanel(QWidget):
         number.addWidget(self._number)
         number.addWidget(QLabel("Kind"))
         number.addWidget(self._kind, 1)
-        number.addWidget(self._altitude)
         self._first_line.addLayout(buttons)
         self._first_line.addLayout(number)
+        self._first_line.addWidget(self._altitude)
 
     # What is shown -------------------------------------------------------------------------------
 

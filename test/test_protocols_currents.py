@@ -6,6 +6,8 @@ from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
 from mrs_simulator.control.laws import currents_equations as laws
 from mrs_simulator.control.laws.currents import LineOfSight, StationKeeping
+from mrs_simulator.control.laws.gathering_equations import inside
+from mrs_simulator.control.laws.marching_equations import read_waypoints
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
 
@@ -127,3 +129,29 @@ def test_a_second_start_has_nothing_integrated():
     assert not np.allclose(first, second)
     control.start()
     np.testing.assert_array_equal(control.pointMassLaw(hand), first)
+
+
+def test_a_bay_is_covered_within_its_shores(tmp_path):
+    verdict = verdict_of(shipped("coverage_bay", duration=8.0), tmp_path)
+    assert not failed(verdict)
+    assert check(verdict, COMMANDS)["passed"]
+    control = make_control(shipped("coverage_bay"))
+    centroids = control.targets(np.array(control_starts(control)))
+    assert inside(centroids, read_waypoints(control.polygon)).all()
+
+
+def control_starts(control):
+    return [[2.0 * number - 7.0, -12.0] for number in control.numbers]
+
+
+def test_points_are_in_a_polygon_with_corners_turned_inwards():
+    corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0], [0.0, 4.0]])
+    points = np.array([[2.0, 0.5], [2.0, 2.0], [0.5, 2.0], [3.5, 2.0], [5.0, 0.5], [-1.0, 1.0]])
+    assert inside(points, corners).tolist() == [True, False, True, True, False, False]
+    assert inside(points, corners[::-1]).tolist() == [True, False, True, True, False, False]
+
+
+@pytest.mark.parametrize("polygon", ["0 0, 1 1", "0 0, 40 0, 0 40", "0 0, 1e-9 0, 0 1e-9"])
+def test_what_no_polygon_is_to_be_covered(polygon):
+    with pytest.raises(ValueError, match="polygon|waypoints"):
+        make_control(shipped("coverage_bay", {"polygon": polygon}))

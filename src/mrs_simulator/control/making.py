@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.control.loading import ProtocolError, choose_protocol
 from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
+from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.core.safety import Safety
 from mrs_simulator.vehicles import Team
 
@@ -51,4 +52,7 @@ def _surroundings(scenario):
     """Return what ``control.safety`` keeps the robots from beside each other."""
     obstacles, arena, speed = scenario.control.safety
     caps = None if speed is None else np.broadcast_to(np.asarray(speed, dtype=float), scenario.n)
-    return Surroundings(scenario.obstacles if obstacles else (), arena, caps)
+    kept = scenario.obstacles if obstacles else ()
+    if not Team.from_scenario(scenario).afloat.all():  # land is none to robots that stand on it
+        kept = tuple(obstacle for obstacle in kept if not is_flat(obstacle))
+    return Surroundings(kept, arena, caps)

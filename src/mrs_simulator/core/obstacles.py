@@ -1,4 +1,4 @@
-"""Fixed obstacles of a scene: boxes and upright cylinders; a wall is a long thin box."""
+"""Fixed obstacles of a scene: boxes and upright cylinders; a wall is a long thin box, land a flat one."""
 
 import math
 from typing import NamedTuple
@@ -26,6 +26,11 @@ class Cylinder(NamedTuple):
     y: float
     radius: float
     height: float
+
+
+def is_flat(obstacle):
+    """Return whether an ``obstacle`` lies level with the ground: land, on which only boats run aground."""
+    return obstacle.height == 0.0
 
 
 def wall(name, start, end, thickness, height):

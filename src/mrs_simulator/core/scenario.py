@@ -17,7 +17,7 @@ from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
-from mrs_simulator.core.obstacles import Box, Cylinder, wall
+from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
 from mrs_simulator.core.reading import (
     ScenarioError,
     Section,
@@ -473,9 +473,9 @@ def _read_obstacles(top):
 
 def _read_obstacle(item, where, index):
     section = Section(item, where)
-    shape = section.text("type", choices=("box", "cylinder", "wall"))
+    shape = section.text("type", choices=("box", "cylinder", "wall", "land"))
     name = section.text("name", "{}{}".format(shape, index + 1))
-    height = section.number("height", 0.5, above=0.0)
+    height = 0.0 if shape == "land" else section.number("height", 0.5, above=0.0)
     if shape == "wall":
         start, end = section.numbers("from", 2), section.numbers("to", 2)
         thickness = section.number("thickness", 0.1, above=0.0)
@@ -506,7 +506,10 @@ def _limits_to_plain(limits):
 
 def _obstacle_to_plain(obstacle):
     plain = {"name": obstacle.name, "center": [obstacle.x, obstacle.y], "height": obstacle.height}
+    if is_flat(obstacle):
+        plain.pop("height")
     if isinstance(obstacle, Cylinder):
         return {"type": "cylinder", "radius": obstacle.radius, **plain}
     size = [obstacle.length, obstacle.width]
-    return {"type": "box", "size": size, "yaw": obstacle.yaw, **plain}
+    shape = "land" if is_flat(obstacle) else "box"
+    return {"type": shape, "size": size, "yaw": obstacle.yaw, **plain}

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.neighbours import least_distance, squared
-from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.collisions import (
     Footprints,
@@ -48,6 +48,7 @@ class Bodies:
         self._list = VerletList(2.0 * self.footprints.farthest)
         self.moved_elsewhere()
         self.heights = Heights(team)
+        self._afloat = team.afloat  # what floats draws water, and runs aground
 
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
@@ -99,7 +100,11 @@ class Bodies:
         """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
         for obstacle in self.obstacles:
             within = self._within_reach(obstacle, pose)
-            rows = np.flatnonzero(within if z is None else within & (z < obstacle.height))
+            if is_flat(obstacle):
+                within &= self._afloat
+            elif z is not None:
+                within &= z < obstacle.height
+            rows = np.flatnonzero(within)
             if not len(rows):
                 continue
             depth, direction = self._overlap_with(obstacle, pose, rows)

@@ -11,6 +11,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.core.kinematics import ramp, wrap_angle
+from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.vehicles.team import shared
@@ -88,6 +89,8 @@ class DynamicMotion:
         )
         self._names = {ground: "ground"}
         for obstacle in obstacles:
+            if is_flat(obstacle):  # on which robots drive
+                continue
             self._names[add_obstacle(self._client, obstacle)] = obstacle.name
         self._bodies = [
             self._add_robot(row, kind, pose)

@@ -12,6 +12,7 @@ from mrs_simulator.control.laws.energies import (
     laplacian_energy,
     tension_energy,
 )
+from mrs_simulator.control.laws.marching_equations import read_waypoints
 from mrs_simulator.control.laws.published import Averaging, weights_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
@@ -344,7 +345,8 @@ class CyclicPursuit(PioneerControl):
 class Coverage(PioneerControl):
     """Each robot goes to the centroid of its Voronoi cell: Cortes, Martinez, Karatas, Bullo, 2004.
 
-    A law of the plane, over a square.
+    A law of the plane, over a square or a polygon within it.  Where corners turn inwards, a centroid may
+    lie outside.
     """
 
     PARAMETERS = (
@@ -381,6 +383,12 @@ class Coverage(PioneerControl):
             high=500,
             meaning="points of the grid along a side of the square",
         ),
+        Parameter(
+            "polygon",
+            "",
+            "m",
+            meaning="corners of the part of the square that is to be covered, such as a bay; empty: all",
+        ),
     )
     TAKES_EDGES = False
     MEMORYLESS = True
@@ -390,9 +398,18 @@ class Coverage(PioneerControl):
 
         def weight(x, y):
             away = (x - self.centre_x) ** 2 + (y - self.centre_y) ** 2
-            return np.exp(-0.5 * away / self.width**2) if self.density == "gaussian" else 1.0
+            density = np.exp(-0.5 * away / self.width**2) if self.density == "gaussian" else 1.0
+            return density * self._is_inside(complex(x, y))
 
         return published.Coverage(self.gain, self.side, self.samples, weight)
+
+    def _is_inside(self, place):
+        """Return whether the polygon's corners go round ``place``, complex [m], by the angles they turn."""
+        if not self.polygon:
+            return True
+        corners = read_waypoints(self.polygon) @ [1.0, 1.0j] - place
+        turned = np.angle(np.roll(corners, -1) / corners).sum()
+        return bool(abs(turned) > np.pi)
 
     def set_parameters(self, given):
         """Set the parameters and lay out the grid."""
@@ -402,6 +419,9 @@ class Coverage(PioneerControl):
         if self.density == "gaussian":
             middle = (self.centre_x, self.centre_y)
             self._density = gathering_equations.gaussian_density(self._samples, middle, self.width)
+        if self.polygon:
+            corners = read_waypoints(self.polygon)
+            self._density = self._density * gathering_equations.inside(self._samples, corners)
 
     def checked_parameters(self, given):
         """Return all values; a density that is zero all over the square is refused."""
@@ -413,6 +433,17 @@ class Coverage(PioneerControl):
                     values["centre_x"], values["centre_y"]
                 )
             )
+        if values["polygon"]:
+            corners, half = read_waypoints(values["polygon"]), 0.5 * values["side"]
+            samples = gathering_equations.square_samples(values["side"], values["samples"])
+            if (
+                np.abs(corners).max() > half
+                or not gathering_equations.inside(samples, corners).any()
+            ):
+                raise ValueError(
+                    "polygon = {!r}: wanted corners within {:g} m of x = 0 and of y = 0, about samples of "
+                    "the square".format(values["polygon"], half)
+                )
         return values
 
     def pointMassLaw(self, hand):

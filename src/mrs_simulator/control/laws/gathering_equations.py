@@ -217,6 +217,21 @@ def gaussian_density(samples, centre, width):
     return np.exp(-np.einsum("sd,sd->s", apart, apart) / (2.0 * width**2))
 
 
+def inside(points, corners):
+    """Return which ``points`` (s, 2) lie in the polygon about ``corners`` (k, 2), (s,) bool.
+
+    A ray to the right crosses its sides an odd number of times.
+    """
+    x, y = points.T
+    within = np.zeros(len(points), dtype=bool)
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0)):
+        if ay == by:
+            continue
+        crossed = (ay > y) != (by > y)
+        within ^= crossed & (x < ax + (y - ay) * (bx - ax) / (by - ay))
+    return within
+
+
 def cell_centroids(points, samples, density):
     """Return the centroids C_i of the Voronoi cells of ``points`` (n, 2), (n, 2) [m].
 

@@ -29,17 +29,24 @@ def command_for(wanted, numbers):
 
 
 def _by_curve(numbers, values, function):
-    factors = [np.reshape(f, (-1, 1)) for f in (numbers.factor_ahead, numbers.factor_astern)]
-    limits = [np.reshape(f, (-1, 1)) for f in (numbers.ahead, numbers.astern)]
+    given = [
+        _upright(each)
+        for each in (numbers.factor_ahead, numbers.factor_astern, numbers.ahead, numbers.astern)
+    ]
     if isinstance(numbers.curve, str):
-        return function(numbers.curve, values, *factors, *limits)
-    columns = [np.broadcast_to(f, values.shape) for f in (*factors, *limits)]
+        return function(numbers.curve, values, *given)
+    columns = [np.broadcast_to(each, values.shape) for each in given]
     result = np.empty(values.shape, order="F")
     for curve in CURVES:
         rows = numbers.curve == curve
         if rows.any():
             result[rows] = function(curve, values[rows], *(f[rows] for f in columns))
     return result
+
+
+def _upright(value):
+    """Return a number as it is, and numbers (m,) as a column (m, 1)."""
+    return value[:, np.newaxis] if getattr(value, "ndim", 0) else value
 
 
 def _thrust_of(curve, command, factor, back, ahead, astern):

@@ -113,6 +113,9 @@ def test_framing_brings_all_into_view_and_no_farther_than_needed(yaw, pitch):
     assert (sides < 1e-6).sum() >= 2  # two opposite sides are touched
     assert np.allclose(low + high, (WIDTH, HEIGHT), atol=1.0)  # in the middle
     assert camera.target[2] == pytest.approx(0.0, abs=1e-9)
+    inner = Camera(yaw=yaw, pitch=pitch).framed(points, WIDTH, HEIGHT, 0.8)
+    at = on_screen(inner.seen(points), WIDTH, HEIGHT) / (WIDTH, HEIGHT)
+    assert at.min() > 0.1 - 1e-6 and at.max() < 0.9 + 1e-6
 
 
 def test_orbit_zoom_and_pan_stay_within_bounds():

@@ -59,16 +59,17 @@ class Camera(NamedTuple):
         """Return ``points`` (..., 3) [m] as the camera has them: right, up, and depth ahead [m]."""
         return (points - self.eye) @ self.axes.T
 
-    def framed(self, points, width, height):
+    def framed(self, points, width, height, room=1.0):
         """Return the camera, of the same direction, nearest to ``points`` (k, 3) that sees all of them.
 
+        ``room``: the share of the picture's sides within which they are.
         Each of a picture's four sides is a plane through the eye, so the place of the eye follows from
         the farthest points beyond each.  The target is on the ground, where the camera looks down on it.
         """
         if not len(points):
             return self
         across, up, ahead = self._replace(target=(0.0, 0.0, 0.0), distance=0.0).seen(points).T
-        slope = 0.5 * height / scale(height)
+        slope = room * 0.5 * height / scale(height)
         slopes = slope * width / height, slope
         eye = np.empty(3)
         back = []

@@ -61,7 +61,7 @@ def framed(scene, camera, width, height):
             points.append(model.vertices @ robots.about_z([yaw])[0].T + (x, y, 0.0))
     points = np.concatenate(points)
     points = points[np.isfinite(points).all(axis=1)]
-    return camera.framed(points, ROOM * width, ROOM * height)
+    return camera.framed(points, width, height, ROOM)
 
 
 def _room_of_robots(scene):

@@ -31,10 +31,11 @@ MOST_EDGES = 400  # above it edges would hide the robots
 class Animation:
     """A run in motion: ``save(path)``, and shown by itself in a notebook."""
 
-    def __init__(self, run, seconds=SECONDS, rate=RATE, width=WIDTH):
+    def __init__(self, run, seconds=SECONDS, rate=RATE, width=WIDTH, stage=None):
         """``run``: a ``Run``; the file lasts ``seconds`` at ``rate`` [Hz] and is ``width`` [in] wide.
 
-        Raises ``LookError`` for numbers that make no animation.
+        ``stage``: what draws it, of the run and the width: by default ``Stage``, from above.  Raises
+        ``LookError`` for numbers that make no animation.
         """
         frames = int(round(seconds * rate)) if 0.0 < seconds * rate <= MOST_FRAMES else 0
         if frames < 1 or not len(run.time):
@@ -43,7 +44,7 @@ class Animation:
                     seconds, rate, len(run.time), MOST_FRAMES
                 )
             )
-        self.run, self.rate, self.width = run, rate, width
+        self.run, self.rate, self.width, self._stage = run, rate, width, stage or Stage
         last = len(run.time) - 1
         self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))
 
@@ -82,7 +83,7 @@ class Animation:
         import matplotlib
         from matplotlib.animation import FFMpegWriter
 
-        stage = Stage(self.run, self.width)
+        stage = self._stage(self.run, self.width)
         # ffmpeg writes to a file of its own, so that ``path`` is whole or not there.
         with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(path))) as directory:
             partial = os.path.join(directory, "film.mp4")
@@ -97,7 +98,7 @@ class Animation:
 
     def frames(self):
         """Yield the frames, each (height, width, 4) uint8."""
-        stage = Stage(self.run, self.width)
+        stage = self._stage(self.run, self.width)
         for row in self.rows:
             yield stage.picture(row)
 

@@ -13,7 +13,7 @@ from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.look import add_look, look_of
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.study.report import read_run
+from mrs_simulator.study.report import control_of, read_run
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.video import add_video, check_video, write_video
 
@@ -30,10 +30,12 @@ def main(argv=None):
         scenario = _scenario(arguments)
         options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
         verdict = run_experiment(scenario, arguments.out, **options)
-        write_exports(arguments, lambda: read_run(arguments.out), verdict)
-        write_video(arguments, lambda: read_run(arguments.out))
+        written = write_exports(arguments, lambda: read_run(arguments.out), verdict)
+        written += write_video(arguments, lambda: read_run(arguments.out), control_of)
     print(verdict_text(verdict))
     print("  figures and data: {}".format(os.path.abspath(arguments.out)))
+    for path in written:
+        print("  exported: {}".format(os.path.abspath(path)))
     if verdict["ended"] == "interrupted":
         sys.exit(130)
     sys.exit(exit_code(verdict, arguments.require_verdict))

@@ -33,7 +33,8 @@ from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.video import add_video, check_video, write_video
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
-CERTIFICATES = "certificates"
+CERTIFICATES, VIEW = "certificates", "view"
+VIDEOS = ("run.mp4", "run.gif")
 FIGURES = ("trajectories", "x_states", "y_states", "inputs", CERTIFICATES)
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 
@@ -50,7 +51,8 @@ def begin_run(scenario, out, robots=None, tell=None, columns=None):
     recorder = Recorder(path, robots, scenario.hand_length, tell, columns=columns)
     for name in os.listdir(out):
         stem, _, kind = name.partition(".")
-        if name == VERDICT_FILE or (stem in FIGURES and kind in ("png", "pdf", "svg")):
+        drawn = stem in (*FIGURES, VIEW) and kind in ("png", "pdf", "svg")
+        if name == VERDICT_FILE or drawn or name in VIDEOS:
             os.remove(os.path.join(out, name))
     write_scenario(scenario, out)
     return recorder
@@ -199,9 +201,8 @@ def main(argv=None):
         run = read_run(arguments.run, given)
         look, formats = look_of(arguments)
         verdict = write_report(run, arguments.out, formats, control_of(run), look)
-        exported = write_exports(arguments, lambda: run, verdict) + write_video(
-            arguments, lambda: run
-        )
+        exported = write_exports(arguments, lambda: run, verdict)
+        exported += write_video(arguments, lambda: run, control_of)
     print(verdict_text(verdict))
     print("  figures: {}".format(os.path.abspath(arguments.out)))
     for path in exported:

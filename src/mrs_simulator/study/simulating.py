@@ -123,11 +123,18 @@ class StudyRun:
             figures.settle(figure)
         return figure
 
-    def animate(self, seconds=8.0, rate=12.0, width=4.8):
-        """Return the ``study.animation.Animation``: ``save("run.gif")``, and shown in a notebook."""
-        from mrs_simulator.study.animation import Animation
+    def animate(self, seconds=8.0, rate=12.0, width=4.8, space=False):
+        """Return the ``study.animation.Animation``: ``save("run.gif")``, and shown in a notebook.
 
-        return Animation(self.run, seconds, rate, width)
+        ``space``: in three dimensions instead of from above.
+        """
+        from mrs_simulator.study.animation import Animation
+        from mrs_simulator.study.film import Film, SpaceStage
+
+        def stage(run, inches):
+            return SpaceStage(Film(run, self._control), inches)
+
+        return Animation(self.run, seconds, rate, width, stage if space else None)
 
     def to_pandas(self):
         """Return run.csv as a ``pandas.DataFrame``, one row for each sample and robot."""

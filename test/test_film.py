@@ -1,0 +1,75 @@
+"""A run in three dimensions: all of it is in view, and the same run gives the same picture."""
+
+import os
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.recording import Run
+from mrs_simulator.core.spatial import upright
+from mrs_simulator.pictures.camera import on_screen
+from mrs_simulator.study.animation import Animation
+from mrs_simulator.study.command import main as experiment
+from mrs_simulator.study.film import Film, SpaceStage, write_picture
+from mrs_simulator.study.look import LookError
+from mrs_simulator.study.report import begin_run, control_of, read_run
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")
+
+
+def make_run(n=3, m=30, z=None):
+    time = 0.2 * np.arange(m)
+    pose = np.zeros((m, n, 3))
+    pose[:, :, 0] = time[:, np.newaxis] + 5.0 * np.arange(n)
+    pose[:, :, 1] = np.arange(n) ** 2
+    spatial = None if z is None else upright(pose[..., 2], z * time[:, np.newaxis])
+    hand, command = pose[..., :2].copy(), np.zeros((m, n, 2))
+    return Run(time, np.arange(1, n + 1), pose, hand, command, spatial=spatial)
+
+
+def test_the_whole_run_is_in_view():
+    film = Film(make_run(z=0.5))
+    camera = film.camera(300, 200)
+    for row in (0, 15, 29):
+        scene = film.scene(row)
+        at = on_screen(camera.seen(scene.place), 300, 200)
+        assert ((at > 0.0) & (at < (300.0, 200.0))).all()
+        assert scene.place[0, 2] == pytest.approx(0.1 * row)
+        assert [len(trail) for trail in scene.trails] == [row + 1] * 3
+
+
+@pytest.mark.parametrize("kind", ["png", "pdf"])
+def test_the_same_run_gives_the_same_picture(tmp_path, kind):
+    paths = [str(tmp_path / (name + "." + kind)) for name in ("one", "two", "other")]
+    for path, row in zip(paths, (-1, -1, 3)):
+        write_picture(Film(make_run()), path, row=row, width=2.0)
+    one, two, other = (open(path, "rb").read() for path in paths)
+    assert one == two and one != other
+
+
+def test_an_animation_shows_the_run_in_space(tmp_path):
+    run = make_run()
+    animation = Animation(run, 0.5, 8.0, 2.0, stage=lambda run, width: SpaceStage(Film(run), width))
+    first, *_, last = list(animation.frames())
+    assert first.shape == (124, 200, 4) and (first != last).any()
+    above = next(Animation(run, 0.5, 8.0, 2.0).frames())
+    assert above.shape != first.shape or (above != first).any()
+
+
+def test_a_run_without_samples_is_refused():
+    with pytest.raises(LookError, match="without samples"):
+        Film(make_run(m=0))
+
+
+def test_experiment_draws_graph_and_targets_of_the_protocol(tmp_path, capsys):
+    out = str(tmp_path / "run")
+    with pytest.raises(SystemExit):
+        experiment([FOUR, "--duration", "2", "--out", out, "--formats", "", "--space"])
+    assert "view.pdf" in capsys.readouterr().out
+    assert {"view.png", "view.pdf"} <= set(os.listdir(out))
+    run = read_run(out)
+    scene = Film(run, control_of(run)).scene(-1)
+    assert scene.targets.shape == (4, 3) and len(scene.edges) >= 3
+    begin_run(run.scenario, out).close()
+    assert not {"view.png", "view.pdf"} & set(os.listdir(out))  # of another run

@@ -10,6 +10,7 @@ from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.vehicles.drives import DRIVES
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -41,6 +42,15 @@ def test_every_shipped_protocol_is_described():
         assert shipped(name).__doc__
         for parameter in shipped(name).PARAMETERS:
             assert parameter.meaning, (name, parameter.name)
+
+
+def test_each_protocol_is_told_of_on_every_drive():
+    rows = [line for line in page("docs/protocols.md").splitlines() if line.startswith("| `")]
+    for name in HOMES:
+        (row,) = [row for row in rows if "`{}`".format(name) in row.split("|")[1]]
+        of_it = row.split("`{}`: ".format(name))[-1].split("<br>")[0]
+        for drive in DRIVES:
+            assert drive + " " in of_it, (name, drive)
 
 
 def test_every_shipped_scenario_is_valid():

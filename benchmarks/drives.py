@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""On which drives the shipped protocols run, and how far from theory: a column of docs/protocols.md.
+
+    python3 benchmarks/drives.py                      # all of them, written into the page
+    python3 benchmarks/drives.py marching coverage    # printed, of these alone
+
+Each protocol's scenario runs for its first seconds on kinematic robots of one kind of each drive, within
+their own limits, from points as the scenario has them.  A cell tells the largest distance from where the
+published law takes these robots, until bodies touched, and what else failed.
+"""
+
+import argparse
+import concurrent.futures
+import itertools
+import os
+import re
+import tempfile
+
+import numpy as np
+
+from mrs_simulator import load_scenario
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.control.laws.exactness import ROBOTS
+from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.vehicles import Team
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PAGE = os.path.join(ROOT, "docs", "protocols.md")
+DURATION = 5.0  # [s]
+DRIVES = {
+    "differential": "pioneer3dx",
+    "omnidirectional": "robotino3",
+    "car": "f1tenth",
+    "vessel": "heron",
+    "quadrotor": "crazyflie2",
+}
+OTHER_NAMES = {"formation": "paper_four"}
+HEADER = "| name | law | what its verdict checks |"
+COLUMN = "on robots of each drive, largest distance from theory in {:g} s [m]".format(DURATION)
+TOUCHED = "collisions"
+
+
+def on_kind(name, kind):
+    """Return the scenario of the protocol ``name`` on robots of a ``kind``, its points where they were."""
+    path = os.path.join(ROOT, "scenarios", OTHER_NAMES.get(name, name) + ".yaml")
+    scenario = load_scenario(path)
+    own = Team.from_scenario(scenario)
+    flies = kind == DRIVES["quadrotor"]
+    other = scenario._replace(
+        kinds=(kind,) * scenario.n,
+        fidelity="kinematic",
+        limits="firmware",
+        odometry="world",
+        duration=min(DURATION, scenario.duration),
+        altitude=np.ones(scenario.n) if flies else None,
+    )
+    l, poses, still = scenario.hand_length, scenario.poses.copy(), np.zeros(scenario.n)
+    team = Team.from_scenario(other)
+    poses[:, :2] += own.point(poses, still, l) - team.point(poses, still, l)
+    return other._replace(poses=poses)
+
+
+def distance(task):
+    """Return in words how far [m] robots are from theory at most, or why that is not told."""
+    name, kind = task
+    try:
+        scenario = on_kind(name, kind)
+        with tempfile.TemporaryDirectory() as out:
+            checks = {c["name"]: c for c in run_experiment(scenario, out, formats=())["checks"]}
+    except ValueError as error:
+        return "too large" if "overlap" in str(error) else "refused"
+    wrong = [name for name, check in checks.items() if check["passed"] is False]
+    check = checks.get(ROBOTS)
+    found = "not judged" if check is None or check["passed"] is None else _shown(check["measured"])
+    touched = " (touched)" if TOUCHED in wrong else ""
+    failed = ["FAILED " + name for name in wrong if name != TOUCHED]
+    return ", ".join([found + touched] + failed)
+
+
+def _shown(value):
+    return "{:.0e}".format(value) if value else "0"
+
+
+def cell(found):
+    """Return what was ``found`` on each drive, by name, as the cell of a table."""
+    return "; ".join("{} {}".format(drive, value) for drive, value in found.items())
+
+
+def with_column(page, cells):
+    """Return the ``page`` whose table of protocols has ``cells``, texts by name, as its last column."""
+    lines, inside = [], False
+    for line in page.split("\n"):
+        if line.startswith(HEADER):
+            inside, line = True, "{} {} |".format(HEADER, COLUMN)
+        elif inside and line.startswith("|---"):
+            line = "|---|---|---|---|"
+        elif inside and line.startswith("|"):
+            names = re.findall(r"`([a-z_]+)`", line.split("|")[1])
+            # A law may hold | in code, so columns are counted from both ends.
+            had = (
+                line.rstrip("| ").rpartition(" | ")[0]
+                if "differential " in line
+                else line.rstrip("| ")
+            )
+            told = [cells[name] for name in names]
+            several = ["`{}`: {}".format(*each) for each in zip(names, told)]
+            line = "{} | {} |".format(had, told[0] if len(told) == 1 else "<br>".join(several))
+        else:
+            inside = False
+        lines.append(line)
+    return "\n".join(lines)
+
+
+def main():
+    """Run the protocols that the command line names, and print or write their cells."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="protocol")
+    names = parser.parse_args().names or sorted(HOMES)
+    tasks = list(itertools.product(names, DRIVES.values()))
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        found = dict(zip(tasks, pool.map(distance, tasks)))
+    cells = {
+        name: cell({drive: found[name, kind] for drive, kind in DRIVES.items()}) for name in names
+    }
+    if len(names) < len(HOMES):
+        for name in names:
+            print("{}: {}".format(name, cells[name]))
+        return
+    with open(PAGE, encoding="utf-8") as file:
+        page = file.read()
+    with open(PAGE, "w", encoding="utf-8") as file:
+        file.write(with_column(page, cells))
+
+
+if __name__ == "__main__":
+    main()

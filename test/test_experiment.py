@@ -117,6 +117,8 @@ def test_the_papers_experiment_passes_its_verdict(tmp_path, name, gap, spread):
     np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=gap)
     assert verdict["y_spread"] < spread
     assert verdict["min_distance"] > 0.6
+    with open(tmp_path / "run.json", encoding="utf-8") as file:
+        assert json.load(file)["closest_approach"] == verdict["min_distance"]
     if name != "paper_dynamic":
         (settling,) = [c for c in verdict["checks"] if c["name"].startswith("settling")]
         # What held commands and limits cost, and a tenth of what points may be off.

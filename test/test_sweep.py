@@ -10,6 +10,7 @@ import sys
 import pytest
 from ros_fixtures import wait_until
 
+from mrs_simulator.study import sweep
 from mrs_simulator.study.command import main
 from mrs_simulator.study.sweep import PROTOCOL, SweepError, make_runs, read_axis, run_sweep
 from mrs_simulator.study.workers import on_cores
@@ -97,6 +98,41 @@ def test_what_was_finished_is_not_run_again(tmp_path):
     stamp = done.stat().st_mtime_ns
     run_sweep(runs, str(tmp_path), jobs=1)
     assert done.stat().st_mtime_ns == stamp
+    assert len(rows(str(tmp_path))) == 2
+
+
+def test_parts_of_a_sweep_are_taken_together(tmp_path, monkeypatch):
+    runs = make_runs(FOUR, [("seed", [0, 1, 2]), ("duration", [1.0])])
+    told = []
+    for part in ((2, 2), (1, 2)):
+        told += run_sweep(runs, str(tmp_path), jobs=1, part=part)
+    assert not (tmp_path / "sweep.csv").exists() and not (tmp_path / "sweep.png").exists()
+    parts = [(tmp_path / sweep.table_name((i, 2))).read_text().splitlines() for i in (1, 2)]
+    assert [len(lines) for lines in parts] == [3, 2]
+    monkeypatch.setattr(sweep, "run_experiment", None)  # nothing is left to run
+    run_sweep(runs, str(tmp_path), jobs=1)
+    whole = (tmp_path / "sweep.csv").read_text().splitlines()
+    assert whole == [parts[0][0], parts[0][1], parts[1][1], parts[0][2]] and len(told) == 3
+    assert (tmp_path / "sweep.png").exists()
+
+
+@pytest.mark.parametrize("text", ["0/2", "3/2", "1", "a/b", "1/2/3", "-1/2"])
+def test_what_is_no_part_is_refused(text, capsys, tmp_path):
+    with pytest.raises(SweepError, match="--part '.*': wanted I/N"):
+        sweep.read_part(text)
+
+
+def test_an_interrupted_sweep_keeps_its_table(tmp_path, monkeypatch):
+    runs = make_runs(FOUR, [("seed", [0, 1, 2]), ("duration", [1.0])])
+
+    def cut_short(*_):
+        verdict = sweep.failed("as told")
+        yield from ((row, verdict) for row in range(2))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sweep, "on_cores", cut_short)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(runs, str(tmp_path))
     assert len(rows(str(tmp_path))) == 2
 
 

@@ -66,19 +66,25 @@ def _sweep(arguments):
     if arguments.protocol:
         given[sweep.PROTOCOL] = arguments.protocol
     axes = map(sweep.read_axis, arguments.sweep)
+    part = sweep.read_part(arguments.part) if arguments.part else None
     runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given)
-    table = os.path.join(os.path.abspath(arguments.out), sweep.TABLE)
+    if part is not None and part[1] > len(runs):
+        raise sweep.SweepError(
+            "--part {}: {} runs, wanted no more parts".format(arguments.part, len(runs))
+        )
+    table = os.path.join(os.path.abspath(arguments.out), sweep.table_name(part))
     options = (arguments.out, arguments.jobs, arguments.scheduler, sys.stderr.isatty())
     boundary = sweep.theorem_boundary(scenario_path(arguments.scenario), given)
     try:
-        verdicts = sweep.run_sweep(runs, *options, boundary=boundary)
+        verdicts = sweep.run_sweep(runs, *options, boundary=boundary, part=part)
     except KeyboardInterrupt:
         text = "experiment: interrupted; what has ended is in {}, the same command does the rest"
         print(text.format(table), file=sys.stderr)
         raise
     print("\n".join(sweep.summary(verdicts)))
     print("  table: {}".format(table))
-    for name, what in ((sweep.FIGURE, "figure"), (sweep.MAP, "stability map")):
+    drawn = (sweep.FIGURE, "figure"), (sweep.MAP, "stability map")
+    for name, what in drawn if part is None else ():
         figure = os.path.join(os.path.dirname(table), name + ".png")
         if os.path.exists(figure):
             print("  {}: {}".format(what, figure))
@@ -164,6 +170,13 @@ def _add_workers(parser):
     """Add the arguments that say where the runs of a sweep are done."""
     parser.add_argument("--jobs", type=int, metavar="N", help="processes of a sweep")
     parser.add_argument("--scheduler", default="", help="address of a Dask scheduler for a sweep")
+    parser.add_argument(
+        "--part",
+        default="",
+        metavar="I/N",
+        help="only the I-th of N parts of a sweep, as a job array runs them; afterwards the same command "
+        "without it makes table and figures of all",
+    )
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Headless experiments: the world and the control in lockstep in one process, without a master."""
 
+import os
 import sys
 import time
 import traceback
@@ -12,7 +13,7 @@ from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.recording import read_run_csv, write_facts
 from mrs_simulator.core.scenario import FARTHEST
-from mrs_simulator.study.report import begin_run, write_report
+from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -107,7 +108,12 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     fails is reported as far as it went; ``verdict["ended"]`` says which.
     """
     run, control = perform(scenario, out, protocol, progress)
-    return write_report(run, out, formats, control, look)
+    verdict = write_report(run, out, formats, control, look)
+    closest = verdict["min_distance"]  # in the samples too, at which the world does not look
+    if closest is not None and closest < run.meta["closest_approach"]:
+        meta = dict(run.meta, closest_approach=closest)
+        write_facts(os.path.join(out, RUN_FILE), run.collisions, meta)
+    return verdict
 
 
 def perform(scenario, out, protocol=None, progress=False):

@@ -6,6 +6,7 @@ import hashlib
 import itertools
 import os
 import re
+import time
 from collections import Counter
 
 import numpy as np
@@ -35,6 +36,10 @@ UNITS = {
     "links.delay.default": "s",
     "links.switching.dwell": "s",
 }
+PART = re.compile(r"^(\d+)/(\d+)$")
+TABLE_EVERY = (
+    1.0  # [s] of wall time at least between two writings of the table, which grows with the runs
+)
 SHOWN = 10  # reasons why runs did not pass
 PROTOCOL = "control.protocol"
 MEASURES = (
@@ -89,6 +94,15 @@ def _spaced(first, last, count, text):
         raise SweepError("--sweep {!r}: wanted from 2 to {} values".format(text, MOST_RUNS))
     step = (last - first) / (count - 1)
     return [float("{:.12g}".format(first + step * i)) for i in range(count)]
+
+
+def read_part(text):
+    """Return ``(i, n)`` of ``i/n``, the i-th of n parts of a sweep."""
+    part = PART.match(text.strip())
+    i, n = map(int, part.groups()) if part else (0, 0)
+    if not 1 <= i <= n:
+        raise SweepError("--part {!r}: wanted I/N, the I-th of N parts, as 1/4".format(text))
+    return i, n
 
 
 def make_runs(path, axes, given=None):
@@ -238,7 +252,7 @@ def run_one(scenario, out):
     return run_experiment(scenario, out, formats=())
 
 
-def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None):
+def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None, part=None):
     """Run ``runs`` in parallel, write ``sweep.csv`` and the figures; return the verdicts.
 
     Figures, as PNG and PDF: ``sweep``, all checks over the swept keys, and, for two keys of numbers
@@ -248,20 +262,43 @@ def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None)
     ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``,
     whose workers see the directory ``out`` under the same name.  Runs that an interrupted sweep has
     finished are not run again.  A run that ends its process fails, and the others go on.
+
+    ``part`` (i, n): only the i-th of n parts, each n-th run, with a table of its own and no figures;
+    parts may run at the same time.  Without it what all parts have finished is taken together.
     """
     out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
+    if part is not None:
+        return _run_all(
+            runs[part[0] - 1 :: part[1]], out, table_name(part), jobs, scheduler, progress
+        )
     for path in filter(os.path.exists, _figure_files(out)):
         os.remove(path)  # of an earlier sweep; this one may have nothing to draw
+    verdicts = _run_all(runs, out, TABLE, jobs, scheduler, progress)
+    _write_figures(runs, verdicts, out, boundary)
+    return verdicts
+
+
+def table_name(part=None):
+    """Return the file name of the table of a whole sweep, or of its ``part`` (i, n)."""
+    return TABLE if part is None else "sweep.part-{}-of-{}.csv".format(*part)
+
+
+def _run_all(runs, out, table, jobs, scheduler, progress):
+    """Run ``runs``, write ``table`` and return the verdicts."""
     tasks = [(scenario, os.path.join(out, name)) for name, _, scenario in runs]
-    verdicts = [None] * len(runs)
+    verdicts, due = [None] * len(runs), 0.0
     run = _guarded_run
     done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
-    for row, verdict in _with_progress(done, len(tasks), progress):
-        verdicts[row] = verdict
-        # The table grows as runs end, so that an interruption loses nothing.
-        _write_table(runs, verdicts, out)
-    _write_figures(runs, verdicts, out, boundary)
+    try:
+        for row, verdict in _with_progress(done, len(tasks), progress):
+            verdicts[row] = verdict
+            if time.monotonic() >= due:  # it grows as runs end
+                _write_table(runs, verdicts, out, table)
+                due = time.monotonic() + TABLE_EVERY
+    finally:  # so that an interruption loses nothing
+        if any(verdicts):
+            _write_table(runs, verdicts, out, table)
     return verdicts
 
 
@@ -280,23 +317,23 @@ def _with_progress(done, total, wanted):
     return tqdm(done, total=total, unit="run")
 
 
-def _write_table(runs, verdicts, out):
+def _write_table(runs, verdicts, out, name=TABLE):
     keys = list(runs[0][1])
     checks = []
     for verdict in filter(None, verdicts):
         checks += [c["name"] for c in verdict["checks"] if c["name"] not in checks]
     checks = [name for name in checks if name != "ended"]
-    partial = os.path.join(out, TABLE + ".part")
-    path = os.path.join(out, TABLE)
+    partial = os.path.join(out, name + ".part")
+    path = os.path.join(out, name)
     with naming(path), open(partial, "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(["run"] + keys + list(MEASURES) + checks)
-        for (name, values, _), verdict in zip(runs, verdicts):
+        for (run, values, _), verdict in zip(runs, verdicts):
             if verdict is None:
                 continue
             measured = {check["name"]: check["measured"] for check in verdict["checks"]}
             table.writerow(
-                [name]
+                [run]
                 + [values[key] for key in keys]
                 + [_measure(verdict, key) for key in MEASURES]
                 + [measured.get(check) for check in checks]

@@ -243,12 +243,13 @@ def _trial(law, content, setting, mutant=None):
         experiment.control.set_parameters(mutant.parameters)
     if mutant is not None and mutant.change:
         experiment.control = Mutated(experiment.control, mutant)
-    run = _run(experiment, scenario)
+    run = _run(experiment)
     return Trial(setting, judged(run, judge)[0], run.hand)
 
 
-def _run(experiment, scenario):
+def _run(experiment):
     """Return the ``Run`` of ``experiment``, kept in memory."""
+    scenario = experiment.scenario
     rows, ended = [], "complete"
     try:
         for stamp, pose, command in experiment.samples():

@@ -1,0 +1,86 @@
+"""The documentation's site: all pages are there, the tutorial runs as it stands, no warning."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+
+import pytest
+import yaml
+
+from mrs_simulator.__main__ import main
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+DOCS = os.path.join(ROOT, "docs")
+PAGES = sorted(name for name in os.listdir(DOCS) if name.endswith(".md"))
+MKDOCS = shutil.which("mkdocs") or os.path.join(ROOT, "build", "site-environment", "bin", "mkdocs")
+
+
+def page(name):
+    with open(os.path.join(DOCS, name), encoding="utf-8") as file:
+        return file.read()
+
+
+def named(entry):
+    """Return the pages in an ``entry`` of the navigation."""
+    if isinstance(entry, str):
+        return [entry]
+    return [
+        name
+        for each in (entry.values() if isinstance(entry, dict) else entry)
+        for name in named(each)
+    ]
+
+
+def test_every_page_is_in_the_navigation():
+    with open(os.path.join(ROOT, "mkdocs.yml"), encoding="utf-8") as file:
+        assert sorted(named(yaml.safe_load(file)["nav"])) == PAGES
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_links_of_every_page_lead_somewhere(name):
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page(name)):
+        assert os.path.exists(os.path.join(DOCS, target)), target
+
+
+def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = page("tutorial.md")
+    for name, content in re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', text, re.S):
+        (tmp_path / name).write_text(content)
+    commands = re.findall(r"^mrs-simulator (.+)$", text, re.M)
+    assert [command.split()[0] for command in commands] == [
+        "experiment", "check_protocol", "sweep", "report",
+    ]  # fmt: skip
+    for command in commands:
+        with pytest.raises(SystemExit) as ended:
+            main(shlex.split(command))
+        assert ended.value.code == 0, capsys.readouterr()
+    assert "3 of 3 runs passed" in capsys.readouterr().out
+    for name in (
+        "square/trajectories.pdf",
+        "square/verdict.tex",
+        "square/square.gif",
+        "gains/sweep.png",
+    ):
+        assert (tmp_path / name).stat().st_size > 500, name
+
+
+@pytest.mark.parametrize("name", ["figures.md"])
+def test_python_on_a_page_runs(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (code,) = re.findall(r"```python\n(.*?)```", page(name), re.S)
+    exec(compile(code, name, "exec"), {"__name__": "page"})
+
+
+@pytest.mark.skipif(
+    not os.path.exists(MKDOCS), reason="mkdocs is not installed: tools/make_site.sh"
+)
+def test_the_site_builds_without_a_warning(tmp_path):
+    command = [MKDOCS, "build", "--strict", "--quiet", "-d", str(tmp_path / "site")]
+    done = subprocess.run(command, cwd=ROOT, stderr=subprocess.PIPE, timeout=240, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    with open(str(tmp_path / "site" / "api" / "index.html"), encoding="utf-8") as file:
+        assert "calculateControlLaw" in file.read()
+    assert (tmp_path / "site" / "search" / "search_index.json").exists()

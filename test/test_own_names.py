@@ -101,12 +101,6 @@ def test_names_of_ones_own_are_free():
     assert list(control.memory) == [0.0]
 
 
-def test_a_law_of_neighbours_is_planar():
-    law = {"neighbourLaw": lambda self, robot, theta, neighbours: (0.0, 0.0)}
-    with pytest.raises(TypeError, match="Seen.DIMENSIONS = .*a neighbourLaw is of the plane"):
-        type("Seen", (PioneerControl,), dict(law, DIMENSIONS=(2, 3)))
-
-
 @pytest.mark.parametrize("given", [3, (), (1,), (2, 3, 4), "23"])
 def test_dimensions_are_two_or_three(given):
     with pytest.raises(TypeError, match="Wrong.DIMENSIONS = .*wanted some of"):

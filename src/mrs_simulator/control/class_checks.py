@@ -54,9 +54,6 @@ def check_class(cls, base):
     if not isinstance(given, (tuple, list)) or not given or not set(given) <= set(DIMENSIONS):
         text = "{}.DIMENSIONS = {}: wanted some of {}"
         raise TypeError(text.format(cls.__name__, shown(given), DIMENSIONS))
-    if "neighbourLaw" in vars(cls) and 3 in given:
-        text = "{}.DIMENSIONS = {}: a neighbourLaw is of the plane, wanted (2,)"
-        raise TypeError(text.format(cls.__name__, shown(given)))
 
 
 def _refuse_hidden_hook(cls):

@@ -44,7 +44,7 @@ class LawService:
         self._control = make_control(scenario, self._protocol)
 
     def begin(self, pose):
-        """Begin anew from ``pose`` (n, 3); return theory's warnings, a list of texts."""
+        """Begin anew from ``pose`` (n, 3), with heights (n, 4); return theory's warnings, a list of texts."""
         self._control.start()
         return [str(text) for text in self._control.warnings(pose)]
 
@@ -53,15 +53,14 @@ class LawService:
         return self._control.commands(pose, time)
 
     def targets(self, pose):
-        """Return where the hand points are wanted, (n, 2) [m], or None."""
+        """Return where, seen from above, the hand points are wanted, (n, 2) [m], or None."""
         targets = self._control.targets(self._control.points(pose))
         if targets is None:
             return None
-        targets = np.asarray(targets, dtype=float)
-        if targets.shape != (len(pose), 2):
-            text = "targets returned shape {}, wanted ({}, 2)"
-            raise ValueError(text.format(targets.shape, len(pose)))
-        return targets
+        targets, wanted = np.asarray(targets, dtype=float), (len(pose), self._control.dimension)
+        if targets.shape != wanted:
+            raise ValueError("targets returned shape {}, wanted {}".format(targets.shape, wanted))
+        return targets[:, :2]
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name, the others to their defaults."""

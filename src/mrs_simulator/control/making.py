@@ -7,14 +7,14 @@ from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.core.safety import Safety
-from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.team_in_space import team_of
 
 
 def make_control(scenario, protocol=None):
     """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
     scenario, protocol = choose_protocol(scenario, protocol)
     try:
-        control = call(protocol, **_construction(scenario))
+        control = call(protocol, **_construction(scenario, protocol))
         control._keep(_environment=scenario.environment)
         return control
     except UserCodeError as error:
@@ -25,10 +25,10 @@ def make_control(scenario, protocol=None):
         raise ProtocolError("{}: {}".format(scenario.path, error)) from error
 
 
-def _construction(scenario):
+def _construction(scenario, protocol):
     """Return what the control of the scenario's robots is made with, by name."""
     limits = None if scenario.fidelity == "point_mass" else scenario.limits
-    team = Team.from_scenario(scenario, limits)
+    team = team_of(scenario, limits, scenario.control.dimension or min(protocol.DIMENSIONS))
     safety = scenario.control.safety
     # A class with a constructor of its own need not know of it.
     more = {"surroundings": _surroundings(scenario)} if isinstance(safety, Safety) else {}

@@ -69,6 +69,19 @@ class Neighbour(NamedTuple):
     weight: float
 
 
+class RaisedNeighbour(Neighbour):
+    """A :class:`Neighbour` in a law of points in space, whose relative height ``z`` [m] is an attribute."""
+
+    z = 0.0
+
+    @classmethod
+    def at(cls, number, x, y, z, weight):
+        """Return the neighbour ``number`` at relative position ``(x, y, z)`` [m]."""
+        neighbour = cls(number, x, y, weight)
+        neighbour.z = z
+        return neighbour
+
+
 class PioneerControl:
     """Controls a team by a law that a researcher writes.
 
@@ -76,8 +89,9 @@ class PioneerControl:
 
     - ``calculateControlLaw(pos_map)``: positions by robot number in, ``Twist`` by number out;
     - ``pointMassLaw(hand)``: hand points (n, d) in, their wanted velocities (n, d) out; the mapping
-      (7) turns them into the unicycles' ``(v, omega)``.  d is 2 for robots on the ground;
-      ``DIMENSIONS`` says for which d the law is written;
+      (7) turns them into the unicycles' ``(v, omega)``.  d is 2, also for robots that fly, at the
+      height at which they begin; it is 3 for a team that flies where ``DIMENSIONS``, which says for
+      which d the law is written, and the scenario's ``control.dimension`` have it so;
     - ``neighbourLaw(robot, theta, neighbours)``: the same for one robot at a time, from the relative
       positions of its neighbours alone.
 
@@ -168,6 +182,8 @@ class PioneerControl:
         :meth:`pointMassLaw` to unicycles by (7).
         """
         pose = np.array([pos_map[number] for number in self.numbers])
+        if self.dimension == 3:
+            pose = np.column_stack([pose, [pos_map[number].z for number in self.numbers]])
         return dict(zip(self.numbers, twists_of(self._array_law(pose), self.team.axes)))
 
     def pointMassLaw(self, hand):
@@ -182,9 +198,10 @@ class PioneerControl:
         """Return the wanted velocity ``(ux, uy)`` [m/s] of one hand point from what its robot sees.
 
         ``robot``: its number; ``theta`` [rad] its heading; ``neighbours``: a tuple of
-        :class:`Neighbour`, the robots that it hears.  A law written so is distributed by
-        construction.  With ``LOCAL_FRAMES = True`` there is no common compass: relative positions
-        come, and the velocity goes, in the robot's own frame, and ``theta`` is 0.
+        :class:`Neighbour`, the robots that it hears.  Of points in space these have a height ``z`` of
+        theirs, and ``(ux, uy, uz)`` is wanted.  A law written so is distributed by construction.  With
+        ``LOCAL_FRAMES = True`` there is no common compass: relative positions come, and the velocity
+        goes, in the robot's own frame, and ``theta`` is 0.
         """
         raise NotImplementedError
 
@@ -247,7 +264,7 @@ class PioneerControl:
         return None
 
     def warnings(self, pose):
-        """Return warnings, a list of texts, about running from ``pose`` (n, 3)."""
+        """Return warnings, a list of texts, about running from ``pose`` (n, 3), with heights (n, 4)."""
         return []
 
     def measures(self, run):
@@ -270,7 +287,8 @@ class PioneerControl:
             self._know_joints(time, joints)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
         self._keep(time=time, _heights=pose[:, 3].tolist() if pose.shape[1] > 3 else None)
-        pose = pose[:, :3]
+        if self.dimension == 2:
+            pose = pose[:, :3]
         command = self._limited_commands(pose)
         if self._is_filtered:
             command = self._safe(command, pose)
@@ -308,7 +326,7 @@ class PioneerControl:
         if self._heights is None:
             rows = map(Position._make, pose.tolist())
         else:
-            rows = map(RaisedPosition.at, pose.tolist(), self._heights)
+            rows = map(RaisedPosition.at, pose[:, :3].tolist(), self._heights)
         given = self.calculateControlLaw(dict(zip(self.numbers, rows)))
         return commands_of(given, self.numbers, self.team)
 
@@ -399,7 +417,7 @@ class PioneerControl:
     # Inside --------------------------------------------------------------------------------------
 
     def points(self, pose):
-        """Return the controlled points (..., n, d) [m] of robots at ``pose`` (..., n, 3).
+        """Return the controlled points (..., n, d) [m] of robots at ``pose`` (..., n, 3), or (..., n, 4).
 
         Each drive has its own: hand points ``l`` ahead of the axle, eq. (2), for unicycles.
         """
@@ -433,34 +451,38 @@ class PioneerControl:
         return u, pointing
 
     def velocities(self, run):
-        """Return the points' commanded velocities, (m, n, 2) [m/s], from the samples of ``run`` on."""
+        """Return the points' commanded velocities, (m, n, d) [m/s], from the samples of ``run`` on."""
+        if run.meta.get(OF_POINTS) and run.hand.shape[2] == 3:
+            return run.command
         if run.meta.get(OF_POINTS):  # whose points are hand points, whatever the robots are
             rows = run.command.reshape(-1, 2), run.pose[:, :, 2].ravel()
             return point_mass_from_unicycle(*rows, self.l).reshape(run.hand.shape)
         return self.team.velocities_in(run.command, run.pose, run.hand, self.l, self.period)
 
     def commands_for(self, velocity, pose):
-        """Return the commands (n, a) that give the points ``velocity`` (n, 2) [m/s]: eq. (7)."""
+        """Return the commands (n, a) that give the points ``velocity`` (n, d) [m/s]: eq. (7)."""
         return self.team.command(velocity, pose, self.joints, self.l, self.period)
 
     def seen_by(self, row, pose, hand):
-        """Return what :meth:`neighbourLaw` wants of the robot in ``row``, (2,) [m/s].
+        """Return what :meth:`neighbourLaw` wants of the robot in ``row``, (d,) [m/s].
 
-        ``pose`` (n, 3), of which its own heading is taken; ``hand`` (n, 2) as that robot knows them.
+        ``pose`` (n, 3), of which its own heading is taken; ``hand`` (n, d) as that robot knows them.
         """
-        theta = float(pose[row, 2])
-        turn = _rotation(theta) if self.LOCAL_FRAMES else np.eye(2)
+        theta, turn = float(pose[row, 2]), np.eye(hand.shape[1])
+        if self.LOCAL_FRAMES:
+            turn[:2, :2] = _rotation(theta)
+        neighbour = Neighbour if hand.shape[1] == 2 else RaisedNeighbour.at
         seen = [
-            Neighbour(self.numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
+            neighbour(self.numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
             for other, weight in self.topology.heard_by(row)
         ]
         robot = self.numbers[row]
         wanted = self.neighbourLaw(robot, 0.0 if self.LOCAL_FRAMES else theta, tuple(seen))
         velocity = _numbers(wanted)
-        if velocity is None or velocity.shape != (2,):
+        if velocity is None or velocity.shape != (self.dimension,):
             raise ControlError(
-                "neighbourLaw returned {} for robot {}, wanted (ux, uy)".format(
-                    described(wanted), robot
+                "neighbourLaw returned {} for robot {}, wanted {}".format(
+                    described(wanted), robot, "(ux, uy, uz)" if self.dimension == 3 else "(ux, uy)"
                 )
             )
         return turn @ velocity

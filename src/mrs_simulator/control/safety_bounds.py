@@ -8,10 +8,10 @@ from mrs_simulator.core.obstacles import clearance
 
 
 class Bounds(NamedTuple):
-    """Half-planes that robots' controlled points stay in, k of them."""
+    """Half-planes, or half-spaces, that robots' controlled points stay in, k of them."""
 
     robot: np.ndarray  # (k,) rows of the robots
-    way_out: np.ndarray  # (k, 2) unit vectors into the free half-plane
+    way_out: np.ndarray  # (k, d) unit vectors into the free half-plane
     gap: np.ndarray  # (k,) [m] how far inside the point is
     turns: np.ndarray  # (k,) [m] gaps from which on the robot turns aside
 
@@ -33,20 +33,44 @@ class Surroundings(NamedTuple):
     speed: Optional[np.ndarray] = None  # (n,) [m/s] of the controlled points at most
 
     def bounds(self, points, reach):
-        """Return the :class:`Bounds` of robots whose ``points`` (n, 2) stay ``reach`` (n,) [m] away.
+        """Return the :class:`Bounds` of robots whose ``points`` (n, d) stay ``reach`` (n,) [m] away.
 
         An obstacle is convex: it lies behind the line through its point nearest to a robot, across the
-        way there, so that no robot in front of that line touches it.
+        way there, so that no robot in front of that line touches it.  Points in space, (n, 3), also
+        pass over it; the arena's border has no upper edge.
         """
         if not (self.obstacles or self.arena):
             return NO_BOUNDS
-        found = [clearance(obstacle, points) for obstacle in self.obstacles]
-        if self.arena:
-            found += _borders(self.arena, points)
+        places = points[:, :2]
+        found = [clearance(obstacle, places) for obstacle in self.obstacles]
+        borders = _borders(self.arena, places) if self.arena else []
+        if points.shape[1] == 3:
+            heights = [obstacle.height for obstacle in self.obstacles]
+            found = [_with_top(*each, points[:, 2], top) for each, top in zip(found, heights)]
+            borders = [(far, np.column_stack([out, np.zeros(len(out))])) for far, out in borders]
+        found += borders
         gap = np.concatenate([far - reach for far, _ in found])
         way_out = np.concatenate([out for _, out in found])
         robot = np.tile(np.arange(len(points)), len(found))
         return Bounds(robot, way_out, gap, np.tile(reach, len(found)))
+
+
+def _with_top(far, out, z, top):
+    """Return the distances (n,) and ways out (n, 3) of points at heights ``z`` (n,) from a prism.
+
+    ``far`` (n,) and ``out`` (n, 2): those in the plane; ``top`` [m]: the prism's height.
+    """
+    above = z - top
+    over, beside = np.maximum(above, 0.0), np.maximum(far, 0.0)
+    distance = np.hypot(over, beside)
+    # Over it the nearest face is the top; beside it what is nearer of edge and side.
+    share = np.where(distance > 0.0, [over, beside], [[0.0], [1.0]]) / np.where(
+        distance > 0.0, distance, 1.0
+    )
+    climbs = (distance == 0.0) & (above > far)
+    share = np.where(climbs, [[1.0], [0.0]], share)
+    gap = np.where(distance > 0.0, distance, np.maximum(above, far))
+    return gap, np.column_stack([out * share[1][:, np.newaxis], share[0]])
 
 
 def _borders(arena, points):

@@ -34,13 +34,13 @@ def of_pairs(distance, first, second):
 def safe_velocities(
     wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL, bounds=NO_BOUNDS, speed=None
 ):
-    """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, 2) [m/s].
+    """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, d) [m/s].
 
     Minimises ``sum |u_i - wanted_i|^2`` subject to, for every pair,
 
         -2 p_ij^T u_i + 2 p_ij^T u_j <= min(gamma h_ij^3, h_ij / period),
 
-    ``p_ij = p_i - p_j``, ``h_ij = |p_ij|^2 - distance^2``; ``points`` (n, 2) [m].  The second bound is
+    ``p_ij = p_i - p_j``, ``h_ij = |p_ij|^2 - distance^2``; ``points`` (n, d) [m].  The second bound is
     for velocities that are held for ``period`` [s]: since ``|p + d|^2 >= |p|^2 + 2 p^T d``, no pair
     that starts with ``h >= 0`` ever has less.  Wang, Ames and Egerstedt, 2017.
 
@@ -49,7 +49,7 @@ def safe_velocities(
     """
     wanted = np.asarray(wanted, dtype=float)
     pairs = _pair_rows(points, distance, period, gamma)
-    rows = pairs if bounds is NO_BOUNDS else _joined(pairs, _fixed_rows(bounds, period))
+    rows = _joined(pairs, bounds, period)
     # At first those matter that robots, heading straight for each other, could violate.
     size = np.linalg.norm(wanted, axis=1)
     near = rows.reach(size) >= rows.limit
@@ -67,12 +67,12 @@ def safe_velocities(
 
 
 def filter_acts(velocity, points, distance, period, gamma=GAMMA, bounds=NO_BOUNDS, speed=None):
-    """Return whether the filter may have changed what was wanted to ``velocity`` (n, 2) [m/s].
+    """Return whether the filter may have changed what was wanted to ``velocity`` (n, d) [m/s].
 
     A velocity that was changed lies on a bound, or some robot was turned aside.
     """
     pairs = _pair_rows(points, distance, period, gamma)
-    rows = _joined(pairs, _fixed_rows(bounds, period))
+    rows = _joined(pairs, bounds, period)
     size = np.linalg.norm(velocity, axis=1)
     if speed is not None and np.any(size >= 0.99 * speed):
         return True
@@ -86,8 +86,8 @@ class Rows(NamedTuple):
 
     first: np.ndarray  # (m,) i
     second: np.ndarray  # (m,) j; i itself for constraints of one robot
-    of_first: np.ndarray  # (m, 2) a_i
-    of_second: np.ndarray  # (m, 2) a_j, 0 for constraints of one robot
+    of_first: np.ndarray  # (m, d) a_i
+    of_second: np.ndarray  # (m, d) a_j, 0 for constraints of one robot
     limit: np.ndarray  # (m,) [m/s]
     alone: int = 0  # [-] how many, at the end, are of one robot
 
@@ -131,7 +131,11 @@ def _fixed_rows(bounds, period):
     return Rows(bounds.robot, bounds.robot, -bounds.way_out, nothing, limit, len(limit))
 
 
-def _joined(pairs, fixed):
+def _joined(pairs, bounds, period):
+    """Return the rows of ``pairs`` and, after them, those of ``bounds``."""
+    if not len(bounds.gap):
+        return pairs
+    fixed = _fixed_rows(bounds, period)
     columns = [np.concatenate(both) for both in zip(pairs[:5], fixed[:5])]
     return Rows(*columns, fixed.alone)
 
@@ -143,21 +147,30 @@ def _beside(wanted, points, distance, near, pairs, bounds):
     gap = np.linalg.norm(points[first] - points[second], axis=1)
     close = near[: len(first)] & (gap < 2.0 * of_pairs(distance, first, second))
     aside[first[close]] = aside[second[close]] = True
+    if not len(bounds.gap):
+        return aside
     ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
     aside[bounds.robot[near[len(first) :] & ahead & (bounds.gap < bounds.turns)]] = True
     return aside
 
 
 def _turned_aside(wanted, turned, swirl):
-    """Turn the wanted velocities of the robots that are ``turned`` (n,) bool, all to the same side."""
+    """Turn the wanted velocities of the robots that are ``turned`` (n,) bool, all to the same side.
+
+    In space also about the x axis, so that those turn aside, too, that go straight up and down.
+    """
     angle = np.where(turned, swirl, 0.0)
     cos, sin = np.cos(angle), np.sin(angle)
-    x, y = wanted.T
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+    x, y = wanted.T[:2]
+    x, y = cos * x - sin * y, sin * x + cos * y
+    if wanted.shape[1] == 2:
+        return np.stack([x, y], axis=1)
+    z = wanted[:, 2]
+    return np.stack([x, cos * y - sin * z, sin * y + cos * z], axis=1)
 
 
 def _capped(velocity, speed):
-    """Return ``velocity`` (n, 2) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
+    """Return ``velocity`` (n, d) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
     if speed is None:
         return velocity
     size = np.linalg.norm(velocity, axis=1)
@@ -171,15 +184,15 @@ def _nearest(wanted, rows, speed=None):
     itself, and at most half for each other pair of one of the two robots.  With constraints of single
     robots, which share all of their robot, that sum is bounded by 1 for each of both robots'.
     """
-    n, (first, second) = len(wanted), rows[:2]
-    place = np.stack([2 * first, 2 * first + 1, 2 * second, 2 * second + 1])
-    share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its four places
+    (n, d), (first, second) = wanted.shape, rows[:2]
+    place = np.stack([d * robot + axis for robot in (first, second) for axis in range(d)])
+    share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its 2 d places
     begun, places = wanted.ravel(), place.ravel()
 
     def pushed(force):
-        """Return ``u - A^T lambda`` within the caps, (2n,)."""
-        moved = begun - np.bincount(places, (share * force).ravel(), 2 * n)
-        return moved if speed is None else _capped(moved.reshape(n, 2), speed).ravel()
+        """Return ``u - A^T lambda`` within the caps, (d n,)."""
+        moved = begun - np.bincount(places, (share * force).ravel(), d * n)
+        return moved if speed is None else _capped(moved.reshape(n, d), speed).ravel()
 
     if rows.alone:
         pairs = len(first) - rows.alone
@@ -202,7 +215,7 @@ def _nearest(wanted, rows, speed=None):
         force, momentum = new, following
         if (np.abs(change) < TOLERANCE * scale).all():
             break
-    return pushed(force).reshape(n, 2)
+    return pushed(force).reshape(n, d)
 
 
 def _feasible_share(pressure, limit):

@@ -63,7 +63,9 @@ class Run(NamedTuple):
     time: np.ndarray  # (m,) [s]
     robots: np.ndarray  # (n,) robots' numbers
     pose: np.ndarray  # (m, n, 3) [m, m, rad], common frame
-    hand: np.ndarray  # (m, n, 2) [m], controlled points: hand points of unicycles
+    hand: (
+        np.ndarray
+    )  # (m, n, d) [m], controlled points: hand points of unicycles; d = 2, or ``in_space``
     command: np.ndarray  # (m, n, a) [m/s, rad/s], control input held after the sample
     collisions: List[Collision] = []
     scenario: Optional[Scenario] = None
@@ -81,6 +83,12 @@ class Run(NamedTuple):
         """Return the controlled points in space, (m, n, 3) [m]; on the ground where no height is told."""
         height = np.zeros(self.hand.shape[:2]) if self.point_z is None else self.point_z
         return np.concatenate([self.hand, height[:, :, np.newaxis]], axis=2)
+
+    def in_space(self, dimension):
+        """Return this run with ``hand`` of ``dimension`` coordinates, 3 with heights of the points."""
+        if self.hand.shape[2] >= dimension:
+            return self
+        return self._replace(hand=self.points)
 
 
 class RunError(ValueError):
@@ -360,9 +368,15 @@ def _shape_of(table, path):
     return robots, len(table) // len(robots)
 
 
-def closest_approach(pose):
-    """Return the least distance [m] between two robots' centres over all samples; inf for one."""
-    return min((least_distance(sample) for sample in pose[:, :, :2]), default=math.inf)
+def closest_approach(pose, z=None):
+    """Return the least distance [m] between two robots' centres over all samples; inf for one.
+
+    ``pose`` (m, n, 3); ``z`` (m, n) [m]: their heights, None on the ground.
+    """
+    places = pose[:, :, :2]
+    if z is not None:
+        places = np.concatenate([places, z[:, :, np.newaxis]], axis=2)
+    return min(map(least_distance, places), default=math.inf)
 
 
 def part_of(run, rows):

@@ -66,6 +66,7 @@ class Control(NamedTuple):
     parameters: Dict[str, Any] = {}
     saturation: str = "robot"
     safety: Union[bool, Safety] = False
+    dimension: Optional[int] = None  # of the controlled points, None: the least of the protocol's
 
     def with_robots(self, n):
         """Return this for n robots."""
@@ -74,7 +75,10 @@ class Control(NamedTuple):
     def to_plain(self):
         """Return it as a scenario's plain values."""
         safety = self.safety.to_plain() if self._is_safety_given else self.safety
-        return {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
+        plain = {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
+        if self.dimension is None:
+            del plain["dimension"]
+        return plain
 
     @property
     def _is_safety_given(self):
@@ -119,6 +123,11 @@ class Scenario(NamedTuple):
     def n(self):
         """Return the number of robots."""
         return len(self.poses)
+
+    @property
+    def starts(self):
+        """Return the initial ``poses`` (n, 3), of robots off the ground with their heights, (n, 4)."""
+        return self.poses if self.altitude is None else np.column_stack([self.poses, self.altitude])
 
     @property
     def hand_length(self):
@@ -388,7 +397,9 @@ def _read_control(top, n):
         parameters=parameters,
         saturation=section.text("saturation", "robot", SATURATIONS),
         safety=read_safety(section, n),
+        dimension=section.whole("dimension", low=2, high=3) if section.has("dimension") else None,
     )
+    section.take("dimension")
     section.done()
     return control
 

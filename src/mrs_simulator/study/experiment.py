@@ -34,7 +34,7 @@ class Experiment:
         self.control = make_control(scenario, protocol)
         self.collisions = []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
-        self.warnings += call(self.control.warnings, scenario.poses)
+        self.warnings += call(self.control.warnings, scenario.starts)
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
@@ -61,7 +61,7 @@ class Experiment:
         control = self.control
         if control.team.is_of_unicycles:
             return None
-        return control.team.point(pose, self.world.joints, control.l)
+        return self.world.team.point(pose, self.world.joints, control.l)
 
     def more(self):
         """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""

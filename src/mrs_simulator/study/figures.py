@@ -120,11 +120,12 @@ def in_style(style):
 
 
 def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None):
-    """Write the four figures of ``run`` into ``out_dir`` and return the paths written.
+    """Write the figures of ``run`` into ``out_dir`` and return the paths written.
 
-    ``trajectories``, ``x_states``, ``y_states`` and ``inputs``, each in every one of ``formats``
-    (png, pdf, svg), as ``look``, a ``Look``, has it.  A file appears whole or not at all.  Raises
-    ``ValueError`` for another format and for a run without samples.
+    ``trajectories``, ``x_states``, ``y_states`` and ``inputs``, of robots off the ground ``z_states``, of a
+    run in space ``trajectories_in_space``, each in every one of ``formats`` (png, pdf, svg), as ``look``, a
+    ``Look``, has it.  A file appears whole or not at all.  Raises ``ValueError`` for another format and
+    for a run without samples.
     """
     check_formats(formats)
     if not len(run.time):
@@ -144,7 +145,7 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None):
 def _drawings(run, prediction, look):
     """Return ``(file name, function of a figure, height [in])`` of each figure."""
     states = look.scaled(STATES_HEIGHT)
-    return (
+    drawings = (
         (
             "trajectories",
             lambda figure: draw_trajectories(figure, run, prediction),
@@ -154,6 +155,20 @@ def _drawings(run, prediction, look):
         ("y_states", lambda figure: draw_states(figure, run, "y", prediction), states),
         ("inputs", lambda figure: draw_inputs(figure, run), look.scaled(INPUTS_HEIGHT)),
     )
+    if run.spatial is not None:
+        draw = functools.partial(draw_states, run=run, component="z", prediction=prediction)
+        drawings += (("z_states", draw, states),)
+    if run.hand.shape[2] == 3:
+        from mrs_simulator.study.space_figure import SPACE_HEIGHT, draw_in_space  # few runs need it
+
+        draw = functools.partial(draw_in_space, run=run, prediction=_in_space(run, prediction))
+        drawings += (("trajectories_in_space", draw, look.scaled(SPACE_HEIGHT)),)
+    return drawings
+
+
+def _in_space(run, prediction):
+    """Return theory's points (p, n, 3) [m], None without a prediction."""
+    return None if prediction is None else _predicted(run, prediction)[1]
 
 
 @styled
@@ -226,7 +241,7 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
     _draw_obstacles(axes, run)
     _draw_paths(axes, points)
     if prediction is not None:
-        _draw_predicted_paths(axes, _predicted(run, prediction)[1])
+        _draw_predicted_paths(axes, _predicted(run, prediction)[1][:, :, :2])
     low, high = _extent(run, prediction)
     _draw_final_poses(axes, points[-1], run.pose[-1, :, 2], np.max(high - low))
     _draw_starts(axes, run.robots, points)
@@ -239,13 +254,19 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
 
 @styled
 def draw_states(figure, run, component, prediction=None, axes=None):
-    """Draw ``component`` (``"x"`` or ``"y"``) of every robot against time; return the axes.
+    """Draw ``component`` (``"x"``, ``"y"`` or ``"z"``) of every robot against time; return the axes.
 
     On ``axes``, or on ``figure``, emptied first.
     """
-    column = ("x", "y").index(component)
+    column = ("x", "y", "z").index(component)
     axes = _emptied(figure, 1)[0] if axes is None else axes
-    _draw_curves(axes, run, _points(run, prediction)[:, :, column])
+    if component == "z":
+        if prediction is not None and _predicted(run, prediction)[1].shape[2] < 3:
+            prediction = None  # theory of the plane
+        values = run.spatial.z
+    else:
+        values = _points(run, prediction)[:, :, column]
+    _draw_curves(axes, run, values)
     if prediction is not None:
         time, hand = _predicted(run, prediction)
         _draw_predicted_curves(axes, time, hand[:, :, column])
@@ -525,7 +546,7 @@ def _extent(run, prediction):
     shown = [_points(run, prediction).reshape(-1, 2)]
     shown += _arena(run)
     if prediction is not None:
-        shown.append(_predicted(run, prediction)[1].reshape(-1, 2))
+        shown.append(_predicted(run, prediction)[1][:, :, :2].reshape(-1, 2))
     shown = np.concatenate(shown)
     low, high = np.nanmin(shown, axis=0), np.nanmax(shown, axis=0)
     lacking = max(0.0, LEAST_EXTENT - np.max(high - low)) / 2.0
@@ -558,7 +579,7 @@ def trajectories_height(run, prediction=None, page=WIDTH):
 
 def _points(run, prediction):
     """Return the points to draw, (m, n, 2) [m]: centres, or hand points to hold against theory."""
-    return run.pose[:, :, :2] if prediction is None else run.hand
+    return run.pose[:, :, :2] if prediction is None else run.hand[:, :, :2]
 
 
 def _predicted(run, prediction):

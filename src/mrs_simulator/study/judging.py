@@ -40,6 +40,7 @@ def judged(run, control=None):
     """
     if control is None:
         return judge(run, guards=impossibilities(run)), None
+    run = run.in_space(control.dimension)
     faults, measures = [], {}
     acted = filter_acted(control, run)
     claims, theory = (

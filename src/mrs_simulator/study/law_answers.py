@@ -43,9 +43,9 @@ def serve(function, *arguments):
 def facts(scenario):
     """Return the ``Facts`` of the scenario's law; its prediction is tried at the start."""
     control = make_control(scenario)
-    start = control.points(scenario.poses)
+    start = control.points(scenario.starts)
     targets = control.targets(start)
-    texts = control.warnings(scenario.poses)
+    texts = control.warnings(scenario.starts)
     _predicted_error(control, start, np.zeros(1))
     return Facts(
         type(control).__name__,
@@ -70,7 +70,7 @@ def errors(scenario, pose):
     NaN where the poses are of another number of robots.
     """
     control = make_control(scenario)
-    if control.targets(control.points(scenario.poses)) is None:
+    if control.targets(control.points(scenario.starts)) is None:
         return None
     if pose.shape[1] != len(control.numbers):
         return np.full(len(pose), np.nan)
@@ -81,7 +81,7 @@ def errors(scenario, pose):
 def prediction(scenario):
     """Return the ``Prediction`` of the whole run, of its beginning where the run is very long."""
     control = make_control(scenario)
-    start = control.points(scenario.poses)
+    start = control.points(scenario.starts)
     longest = MOST_PREDICTED / scenario.n * getattr(control, "T", np.inf)
     when = np.linspace(0.0, min(scenario.duration, longest), PREDICTED_SAMPLES)
     settling = predicted_settling(control, start) if when[-1] >= scenario.duration else ""

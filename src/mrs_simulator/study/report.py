@@ -36,6 +36,7 @@ RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.jso
 CERTIFICATES, VIEW = "certificates", "view"
 VIDEOS = ("run.mp4", "run.gif")
 FIGURES = ("trajectories", "x_states", "y_states", "inputs", CERTIFICATES)
+FIGURES += ("z_states", "trajectories_in_space")  # of robots off the ground
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 
 
@@ -81,6 +82,7 @@ def write_report(run, out, formats=("png", "pdf"), control=None, look=None):
     """
     from mrs_simulator.study.figures import figures  # matplotlib is slow to import
 
+    run = run if control is None else run.in_space(control.dimension)
     verdict, prediction = judged(run, control)
     os.makedirs(out, exist_ok=True)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))

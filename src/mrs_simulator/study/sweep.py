@@ -162,7 +162,7 @@ def theorem_boundary(path, given=None):
             try:
                 scenario = _scenario_with(content, path, values, given)
                 control = make_control(scenario)
-                known = control.stability(control.points(scenario.poses))
+                known = control.stability(control.points(scenario.starts))
             except (ValueError, OSError):  # beyond what the scenario or the protocol allows
                 continue
             if known is not None:

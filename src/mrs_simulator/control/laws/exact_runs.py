@@ -1,5 +1,6 @@
 """The run that theory gives beside a recorded one: of points, and of robots as their drives are stated."""
 
+import functools
 import math
 
 import numpy as np
@@ -58,8 +59,8 @@ def exact_run(control, run):
         return None
     hand, velocity = motion
     pose = np.zeros(hand.shape[:2] + (3,))
-    pose[:, :, :2] = hand - [control.l, 0.0]
-    command = velocity / [1.0, control.l]
+    pose[:, :, :2] = hand[:, :, :2] - [control.l, 0.0]
+    command = velocity / [1.0, control.l] if control.dimension == 2 else velocity
     facts = {OF_POINTS: True}
     return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
 
@@ -179,8 +180,9 @@ def _moved(control, law, robots, time, step):
         late = robots.lag(command) if ramped else late
         if (limited | late).any():
             moved = (robots.points - begin) / control.period
-            drift = np.column_stack([robots.drift.real, robots.drift.imag])
-            lost = np.hypot(*(u + drift - moved).T) * control.period
+            off = u - moved
+            off[:, :2] += np.column_stack([robots.drift.real, robots.drift.imag])
+            lost = functools.reduce(np.hypot, off.T) * control.period
             cut += np.where(limited | late, lost, 0.0)
         now, count = until, count + 1
 

@@ -70,9 +70,10 @@ def _on_robots(control, begun, followed):
 
 def _refuse_chaos(control, run, followed, tolerance):
     """Raise ``NothingDecays`` where a start that is off by a hair ends farther off than ``tolerance``."""
-    aside = NUDGE * (-1.0) ** np.arange(len(run.robots))[:, np.newaxis] * [1.0, 0.0]
+    aside = np.zeros(run.hand.shape[1:])
+    aside[:, 0] = NUDGE * (-1.0) ** np.arange(len(run.robots))
     pose = run.pose.copy()
-    pose[:, :, :2] += aside
+    pose[:, :, 0] += aside[:, 0]
     nudged = run._replace(pose=pose, hand=run.hand + aside)
     other = robots_run(control, nudged)
     off = np.inf if other is None else _apart(other, followed)

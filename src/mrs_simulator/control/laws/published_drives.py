@@ -334,9 +334,11 @@ class Boats(Unicycles):
 
 
 class Quadrotors(Bases):
-    """Quadrotors without forces, at one height: ``z' = V``, ``V' = (w e^{i theta} - V)/T`` up to the tilt.
+    """Quadrotors without forces: ``z' = V``, ``V' = (w e^{i theta} - V)/T`` up to the tilt.
 
-    The tilt allows ``|V'| = 9.81 tan(tilt_max)``.  The law leaves heading and height alone.
+    The tilt allows ``|V'| = 9.81 tan(tilt_max)``.  Heights h obey ``h'' = (w_z - h')/T_z`` apart from that,
+    upwards with at most 0.8 of what four rotors at full speed have left, ``4 k W^2/m - 9.81``, downwards
+    with at most half of 9.81.  The law leaves the heading alone.
     """
 
     is_ramped = True
@@ -345,6 +347,11 @@ class Quadrotors(Bases):
         """Be at rest at ``z`` (m,) [m], ``theta`` (m,) [rad]."""
         super().be(z, theta, steered)
         self.velocity = np.zeros(len(z), dtype=complex)
+        self.height, self.rise = np.zeros(len(z)), np.zeros(len(z))
+
+    def begin_at(self, height):
+        """Be at ``height`` (m,) [m]."""
+        self.height = height
 
     def _complex(self, command):
         return command[:, 0] + 1j * command[:, 1]
@@ -385,8 +392,10 @@ class Quadrotors(Bases):
 
     def lags(self, command):
         """Return who is noticeably slower or faster than ``command`` (m, 4), (m,) bool."""
-        wanted = self._complex(self.obeyed(command)) * np.exp(1j * self.theta)
-        return np.abs(self.velocity - wanted) > CLOSE
+        told = self.obeyed(command)
+        wanted = self._complex(told) * np.exp(1j * self.theta)
+        away = np.maximum(np.abs(self.velocity - wanted), np.abs(self.rise - told[:, 2]))
+        return away > CLOSE
 
     def move(self, command, duration):
         """Move for ``duration`` [s] under ``command`` (m, 4)."""
@@ -402,6 +411,17 @@ class Quadrotors(Bases):
         self.velocity = wanted - left * along
         self.z = self.z + duration * (wanted - mean * along)
         self.theta = self.theta + turn
+        self._climb(told[:, 2], duration)
+
+    def _climb(self, wanted, duration):
+        """Climb for ``duration`` [s] towards the speed ``wanted`` (m,) [m/s]."""
+        numbers = self.numbers
+        thrust = 4.0 * np.reshape(numbers.effect, (-1, 4))[:, 0] * numbers.speed_max**2
+        up = 0.8 * (thrust / numbers.mass - 9.81)
+        most = np.where(wanted > self.rise, up, 0.5 * 9.81)
+        time = np.reshape(numbers.response, (-1, 3))[:, 2]
+        self.rise, mean = approached(self.rise, wanted, most, time, duration)
+        self.height = self.height + duration * mean
 
 
 STATED = {

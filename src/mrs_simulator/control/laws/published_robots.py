@@ -15,12 +15,13 @@ class Robots:
         ``frozen``: point masses, whose headings stay."""
         self.team, self.l, self.scope, self.frozen = team, l, scope, frozen
         self.parts = [(g, STATED[g.drive](g, l, period)) for g in team.groups]
+        self._climb = team.axes.index("linear.z") if team.dimension == 3 else None
         self.is_ramped = any(part.is_ramped for _, part in self.parts)
         self.drift = np.zeros(team.n, dtype=complex)  # [m/s] by which a current carries them
         self.limited_now = np.zeros(team.n, dtype=bool)  # at a limit under the last ``limited``
 
     def be(self, pose, points=None):
-        """Be at rest at ``pose`` (n, 3); with ``points`` (n, 2) [m], steered so that they are there."""
+        """Be at rest at ``pose`` (n, 3); with ``points`` (n, d) [m], steered so that they are there."""
         z = complex_of(pose)
         seen = None if points is None else complex_of(points)
         for g, part in self.parts:
@@ -29,6 +30,8 @@ class Robots:
             if seen is not None:
                 steered = part.angles_at(seen[g.rows], own, theta)
             part.be(own, theta, steered)
+            if self._climb is not None:
+                part.begin_at(np.array(points[g.rows, 2]))
 
     @property
     def pose(self):
@@ -41,17 +44,24 @@ class Robots:
 
     @property
     def points(self):
-        """Return the controlled points (n, 2) [m]."""
-        return self._pairs(lambda g, part: part.points())
+        """Return the controlled points (n, d) [m]."""
+        across = self._pairs(lambda g, part: part.points())
+        if self._climb is None:
+            return across
+        return np.column_stack([across, self._values(lambda g, part: part.height)])
 
     def commands(self, u):
-        """Return the commands (n, a) for velocities ``u`` (n, 2) [m/s] of the points, within limits."""
+        """Return the commands (n, a) for velocities ``u`` (n, d) [m/s] of the points, within limits."""
         w = complex_of(u)
-        return self.limited(self._columns(lambda g, part: part.commands(w[g.rows])))
+        wanted = self._columns(lambda g, part: part.commands(w[g.rows]))
+        if self._climb is not None:
+            wanted[:, self._climb] = u[:, 2]
+        return self.limited(wanted)
 
     def velocities(self, command):
-        """Return the points' mean velocities (n, 2) [m/s] while ``command`` (n, a) is held."""
-        return self._pairs(lambda g, part: part.velocities(g.of(command)))
+        """Return the points' mean velocities (n, d) [m/s] while ``command`` (n, a) is held."""
+        across = self._pairs(lambda g, part: part.velocities(g.of(command)))
+        return across if self._climb is None else np.column_stack([across, command[:, self._climb]])
 
     def twists(self, command):
         """Return the commands (n, a) for ``(v, omega)`` (n, 2) of each robot."""
@@ -89,6 +99,8 @@ class Robots:
             part.z = part.z + duration * self.drift[g.rows]
             if self.frozen:
                 part.z = part.z + duration * part.velocities(own)
+                if self._climb is not None:
+                    part.height = part.height + duration * command[g.rows, self._climb]
                 continue
             while left:
                 steady = left > 1 and part.is_steady(own)

@@ -302,7 +302,7 @@ class ControlNode:
     def _asked_law(self, job):
         # A law may take long to begin: nobody moves yet.
         patience = self.law_limit if self.outlet.command.any() else SIMULATED_LIMIT
-        warnings = self.law.begin(job.pose, self._meanwhile) if job.begins else None
+        warnings = self.law.begin(job.known, self._meanwhile) if job.begins else None
         command = self.law.commands(
             job.known, job.time, max(patience, self.law_limit), self._meanwhile
         )
@@ -526,7 +526,7 @@ class ControlNode:
         return "the law has not answered for {:.0f} s".format(waited) if waited > STILL else ""
 
     def _targets(self):
-        pose = self.frame.pose()
+        pose = self.frame.with_heights(self.frame.pose())
         if self.law.lost or not np.isfinite(pose).all():
             return None
         try:

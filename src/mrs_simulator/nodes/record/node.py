@@ -109,7 +109,7 @@ class RunRecorder:
                 "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
-        points = self.control.team.point(sample.pose, sample.joints, self.control.l)
+        points = self.control.team.point(sample.pose, sample.joints, self.control.l)[:, :2]
         more = sample.twist, sample.joints, sample.spatial
         self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
         self._moved = self._moved or bool(np.any(sample.command))
@@ -133,7 +133,7 @@ class RunRecorder:
         collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = self.control.team.notes
-        meta["warnings"] += call(self.control.warnings, self.scenario.poses)
+        meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]

@@ -1,0 +1,58 @@
+"""A team that flies, whose controlled points have a height that the law moves, too."""
+
+import numpy as np
+
+from mrs_simulator.vehicles.team import Team
+
+CLIMB = "linear.z"
+
+
+class TeamInSpace(Team):
+    """A ``Team`` of which all points move in space, d = 3.
+
+    Places are poses (..., n, 4), with the heights z [m] in their last column; of poses (..., n, 3) the
+    robots are on the ground.  Across, each drive does what it does in the plane; up and down the point
+    goes as the command's ``linear.z`` says.
+    """
+
+    dimension = 3
+
+    def __init__(self, kinds, limits="firmware", beside="", own=None):
+        """As ``Team``.  Raises ``ValueError`` that names a robot which does not fly."""
+        super().__init__(kinds, limits, beside, own)
+        climbs = [CLIMB in kind.axes for kind in self.kinds]
+        if not all(climbs):
+            row = climbs.index(False)
+            text = "control.dimension: 3, but robot{}, a {}, stays at its height; wanted 2"
+            raise ValueError(text.format(row + 1, self.kinds[row].title))
+        self._climb = self.axes.index(CLIMB)
+
+    def point(self, pose, joints, l):
+        """Return the controlled points (..., n, 3) [m] of robots at ``pose`` (..., n, 4)."""
+        result = np.zeros(pose.shape[:-1] + (3,), order="F")
+        result[..., :2] = super().point(pose[..., :3], joints, l)
+        if pose.shape[-1] > 3:
+            result[..., 2] = pose[..., 3]
+        return result
+
+    def velocity(self, command, pose, joints, l, period):
+        """Return the points' velocities (n, 3) [m/s] under ``command`` (n, a)."""
+        across = super().velocity(command, pose, joints, l, period)
+        return np.column_stack([across, command[:, self._climb]])
+
+    def command(self, velocity, pose, joints, l, period):
+        """Return the commands (n, a) that give the points ``velocity`` (n, 3) [m/s]."""
+        result = super().command(velocity, pose, joints, l, period)
+        result[:, self._climb] = velocity[:, 2]
+        return result
+
+    def velocities_in(self, command, pose, points, l, period):
+        """Return the points' velocities (k, n, 3) [m/s] under recorded commands (k, n, a)."""
+        across = super().velocities_in(command, pose, points[..., :2], l, period)
+        return np.concatenate([across, command[..., self._climb, np.newaxis]], axis=-1)
+
+
+def team_of(scenario, limits="scenario", dimension=2):
+    """Return the team of ``scenario`` whose points have ``dimension`` coordinates."""
+    of_dimension = TeamInSpace if dimension == 3 else Team
+    return of_dimension.from_scenario(scenario, limits)

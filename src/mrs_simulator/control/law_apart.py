@@ -44,7 +44,7 @@ class LawService:
         self._control = make_control(scenario, self._protocol)
 
     def begin(self, pose):
-        """Begin anew from ``pose`` (n, 3), with heights (n, 4); return theory's warnings, a list of texts."""
+        """Begin anew from ``pose`` (n, 3), with heights (n, 4); return theory's warnings, texts."""
         self._control.start()
         return [str(text) for text in self._control.warnings(pose)]
 

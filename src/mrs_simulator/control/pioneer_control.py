@@ -493,7 +493,13 @@ class PioneerControl:
         points, distance = self.points(pose), self.safe_distance
         bounds, speed = self.safe_bounds(points), self._surroundings.speed
         velocity = safe_velocities(
-            wanted, points, distance, self.period, bounds=bounds, speed=speed
+            wanted,
+            points,
+            distance,
+            self.period,
+            bounds=bounds,
+            speed=speed,
+            squash=self.safe_squash,
         )
         self._standstill.note(self.time, wanted, velocity, points, distance)
         # One factor for the whole team keeps every pair's constraint.
@@ -516,21 +522,50 @@ class PioneerControl:
 
     @property
     def safe_distance(self):
-        """Return ``D_s`` [m] between controlled points: ``radius_i + l_i + radius_j + l_j``.
+        """Return ``D_s`` [m] between controlled points: ``kept_distance`` and both robots' tracking errors.
+
+        A number where all robots are of one size, else (n, n).
+        """
+        late = self._late
+        return _of_pairs(self._radii + late if late.any() else self._radii)
+
+    @property
+    def kept_distance(self):
+        """Return what the filter keeps between controlled points [m]: ``radius_i + l_i + radius_j + l_j``.
 
         ``l_i``: how far the point is from the robot's centre, ``l`` for unicycles.
 
         A number where all robots are of one size, else (n, n).
         """
-        reach = np.asarray(self.safety, dtype=float) + self.team.lead(self.l)
-        if reach.ndim and (reach != reach[0]).any():
-            return reach[:, np.newaxis] + reach
-        return 2.0 * float(reach.flat[0])
+        return _of_pairs(self._radii)
+
+    @property
+    def safe_squash(self):
+        """Return by what (d,) [-] the filter measures distances along x, y and z; None for 1.
+
+        Above and below each other robots keep farther apart, for the air that rotors blow down.
+        """
+        if self.dimension == 2 or self.team.downwash == 1.0:
+            return None
+        return np.array([1.0, 1.0, 1.0 / self.team.downwash])
+
+    @property
+    def _radii(self):
+        return np.asarray(self.safety, dtype=float) + self.team.lead(self.l)
+
+    @property
+    def _late(self):
+        """Return the bounds on the robots' tracking errors, (n,) [m], 0 where they obey at once."""
+        if self.fidelity == "point_mass" or not self.team.is_spatial:
+            return np.zeros(self.team.n)
+        cap = self._surroundings.speed
+        fastest = self.team.speeds[:, 0]
+        return self.team.tracking(fastest if cap is None else np.minimum(fastest, cap))
 
     @property
     def _reach(self):
-        """Return ``radius_i + l_i`` of each robot, (n,) [m]."""
-        return np.broadcast_to(self.safety + self.team.lead(self.l), len(self.numbers))
+        """Return ``radius_i + l_i`` and its tracking error of each robot, (n,) [m]."""
+        return np.broadcast_to(self._radii + self._late, len(self.numbers))
 
 
 OWN_NAMES = frozenset(OWN) | {
@@ -538,6 +573,13 @@ OWN_NAMES = frozenset(OWN) | {
     for name, value in vars(PioneerControl).items()
     if callable(value) or isinstance(value, property)
 }
+
+
+def _of_pairs(reach):
+    """Return the sums of any two of ``reach`` (n,) or one number [m]: a number where all are the same."""
+    if reach.ndim and (reach != reach[0]).any():
+        return reach[:, np.newaxis] + reach
+    return 2.0 * float(reach.flat[0])
 
 
 def _numbers(value):

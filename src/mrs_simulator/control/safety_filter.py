@@ -16,12 +16,13 @@ SWEEPS = 400  # [-] most steps of the solver
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 
 
-def margins(points, distance):
+def margins(points, distance, squash=None):
     """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,).
 
-    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n).
+    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n); ``squash`` (d,) as in ``safe_velocities``.
     """
     first, second = np.triu_indices(len(points), 1)
+    points = points if squash is None else points * squash
     apart, distance = points[first] - points[second], of_pairs(distance, first, second)
     return np.einsum("ij,ij->i", apart, apart) - distance * distance, first, second
 
@@ -32,7 +33,15 @@ def of_pairs(distance, first, second):
 
 
 def safe_velocities(
-    wanted, points, distance, period, gamma=GAMMA, swirl=SWIRL, bounds=NO_BOUNDS, speed=None
+    wanted,
+    points,
+    distance,
+    period,
+    gamma=GAMMA,
+    swirl=SWIRL,
+    bounds=NO_BOUNDS,
+    speed=None,
+    squash=None,
 ):
     """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, d) [m/s].
 
@@ -46,16 +55,20 @@ def safe_velocities(
 
     ``bounds``: :class:`Bounds` of single robots, ``-m_k^T u_i <= min(FIXED_RATE g_k, g_k / period)``;
     ``speed`` (n,) [m/s]: ``|u_i| <= speed_i``.
+
+    ``squash`` (d,) [-], s: distances are ``|s p|``, factor by factor, so that robots keep an ellipsoid
+    apart; ``s^2 p_ij`` stands in the bound then.
     """
     wanted = np.asarray(wanted, dtype=float)
-    pairs = _pair_rows(points, distance, period, gamma)
+    pairs = _pair_rows(points, distance, period, gamma, squash)
     rows = _joined(pairs, bounds, period)
     # At first those matter that robots, heading straight for each other, could violate.
     size = np.linalg.norm(wanted, axis=1)
     near = rows.reach(size) >= rows.limit
     if not near.any():
         return _capped(wanted, speed)
-    wanted = _turned_aside(wanted, _beside(wanted, points, distance, near, pairs, bounds), swirl)
+    seen = points if squash is None else points * squash
+    wanted = _turned_aside(wanted, _beside(wanted, seen, distance, near, pairs, bounds), swirl)
     while True:
         velocity = _nearest(wanted, rows.part(near), speed)
         pressure = rows.pressure(velocity)
@@ -66,12 +79,15 @@ def safe_velocities(
         near |= pushed
 
 
-def filter_acts(velocity, points, distance, period, gamma=GAMMA, bounds=NO_BOUNDS, speed=None):
+def filter_acts(
+    velocity, points, distance, period, gamma=GAMMA, bounds=NO_BOUNDS, speed=None, squash=None
+):
     """Return whether the filter may have changed what was wanted to ``velocity`` (n, d) [m/s].
 
     A velocity that was changed lies on a bound, or some robot was turned aside.
     """
-    pairs = _pair_rows(points, distance, period, gamma)
+    pairs = _pair_rows(points, distance, period, gamma, squash)
+    points = points if squash is None else points * squash
     rows = _joined(pairs, bounds, period)
     size = np.linalg.norm(velocity, axis=1)
     if speed is not None and np.any(size >= 0.99 * speed):
@@ -115,9 +131,10 @@ class Rows(NamedTuple):
         return Rows(*(column[kept] for column in self[:5]), alone)
 
 
-def _pair_rows(points, distance, period, gamma):
-    margin, first, second = margins(points, distance)
+def _pair_rows(points, distance, period, gamma, squash=None):
+    margin, first, second = margins(points, distance, squash)
     apart = points[first] - points[second]
+    apart = apart if squash is None else apart * squash**2
     # Each row divided by its length.
     size = 2.0 * np.sqrt(2.0) * np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
     rows = 2.0 * apart / size[:, np.newaxis]

@@ -29,7 +29,12 @@ LONGEST_GAP = 1.0  # [s] between two looks, after which nothing is known of the 
 
 
 def checked_fence(fence):
-    """Return ``fence``, ``[x_min, y_min, x_max, y_max]`` [m]; ``ValueError`` if it holds nothing."""
+    """Return ``fence``, ``[x_min, y_min, x_max, y_max]`` [m]; ``ValueError`` if it holds nothing.
+
+    Of robots that fly it may have ``z_min, z_max`` besides.
+    """
+    if fence is not None and len(fence) == 6 and not fence[4] < fence[5]:
+        raise ValueError("geofence = {}: wanted z_min < z_max, its last two".format(list(fence)))
     if fence is not None and not (fence[0] < fence[2] and fence[1] < fence[3]):
         raise ValueError(
             "geofence = {}: wanted [x_min, y_min, x_max, y_max] with x_min < x_max, "
@@ -39,20 +44,29 @@ def checked_fence(fence):
 
 
 def outside(pose, fence):
-    """Return the rows of the robots outside ``fence`` [m], a list; none without a fence."""
+    """Return the rows of the robots outside ``fence`` [m], a list; none without a fence.
+
+    ``pose`` (n, 3), or (n, 4) with heights: of these alone the fence's z is asked.
+    """
     if fence is None:
         return []
     x, y = pose[:, 0], pose[:, 1]
     beyond = (x < fence[0]) | (y < fence[1]) | (x > fence[2]) | (y > fence[3])
+    if len(fence) == 6 and pose.shape[1] > 3:
+        beyond |= (pose[:, 3] < fence[4]) | (pose[:, 3] > fence[5])
     return np.flatnonzero(beyond).tolist()
 
 
 def pairs_nearer(pose, distance):
-    """Return ``(i, j, d)`` of the pairs of rows whose centres are d < ``distance`` [m] apart."""
+    """Return ``(i, j, d)`` of the pairs of rows whose centres are d < ``distance`` [m] apart.
+
+    ``pose`` (n, 3), or (n, 4) with heights.
+    """
     if distance <= 0.0 or len(pose) < 2:
         return []
-    known = np.flatnonzero(np.isfinite(pose[:, :2]).all(axis=1))
-    points = pose[known][:, PLACE[: pose.shape[1] - 1]]
+    places = pose[:, PLACE[: pose.shape[1] - 1]]
+    known = np.flatnonzero(np.isfinite(places).all(axis=1))
+    points = places[known]
     first, second = close_pairs(points, distance)
     apart = np.sqrt(squared(points[second] - points[first]))
     return list(zip(known[first].tolist(), known[second].tolist(), apart.tolist()))
@@ -135,12 +149,19 @@ class Violations:
         """Return ``{row: text}`` of the robots that break a bound at ``pose``."""
         found = {}
         for row in outside(pose, self.fence):
-            found[row] = "outside the geofence at ({:.2f}, {:.2f})".format(*pose[row, :2])
+            place = ", ".join(
+                "{:.2f}".format(value) for value in pose[row, PLACE[: self._shown(pose)]]
+            )
+            found[row] = "outside the geofence at ({})".format(place)
         for i, j, distance in pairs_nearer(pose, self.min_distance):
             for row, other in ((i, j), (j, i)):
                 text = "{:.2f} m from robot{}".format(distance, self.numbers[other])
                 found[row] = found[row] + " and " + text if row in found else text
         return found
+
+    def _shown(self, pose):
+        """Return how many coordinates of ``pose`` the fence speaks of."""
+        return 3 if pose.shape[1] > 3 and self.fence is not None and len(self.fence) == 6 else 2
 
     def check(self, pose, others=()):
         """Take in ``pose``; return the texts of the robots that are stopped from now on.

@@ -29,6 +29,7 @@ class NodeParameter(NamedTuple):
     high: Optional[float] = None
     choices: Tuple[str, ...] = ()
     size: int = 0  # of NUMBERS
+    sizes: Tuple[int, ...] = ()  # of NUMBERS: others that are allowed, too
 
     def wanted(self):
         """Return in words what values are allowed."""
@@ -37,7 +38,7 @@ class NodeParameter(NamedTuple):
         if self.kind == PATTERN:
             return "one {} for the robot's number"
         if self.kind == NUMBERS:
-            return "{} numbers".format(self.size)
+            return "{} numbers".format(" or ".join(map(str, (self.size, *self.sizes))))
         bounds = [
             "{} {:g}".format(word, bound)
             for word, bound in (("of at least", self.low), ("above", self.above))
@@ -250,9 +251,11 @@ GEOFENCE = NodeParameter(
     "geofence",
     NUMBERS,
     None,
-    "`[x_min, y_min, x_max, y_max]` in m: a robot outside is stopped",
+    "`[x_min, y_min, x_max, y_max]` in m: a robot outside is stopped; of robots that fly it may have "
+    "`z_min, z_max` besides",
     "m",
     size=4,
+    sizes=(6,),
 )
 MIN_DISTANCE = NodeParameter(
     "min_distance",

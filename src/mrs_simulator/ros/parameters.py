@@ -65,14 +65,15 @@ def _pattern(parameter, value):
 
 def _numbers(parameter, value, size=None):
     """Return ``value``, a list, or a launch file's text of numbers with commas between them."""
-    size = parameter.size if size is None else size
+    sizes = (parameter.size, *parameter.sizes) if size is None else (size,)
     try:
         parts = value.strip(" []").split(",") if isinstance(value, str) else value
         result = tuple(math.nan if isinstance(part, bool) else float(part) for part in parts)
     except (TypeError, ValueError):
         result = ()
-    if len(result) != size or not all(map(math.isfinite, result)):
-        raise _refused(parameter, value, "{} numbers".format(size))
+    if len(result) not in sizes or not all(map(math.isfinite, result)):
+        wanted = " or ".join(map(str, sizes))
+        raise _refused(parameter, value, "{} numbers".format(wanted))
     return result
 
 

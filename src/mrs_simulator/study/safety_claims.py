@@ -22,12 +22,16 @@ def safety_claims(control, start):
 def _apart(control, start):
     if len(start) < 2:
         return []
-    wanted = control.safe_distance
+    wanted, squash = control.kept_distance, control.safe_squash
     least, name = wanted, "least distance of two hand points [m]"
     if np.ndim(wanted):
         least, name = 0.0, "least distance of two hand points beyond what the pair needs [m]"
 
+    if squash is not None:
+        name = name.replace("[m]", "(above each other {:g} times) [m]".format(1.0 / squash[2]))
+
     def measured(points):
+        points = points if squash is None else points * squash
         return _least_slack(points, wanted) if np.ndim(wanted) else least_distance(points)
 
     begun = measured(start)

@@ -216,6 +216,32 @@ class Team:
         late = [g.drive.lateness(g.numbers) for g in self.groups if hasattr(g.drive, "lateness")]
         return max(late, default=0.0)
 
+    def tracking(self, speed):
+        """Return by how much [m] robots are behind velocities of up to ``speed`` (n,) [m/s], at most, (n,).
+
+        0 for those whose drive does not tell.
+        """
+        result = np.zeros(self.n)
+        for g in self.groups:
+            if hasattr(g.drive, "tracking"):
+                result[g.rows] = g.drive.tracking(speed[g.rows], g.numbers)
+        return result
+
+    @property
+    def downwash(self):
+        """Return how many times as far as beside another a robot is to be above or below it, at most."""
+        factors = [getattr(g.numbers, "downwash", 1.0) for g in self.groups]
+        return float(max(np.max(factor) for factor in factors))
+
+    @property
+    def landing(self):
+        """Return the commands (n, a) with which robots that fly come down, 0 for all others."""
+        result = np.zeros((self.n, len(self.axes)))
+        for g in self.groups:
+            if hasattr(g.drive, "landing"):
+                g.put(result, g.drive.landing(len(g.kinds), g.numbers))
+        return result
+
     def _record_columns(self):
         """Return the ``Columns`` that a recording of these robots needs."""
         names = tuple(each.name for each in self.kinds)

@@ -287,6 +287,9 @@ def filter_acted(control, run):
     for row in range(len(run.time) - 1, -1, -1):
         hand, u = run.hand[row], velocity[row]
         bounds = control.safe_bounds(hand)
-        if filter_acts(u, hand, distance, control.period, bounds=bounds, speed=speed):
+        squash = control.safe_squash
+        if filter_acts(
+            u, hand, distance, control.period, bounds=bounds, speed=speed, squash=squash
+        ):
             return row
     return None

@@ -20,10 +20,13 @@ AGAIN = 0.05  # [s] of wall time between two times
 class CommandGate:
     """Publishes commands; while it is shut they are zeros, and shutting it waits for no law."""
 
-    def __init__(self, topics, n, insists=False, clock=time.monotonic, axes=UNICYCLE_AXES):
+    def __init__(
+        self, topics, n, insists=False, clock=time.monotonic, axes=UNICYCLE_AXES, landing=None
+    ):
         """``topics``: what publishes, None in a dry run; commands of ``n`` robots, of ``axes``.
 
-        ``insists``: a stop is said again and again; ``clock`` gives wall time in s.
+        ``insists``: a stop is said again and again; ``clock`` gives wall time in s; ``landing``
+        (n, a): what is told in an emergency, by default zeros; robots that fly come down by it.
         """
         self._topics, self._insists, self._clock = topics, insists, clock
         self._lock = threading.Lock()
@@ -31,6 +34,8 @@ class CommandGate:
         self._open, self.emergency = False, False
         self.stalled = False  # whether it shut itself since it was opened
         self.command = np.zeros((n, len(axes)))  # [m/s, rad/s] the last that was sent
+        self._landing = np.zeros_like(self.command) if landing is None else landing
+        self._lands = bool(self._landing.any())
 
     def open(self):
         """Let commands pass, unless there is an emergency."""
@@ -41,19 +46,22 @@ class CommandGate:
         """Stop the robots, until it is opened."""
         with self._lock:
             self._open = False
-            self._publish(np.zeros_like(self.command))
+            self._publish(self._resting())
 
     def alarm(self, on):
-        """An emergency is there, ``on``, and it cannot be opened, or has gone."""
+        """An emergency is there, ``on``, and it cannot be opened, or has gone: robots that fly land.
+
+        Again while it is there, they still land; when it has gone, those in the air hover.
+        """
         with self._lock:
             self.emergency = on
         if on:
             self.shut()
 
     def send(self, command):
-        """Publish ``command`` (n, 2) [m/s, rad/s], or zeros while it is shut."""
+        """Publish ``command`` (n, a), or zeros while it is shut, in an emergency the landing."""
         with self._lock:
-            self._publish(command if self._open else np.zeros_like(command))
+            self._publish(command if self._open else self._resting())
 
     def shut_if_stalled(self, patience):
         """Stop robots that move by a command older than ``patience`` [s]; return whether it did."""
@@ -61,17 +69,27 @@ class CommandGate:
             late = self._open and self._clock() - self._sent > patience
             if late and self.command.any():
                 self._open, self.stalled = False, True
-                self._publish(np.zeros_like(self.command))
+                self._publish(self._resting())
                 return True
         return False
 
     def insist(self):
-        """To be called all the time: tell real robots that were stopped to stand, lest one missed it."""
+        """To be called all the time: tell real robots that were stopped to stand, lest one missed it.
+
+        Robots that land, real or not, are told to all through an emergency.
+        """
         with self._lock:
             now = self._clock()
+            if self.emergency and self._lands and self._sent + AGAIN <= now:
+                self._publish(self._resting())
+                return
             due = self._sent + AGAIN <= now < self._moved + INSISTING
             if self._insists and due and not self.command.any():
                 self._publish(self.command)
+
+    def _resting(self):
+        """Return what robots are told while it is shut, (n, a)."""
+        return self._landing.copy() if self.emergency else np.zeros_like(self.command)
 
     def _publish(self, command):
         self.command, self._sent = command, self._clock()

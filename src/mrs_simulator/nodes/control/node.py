@@ -145,14 +145,17 @@ class ControlNode:
         self.inbox = self.frame.inbox
         topics, numbers, self.rivals = None, self.law.numbers, None
         team = Team.from_scenario(self.scenario)
-        self._axes = axes = team.axes
+        self._axes, landing = team.axes, team.landing
+        axes = team.axes
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
             # Before this node is one of those who drive.
             self.rivals = Rivals([*names, COMMAND] if self._simulated else names)
             topics = TeamCommands(numbers, axes) if team else RobotCommands(names, real, axes)
-        self.outlet = CommandGate(topics, len(numbers), insists=bool(real), axes=axes)
+        self.outlet = CommandGate(
+            topics, len(numbers), insists=bool(real), axes=axes, landing=landing
+        )
         if self.running:
             self.outlet.open()
         # Odometry may come before the clock that makes its command due.

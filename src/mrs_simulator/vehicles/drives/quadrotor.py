@@ -62,6 +62,7 @@ class Numbers(NamedTuple):
     response: Tuple[float, ...]  # (3,) [s], time constants of motion without forces
     sinking: float = flight_control.SINKING * GRAVITY  # [m/s^2], greatest acceleration downwards
     mass: float = np.nan  # [kg], the kind's
+    downwash: float = 1.0  # [-] how many times as far below another as beside it a robot is to be
 
 
 COLUMNS = Numbers._fields  # the numbers that the functions below use
@@ -91,6 +92,7 @@ def read(section):
         turning_max=(np.inf,) * 3,
         tilt_max=section.quantity("tilt", "rad", above=0.0, high=STEEPEST),
         response=_thrice(response, "s", above=0.0),
+        downwash=section.number("downwash", 1.0, low=1.0, high=100.0),
     )
     for each in (inertia, drag, response):
         each.done()
@@ -302,11 +304,29 @@ def velocity(command, joints, l, period, numbers):
     return command[:, 0], command[:, 1]
 
 
+def tracking(speed, numbers):
+    """Return by how much [m] robots are behind a velocity of ``speed`` (m,) [m/s], told from rest, at most.
+
+    As much as they run on when told to stop.  With forces the velocity follows by 1/k_v, the attitude by
+    1/k_R; ``e' = -min(e/T, A)`` from e loses ``e T``, or from ``e > A T`` on ``e^2/(2 A) + A T^2/2``.
+    """
+    slow = 1.0 / parts(numbers.velocity_gain) + 1.0 / parts(numbers.attitude_gain)
+    time = np.maximum(parts(numbers.response), slow)[:2].max(axis=0)
+    most = GRAVITY * np.tan(numbers.tilt_max)
+    ramped = np.maximum(speed - most * time, 0.0)
+    return speed * time + 0.5 * ramped * ramped / most
+
+
+def landing(count, numbers):
+    """Return the commands (m, 4) with which ``count`` robots come down where they are."""
+    result = np.zeros((count, 4))
+    result[:, 2] = -LANDING
+    return result
+
+
 def silent(seconds, numbers):
     """Return the commands (m, 4) of robots silent for ``seconds`` (m,) too long: hover, then land."""
-    result = np.zeros((len(seconds), 4))
-    result[seconds > HOVER, 2] = -LANDING
-    return result
+    return landing(len(seconds), numbers) * (seconds > HOVER)[:, np.newaxis]
 
 
 def with_forces():

@@ -20,10 +20,10 @@ class Flyers(Team):
         self.axes, self.robot_axes = AXES, np.ones((n, 3), dtype=bool)
         self.components, self.unobeyed = slice(3), np.repeat([[False] * 3 + [True] * 3], n, axis=0)
 
-    def point(self, pose, joints, l):
+    def point(self, pose, joints, l, pointing=None):
         return pose
 
-    def command(self, velocity, pose, joints, l, period):
+    def command(self, velocity, pose, joints, l, period, pointing=None):
         return velocity
 
     def velocities_in(self, command, pose, points, l, period):

@@ -85,6 +85,7 @@ FLIGHTS = {
     "flocking": (6, complete, {}, anywhere, 25.0),
     "cucker_smale": (6, complete, {}, anywhere, 20.0),
     "reynolds": (6, complete, {}, anywhere, 10.0),
+    "trajectory": (3, complete, {"waypoints": "0 0 1, 2 1 2, 1 3 1.5"}, anywhere, 25.0),
 }  # fmt: skip
 
 
@@ -158,7 +159,8 @@ LEVEL = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(set(SPATIAL) - {"reynolds"}))
+# A waypoint has as many numbers as points have coordinates.
+@pytest.mark.parametrize("name", sorted(set(SPATIAL) - {"reynolds", "trajectory"}))
 def test_in_a_plane_it_is_the_law_of_the_plane(name):
     n, edges = FLIGHTS[name][:2]
     start = tetrahedron_of_leaders(n) if name == "containment" else anywhere(n, 8.0)

@@ -1,5 +1,6 @@
 """The figure of a run in space: the paths of the controlled points, and those of theory."""
 
+import mpl_toolkits.mplot3d  # noqa: F401 which registers the projection "3d" before matplotlib 3.2
 import numpy as np
 
 from mrs_simulator.study.figures import START_COLOUR, robot_colours, styled
@@ -31,7 +32,8 @@ def draw_in_space(figure, run, prediction=None):
             label = None if row else "Theory"
             axes.plot(*path, color="k", ls=(0, (3, 5)), lw=0.9, label=label)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low)
+    if hasattr(axes, "set_box_aspect"):  # matplotlib 3.3
+        axes.set_box_aspect(high - low, zoom=0.9)  # or the label of z is cut off
     axes.set(xlabel="$x$ [m]", ylabel="$y$ [m]", zlabel="$z$ [m]")
     axes.legend(loc="upper center", ncol=4)
     return axes

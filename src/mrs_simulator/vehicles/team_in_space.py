@@ -27,10 +27,10 @@ class TeamInSpace(Team):
             raise ValueError(text.format(row + 1, self.kinds[row].title))
         self._climb = self.axes.index(CLIMB)
 
-    def point(self, pose, joints, l):
+    def point(self, pose, joints, l, pointing=None):
         """Return the controlled points (..., n, 3) [m] of robots at ``pose`` (..., n, 4)."""
         result = np.zeros(pose.shape[:-1] + (3,), order="F")
-        result[..., :2] = super().point(pose[..., :3], joints, l)
+        result[..., :2] = super().point(pose[..., :3], joints, l, pointing)
         if pose.shape[-1] > 3:
             result[..., 2] = pose[..., 3]
         return result
@@ -40,9 +40,9 @@ class TeamInSpace(Team):
         across = super().velocity(command, pose, joints, l, period)
         return np.column_stack([across, command[:, self._climb]])
 
-    def command(self, velocity, pose, joints, l, period):
+    def command(self, velocity, pose, joints, l, period, pointing=None):
         """Return the commands (n, a) that give the points ``velocity`` (n, 3) [m/s]."""
-        result = super().command(velocity, pose, joints, l, period)
+        result = super().command(velocity, pose, joints, l, period, pointing)
         result[:, self._climb] = velocity[:, 2]
         return result
 

@@ -29,6 +29,7 @@ HOMES = {
     "second_order_consensus": "consensus_memory:SecondOrderConsensus",
     "station_keeping": "currents:StationKeeping",
     "switching_consensus": "switching_consensus:SwitchingConsensus",
+    "trajectory": "trajectory:Trajectory",
     "vicsek": "flocking:Vicsek",
 }
 

@@ -106,7 +106,7 @@ def robots_run(control, run):
         return None
     frozen = scenario.fidelity == "point_mass"
     robots = Robots(control.team, control.l, control.period, control.saturation, frozen)
-    robots.drift = current_of(control, run) @ [1.0, 1j]
+    robots.drift = current_of(control, run)[:, :2] @ [1.0, 1j]
     step = scenario.step if robots.is_ramped and not frozen else math.inf
     last = run.time[-1] - run.time[0]
     commands = last / control.period

@@ -74,6 +74,64 @@ class Marching(Published):
         return Marching(weights, self.gain, self.anchor, self.wanted, self.period, self.blind)
 
 
+def least_snap(points, speed):
+    """Return the curve of least snap through ``points`` (k, d), (d,) [m] as a function of the time [s].
+
+    Each leg takes its length over ``speed``; at rest at both ends.  By the quadratic programme of its
+    definition: polynomials of degree 7 in the share x of each leg's time h, smooth to the third
+    derivative, of least cost; fourth derivatives of x^i and x^j, over (0, 1), make
+    ``i!/(i-4)! j!/(j-4)!/(i + j - 7)/h^7`` of it.
+    """
+    legs = np.linalg.norm(np.diff(points, axis=0), axis=1) / speed
+    if not len(legs):
+        return lambda time: points[0]
+    size = 8 * len(legs)
+    cost, fourth = np.zeros((size, size)), [i * (i - 1) * (i - 2) * (i - 3) for i in range(8)]
+    for leg, h in enumerate(legs):
+        for i in range(4, 8):
+            for j in range(4, 8):
+                cost[8 * leg + i, 8 * leg + j] = fourth[i] * fourth[j] / (i + j - 7) / h**7
+    bounds, values = _passed(points, legs)
+    m = len(bounds)
+    scale = np.concatenate([np.ones(size), np.full(m, max(1.0, np.abs(cost).max()))])
+    system = np.block([[cost, bounds.T], [bounds, np.zeros((m, m))]]) * np.outer(scale, scale)
+    right = np.concatenate([np.zeros((size, points.shape[1])), values]) * scale[:, np.newaxis]
+    found = np.linalg.solve(system, right)[:size].reshape(len(legs), 8, -1)
+    ends = np.cumsum(legs)
+
+    def at(time):
+        if time >= ends[-1]:
+            return points[-1]
+        leg = int(np.searchsorted(ends, max(time, 0.0), side="right"))
+        share = (max(time, 0.0) - (ends[leg] - legs[leg])) / legs[leg]
+        return share ** np.arange(8) @ found[leg]
+
+    return at
+
+
+def _passed(points, legs):
+    """Return the equations ``A c = b`` of a curve that passes ``points``, smooth, at rest at its ends."""
+    rows, values, nothing = [], [], np.zeros(points.shape[1])
+
+    def row(leg, share, order):
+        result = np.zeros(8 * len(legs))
+        for j in range(order, 8):
+            slope = np.prod([float(j - i) for i in range(order)])
+            result[8 * leg + j] = slope * share ** (j - order) / legs[leg] ** order
+        return result
+
+    for leg in range(len(legs)):
+        rows += [row(leg, 0.0, 0), row(leg, 1.0, 0)]
+        values += [points[leg], points[leg + 1]]
+        for order in (1, 2, 3):
+            rows.append(row(leg, 1.0, order))
+            if leg + 1 < len(legs):
+                rows[-1] -= row(leg + 1, 0.0, order)
+            values.append(nothing)
+    rows += [row(0, 0.0, order) for order in (1, 2, 3)]
+    return np.array(rows), np.array(values + [nothing] * 3)
+
+
 def on_path(name, radius, corners, s):
     """Return the place and heading at ``s`` [m] along a path, as ``(z, heading)``, z complex [m].
 

@@ -1,0 +1,53 @@
+"""Robots that fly over ROS: a law of space in lockstep, and the emergency stop."""
+
+import numpy as np
+from ros_fixtures import log_of, ros  # noqa: F401  a fixture
+
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.study.experiment import run_experiment
+
+
+def team(speed=0.0, **control):
+    content = {
+        "model": "crazyflie2",
+        "poses": [[0.0, 0.0, 0.3], [2.0, 0.5, -1.0], [0.5, 2.0, 2.0]],
+        "altitude": [0.8, 1.5, 2.0],
+        "control": dict({"rate": 20, "dimension": 3}, **control),
+        "topology": {"preset": "complete"},
+        "duration": 3.0,
+        "speed": speed,
+    }
+    return scenario_from_dict(content)
+
+
+def test_a_law_of_space_is_the_same_over_ros(ros, tmp_path):  # noqa: F811
+    scenario = team(protocol="displacement_formation", parameters={"gain": 0.2, "shape": "grid"})
+    path = tmp_path / "team.yaml"
+    path.write_text(scenario.to_yaml())
+    ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
+    ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
+    record = ros.node("record", "--scenario", path, "--out", tmp_path / "out")
+    assert record.wait(90) in (0, 1), log_of(record)
+    run_experiment(scenario, str(tmp_path / "headless"), formats=())
+    runs = [
+        read_run_csv(str(tmp_path / name / "run.csv"), scenario) for name in ("out", "headless")
+    ]
+    samples = min(len(run.time) for run in runs)
+    assert samples > 20 and np.ptp(runs[0].points[:, 0, 2]) > 0.1
+    np.testing.assert_allclose(runs[0].points[:samples], runs[1].points[:samples], atol=1e-6)
+
+
+def test_the_emergency_stop_lands_the_team(ros, tmp_path):  # noqa: F811
+    path = tmp_path / "team.yaml"
+    path.write_text(team(speed=5.0, protocol="consensus", parameters={"gain": 0.01}).to_yaml())
+    ros.node("stage", "--scenario", path)
+    probe = ros.probe()
+    ros.node("pioneer_control", "--scenario", path)
+    probe.wait("control('running') and state('z') and min(state('z')) > 0.5")
+    probe.ask("press(True)")
+    probe.wait("control('trouble') == 'emergency stop' and max(state('z')) < 1.5")
+    probe.ask("press(True)")
+    probe.wait("max(state('z')) == 0.0")
+    probe.wait_simulated(1.0)
+    assert probe.ask("max(state('z'))") == 0.0

@@ -7,6 +7,7 @@ from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.core.safety import Safety
+from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team_in_space import team_of
 
 

@@ -60,11 +60,14 @@ def _of_robot(kind, changes, number):
                 continue
             contents[name], where[name] = _merged(contents.get(name, {}), content), place
             off.discard(name)
-    return tuple(
-        read_mount(name, content, where[name])
-        for name, content in contents.items()
-        if name not in off
-    )
+    mounts = []
+    for name, content in contents.items():
+        if name not in off:
+            mounts.append(read_mount(name, content, where[name]))
+            check = getattr(TYPES[mounts[-1].type], "check", None)
+            if check is not None:
+                check(kind, where[name])
+    return tuple(mounts)
 
 
 def _declared(kind):

@@ -27,7 +27,7 @@ class Suite:
         self._team, self._mounts, self._step = team, mounts, step
         self._obstacles, self._scenery = tuple(obstacles), None
         self._fitted = [_Fitted(*each, team, seed, step) for each in _alike(team, mounts)]
-        self._active = []
+        self._active, self._looking_back = [], []
         self._begun = 0
 
     @classmethod
@@ -62,6 +62,7 @@ class Suite:
                 fitted.mount.name in wanted.get(row, ()) for row in fitted.rows.tolist()
             )
         self._active = [fitted for fitted in self._fitted if fitted.is_listened_to]
+        self._looking_back = [fitted for fitted in self._active if fitted.looks_back]
         if self._active and self._scenery is None:
             self._scenery = Scenery(self._team, self._obstacles)
 
@@ -79,6 +80,9 @@ class Suite:
             now = state()
             for fitted in due:
                 fitted.take(elapsed, now, self._scenery)
+        for fitted in self._looking_back:
+            if (elapsed + 1) % fitted.steps == 0:
+                fitted.before = elapsed, state()
         return due
 
     def readings(self, time):
@@ -112,18 +116,24 @@ class _Fitted:
         self.sensor = TYPES[mount.type](mount, rows, team)
         self.steps = max(1, int(round(1.0 / (mount.rate * step))))
         self.is_listened_to = False
+        self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
         streams = Streams(seed, (rows + 1).tolist(), mount.name)
         self._draws = Draws(dict(mount.noise), streams, self.steps * step)
         self.begin()
 
     def begin(self):
         self._late = deque()
-        self.newest = self._known = None
+        self.newest = self._known = self.before = None
 
     def take(self, elapsed, state, environment):
         """Read the sample at ``elapsed`` steps."""
         rng = self._draws.at(elapsed // self.steps)
-        self.newest = self.sensor.read(state, environment, rng)
+        more = ()
+        if self.looks_back:
+            if self.before is None or self.before[0] != elapsed - 1:
+                return  # nobody listened then
+            more = (self.before[1],)
+        self.newest = self.sensor.read(state, environment, rng, *more)
         self._late.append(self.newest)
 
     def known(self, time):
@@ -144,6 +154,8 @@ def check_fitted(mounts, names, number, kind):
 
 def of_robot(reading, k):
     """Return the ``reading`` of the k-th of its robots."""
+    if hasattr(reading, "of"):
+        return reading.of(k)
     return reading._replace(**{name: getattr(reading, name)[k] for name in reading.PER_ROBOT})
 
 

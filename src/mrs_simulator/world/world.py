@@ -17,6 +17,8 @@ from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.core.spatial import turned
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
 from mrs_simulator.world import odometry
@@ -57,6 +59,7 @@ class World:
         environment=CALM,
         odometry_rate=None,
         z=None,
+        counts_wheels=False,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -68,7 +71,8 @@ class World:
         puts them: bodies to the others, never pushed.  ``mismatch``: how they obey
         commands; ``command_period`` [s] for which one is held, by default ``step``; ``environment``:
         current, wind and waves; ``odometry_rate`` [Hz] at which ``estimate`` follows the odometry,
-        "kinds" for that of each robot's kind, None for each step.  Raises ``WorldError``.
+        "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
+        are read beside the odometry.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -77,6 +81,7 @@ class World:
         self._cmd_vel_timeout = cmd_vel_timeout
         self._hand_length = hand_length
         self._odometry_kind = odometry_kind
+        self._counts_wheels = counts_wheels or odometry_kind == "wheel"
         self._seed = seed
         self._mismatch = mismatch
         self._command_period = command_period
@@ -92,8 +97,10 @@ class World:
     def from_scenario(cls, scenario, **options):
         """Return the world that ``scenario`` describes; ``options``: others than a scenario has."""
         try:
+            team = _team_of(scenario)
+            mounts = fitted_mounts(team, scenario.sensors)
             return cls(
-                _team_of(scenario),
+                team,
                 scenario.poses,
                 obstacles=scenario.obstacles,
                 fidelity=scenario.fidelity,
@@ -108,6 +115,7 @@ class World:
                 environment=scenario.environment,
                 odometry_rate=scenario.odometry_rate,
                 z=scenario.altitude,
+                counts_wheels=any(mount.type == "encoders" for own in mounts for mount in own),
                 **options,
             )
         except WorldError as error:
@@ -161,7 +169,7 @@ class World:
                 z=z,
             )
         bodies = team, poses, self.obstacles, self._limits, self.step_size
-        moving = {"encoders": self._odometry_kind == "wheel", "environment": self._environment}
+        moving = {"encoders": self._counts_wheels, "environment": self._environment}
         if self.fidelity == "kinematic":
             if team.is_spatial:
                 return AirborneMotion(*bodies, **mirrored, **moving, z=z)
@@ -328,6 +336,13 @@ class World:
         estimate = compose(self._start, self._odometry.pose)
         estimate[self.mirrored] = self.pose[self.mirrored]
         return estimate
+
+    def sensed(self):
+        """Return what sensors read now, a ``sensors.state.State``."""
+        motion = self._motion
+        travel, contacts = tuple(motion.wheel_travel), tuple(motion.contacts())
+        pose, twist = self.pose, self.twist
+        return State(self.time, pose, twist, motion.z, motion.spatial, travel, contacts)
 
     def closest_distance(self):
         """Return the least distance [m] between two robots' centres now; inf for one robot."""

@@ -10,10 +10,30 @@ from a mount; and
 
 where ``state`` is a ``State``, ``environment`` a ``Scenery`` and ``rng`` the ``noise.Draws`` of the sample.
 A reading is a NamedTuple whose first field is ``stamp`` [s]; ``PER_ROBOT`` names its fields with a row for
-each robot.
+each robot; one that has ``of(k)`` tells itself what its k-th robot has.
+
+Optional are ``check(kind, where)``, which raises ``ScenarioError`` where robots of a kind cannot have the
+sensor, and ``LOOKS_BACK = True`` for one whose ``read`` takes a fourth argument, the ``State`` one step
+before.
 """
 
+from mrs_simulator.sensors.types.bumper import Bumper
+from mrs_simulator.sensors.types.encoders import Encoders
+from mrs_simulator.sensors.types.inertial import Altimeter, Compass, Imu
 from mrs_simulator.sensors.types.laser import Laser
+from mrs_simulator.sensors.types.position import Gps, MotionCapture
+from mrs_simulator.sensors.types.range_bearing import RangeBearing
 from mrs_simulator.sensors.types.sonar import Sonar
 
-TYPES = {"sonar": Sonar, "laser": Laser}
+TYPES = {
+    "altimeter": Altimeter,
+    "bumper": Bumper,
+    "compass": Compass,
+    "encoders": Encoders,
+    "gps": Gps,
+    "imu": Imu,
+    "laser": Laser,
+    "motion_capture": MotionCapture,
+    "range_bearing": RangeBearing,
+    "sonar": Sonar,
+}

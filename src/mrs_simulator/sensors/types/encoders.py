@@ -1,0 +1,46 @@
+"""Wheel encoders."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.reading import ScenarioError
+
+
+class EncoderReading(NamedTuple):
+    """How far wheels have rolled since the run began."""
+
+    stamp: float  # [s]
+    travel: np.ndarray  # (..., wheels) [m], as the drive counts them: left and right of an axle
+
+    PER_ROBOT = ("travel",)
+
+
+class Encoders:
+    """The distance that each wheel's rim has rolled; ``quantum`` is that of one count."""
+
+    QUANTITIES = {"": "m"}
+    RATE = 50.0
+
+    @staticmethod
+    def settings(section):
+        """Return no numbers."""
+        return ()
+
+    @staticmethod
+    def check(kind, where):
+        """Raise ``ScenarioError`` where robots of ``kind`` have no wheels."""
+        if kind.module.ENCODERS == 0:
+            raise ScenarioError("{}: encoders, but a {} has no wheels".format(where, kind.title))
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots of one drive with this ``mount``."""
+        every = np.arange(team.n)
+        (self._group,) = (g for g, group in enumerate(team.groups) if rows[0] in every[group.rows])
+        own = every[team.groups[self._group].rows]
+        self._inside = np.searchsorted(own, rows)
+
+    def read(self, state, environment, rng):
+        """Return the ``EncoderReading`` of all robots in ``rows``."""
+        travel = state.travel[self._group][self._inside]
+        return EncoderReading(state.time, rng.noisy(travel))

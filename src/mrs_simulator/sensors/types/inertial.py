@@ -1,0 +1,127 @@
+"""Inertial sensors, compass and altimeter."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.spatial import turned_about_z
+
+GRAVITY = 9.80665  # [m/s^2] standard
+
+
+class ImuReading(NamedTuple):
+    """What an accelerometer and a gyroscope at a robot's centre measure, in its axes."""
+
+    stamp: float  # [s]
+    acceleration: np.ndarray  # (..., 3) [m/s^2] specific force: g upwards at rest
+    rate: np.ndarray  # (..., 3) [rad/s]
+
+    PER_ROBOT = ("acceleration", "rate")
+
+
+class Imu:
+    """Specific force ``dv/dt + omega x v - g`` in the body's axes, over the last step, and turn rates.
+
+    The sensor is taken to be at the robot's centre, and its axes to be the robot's.
+    """
+
+    QUANTITIES = {"acceleration": "m/s^2", "rate": "rad/s"}
+    RATE = 50.0
+    LOOKS_BACK = True  # its reading needs the state one step before
+
+    @staticmethod
+    def settings(section):
+        """Return no numbers."""
+        return ()
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._rows = rows
+
+    def read(self, state, environment, rng, before):
+        """Return the ``ImuReading`` of all robots in ``rows``; ``before``: the state one step earlier."""
+        velocity, rate = body_twist(state, self._rows)
+        earlier, _ = body_twist(before, self._rows)
+        force = (velocity - earlier) / (state.time - before.time) + np.cross(rate, velocity)
+        force += GRAVITY * upwards(state, self._rows)
+        acceleration = rng.noisy(force, "acceleration")
+        return ImuReading(state.time, acceleration, rng.noisy(rate, "rate"))
+
+
+def body_twist(state, rows):
+    """Return the velocities and turn rates (m, 3) each of robots ``rows``, in their axes."""
+    velocity, rate = np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
+    velocity[:, :2], rate[:, 2] = state.twist[rows, :2], state.twist[rows, 2]
+    if state.spatial is not None:
+        velocity[:, 2], rate[:, :2] = state.spatial.twist[rows, 0], state.spatial.twist[rows, 1:]
+    return velocity, rate
+
+
+def upwards(state, rows):
+    """Return the vertical's direction (m, 3) in the axes of robots ``rows``."""
+    spatial = state.spatial
+    turn = turned_about_z(state.pose[rows, 2]) if spatial is None else spatial.orientation[rows]
+    x, y, z, w = turn.T
+    # The last row of the rotation from the body's axes to the common frame.
+    return np.stack(
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1
+    )
+
+
+class CompassReading(NamedTuple):
+    """A heading."""
+
+    stamp: float  # [s]
+    heading: float  # (...) [rad] from the x axis of the common frame, counterclockwise
+
+    PER_ROBOT = ("heading",)
+
+
+class Compass:
+    """The heading in the common frame."""
+
+    QUANTITIES = {"": "rad"}
+    RATE = 10.0
+
+    @staticmethod
+    def settings(section):
+        """Return no numbers."""
+        return ()
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._rows = rows
+
+    def read(self, state, environment, rng):
+        """Return the ``CompassReading`` of all robots in ``rows``."""
+        return CompassReading(state.time, wrap_angle(rng.noisy(state.pose[self._rows, 2])))
+
+
+class AltimeterReading(NamedTuple):
+    """A height."""
+
+    stamp: float  # [s]
+    height: float  # (...) [m] of the robot's underside above the ground
+
+    PER_ROBOT = ("height",)
+
+
+class Altimeter:
+    """The height above the ground."""
+
+    QUANTITIES = {"": "m"}
+    RATE = 10.0
+
+    @staticmethod
+    def settings(section):
+        """Return no numbers."""
+        return ()
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._rows = rows
+
+    def read(self, state, environment, rng):
+        """Return the ``AltimeterReading`` of all robots in ``rows``."""
+        return AltimeterReading(state.time, rng.noisy(state.heights()[self._rows]))

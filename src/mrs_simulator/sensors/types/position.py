@@ -1,0 +1,126 @@
+"""Where robots are: motion capture, and satellites."""
+
+import math
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.vehicles.quantities import quantity
+
+# The ellipsoid of WGS 84.
+EQUATOR = 6378137.0  # [m] semi-major axis
+FLATTENING = 1.0 / 298.257223563
+SQUARE = FLATTENING * (2.0 - FLATTENING)  # of the eccentricity
+
+
+class PoseReading(NamedTuple):
+    """A pose in the common frame."""
+
+    stamp: float  # [s]
+    x: float  # (...) [m]
+    y: float  # (...) [m]
+    theta: float  # (...) [rad]
+
+    PER_ROBOT = ("x", "y", "theta")
+
+
+class MotionCapture:
+    """The pose in the common frame, as cameras in the room know it."""
+
+    QUANTITIES = {"position": "m", "heading": "rad"}
+    RATE = 100.0
+
+    @staticmethod
+    def settings(section):
+        """Return no numbers."""
+        return ()
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._rows = rows
+
+    def read(self, state, environment, rng):
+        """Return the ``PoseReading`` of all robots in ``rows``."""
+        pose = state.pose[self._rows]
+        x, y = rng.noisy(pose[:, :2], "position").T
+        return PoseReading(state.time, x, y, wrap_angle(rng.noisy(pose[:, 2], "heading")))
+
+
+class GpsNumbers(NamedTuple):
+    """Where on the earth the common frame lies."""
+
+    origin: Tuple[float, float, float]  # latitude, longitude [rad], altitude [m]
+
+
+class GpsReading(NamedTuple):
+    """A place on the ellipsoid of WGS 84."""
+
+    stamp: float  # [s]
+    latitude: float  # (...) [deg]
+    longitude: float  # (...) [deg]
+    altitude: float  # (...) [m]
+
+    PER_ROBOT = ("latitude", "longitude", "altitude")
+
+
+class Gps:
+    """The antenna's place; x of the common frame points east, y north.
+
+    Degrees are by the ellipsoid's radii of curvature at the origin: for scenes of a few kilometres.
+    """
+
+    QUANTITIES = {"": "m"}
+    RATE = 5.0
+
+    @staticmethod
+    def settings(section):
+        """Return the ``GpsNumbers`` in a mount's ``section``."""
+        given, where = section.take("origin", [0.0, 0.0, 0.0]), section.at("origin")
+        if not isinstance(given, list) or len(given) != 3:
+            raise ScenarioError(
+                "{}: {}, wanted [latitude, longitude, altitude], deg and m".format(
+                    where, shown(given)
+                )
+            )
+        high = math.radians(89.0), math.pi, 1e5
+        texts = ["{!r} deg".format(v) if isinstance(v, (int, float)) else v for v in given[:2]]
+        units = "rad", "rad", "m"
+        return GpsNumbers(
+            tuple(
+                quantity(value, unit, where, low=-most, high=most)
+                for value, unit, most in zip((*texts, given[2]), units, high)
+            )
+        )
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._rows, self._place, self._height = rows, np.array([mount.place[:2]]), mount.place[2]
+        self._origin = mount.numbers.origin
+
+    def read(self, state, environment, rng):
+        """Return the ``GpsReading`` of all robots in ``rows``."""
+        place = carried(state.pose[self._rows], self._place)[:, 0]
+        up = state.heights()[self._rows] + self._height
+        return GpsReading(
+            state.time, *geodetic(rng.noisy(np.column_stack([place, up])), self._origin)
+        )
+
+
+def geodetic(place, origin):
+    """Return latitudes, longitudes [deg] and altitudes [m], (m,) each, of ``place`` (m, 3) [m].
+
+    ``place`` is east, north, up from the ``origin``: latitude, longitude [rad], altitude [m].
+    """
+    north, east = radii(origin[0])
+    latitude = np.degrees(origin[0] + place[:, 1] / north)
+    longitude = np.degrees(origin[1] + place[:, 0] / (east * math.cos(origin[0])))
+    return latitude, longitude, origin[2] + place[:, 2]
+
+
+def radii(latitude):
+    """Return the radii of curvature [m] of the ellipsoid along the meridian and across it."""
+    inner = 1.0 - SQUARE * math.sin(latitude) ** 2
+    return EQUATOR * (1.0 - SQUARE) / inner**1.5, EQUATOR / math.sqrt(inner)

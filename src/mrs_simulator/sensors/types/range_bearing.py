@@ -1,0 +1,93 @@
+"""Range and bearing to other robots: who is seen, how far away and in which direction."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.sensors.scenery import Rays, cast
+from mrs_simulator.sensors.types.placing import carried
+
+TOUCH = 1e-9  # [m] by which a body before the other robot must be nearer to hide it
+
+
+class Numbers(NamedTuple):
+    """Of a sensor."""
+
+    most: float  # [m]
+    view: float  # [rad] field of view, from one side to the other
+    occlusion: bool  # whether bodies hide what is behind them
+
+
+class RangeBearingReading(NamedTuple):
+    """The K other robots that are seen, in the order of their numbers."""
+
+    stamp: float  # [s]
+    numbers: np.ndarray  # (K,)
+    ranges: np.ndarray  # (K,) [m] from the sensor to the robots' centres, in the plane
+    bearings: np.ndarray  # (K,) [rad] from the robot's heading
+
+    PER_ROBOT = ("ranges", "bearings")
+
+    def of(self, k):
+        """Return the reading of the k-th robot from rows of all, where nan stands for those not seen."""
+        seen = np.flatnonzero(np.isfinite(self.ranges[k]) & np.isfinite(self.bearings[k]))
+        ranges, bearings = self.ranges[k, seen], self.bearings[k, seen]
+        return RangeBearingReading(self.stamp, self.numbers[seen], ranges, bearings)
+
+
+class RangeBearing:
+    """Others are seen by their centres, whose numbers are known, as far as nothing stands before them.
+
+    ``dropout`` of a range or a bearing loses the other robot for that sample.
+    """
+
+    QUANTITIES = {"range": "m", "bearing": "rad"}
+    RATE = 10.0
+
+    @staticmethod
+    def settings(section):
+        """Return the ``Numbers`` in a mount's ``section``."""
+        return Numbers(
+            section.quantity("range", "m", 5.0, above=0.0),
+            section.quantity("view", "rad", 2.0 * math.pi, above=0.0, high=2.0 * math.pi),
+            section.flag("occlusion", True),
+        )
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._numbers, self._rows = mount.numbers, rows
+        self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]
+        self._names = np.arange(1, team.n + 1)
+
+    def read(self, state, environment, rng):
+        """Return the ``RangeBearingReading`` of all robots in ``rows``, with a row for each."""
+        pose, numbers = state.pose[self._rows], self._numbers
+        origin = carried(pose, self._place)  # (m, 1, 2)
+        way = state.pose[:, :2] - origin  # (m, n, 2)
+        far = np.hypot(way[..., 0], way[..., 1])
+        bearing = wrap_angle(np.arctan2(way[..., 1], way[..., 0]) - pose[:, 2:])
+        seen = far <= numbers.most
+        seen[np.arange(len(pose)), self._rows] = False
+        if numbers.view < 2.0 * math.pi:
+            seen &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * numbers.view
+        if numbers.occlusion:
+            self._hide(seen, state, environment, origin, way, far)
+        ranges = rng.noisy(np.where(seen, far, np.nan), "range")
+        bearings = wrap_angle(rng.noisy(np.where(seen, bearing, np.nan), "bearing"))
+        return RangeBearingReading(state.time, self._names, ranges, bearings)
+
+    def _hide(self, seen, state, environment, origin, way, far):
+        """Take from ``seen`` (m, n) the robots before which another body stands."""
+        k, other = np.nonzero(seen & (far > 0.0))
+        distance = far[k, other]
+        rays = Rays(
+            origin[k],
+            (way[k, other] / distance[:, np.newaxis])[:, np.newaxis],
+            state.heights()[self._rows[k]] + self._height,
+            self._rows[k],
+        )
+        met = cast(environment.at(state), rays, self._numbers.most, unseen=other)[:, 0]
+        hidden = met < distance - TOUCH
+        seen[k[hidden], other[hidden]] = False

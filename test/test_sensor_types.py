@@ -1,0 +1,223 @@
+"""Bumpers, encoders, range-and-bearing, inertial sensors and positions against geometry by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.spatial import Spatial
+from mrs_simulator.sensors.state import State
+from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.sensors.types.inertial import GRAVITY
+from mrs_simulator.sensors.types.position import radii
+from mrs_simulator.vehicles import Team
+from mrs_simulator.world.world import EVERY, World
+
+
+def suite(mounts, poses=((0.0, 0.0, 0.0),), **more):
+    scenario = scenario_from_dict(
+        dict({"poses": [list(pose) for pose in poses], "sensors": [{"mounts": mounts}]}, **more)
+    )
+    return scenario, Suite.of_scenario(scenario, Team.from_scenario(scenario))
+
+
+def state(poses, twist=None, time=0.0, **more):
+    poses = np.array(poses, dtype=float)
+    twist = np.zeros_like(poses) if twist is None else np.array(twist, dtype=float)
+    return State(time, poses, twist, **more)
+
+
+def read(mounts, *states, poses=None, **more):
+    """Return the readings of the only mount at the last of ``states``, one step after each other."""
+    poses = states[-1].pose.tolist() if poses is None else poses
+    _, found = suite(mounts, poses, **more)
+    (name,) = mounts
+    found.listen({row: [name] for row in range(len(poses))})
+    for step, each in enumerate(states):
+        found.update(step, lambda each=each: each)
+    known = found.readings(states[-1].time)
+    return [known[row].get(name) for row in range(len(poses))]
+
+
+# Range and bearing -------------------------------------------------------------------------------
+
+SEES = {"sight": {"type": "range_bearing", "range": 6.0, "place": [0.0, 0.0, 0.1]}}
+TRIANGLE = [[0.0, 0.0, math.pi / 2.0], [0.0, 3.0, 0.0], [4.0, 0.0, 0.0]]
+
+
+def test_others_are_seen_by_number_range_and_bearing():
+    first, second, third = read(SEES, state(TRIANGLE))
+    assert first.numbers.tolist() == [2, 3]
+    assert first.ranges == pytest.approx([3.0, 4.0])
+    assert first.bearings == pytest.approx([0.0, -math.pi / 2.0])
+    assert second.numbers.tolist() == [1, 3] and second.ranges == pytest.approx([3.0, 5.0])
+    assert second.bearings == pytest.approx([-math.pi / 2.0, math.atan2(-3.0, 4.0)])
+    assert third.bearings == pytest.approx([-math.pi, math.atan2(3.0, -4.0)])
+
+
+def test_nobody_beyond_range_or_view_is_seen():
+    near = {"sight": dict(SEES["sight"], range=4.5)}
+    assert [each.numbers.tolist() for each in read(near, state(TRIANGLE))] == [[2, 3], [1], [1]]
+    ahead = {"sight": dict(SEES["sight"], view="90 deg")}
+    assert [each.numbers.tolist() for each in read(ahead, state(TRIANGLE))] == [[2], [3], []]
+    aside = {"sight": dict(SEES["sight"], view="90 deg", yaw="-90 deg")}
+    assert read(aside, state(TRIANGLE))[0].numbers.tolist() == [3]
+
+
+def test_what_stands_between_hides_others():
+    row = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]]
+    assert [each.numbers.tolist() for each in read(SEES, state(row))] == [[2], [1, 3], [2]]
+    through = {"sight": dict(SEES["sight"], occlusion=False)}
+    assert read(through, state(row))[0].numbers.tolist() == [2, 3]
+    above = {"sight": dict(SEES["sight"], place=[0.0, 0.0, 0.3])}  # a Pioneer is 0.237 m high
+    assert read(above, state(row))[0].numbers.tolist() == [2, 3]
+    crate = {"type": "box", "center": [0.0, 1.5], "size": [0.2, 0.2]}
+    assert read(SEES, state(TRIANGLE), obstacles=[crate])[0].numbers.tolist() == [3]
+
+
+def test_a_lost_range_or_bearing_loses_the_robot():
+    noise = {"bearing": {"dropout": 1.0}}
+    assert read({"sight": dict(SEES["sight"], noise=noise)}, state(TRIANGLE))[0].numbers.size == 0
+    noise = {"range": {"bias": 0.5}, "bearing": {"bias": "180 deg"}}
+    biased = read({"sight": dict(SEES["sight"], noise=noise)}, state(TRIANGLE))[0]
+    assert biased.ranges == pytest.approx([3.5, 4.5])
+    assert biased.bearings == pytest.approx([-math.pi, math.pi / 2.0])
+
+
+# Bumpers -----------------------------------------------------------------------------------------
+
+
+def pressed(pose, *contacts):
+    (reading,) = read({"bumper": {"type": "bumper"}}, state([pose], contacts=contacts))
+    return np.flatnonzero(reading.front).tolist(), np.flatnonzero(reading.rear).tolist()
+
+
+def test_the_section_that_faces_a_contact_is_pressed():
+    # Sections of 36 deg from 90 deg on the left; the outline's middle is 45.5 mm behind the axle.
+    assert pressed([0.0, 0.0, 0.0], ("robot1", "wall", 0.21, 0.0)) == ([2], [])
+    assert pressed([0.0, 0.0, 0.0], ("wall", "robot1", -0.0455 + 0.1, 0.2)) == ([0], [])
+    assert pressed([1.0, 1.0, math.pi / 2.0], ("robot1", "wall", 1.0, 1.21)) == ([2], [])
+    assert pressed([1.0, 1.0, math.pi / 2.0], ("robot1", "wall", 1.2, 1.1)) == ([3], [])
+    assert pressed([0.0, 0.0, 0.0], ("robot1", "wall", -0.3, 0.0)) == ([], [2])
+    assert pressed([0.0, 0.0, 0.0], ("robot1", "wall", -0.2, 0.2)) == ([], [1])
+    assert pressed([0.0, 0.0, 0.0], ("robot2", "wall", 0.2, 0.0)) == ([], [])
+
+
+def test_a_robot_that_drives_into_a_wall_feels_it_ahead():
+    wall = {"type": "box", "center": [1.0, 0.0], "size": [0.2, 2.0]}
+    scenario, found = suite({"bumper": {"type": "bumper"}}, obstacles=[wall])
+    world = World.from_scenario(scenario)
+    found.listen({0: ["bumper"]})
+    felt = []
+    for step in range(150):
+        world.set_commands(EVERY, np.array([[0.5, 0.0]]))
+        found.update(step, world.sensed)
+        reading = found.readings(world.time)[0]["bumper"]
+        felt.append((world.pose[0, 0], reading.front.any()))
+        assert not reading.rear.any() and not reading.front[[0, 1, 3, 4]].any()
+        world.step()
+    assert felt[-1][1] and not felt[40][1]
+    assert felt[-1][0] == pytest.approx(0.9 - 0.21, abs=1e-3)
+
+
+# Encoders ----------------------------------------------------------------------------------------
+
+COUNTS = {"encoders": {"type": "encoders", "noise": {"quantum": "1 mm"}}}
+
+
+def test_encoders_count_how_far_the_wheels_have_rolled():
+    scenario, found = suite(COUNTS, [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], limits="none")
+    world = World.from_scenario(scenario)
+    found.listen({0: ["encoders"], 1: ["encoders"]})
+    for _ in range(100):
+        world.set_commands(EVERY, np.array([[0.2, 0.0], [0.0, 0.5]]))
+        world.step()
+    found.update(100, world.sensed)
+    straight, turning = (found.readings(world.time)[row]["encoders"].travel for row in (0, 1))
+    assert straight == pytest.approx([0.4, 0.4])
+    arc = 0.5 * 0.357 * 0.5 * 2.0  # half a track, 0.5 rad/s for 2 s
+    assert turning == pytest.approx([-arc, arc], abs=0.51e-3)
+    assert turning * 1000.0 == pytest.approx(np.round(turning * 1000.0), abs=1e-9)
+
+
+def test_robots_without_wheels_have_no_encoders():
+    with pytest.raises(
+        ScenarioError, match="mounts.encoders: encoders, but a Crazyflie 2.x has no"
+    ):
+        suite(COUNTS, model="crazyflie2")
+
+
+# Inertial sensors --------------------------------------------------------------------------------
+
+IMU = {"imu": {"type": "imu"}}
+
+
+def test_an_imu_feels_gravity_ramps_and_turns():
+    step = 0.02
+    before = state([[0.0, 0.0, 1.0]] * 2, [[0.5, 0.0, 0.0], [0.5, 0.0, 2.0]])
+    now = state([[0.0, 0.0, 1.0]] * 2, [[0.51, 0.0, 0.0], [0.5, 0.0, 2.0]], time=step)
+    ahead, circling = read(IMU, before, now)
+    assert ahead.acceleration == pytest.approx([0.5, 0.0, GRAVITY])  # 0.01 m/s in 0.02 s
+    assert circling.acceleration == pytest.approx(
+        [0.0, 1.0, GRAVITY]
+    )  # v omega, towards the centre
+    assert circling.rate == pytest.approx([0.0, 0.0, 2.0])
+
+
+def test_a_tilted_imu_feels_gravity_aslant():
+    half = 0.5 * math.radians(30.0)
+    pitched = Spatial(  # nose down by 30 deg
+        np.array([1.0]), np.array([[0.0, math.sin(half), 0.0, math.cos(half)]]), np.zeros((1, 3))
+    )
+    pose, z = [[0.0, 0.0, 0.0]], np.array([1.0])
+    before = state(pose, z=z, spatial=pitched)
+    (reading,) = read(IMU, before, before._replace(time=0.02), model="crazyflie2")
+    assert reading.acceleration == pytest.approx([-0.5 * GRAVITY, 0.0, math.sqrt(0.75) * GRAVITY])
+
+
+def test_an_imu_without_a_step_before_says_nothing_yet():
+    assert read(IMU, state([[0.0, 0.0, 0.0]])) == [None]
+
+
+def test_a_compass_an_altimeter_and_motion_capture():
+    at = state([[1.0, 2.0, 3.0]], z=np.array([1.5]))
+    biased = {"compass": {"type": "compass", "noise": {"bias": "0.5 rad"}}}
+    assert read(biased, at)[0].heading == pytest.approx(3.5 - 2.0 * math.pi)
+    assert read({"height": {"type": "altimeter"}}, at)[0].height == 1.5
+    capture = {"seen": {"type": "motion_capture", "noise": {"position": {"bias": 0.1}}}}
+    assert read(capture, at)[0][1:] == pytest.approx((1.1, 2.1, 3.0))
+
+
+@pytest.mark.parametrize(
+    "latitude, north, east",
+    [(0.0, 110574.0, 111320.0), (45.0, 111132.0, 78847.0), (60.0, 111412.0, 55800.0)],
+)
+def test_a_gps_tells_degrees_of_the_earth(latitude, north, east):
+    along, across = radii(math.radians(latitude))
+    assert math.radians(along) == pytest.approx(north, abs=1.0)
+    assert math.radians(across) * math.cos(math.radians(latitude)) == pytest.approx(east, abs=1.0)
+    mount = {"type": "gps", "origin": [latitude, 10.0, 400.0], "place": [0.5, 0.0, 0.2]}
+    (reading,) = read({"gps": mount}, state([[100.0, 200.0, math.pi / 2.0]]))
+    assert (reading.latitude - latitude) * north == pytest.approx(200.5, abs=2e-3)
+    assert (reading.longitude - 10.0) * east == pytest.approx(100.0, abs=2e-3)
+    assert reading.altitude == pytest.approx(400.2)
+
+
+@pytest.mark.parametrize(
+    "mount, wanted",
+    [
+        ({"type": "gps", "origin": [91, 0, 0]}, "gps.origin"),
+        ({"type": "range_bearing", "view": "400 deg"}, "x.view"),
+        (
+            {"type": "range_bearing", "noise": {"stddev": 1}},
+            "x.noise: unknown 'stddev'.*bearing, range",
+        ),
+        ({"type": "bumper", "noise": {"stddev": 1}}, "x.noise: unknown 'stddev'"),
+        ({"type": "bumper", "front": 2.5}, "x.front: 2.5"),
+    ],
+)
+def test_impossible_numbers_are_refused(mount, wanted):
+    with pytest.raises(ScenarioError, match=wanted.replace("gps.origin", "x.origin")):
+        suite({"x": mount})

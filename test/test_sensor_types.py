@@ -100,6 +100,7 @@ def test_the_section_that_faces_a_contact_is_pressed():
     assert pressed([0.0, 0.0, 0.0], ("wall", "robot1", -0.0455 + 0.1, 0.2)) == ([0], [])
     assert pressed([1.0, 1.0, math.pi / 2.0], ("robot1", "wall", 1.0, 1.21)) == ([2], [])
     assert pressed([1.0, 1.0, math.pi / 2.0], ("robot1", "wall", 1.2, 1.1)) == ([3], [])
+    assert pressed([0.0, 0.0, 0.0], ("robot1", "wall", -0.02, 0.2)) == ([0], [])
     assert pressed([0.0, 0.0, 0.0], ("robot1", "wall", -0.3, 0.0)) == ([], [2])
     assert pressed([0.0, 0.0, 0.0], ("robot1", "wall", -0.2, 0.2)) == ([], [1])
     assert pressed([0.0, 0.0, 0.0], ("robot2", "wall", 0.2, 0.0)) == ([], [])

@@ -14,6 +14,8 @@ OWN = {
     "limits": "the limits of each command axis",
     "saturation": "how the limits on speeds are kept to",
     "safety": "the robots' radii, which the safety filter keeps apart",
+    "obstacles": "what stands in the scene",
+    "readings": "the robots' sensors",
     "links": "the faults of the edges",
     "edge_seed": "the seed of the faults of the edges",
     "period": "the time between two commands",
@@ -54,6 +56,9 @@ def check_class(cls, base):
     if not isinstance(given, (tuple, list)) or not given or not set(given) <= set(DIMENSIONS):
         text = "{}.DIMENSIONS = {}: wanted some of {}"
         raise TypeError(text.format(cls.__name__, shown(given), DIMENSIONS))
+    if not isinstance(cls.SENSORS, (tuple, list)) or not all(type(s) is str for s in cls.SENSORS):
+        text = "{}.SENSORS = {}: wanted a tuple of sensors' names"
+        raise TypeError(text.format(cls.__name__, shown(cls.SENSORS)))
 
 
 def _refuse_hidden_hook(cls):

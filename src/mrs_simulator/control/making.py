@@ -7,6 +7,8 @@ from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.core.safety import Safety
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.suite import SensorError, check_fitted
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team_in_space import team_of
 
@@ -15,8 +17,11 @@ def make_control(scenario, protocol=None):
     """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
     scenario, protocol = choose_protocol(scenario, protocol)
     try:
-        control = call(protocol, **_construction(scenario, protocol))
+        construction = _construction(scenario, protocol)
+        check_sensors(protocol, scenario, construction["team"])
+        control = call(protocol, **construction)
         control._keep(_environment=scenario.environment)
+        control.know(scenario.obstacles)
         return control
     except UserCodeError as error:
         raise ProtocolError("{}: {}".format(protocol.__name__, error)) from error
@@ -24,6 +29,21 @@ def make_control(scenario, protocol=None):
         if not scenario.path:
             raise
         raise ProtocolError("{}: {}".format(scenario.path, error)) from error
+
+
+def check_sensors(protocol, scenario, team):
+    """Raise ``ProtocolError`` that names a sensor that ``protocol`` asks for and a robot lacks."""
+    if not protocol.SENSORS:
+        return
+    mounts = fitted_mounts(team, scenario.sensors)
+    for row, (own, kind) in enumerate(zip(mounts, team.kinds)):
+        try:
+            check_fitted(own, protocol.SENSORS, row + 1, kind)
+        except SensorError as error:
+            text = "{} asks for sensors {}: {}"
+            raise ProtocolError(
+                text.format(protocol.__name__, ", ".join(protocol.SENSORS), error)
+            ) from None
 
 
 def _construction(scenario, protocol):

@@ -6,6 +6,7 @@ import copy
 import numpy as np
 
 from mrs_simulator.core.edge_faults import Channel
+from mrs_simulator.sensors.readings import readings_by_number
 
 
 class Network:
@@ -82,6 +83,10 @@ class Network:
         each = self.copies[row]
         control = self._control
         each._keep(time=control.time, joints=control.joints, _heights=control._heights)
+        if control.SENSORS:  # nobody has the sensors of others
+            number = control.numbers[row]
+            others = readings_by_number(control.numbers, control.SENSORS, {})
+            each._keep(readings={**others, number: control.readings[number]})
         with _over(each, graph):
             return each.wanted_commands(view)[row]
 

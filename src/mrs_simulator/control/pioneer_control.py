@@ -24,6 +24,7 @@ from mrs_simulator.core.kinematics import NO_LIMITS, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.sensors.readings import readings_by_number
 from mrs_simulator.vehicles import Team
 
 FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
@@ -99,12 +100,17 @@ class PioneerControl:
     ``self.numbers`` are the robots' numbers, ``self.topology`` the interaction graph, ``self.time``
     [s] the time since the control began and ``self.period`` [s] that between two commands.  These and
     other names of its own are to be read; assigning them is an error that says so.
+
+    ``SENSORS`` names the sensors that the law asks of every robot; ``self.readings[number]`` then has
+    the newest of each as an attribute, such as ``.sonar``, None until one has come.  ``self.obstacles``
+    are the scene's, in the common frame.
     """
 
     PARAMETERS = (HAND_LENGTH,)
     DIMENSIONS = (
         2,
     )  # of the points that the law is written for: (2, 3) for laws of points anywhere
+    SENSORS = ()  # names of the sensors that every robot must have
     LOCAL_FRAMES = False
     MEMORYLESS = False  # the law knows positions alone: its claims hold from any moment of a run on
     KEEPS_CONNECTED = False  # theory says that the graph of ``graph_at`` never falls apart
@@ -112,6 +118,8 @@ class PioneerControl:
     IN_CURRENT = False  # the claims hold where a current carries robots, by ``self.carried``
     _network = None  # of edges with faults
     _heights = None  # (n) [m] of robots that leave the ground
+    _sensed = None  # the readings that came last
+    obstacles = ()  # ``core.obstacles``
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
@@ -158,6 +166,7 @@ class PioneerControl:
         self._keep(_surroundings=Surroundings() if surroundings is None else surroundings)
         self._keep(_standstill=Standstill(len(numbers)))
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
+        self._keep(readings=readings_by_number(numbers, self.SENSORS, {}))
         self.time = 0.0
         self.set_team(team)
         self.set_parameters(parameters or {})
@@ -273,18 +282,26 @@ class PioneerControl:
 
     # What the loops call -------------------------------------------------------------------------
 
-    def commands(self, pose, time=0.0, joints=None):
+    def know(self, obstacles):
+        """Let the law know the ``obstacles`` of the scene, of ``core.obstacles``."""
+        self._keep(obstacles=tuple(obstacles))
+
+    def commands(self, pose, time=0.0, joints=None, readings=None):
         """Return the team's commands, (n, a) [m/s, rad/s], from ``pose`` (n, 3) at ``time`` [s].
 
         Of robots that leave the ground ``pose`` is (n, 4), with their heights.  One column for each axis
         of the team: ``(v, omega)`` for unicycles.  ``joints`` (n,) [rad]: the drives' inner joints; by
-        default what is expected after the commands so far.
+        default what is expected after the commands so far.  ``readings``: the newest of the robots'
+        sensors, ``{row: {name: reading}}``; by default those of before.
 
         Within ``limits`` and finite.  Raises ``ControlError`` for a wrong number or kind of Twists
         or NaN, and whatever the law itself raises.
         """
         if self._has_joints:
             self._know_joints(time, joints)
+        if readings is not None and readings is not self._sensed:
+            known = readings_by_number(self.numbers, self.SENSORS, readings)
+            self._keep(_sensed=readings, readings=known)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
         self._keep(time=time, _heights=pose[:, 3].tolist() if pose.shape[1] > 3 else None)
         if self.dimension == 2:

@@ -11,7 +11,8 @@ from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.obstacles import Cylinder
 
 NOBODY = -1
-MOST = 200000  # [-] pairs of a ray and a shape that are looked at together
+TINY = 1e-300  # [-] instead of 0, of a ray along a face
+MOST = 16000  # [-] pairs of a ray and a shape that are looked at together: what a cache holds
 
 
 class Shapes(NamedTuple):
@@ -131,74 +132,84 @@ def _take(result, ray, distance):
 
 def _distances(shapes, rays, ray, shape, cone):
     """Return the distances (p, K) along rows ``ray`` of ``rays`` to the shapes ``shape`` (p,)."""
-    axis, half = shapes.axis[shape][:, np.newaxis], shapes.half[shape][:, np.newaxis]
-    away = rays.origin[ray] - shapes.centre[shape][:, np.newaxis]
-    origin = _turned(away, axis)
-    direction = _turned(rays.direction[ray], axis)
+    origin, direction = rays.origin[ray], rays.direction[ray]
+    centre, axis, half = (
+        each[shape][:, np.newaxis] for each in (shapes.centre, shapes.axis, shapes.half)
+    )
     is_round = shapes.round[shape]
-    result = np.full(direction.shape[:2], np.inf)
-    for which, meet, nearest in (
-        (~is_round, _meet_box, _near_box),
-        (is_round, _meet_disc, _near_disc),
-    ):
-        if not which.any():
-            continue
-        at, size, along = origin[which], half[which], direction[which]
-        if not cone:
-            result[which] = meet(at, along, size)
-            continue
-        found = nearest(at, along, size, np.cos(cone))
-        for side in (-cone, cone):
-            edge = np.array([[[np.cos(side), np.sin(side)]]])
-            turned = np.stack(
-                [
-                    along[..., 0] * edge[..., 0] - along[..., 1] * edge[..., 1],
-                    along[..., 0] * edge[..., 1] + along[..., 1] * edge[..., 0],
-                ],
-                axis=-1,
-            )
-            found = np.minimum(found, meet(at, turned, size))
-        result[which] = found
+    if not is_round.any():
+        return _to_shapes(_BOX, origin, direction, centre, axis, half, cone)
+    if is_round.all():
+        return _to_shapes(_DISC, origin, direction, centre, axis, half, cone)
+    result = np.empty(direction.shape[:2])
+    for which, form in ((~is_round, _BOX), (is_round, _DISC)):
+        own = (each[which] for each in (origin, direction, centre, axis, half))
+        result[which] = _to_shapes(form, *own, cone)
     return result
 
 
+def _to_shapes(form, origin, direction, centre, axis, half, cone):
+    """Return the distances (p, K) to shapes of one ``form``, each ray in the axes of its shape."""
+    meet, nearest = form
+    at = _turned(origin - centre, axis)
+    along = _turned(direction, axis)
+    half = half[..., 0], half[..., 1]
+    if not cone:
+        return meet(at, along, half)
+    cos, sin = np.cos(cone), np.sin(cone)
+    x, y = along
+    found = _within(nearest(at, half), along, cos)
+    for side in (-sin, sin):
+        edge = cos * x - side * y, cos * y + side * x
+        np.minimum(found, meet(at, edge, half), out=found)
+    return found
+
+
 def _turned(vectors, axis):
-    """Return ``vectors`` (p, K, 2) along and across ``axis`` (p, 1, 2)."""
-    x, y = vectors[..., 0], vectors[..., 1]
+    """Return the components of ``vectors`` (p, K, 2) along and across ``axis`` (p, 1, 2)."""
+    # Without gaps in memory numpy is faster.
+    x, y = (np.ascontiguousarray(vectors[..., k]) for k in (0, 1))
     cos, sin = axis[..., 0], axis[..., 1]
-    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
+    return cos * x + sin * y, cos * y - sin * x
 
 
 def _meet_box(origin, direction, half):
     """Return the way (p, K) [m] from ``origin`` to the box of ``half`` sizes about 0, inf if none."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        first, second = (-half - origin) / direction, (half - origin) / direction
-    # 0/0, a ray along a face, is that of the other face.
-    enter = np.fmin(first, second).max(axis=-1)
-    leave = np.fmax(first, second).min(axis=-1)
-    return np.where((enter <= leave) & (leave >= 0.0), np.maximum(enter, 0.0), np.inf)
+    enter, leave = 0.0, np.inf
+    for at, along, size in zip(origin, direction, half):
+        slope = 1.0 / (along + TINY)
+        middle, span = at * slope, size * np.abs(slope)
+        enter = np.maximum(enter, -middle - span)
+        leave = np.minimum(leave, span - middle)
+    return np.where(enter <= leave, enter, np.inf)
 
 
 def _meet_disc(origin, direction, half):
     """Return the way (p, K) [m] from ``origin`` to the disc about 0, inf if none."""
-    along = (origin * direction).sum(axis=-1)
-    inner = along * along - (origin * origin).sum(axis=-1) + half[..., 0] ** 2
+    (x, y), (u, v) = origin, direction
+    along = x * u + y * v
+    inner = along * along - (x * x + y * y - half[0] ** 2)
     root = np.sqrt(np.maximum(inner, 0.0))
     return np.where((inner >= 0.0) & (root >= along), np.maximum(-along - root, 0.0), np.inf)
 
 
-def _near_box(origin, direction, half, cos):
-    """Return how far the box's nearest point is, (p, K) [m], inf where that is outside the cone."""
-    return _within(np.clip(origin, -half, half) - origin, direction, cos)
+def _near_box(origin, half):
+    """Return the way (x, y) from ``origin`` to the nearest point of the box."""
+    return tuple(np.clip(at, -size, size) - at for at, size in zip(origin, half))
 
 
-def _near_disc(origin, direction, half, cos):
-    """Return how far the disc's nearest point is, (p, K) [m], inf where that is outside the cone."""
-    far = np.sqrt((origin * origin).sum(axis=-1))
-    share = np.minimum(half[..., 0] / np.maximum(far, 1e-300), 1.0)
-    return _within((share - 1.0)[..., np.newaxis] * origin, direction, cos)
+def _near_disc(origin, half):
+    """Return the way (x, y) from ``origin`` to the nearest point of the disc."""
+    x, y = origin
+    share = np.minimum(half[0] / np.maximum(np.sqrt(x * x + y * y), TINY), 1.0) - 1.0
+    return share * x, share * y
 
 
 def _within(way, direction, cos):
-    far = np.sqrt((way * way).sum(axis=-1))
-    return np.where((way * direction).sum(axis=-1) >= cos * far, far, np.inf)
+    """Return the length of ``way``, inf where it is not within the cone about ``direction``."""
+    (x, y), (u, v) = way, direction
+    far = np.sqrt(x * x + y * y)
+    return np.where(x * u + y * v >= cos * far, far, np.inf)
+
+
+_BOX, _DISC = (_meet_box, _near_box), (_meet_disc, _near_disc)

@@ -28,7 +28,7 @@ class Suite:
         self._obstacles, self._scenery = tuple(obstacles), None
         self._fitted = [_Fitted(*each, team, seed, step) for each in _alike(team, mounts)]
         self._active, self._looking_back = [], []
-        self._begun = 0
+        self._begun, self._told = 0, None
 
     @classmethod
     def of_scenario(cls, scenario, team, obstacles=None):
@@ -62,13 +62,14 @@ class Suite:
                 fitted.mount.name in wanted.get(row, ()) for row in fitted.rows.tolist()
             )
         self._active = [fitted for fitted in self._fitted if fitted.is_listened_to]
+        self._told = None
         self._looking_back = [fitted for fitted in self._active if fitted.looks_back]
         if self._active and self._scenery is None:
             self._scenery = Scenery(self._team, self._obstacles)
 
     def begin(self, step=0):
         """Begin a run at the world's ``step``: samples are counted from there, and nothing is known yet."""
-        self._begun = step
+        self._begun, self._told = step, None
         for fitted in self._fitted:
             fitted.begin()
 
@@ -86,14 +87,18 @@ class Suite:
         return due
 
     def readings(self, time):
-        """Return what is known at ``time`` [s], ``{row: {name: reading}}``; a name is absent at first."""
-        result = {row: {} for row in range(self._team.n)}
-        for fitted in self._active:
-            reading = fitted.known(time)
-            if reading is not None:
-                for k, row in enumerate(fitted.rows.tolist()):
+        """Return what is known at ``time`` [s], ``{row: {name: reading}}``; a name is absent at first.
+
+        It is the same mapping as before while nothing new has come.
+        """
+        known = [fitted.known(time) for fitted in self._active]
+        if self._told is None or any(a is not b for a, b in zip(known, self._told[0])):
+            result = {row: {} for row in range(self._team.n)}
+            for fitted, reading in zip(self._active, known):
+                for k, row in enumerate(fitted.rows.tolist() if reading is not None else ()):
                     result[row][fitted.mount.name] = of_robot(reading, k)
-        return result
+            self._told = known, result
+        return self._told[1]
 
     @property
     def notes(self):

@@ -13,6 +13,7 @@ from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.recording import read_run_csv, write_facts
 from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.world.world import EVERY, World
 
@@ -32,8 +33,11 @@ class Experiment:
         self.scenario = scenario
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, protocol)
+        self.sensors = Suite.of_scenario(scenario, self.world.team, self.world.obstacles)
+        self.sensors.listen(dict.fromkeys(range(scenario.n), protocol.SENSORS))
         self.collisions = []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
+        self.warnings += [] if self.sensors.is_idle else self.sensors.notes
         self.warnings += call(self.control.warnings, scenario.starts)
 
     def samples(self):
@@ -47,6 +51,8 @@ class Experiment:
         self._asked(self.control.start)
         steps = int(round(scenario.duration / scenario.step))
         for step in range(steps + 1):
+            if not self.sensors.is_idle:
+                self.sensors.update(step, world.sensed)
             if step % scenario.steps_per_command == 0:
                 world.set_commands(EVERY, self._command(self._known()))
             if step % scenario.steps_per_record == 0:
@@ -88,7 +94,10 @@ class Experiment:
         return self.world.joints if self.world.team.has_joints else None
 
     def _command(self, pose):
-        return self._asked(self.control.commands, pose, self.world.time, self._joints())
+        known = pose, self.world.time, self._joints()
+        if not self.sensors.is_idle:
+            known += (self.sensors.readings(self.world.time),)
+        return self._asked(self.control.commands, *known)
 
     def _asked(self, function, *arguments):
         """Return what the law's ``function`` returns; ``LawFailed`` where it raises."""

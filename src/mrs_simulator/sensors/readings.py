@@ -1,0 +1,26 @@
+"""What a law is given of its robots' sensors."""
+
+
+class Readings:
+    """The newest readings of one robot, each an attribute by its sensor's name; None until one has come."""
+
+    def __init__(self, number, asked, known=None):
+        """``asked``: names of the sensors that the law asks for; ``known``: readings by name."""
+        self.__dict__.update(dict.fromkeys(asked), **(known or {}))
+        self.__dict__["_number"] = number
+
+    def __getattr__(self, name):
+        asked = ", ".join(key for key in self.__dict__ if not key.startswith("_")) or "none"
+        raise AttributeError(
+            "readings of robot {}: no {!r}; the law's SENSORS are {}".format(
+                self.__dict__.get("_number", "?"), name, asked
+            )
+        )
+
+    def __setattr__(self, name, value):
+        raise AttributeError("readings are not to be changed: {!r}".format(name))
+
+
+def readings_by_number(numbers, asked, known):
+    """Return the ``Readings`` of the robots ``numbers`` by number; ``known``: readings by row and name."""
+    return {number: Readings(number, asked, known.get(row)) for row, number in enumerate(numbers)}

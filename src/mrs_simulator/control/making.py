@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.control.loading import ProtocolError, choose_protocol
 from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.core.safety import Safety
 from mrs_simulator.sensors.mounts import fitted_mounts
@@ -21,7 +22,7 @@ def make_control(scenario, protocol=None):
         check_sensors(protocol, scenario, construction["team"])
         control = call(protocol, **construction)
         control._keep(_environment=scenario.environment)
-        control.know(scenario.obstacles)
+        control.know(obstacles_of(scenario))
         return control
     except UserCodeError as error:
         raise ProtocolError("{}: {}".format(protocol.__name__, error)) from error
@@ -73,7 +74,7 @@ def _surroundings(scenario):
     """Return what ``control.safety`` keeps the robots from beside each other."""
     obstacles, arena, speed = scenario.control.safety
     caps = None if speed is None else np.broadcast_to(np.asarray(speed, dtype=float), scenario.n)
-    kept = scenario.obstacles if obstacles else ()
+    kept = obstacles_of(scenario) if obstacles else ()
     if not Team.from_scenario(scenario).afloat.all():  # land is none to robots that stand on it
         kept = tuple(obstacle for obstacle in kept if not is_flat(obstacle))
     return Surroundings(kept, arena, caps)

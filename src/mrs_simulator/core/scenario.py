@@ -16,6 +16,7 @@ from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
+from mrs_simulator.core.maps import Map, read_map
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
 from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
 from mrs_simulator.core.reading import (
@@ -118,6 +119,7 @@ class Scenario(NamedTuple):
         None  # (n,) [m] heights at which robots begin, None: on the ground
     )
     sensors: Tuple[SensorChange, ...] = ()  # against those of the kinds
+    map: Optional[Map] = None  # of walls: ``core.maps.obstacles_of``
 
     @property
     def n(self):
@@ -253,6 +255,8 @@ class Scenario(NamedTuple):
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
         if self.altitude is not None:
             result["altitude"] = self.altitude.tolist()
+        if self.map is not None:
+            result["map"] = self.map.to_plain()
         if self.sensors:
             result["sensors"] = [change.to_plain() for change in self.sensors]
         if self.own_kinds:
@@ -280,7 +284,8 @@ def load_scenario(path):
     scenario = scenario_from_dict(load_yaml(path), path)
     directory = os.path.dirname(os.path.abspath(path))
     kinds, own = located_kinds(scenario.kinds, scenario.own_kinds, directory)
-    return scenario._replace(kinds=kinds, own_kinds=own, path=os.path.abspath(path))
+    located = scenario.map and scenario.map.located(directory)
+    return scenario._replace(kinds=kinds, own_kinds=own, map=located, path=os.path.abspath(path))
 
 
 def scenario_from_yaml(text, where="scenario"):
@@ -320,6 +325,7 @@ def scenario_from_dict(content, where="scenario"):
         own_kinds=own_kinds,
         altitude=altitude,
         sensors=sensors,
+        map=read_map(top),
     )
     top.done()
     if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":

@@ -29,6 +29,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.writing import write_bytes
 from mrs_simulator.study.look import WIDTHS, Look, check_formats
@@ -491,7 +492,7 @@ def _arena(run):
 
 
 def _obstacles(run):
-    return run.scenario.obstacles if run.scenario is not None else ()
+    return obstacles_of(run.scenario) if run.scenario is not None else ()
 
 
 def _corners(obstacle):

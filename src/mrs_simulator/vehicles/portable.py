@@ -7,6 +7,7 @@ a file, its bases, its description and its model are put in as data.
 import json
 import os
 
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.vehicles.importing.description import read_description
 from mrs_simulator.vehicles.importing.packages import Packages
@@ -52,6 +53,7 @@ def portable(scenario):
             told = _free_name(content["name"], own) if is_file(name) else name
             own[told], names[name] = content, told
     kinds = tuple(names.get(name, name) for name in scenario.kinds)
+    scenario = scenario._replace(obstacles=obstacles_of(scenario), map=None)
     stands_for = {told: name for name, told in names.items()}
     return scenario._replace(kinds=kinds, own_kinds=own), stands_for, notes
 

@@ -84,10 +84,12 @@ def merged(name, beside, own, others=(), above=()):
 
 
 def file_named(scenario):
-    """Return what in the ``scenario``'s kinds names a file, "" if nothing does.
+    """Return what in the ``scenario`` names a file, "" if nothing does.
 
     A scenario that came over a topic or in a bag may have come from anybody: it opens no files.
     """
+    if scenario.map is not None:
+        return scenario.map.file
     for name in scenario.kinds:
         if name not in scenario.own_kinds and is_file(name):
             return name

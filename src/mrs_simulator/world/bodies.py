@@ -18,6 +18,7 @@ from mrs_simulator.world.collisions import (
 from mrs_simulator.world.heights import Heights
 
 PASSES = 4  # [-] rounds of pushing apart in one step
+FEW = 16  # [-] obstacles that are looked at one by one
 ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
 
 
@@ -43,6 +44,8 @@ class Bodies:
         team = Team.of(kinds)
         self.footprints = Footprints([kind.body for kind in team.kinds])
         self.obstacles = tuple(obstacles)
+        self._middles = np.array([[each.x, each.y] for each in self.obstacles])
+        self._sizes = np.array([_size(each) for each in self.obstacles])
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
         self._list = VerletList(2.0 * self.footprints.farthest)
@@ -98,7 +101,7 @@ class Bodies:
 
     def obstacle_overlaps(self, pose, z=None):
         """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
-        for obstacle in self.obstacles:
+        for obstacle in self._near_obstacles(pose):
             within = self._within_reach(obstacle, pose)
             if is_flat(obstacle):
                 within &= self._afloat
@@ -111,6 +114,20 @@ class Bodies:
             hit = depth > 0.0
             if hit.any():
                 yield obstacle, rows[hit], depth[hit], direction[hit]
+
+    def _near_obstacles(self, pose):
+        """Return the obstacles that some robot may touch, of a map's hundreds without looking at each."""
+        if len(self.obstacles) <= FEW:
+            return self.obstacles
+        near = (self._obstacle_gaps(pose) < 0.0).any(axis=0)
+        return [self.obstacles[k] for k in np.flatnonzero(near)]
+
+    def _obstacle_gaps(self, pose):
+        """Return how far robots are from reaching obstacles, (n, obstacles) [m], no more than that."""
+        apart = np.abs(pose[:, np.newaxis, :2] - self._middles).max(axis=2)
+        return (
+            apart - np.broadcast_to(self.footprints.reach, len(pose))[:, np.newaxis] - self._sizes
+        )
 
     def _within_reach(self, obstacle, pose):
         return self._box_distance(obstacle, pose) < _size(obstacle) + self.footprints.reach
@@ -157,6 +174,8 @@ class Bodies:
     def _room_to_move(self, pose):
         """Return how far [m] all robots may move from ``pose`` before any two bodies can touch."""
         room = self._list.room(pose[:, :2])
+        if len(self.obstacles) > FEW:
+            return min(room, float(self._obstacle_gaps(pose).min())) - ROUNDING
         for obstacle in self.obstacles:
             apart = (self._box_distance(obstacle, pose) - self.footprints.reach).min()
             room = min(room, apart - _size(obstacle))

@@ -13,6 +13,7 @@ import numpy as np
 
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import compose, relative, wrap_angle
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
@@ -102,7 +103,7 @@ class World:
             return cls(
                 team,
                 scenario.poses,
-                obstacles=scenario.obstacles,
+                obstacles=obstacles_of(scenario),
                 fidelity=scenario.fidelity,
                 limits=scenario.limits,
                 step=scenario.step,

@@ -88,6 +88,7 @@ class ControlNode:
     def __init__(self, scenario, protocol, nursery=None):
         """``protocol``: a ``PioneerControl`` subclass; ``nursery``: forks processes for it, or None."""
         self.scenario = scenario
+        refuse_sensors(protocol)
         rate = read(RATE, scenario.control.rate)
         self.period = 1.0 / rate
         saturation = read(SATURATION, scenario.control.saturation)
@@ -541,6 +542,15 @@ class ControlNode:
             with self._lock:
                 self._lose(error)
         return None
+
+
+def refuse_sensors(protocol):
+    """Raise ``ValueError`` for a ``protocol`` that asks for sensors: nobody reads topics of theirs."""
+    if protocol.SENSORS:
+        text = (
+            "{} asks for sensors {}, which are read without ROS only: wanted the program experiment"
+        )
+        raise ValueError(text.format(protocol.__name__, ", ".join(protocol.SENSORS)))
 
 
 def run(protocol=None, argv=None):

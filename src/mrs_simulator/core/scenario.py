@@ -19,6 +19,7 @@ from mrs_simulator.core.links import NO_FAULTS, Links, read_links
 from mrs_simulator.core.maps import Map, read_map
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
 from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
+from mrs_simulator.core.odometry_errors import OdometryErrors, read_odometry_errors
 from mrs_simulator.core.reading import (
     ScenarioError,
     Section,
@@ -119,6 +120,7 @@ class Scenario(NamedTuple):
         None  # (n,) [m] heights at which robots begin, None: on the ground
     )
     sensors: Tuple[SensorChange, ...] = ()  # against those of the kinds
+    odometry_errors: Optional[OdometryErrors] = None  # None: those built in, of the wheels
     map: Optional[Map] = None  # of walls: ``core.maps.obstacles_of``
 
     @property
@@ -255,6 +257,8 @@ class Scenario(NamedTuple):
             result["topology"] = {"edges": edges, "directed": self.topology.directed}
         if self.altitude is not None:
             result["altitude"] = self.altitude.tolist()
+        if self.odometry_errors is not None:
+            result["odometry_errors"] = self.odometry_errors.to_plain()
         if self.map is not None:
             result["map"] = self.map.to_plain()
         if self.sensors:
@@ -325,9 +329,16 @@ def scenario_from_dict(content, where="scenario"):
         own_kinds=own_kinds,
         altitude=altitude,
         sensors=sensors,
+        odometry_errors=read_odometry_errors(top),
         map=read_map(top),
     )
     top.done()
+    if scenario.odometry_errors is not None and scenario.odometry != "wheel":
+        raise ScenarioError(
+            "{}: given, but odometry is {}; wanted odometry: wheel".format(
+                top.at("odometry_errors"), scenario.odometry
+            )
+        )
     if scenario.odometry == "wheel" and scenario.fidelity == "point_mass":
         raise ScenarioError(
             "{}: wheel, but point masses have no wheels; wanted world, or another fidelity".format(

@@ -2,19 +2,25 @@
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import compose, relative
+from mrs_simulator.core.odometry_errors import step_deviations
 from mrs_simulator.world.noise import RobotStreams, TeamStream
 
 # Of a kinematic robot, whose model has no slip of its own: relative standard deviations.
 WHEEL_MISMATCH = 0.002  # [-] of each wheel's radius, the same all the time
 WHEEL_SLIP = 0.02  # [-] of the distance rolled in one step
 SENSOR = 1  # of the wheels, among a robot's noise streams
+MOTION = 3  # of the velocity motion model
 
 
 class WheelOdometry:
     """Starts at zero where each robot stands and integrates its encoders, as real odometry does."""
 
-    def __init__(self, team, mismatch=0.0, slip=0.0, seed=0):
+    def __init__(self, team, mismatch=0.0, slip=0.0, seed=0, errors=None, step=0.02):
         """``mismatch`` and ``slip`` are relative standard deviations, seeded.
+
+        ``errors``: ``core.odometry_errors.OdometryErrors``, or None; ``step`` [s] between two updates.
+        Raises ``ValueError`` for unequal wheels of robots without a left and a right one.
 
         Each robot has a noise stream of its own; only in a team of one drive all draw from one, as
         they did before there were others, so that a seed goes on giving the same run.
@@ -28,7 +34,9 @@ class WheelOdometry:
             m, shared = len(group.kinds), len(team.groups) == 1
             rows = np.arange(team.n)[group.rows]
             noise = TeamStream(seed, m) if shared else RobotStreams(seed, rows, SENSOR)
-            self._parts.append(_Part(group, noise, mismatch, slip))
+            self._parts.append(_Part(group, noise, mismatch, slip, errors))
+        self._alpha, self._step = errors.alpha if errors else (), step
+        self._motion = RobotStreams(seed, range(team.n), MOTION) if any(self._alpha) else None
         self.reset()
 
     def reset(self):
@@ -36,12 +44,32 @@ class WheelOdometry:
         self.pose = np.zeros((self._team.n, 3))
         for part in self._parts:
             part.reset()
+        if self._motion:
+            self._motion.begin(3)
 
     def update(self, travel, joints):
         """Take in the encoders: for each group ``travel`` (m, wheels), distance rolled so far [m].
 
         ``joints`` (n,) [rad]: the drives' inner joints.
         """
+        before = self.pose
+        self._reckon(travel, joints)
+        if self._motion:
+            moved = relative(before, self.pose)
+            self.pose = compose(before, moved + self._noise_of(moved / self._step))
+
+    def _noise_of(self, twist):
+        """Return the error (n, 3) of a step at ``twist`` (n, 3), of the velocity motion model."""
+        v, w = np.hypot(twist[:, 0], twist[:, 1]), twist[:, 2]
+        distance, turn, heading = (
+            each * drawn
+            for each, drawn in zip(
+                step_deviations(self._alpha, v, w, self._step), self._motion.draw().T
+            )
+        )
+        return np.stack([distance, np.zeros_like(v), turn + heading], axis=1)
+
+    def _reckon(self, travel, joints):
         travel = [each for each, counted in zip(travel, self._counted) if counted]
         if len(self._counted) == 1 and self._parts:
             self.pose = self._parts[0].reckoned(self.pose, travel[0], joints)
@@ -56,8 +84,18 @@ class WheelOdometry:
 class _Part:
     """The odometry of the robots of one drive."""
 
-    def __init__(self, group, noise, mismatch, slip):
+    def __init__(self, group, noise, mismatch, slip, errors):
         self.group, self._noise = group, noise
+        self._wheels = None  # what the counts of two wheels make of how far they have truly rolled
+        if errors is not None and (errors.Ed, errors.Eb) != (1.0, 1.0):
+            if group.drive.SECTION != "wheels" or group.drive.JOINTS or group.drive.ENCODERS != 2:
+                raise ValueError(
+                    "odometry_errors: Ed = {:g}, Eb = {:g}, but a {} has no left and right wheel "
+                    "to reckon by; wanted 1".format(errors.Ed, errors.Eb, group.kinds[0].title)
+                )
+            half = 0.5 * np.array([[1.0 + errors.Eb, 1.0 - errors.Eb]] * 2)
+            half[1] = half[1, ::-1]
+            self._wheels = (half / np.array(errors.wheels)[:, np.newaxis]).T
         self._mismatch, self._slip = mismatch, slip
 
     def reset(self):
@@ -69,6 +107,8 @@ class _Part:
     def reckoned(self, pose, travel, joints):
         rolled = travel - self._travel
         self._travel = travel.copy()
+        if self._wheels is not None:
+            rolled = rolled @ self._wheels
         if self._slip or self._mismatch:
             rolled = rolled * (self._scale + self._slip * self._noise.draw())
         return self.group.drive.reckoned(pose, rolled, joints, self.group.numbers)

@@ -61,6 +61,7 @@ class World:
         odometry_rate=None,
         z=None,
         counts_wheels=False,
+        odometry_errors=None,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -73,7 +74,8 @@ class World:
         commands; ``command_period`` [s] for which one is held, by default ``step``; ``environment``:
         current, wind and waves; ``odometry_rate`` [Hz] at which ``estimate`` follows the odometry,
         "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
-        are read beside the odometry.  Raises ``WorldError``.
+        are read beside the odometry; ``odometry_errors``: ``core.odometry_errors``, instead of those
+        built in.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -82,6 +84,7 @@ class World:
         self._cmd_vel_timeout = cmd_vel_timeout
         self._hand_length = hand_length
         self._odometry_kind = odometry_kind
+        self._odometry_errors = odometry_errors
         self._counts_wheels = counts_wheels or odometry_kind == "wheel"
         self._seed = seed
         self._mismatch = mismatch
@@ -116,6 +119,7 @@ class World:
                 environment=scenario.environment,
                 odometry_rate=scenario.odometry_rate,
                 z=scenario.altitude,
+                odometry_errors=scenario.odometry_errors,
                 counts_wheels=any(mount.type == "encoders" for own in mounts for mount in own),
                 **options,
             )
@@ -199,13 +203,19 @@ class World:
 
     def _new_odometry(self):
         # Wheels that roll in pybullet slip by themselves.
-        slips = self.fidelity == "kinematic"
-        return odometry.WheelOdometry(
-            self.team,
-            mismatch=odometry.WHEEL_MISMATCH if slips else 0.0,
-            slip=odometry.WHEEL_SLIP if slips else 0.0,
-            seed=self._seed,
-        )
+        errors = self._odometry_errors
+        slips = self.fidelity == "kinematic" and errors is None
+        try:
+            return odometry.WheelOdometry(
+                self.team,
+                mismatch=odometry.WHEEL_MISMATCH if slips else 0.0,
+                slip=odometry.WHEEL_SLIP if slips else 0.0,
+                seed=self._seed,
+                errors=errors,
+                step=self.step_size,
+            )
+        except ValueError as error:
+            raise WorldError(str(error)) from None
 
     def reset(self):
         """Put the robots back to their initial poses, at rest; time goes on.

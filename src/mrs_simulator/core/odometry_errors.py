@@ -1,0 +1,61 @@
+"""What is wrong with wheel odometry, as a scenario says it: unequal wheels, a wrong track, noise."""
+
+from typing import NamedTuple, Tuple
+
+from mrs_simulator.core.reading import Section, number_list
+
+MOST_RATIO = 2.0  # [-] of two wheels' diameters, and of tracks
+
+
+class OdometryErrors(NamedTuple):
+    """Errors of wheel odometry, all of them none.
+
+    ``alpha``: a1 to a6 of the velocity motion model, in its form with squares (Thrun, Burgard, Fox,
+    Probabilistic Robotics, table 5.3): over a time T [s] at speed v and turn rate w the variance of the
+    distance is (a1 v^2 + a2 w^2) T, of the turn (a3 v^2 + a4 w^2) T, of the heading besides
+    (a5 v^2 + a6 w^2) T.
+    ``Ed``, ``Eb``: the wheels' diameters, right over left, and the actual track over the nominal one
+    (Borenstein and Feng, UMBmark, 1994).
+    """
+
+    alpha: Tuple[float, ...] = (0.0,) * 6
+    Ed: float = 1.0
+    Eb: float = 1.0
+
+    @property
+    def wheels(self):
+        """Return the left and the right wheel's diameter over the nominal, (c_l, c_r), mean 1."""
+        return 2.0 / (self.Ed + 1.0), 2.0 / (1.0 / self.Ed + 1.0)
+
+    def to_plain(self):
+        """Return the mapping that a scenario holds."""
+        return {"alpha": list(self.alpha), "Ed": self.Ed, "Eb": self.Eb}
+
+
+def read_odometry_errors(top):
+    """Return the ``OdometryErrors`` under ``odometry_errors``, None where nothing is said."""
+    given = top.take("odometry_errors")
+    if given is None:
+        return None
+    section = Section(given, top.at("odometry_errors"))
+    alpha = (0.0,) * 6
+    if section.has("alpha"):
+        alpha = tuple(number_list(section.take("alpha"), 6, section.at("alpha")))
+        for k, value in enumerate(alpha):
+            Section({"a": value}, section.at("alpha[{}]".format(k))).number("a", low=0.0)
+    section.take("alpha")
+    low = 1.0 / MOST_RATIO
+    ratios = (section.number(key, 1.0, low=low, high=MOST_RATIO) for key in ("Ed", "Eb"))
+    errors = OdometryErrors(alpha, *ratios)
+    section.done()
+    return errors
+
+
+def step_deviations(alpha, v, w, step):
+    """Return the standard deviations of distance [m], turn and heading [rad] in a ``step`` [s].
+
+    ``v`` [m/s], ``w`` [rad/s] (m,); shapes (3, m).
+    """
+    squares = v * v, w * w
+    pairs = zip(alpha[::2], alpha[1::2])
+    return [(step * (a * squares[0] + b * squares[1])) ** 0.5 for a, b in pairs]

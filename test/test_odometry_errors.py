@@ -1,0 +1,141 @@
+"""Errors of wheel odometry: UMBmark's square in closed form, and the velocity motion model's statistics."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.odometry_errors import OdometryErrors
+from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.world.world import EVERY, World, WorldError
+
+TRACK = 0.357  # [m] of a P3-DX
+
+
+def square_return(errors, side, track, clockwise=False):
+    """Return where a robot ends, (x, y) [m], that by its odometry has driven a square of ``side`` [m].
+
+    It begins at 0 along x and turns on the spot at each corner by 90 deg as it believes; exact arcs.
+    ``track`` [m]: the nominal one.  A closed form to compare runs with.
+    """
+    left, right = errors.wheels
+    way = 1.0 if not clockwise else -1.0
+    bend = (
+        (right - left) * side / (errors.Eb * track)
+    )  # what is believed to be straight turns by it
+    mean = 0.5 * (left + right) * side
+    chord = mean * (math.sin(0.5 * bend) / (0.5 * bend) if bend else 1.0)
+    turn = way * 0.25 * math.pi * (left + right) / errors.Eb
+    drift = way * 0.125 * math.pi * track * (right - left)  # along the arc of a corner
+    x = y = heading = 0.0
+    for _ in range(4):
+        x += chord * math.cos(heading + 0.5 * bend)
+        y += chord * math.sin(heading + 0.5 * bend)
+        heading += bend
+        arc = drift * (math.sin(0.5 * turn) / (0.5 * turn))
+        x += arc * math.cos(heading + 0.5 * turn)
+        y += arc * math.sin(heading + 0.5 * turn)
+        heading += turn
+    return x, y
+
+
+def world(errors, n=1, **more):
+    content = dict({"robots": n, "limits": "none", "odometry": "wheel"}, **more)
+    content["poses"] = [[0.0, 4.0 * k, 0.0] for k in range(n)]
+    return World.from_scenario(scenario_from_dict(dict(content, odometry_errors=errors)))
+
+
+def drive(moved, v, w, seconds):
+    for _ in range(int(round(seconds / moved.step_size))):
+        moved.set_commands(EVERY, np.array([[v, w]] * moved.n))
+        moved.step()
+
+
+CASES = [  # Ed, Eb, clockwise, and the return error [mm] on a 4 m square
+    (1.005, 1.0, True, (-405, -507)),
+    (1.005, 1.0, False, (480, -383)),
+    (1.0, 1.01, True, (-122, -128)),
+    (1.0, 1.01, False, (-122, 128)),
+]
+
+
+@pytest.mark.parametrize("ed, eb, clockwise, wanted", CASES)
+def test_the_square_of_umbmark_has_its_return_errors(ed, eb, clockwise, wanted):
+    errors = OdometryErrors(Ed=ed, Eb=eb)
+    closed = square_return(errors, 4.0, TRACK, clockwise)
+    assert [1000.0 * value for value in closed] == pytest.approx(wanted, abs=0.5)
+    # The wheels are driven so that the odometry believes the square: legs of 8 s, corners of 2 s.
+    moved, (left, right) = world({"Ed": ed, "Eb": eb}), errors.wheels
+    way = -1.0 if clockwise else 1.0
+    rim = way * 0.25 * math.pi * TRACK / 2.0  # [m/s] believed, in a corner
+    for _ in range(4):
+        drive(moved, 0.25 * (left + right), 0.5 * (right - left) / (eb * TRACK), 8.0)
+        drive(moved, 0.5 * rim * (right - left), rim * (right + left) / (eb * TRACK), 2.0)
+    assert moved.odometry()[0, :2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert moved.pose[0, :2] == pytest.approx(closed, abs=1e-9)
+
+
+def test_without_errors_odometry_is_exact():
+    moved = world({})
+    drive(moved, 0.5, 0.3, 4.0)
+    assert moved.odometry()[0] == pytest.approx(moved.pose[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.01])
+def test_the_velocity_model_has_its_variances_whatever_the_step(step):
+    n = 2500
+    moved = world({"alpha": [0.04, 0.0, 0.01, 0.0, 0.0, 0.0]}, n, step=step)
+    drive(moved, 0.5, 0.0, 1.0)
+    error = moved.odometry() - moved.pose + [0.0, 4.0, 0.0] * np.arange(n)[:, np.newaxis]
+    # Over 1 s at 0.5 m/s: a distance of sqrt(0.04 0.5^2) = 0.1 m, a turn of 0.05 rad.
+    four = 4.0 / np.sqrt(2.0 * n)
+    assert error[:, 0].std() == pytest.approx(0.1, rel=four)
+    assert error[:, 2].std() == pytest.approx(0.05, rel=four)
+    assert abs(np.corrcoef(error[:, 0], error[:, 2])[0, 1]) < 4.0 / np.sqrt(n)
+
+
+def test_a_turn_on_the_spot_errs_by_its_own_alphas():
+    n = 2500
+    moved = world({"alpha": [0.0, 0.0, 0.0, 0.01, 0.0, 0.03]}, n)
+    drive(moved, 0.0, 0.5, 1.0)
+    error = moved.odometry()[:, 2] - moved.pose[:, 2]
+    # Turn and heading add up: sqrt((0.01 + 0.03) 0.5^2) = 0.1 rad.
+    assert error.std() == pytest.approx(0.1, rel=4.0 / np.sqrt(2.0 * n))
+    drift = moved.odometry()[:, :2]
+    assert np.abs(drift).max() < 1e-9
+
+
+def test_a_robot_errs_by_itself():
+    errors = {"alpha": [0.04, 0.0, 0.01, 0.0, 0.0, 0.0]}
+    alone, beside = world(errors), world(errors, 3)
+    for moved in (alone, beside):
+        drive(moved, 0.5, 0.1, 1.0)
+    assert np.array_equal(alone.odometry()[0], beside.odometry()[0])
+    assert not np.array_equal(beside.odometry()[0], beside.odometry()[1])
+
+
+@pytest.mark.parametrize(
+    "errors, more, wanted",
+    [
+        ({"alpha": [0.1]}, {}, "odometry_errors.alpha: .0.1., wanted a list of 6"),
+        (
+            {"alpha": [0, 0, -1, 0, 0, 0]},
+            {},
+            r"odometry_errors.alpha\[2\].*-1.0, wanted a number of at least 0",
+        ),
+        ({"Ed": 0.0}, {}, "odometry_errors.Ed: 0.0, wanted a number from 0.5 to 2"),
+        ({"ed": 1.0}, {}, "odometry_errors: unknown 'ed' .known: Eb, Ed, alpha"),
+        ({}, {"odometry": "world"}, "odometry_errors: given, but odometry is world"),
+    ],
+)
+def test_impossible_errors_are_refused_by_name(errors, more, wanted):
+    with pytest.raises(ScenarioError, match=wanted):
+        world(errors, **more)
+
+
+def test_unequal_wheels_are_of_robots_with_a_left_and_a_right_one():
+    for model in ("robotino3", "f1tenth"):
+        with pytest.raises(WorldError, match="Ed = 1.01, Eb = 1, but a .* has no left and right"):
+            world({"Ed": 1.01}, model=model)
+    world({"alpha": [0.1] * 6}, model="robotino3")

@@ -1,11 +1,13 @@
 """Experiments from Python: ``simulate``, what its runs give, animations and their commands."""
 
+import io
 import os
 import shutil
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 from mrs_simulator import Parameter, PioneerControl, load_scenario, make_twist, open_run, simulate
 from mrs_simulator.__main__ import main
@@ -114,6 +116,7 @@ def test_an_animation_shows_the_run(run):
     assert first.shape == last.shape and (first != last).any()
     gif = animation.gif()
     assert gif.startswith(b"GIF89a") and len(gif) < 100e3
+    assert np.all(imread(io.BytesIO(gif), format="gif")[0, 0, :3] == 255)  # white, not nearly
     assert "data:image/gif;base64," in animation._repr_html_()
     assert gif == Animation(run.run, seconds=0.5, rate=10.0, width=3.0).gif()
 

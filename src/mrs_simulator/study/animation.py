@@ -23,6 +23,7 @@ RATE = 12.0  # [Hz] frames of a file
 SECONDS = 8.0  # of a file
 MOST_FRAMES = 2000
 COLOURS = 64  # of a GIF
+PALE = 246  # of 255: what is as bright becomes white
 ENLARGED = 1.6  # [-] robots against those of figures, which have finer pixels
 TRAIL = 0.25  # [-] share of the run that a trail shows
 MOST_EDGES = 400  # above it edges would hide the robots
@@ -174,7 +175,7 @@ def _with_few_colours(pictures):
     tall = np.concatenate([pictures[0], pictures[len(pictures) // 2], pictures[-1]])
     palette = Image.fromarray(tall).quantize(COLOURS, dither=0)
     colours = np.array(palette.getpalette()[: 3 * COLOURS]).reshape(-1, 3)
-    colours[colours.sum(axis=1).argmax()] = 255  # the ground is white, not a mean of pale colours
+    colours[colours.min(axis=1) >= PALE] = 255  # the ground is white, not a mean of pale colours
     palette.putpalette(colours.ravel().tolist())
     return [image.quantize(palette=palette, dither=0) for image in images]
 

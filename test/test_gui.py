@@ -527,3 +527,39 @@ message.running = False
 until(lambda: status.publish(message) or not gui.banners.text("warnings"))
 """
     )
+
+
+def test_a_closed_gui_leaves_nothing_behind(gui):
+    gui(
+        """
+import gc
+from matplotlib.figure import Figure
+from python_qt_binding.QtCore import QEvent
+from rospy.topics import get_topic_manager
+def alive():
+    gc.collect()
+    kinds = StudyWidget, Figure, RosConnection
+    held = [sum(issubclass(type(o), kind) for o in gc.get_objects()) for kind in kinds]
+    manager = get_topic_manager()
+    topics = sum(len(t.callbacks) for t in manager.subs.values()), len(manager.pubs)
+    return held, topics, len(application.allWidgets())
+def open_and_close():
+    other = StudyWidget(RosConnection(), Processes(), gui.scenario)
+    other.show()
+    until(lambda: other.connection._subscribers)
+    other.close_study()
+    other.study.processes.wait_closed()
+    other.connection._looking.join(60.0)
+    other.close()
+    other.deleteLater()
+until(lambda: gui.connection._subscribers)
+found = []
+for _ in range(3):
+    open_and_close()
+    application.sendPostedEvents(None, QEvent.DeferredDelete)
+    application.processEvents()
+    found.append(alive())
+# What was closed last may still be waiting for Python to let go of it.
+assert max(found[-1][0]) <= 2 and found[-1][1:] == found[0][1:], found
+"""
+    )

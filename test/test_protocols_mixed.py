@@ -22,6 +22,7 @@ from mrs_simulator.vehicles import Team
 
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
 OTHER_NAMES = {"formation": "paper_four"}
+ON_THE_GROUND = {"trajectory": {"waypoints": "0 0, 3 0, 4 2.5, 1 4"}}  # of scenarios in space
 KINDS = ("pioneer3dx", "robotino3", "turtlebot3_burger")
 SAME = 1e-9  # [m, rad] by which poses at the same time may differ
 FAMILIES = sorted({home.partition(":")[0]: name for name, home in sorted(HOMES.items())}.values())
@@ -37,6 +38,10 @@ def mixed(name, kinds=KINDS, duration=None):
     kinds = tuple(itertools.islice(itertools.cycle(kinds), scenario.n))
     duration = min(scenario.duration, duration or scenario.duration)
     other = scenario._replace(kinds=kinds, duration=duration)
+    if name in ON_THE_GROUND:
+        parameters = dict(scenario.control.parameters, **ON_THE_GROUND[name])
+        control = scenario.control._replace(dimension=None, parameters=parameters)
+        other = other._replace(altitude=None, control=control)
     l, poses = scenario.hand_length, scenario.poses.copy()
     points = Team.from_scenario(other).point(poses, np.zeros(other.n), l)
     poses[:, :2] += hand_points(poses, l) - points

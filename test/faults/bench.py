@@ -121,7 +121,7 @@ class Bench:
             self._drivers = [self._start_driver(number) for number in ROBOTS]
             return self._drivers[0]
         # A stage that says its odometry again at once soon has an answer to it.
-        wait = 0.05 if self.row.fault == "drop half" else 0.3
+        wait = 0.05 if self.relay_wanted else 0.3
         lockstep = ["_lockstep:=true", "_lockstep_timeout:={}".format(wait)]
         lockstep = lockstep if self.row.mode == LOCKSTEP else []
         return self._run("stage", "--scenario", self.scenario, "_speed:=1", *lockstep)
@@ -146,15 +146,20 @@ class Bench:
         wall = self.row.mode == WALL
         odometry = "/robot{}/RosAria/pose" if wall else "/robot{}/odom"
         command = "/robot{}/RosAria/cmd_vel" if wall else "/robot{}/cmd_vel"
-        if self.row.fault in RELAYED:
+        if self.relay_wanted:
             disturbed = "/disturbed/robot{}"
             if self.row.victim == "control":
                 return odometry, disturbed
             return disturbed, command
         return odometry, command
 
+    @property
+    def relay_wanted(self):
+        """Return whether the fault is one of a link."""
+        return self.row.fault in RELAYED
+
     def _start_relay(self):
-        if self.row.fault not in RELAYED:
+        if not self.relay_wanted:
             return None
         wall = self.row.mode == WALL
         kind, pairs = "Odometry", []

@@ -304,7 +304,8 @@ class Stage:
             self.lockstep.timeout,
             self.world.time,
         )
-        self.topics.publish_odometry(np.array(self.lockstep.waiting_for))
+        # Who has answered may have done so to earlier odometry, and have lost the newest.
+        self.topics.publish_odometry()
 
     def _report(self, text):
         if time.monotonic() - self._last["report"] > WAIT_REPORT:

@@ -152,8 +152,8 @@ def test_a_law_that_loses_a_tenth_is_off_its_balance(tmp_path):
 @pytest.mark.parametrize("name", ["containment", "distance_formation", "marching"])
 def test_robots_keep_the_balance_of_a_right_law_and_miss_that_of_a_weak_one(name, tmp_path):
     class Weak(law_of(name)):
-        def commands_for(self, velocity, pose):
-            return super().commands_for(0.8 * velocity, pose)
+        def wanted_commands(self, pose):
+            return 0.8 * super().wanted_commands(pose)
 
     scenario = shipped(name, duration=6.0)
     right = check(verdict_of(scenario, tmp_path / "right"), BALANCE)

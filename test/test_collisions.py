@@ -14,6 +14,7 @@ from mrs_simulator.world.collisions import (
     circle_overlap,
     rectangle_overlap,
 )
+from mrs_simulator.world.kinematic import KinematicMotion
 from mrs_simulator.world.world import EVERY, World
 
 
@@ -117,6 +118,19 @@ def test_the_least_distance_is_that_of_all_pairs(n):
     assert least_distance(position[:1]) == np.inf
     assert least_distance(np.concatenate([position, position[:1]])) == 0.0
     assert least_distance(1e-9 * position) == pytest.approx(1e-9 * every.min(), rel=1e-6)
+
+
+def test_no_robot_moves_farther_than_bodies_are_told():
+    kinds, draw = ("pioneer3dx", "robotino3", "f1tenth"), np.random.default_rng(4)
+    motion, shares = KinematicMotion(kinds, np.diag([9.0] * 3), limits="top"), []
+    for step in range(300):
+        if step % 10 == 0:
+            command = draw.uniform(-1.5, 1.5, (3, 3))
+        before = motion.pose
+        motion.advance(command)
+        moved = np.linalg.norm((motion.pose - before)[:, :2], axis=1).max()
+        shares.append(moved / motion._farthest())
+    assert 0.9 < max(shares) <= 1.0 + 1e-12
 
 
 def drive_about(limits):

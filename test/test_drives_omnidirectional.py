@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.kinematics import Limits, displaced, ramp
-from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.drives import omnidirectional as omni
 from mrs_simulator.vehicles.limits import AxisLimits
 
@@ -101,6 +101,23 @@ def test_a_command_beyond_the_rims_is_slowed_along_its_direction():
     np.testing.assert_allclose(wanted / factor, limited)
     assert omni.excess(limited, None, base, 0.02)[0] == pytest.approx(1.0)
     np.testing.assert_array_equal(omni.limited(wanted, top, omni.unlimited(base)), wanted)
+
+
+@pytest.mark.parametrize("name", ["robotino3", "youbot"])
+def test_far_within_limits_no_rim_needs_a_look(name, monkeypatch):
+    base, draw = kind(name).numbers, np.random.default_rng(1)
+    fastest = draw.choice([-1.0, 1.0], (64, 3)) * np.nextafter(base.easy, 0.0)
+    assert 0.99 < np.abs(rims(fastest, base)).max() / base.rim_max < 1.0
+    careful = base._replace(easy=0.0)
+    for command in (fastest, 1.1 * fastest):
+        factor = np.maximum(omni.excess(command, None, base, 0.02), 1.0)
+        np.testing.assert_array_equal(
+            factor, np.maximum(omni.excess(command, None, careful, 0.02), 1.0)
+        )
+        limited = [omni.limited(command, np.full(3, np.inf), each) for each in (base, careful)]
+        np.testing.assert_array_equal(*limited)
+    monkeypatch.setattr(omni, "_fastest", None)
+    np.testing.assert_array_equal(omni.limited(fastest, np.full(3, np.inf), base), fastest)
 
 
 def test_an_axis_has_a_limit_of_its_own():

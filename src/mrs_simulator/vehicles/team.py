@@ -58,14 +58,21 @@ class Group(NamedTuple):
         """Return the inner states that the group's ``command`` asks for, both (m, axes of the drive)."""
         return self.drive.asked(command, joints, self.numbers) if self.drive.JOINTS else command
 
-    def wanted(self, along, across, joints, l, period):
-        """Return the inner states (m, axes of the drive) that move the points ``along`` and ``across``."""
-        function = self.drive.wanted if self.drive.JOINTS else self.drive.command
-        return function(along, across, joints, l, period, self.numbers)
+    def want(self, along, across, joints, l, period, out):
+        """Put into ``out`` the inner states (m, axes of the drive) that move the points ``along`` and
+        ``across``."""
+        given = along, across, joints, l, period, self.numbers
+        if self.drive.JOINTS:
+            self.drive.wanted(*given, out=out)
+        else:
+            out[:] = self.drive.command(*given)
 
-    def velocities(self, inner):
-        """Return the velocities along the drive's axes of ``inner`` states, (m, axes of the drive)."""
-        return self.drive.velocities(inner, self.numbers) if self.drive.JOINTS else inner
+    def velocities(self, inner, out=None):
+        """Return the velocities along the drive's axes of ``inner`` states, (m, axes of the drive).
+
+        ``out``: where those of drives with inner joints are put, by default a new array.
+        """
+        return self.drive.velocities(inner, self.numbers, out) if self.drive.JOINTS else inner
 
     def joints_of(self, inner):
         """Return the inner joints (m,) [rad] of ``inner`` states, 0 where the drive has none."""
@@ -273,7 +280,9 @@ class Team:
 
     def grouped(self, values):
         """Return ``values`` (n, ...), in the robots' order, group after group; undoes ``in_rows``."""
-        return values if len(self.groups) == 1 else values.T.take(self._order, axis=-1).T
+        if len(self.groups) == 1:
+            return values
+        return values[self._order] if values.ndim == 1 else values.T.take(self._order, axis=-1).T
 
     def joints_of(self, inner):
         """Return the drives' inner joints, (n,) [rad], 0 where none is, of the groups' ``inner`` states."""
@@ -350,10 +359,11 @@ class Team:
         """
         along, across = _along(velocity, *(pointing or self.pointing(pose, joints)))
         along, across, joints = map(self.grouped, (along, across, joints))
-        asked = self.by_group(
-            lambda g: g.wanted(along[g.span], across[g.span], joints[g.span], l, period)
-        )
-        own = [(g, g.part(asked), joints[g.span]) for g in self._limited]
+        asked, own = np.zeros((self.n, len(self.axes)), order="F"), []
+        for g in self.groups:
+            part, at = g.part(asked), joints[g.span]
+            g.want(along[g.span], across[g.span], at, l, period, out=part)
+            own.append((g, part, at))
         return self._limited_by(scope, asked, period, own)
 
     def velocities_in(self, command, pose, points, l, period):
@@ -454,7 +464,7 @@ def _slowed(command, factor, own):
     result = (command.T / factor).T
     for g, asked, joints in own:
         if g.drive.JOINTS:
-            g.part(result)[:] = g.drive.slowed(asked, factor[g.span], joints, g.numbers)
+            g.drive.slowed(asked, factor[g.span], joints, g.numbers, out=g.part(result))
     return result
 
 

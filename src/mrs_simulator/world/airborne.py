@@ -71,9 +71,11 @@ class AirborneMotion(KinematicMotion):
             return super()._rates_of(group)
         return np.full((len(group.kinds), len(group.drive.AXES)), np.inf)
 
-    def _target_of(self, group, clipped, command):
-        flies = group.drive.MEDIUM == "air"
-        return group.part(command) if flies else super()._target_of(group, clipped, command)
+    def _retarget(self, group, clipped, command):
+        if group.drive.MEDIUM == "air":
+            clipped[:] = group.part(command)
+        else:
+            super()._retarget(group, clipped, command)
 
     def _moved(self, before, command):
         after = super()._moved(before, command)

@@ -1,5 +1,7 @@
 """Motion without forces: each drive's exact kinematics, and point masses for pure theory."""
 
+import math
+
 import numpy as np
 
 from mrs_simulator.core import compiling
@@ -38,6 +40,8 @@ def displaced_function():
 
 CLIMB = "linear.z"
 PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
+DIAGONAL = math.sqrt(2.0)  # [-] of a velocity by its greatest component, at most
+SHORT = 0.05  # [m] in a step: a bound that spares bodies most of the looks as it is
 
 
 def into_body(vectors, theta):
@@ -120,18 +124,23 @@ class KinematicMotion:
     def _is_clipped(self, group):
         return getattr(group.drive, "CLIPPED", False)
 
-    def _target_of(self, group, clipped, command):
+    def _retarget(self, group, clipped, command):
+        """Make the group's ``clipped`` commands the inner states to which it ramps under ``command``."""
         own = group.part(command), group.part(self._inner)
-        if hasattr(group.drive, "possible_target"):
-            return group.drive.possible_target(clipped, *own, group.numbers)
-        return group.drive.target(*own, group.limits, group.numbers)
+        if hasattr(group.drive, "retarget"):
+            group.drive.retarget(clipped, *own, group.numbers)
+        else:
+            clipped[:] = group.drive.target(*own, group.limits, group.numbers)
 
     def _inner_of(self, group):
         return group.part(self._inner)
 
     def joints(self):
         """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
-        return self.team.joints_of(map(self._inner_of, self.team.groups))
+        joints = np.zeros(self.team.n)
+        for group in self.team.jointed:
+            joints[group.rows] = group.joints_of(self._inner_of(group))
+        return joints
 
     def place(self, rows, poses, twists):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
@@ -152,12 +161,20 @@ class KinematicMotion:
 
     def _separate(self):
         """Push overlapping bodies apart; return the contacts."""
-        return self._bodies.separate(self.pose, self._reach)
+        return self._bodies.separate(self.pose, self._farthest())
+
+    def _farthest(self):
+        """Return a distance [m] that no robot exceeded in this step."""
+        if not SHORT < self._reach < np.inf or self._current is not None:
+            return self._reach
+        # Turn rates and angles count like speeds: that is quicker, and the bound rarely any worse.
+        greatest = float(np.maximum.reduce(np.abs(self._mean), axis=None))
+        return min(self._reach, self.step * DIAGONAL * greatest)
 
     def _moved(self, before, command):
         """Return the poses (n, 3) after a step from ``before``, without contacts."""
-        mean = self._follow(command)
-        velocity = self._velocities(mean)
+        self._mean = self._follow(command)
+        velocity = self._velocities(self._mean)
         if self._encoders:
             self._count(velocity)
         twist = planar(self.team.in_rows(velocity), self.team.axes)
@@ -171,7 +188,7 @@ class KinematicMotion:
         command = self.team.grouped(command)
         target = np.minimum(np.maximum(command, self._least), self._greatest)
         for group in self._retargeted:
-            group.part(target)[:] = self._target_of(group, group.part(target), command)
+            self._retarget(group, group.part(target), command)
         before = self._inner
         self._inner, mean = self._approached(before, target, self._most)
         for group in self._unramped:
@@ -187,8 +204,7 @@ class KinematicMotion:
             return inner
         velocity = inner.copy(order="F")
         for group in self.team.jointed:
-            where = group.span, group.columns
-            velocity[where] = group.velocities(inner[where])
+            group.velocities(group.part(inner), out=group.part(velocity))
         return velocity
 
     def _count(self, velocity):

@@ -111,15 +111,15 @@ def least_radius(numbers):
     return numbers.wheelbase / np.tan(numbers.steering_max)
 
 
-def _columns(first, second):
-    result = np.empty((len(first), 2), order="F")
+def _columns(first, second, out=None):
+    result = np.empty((len(first), 2), order="F") if out is None else out
     result[:, 0], result[:, 1] = first, second
     return result
 
 
-def twist_of(speed, steering, numbers):
-    """Return commands, (m, 2) [m/s, rad/s]: ``(v, v tan(delta)/L)``."""
-    return _columns(speed, speed * np.tan(steering) / numbers.wheelbase)
+def twist_of(speed, steering, numbers, out=None):
+    """Return commands, (m, 2) [m/s, rad/s]: ``(v, v tan(delta)/L)``; in ``out`` if that is given."""
+    return _columns(speed, speed * np.tan(steering) / numbers.wheelbase, out)
 
 
 def steering_of(command, joints, numbers):
@@ -128,7 +128,7 @@ def steering_of(command, joints, numbers):
     Where ``v = 0`` the present angle.
     """
     v, asked = command[:, 0], numbers.wheelbase * command[:, 1]
-    if np.logical_and.reduce(v):
+    if np.count_nonzero(v) == len(v):  # quicker than v.all()
         return np.arctan(asked / v)
     moves = v != 0.0
     result = np.array(joints, dtype=float)
@@ -151,8 +151,9 @@ def asked(command, joints, numbers):
 
 def target(command, inner, limits, numbers):
     """Return the inner states (m, 2) to which the firmware ramps: those asked for, clipped."""
-    clipped = _within(command, *bounds(limits, numbers))
-    return possible_target(clipped, command, inner, numbers)
+    result = _within(command, *bounds(limits, numbers))
+    retarget(result, command, inner, numbers)
+    return result
 
 
 def bounds(limits, numbers):
@@ -162,13 +163,12 @@ def bounds(limits, numbers):
     return least, limits.top
 
 
-def possible_target(clipped, command, inner, numbers):
-    """Return the inner states (m, 2) to which the firmware ramps, of ``command`` and of it ``clipped``.
+def retarget(clipped, command, inner, numbers):
+    """Make what is ``clipped`` of ``command``, (m, 2) each, the inner states to which the firmware ramps.
 
     The steering angle is that of the command as it was given.
     """
-    steering = steering_of(command, inner[:, 1], numbers)
-    return _columns(clipped[:, 0], _possible(steering, numbers))
+    clipped[:, 1] = _possible(steering_of(command, inner[:, 1], numbers), numbers)
 
 
 def rates(limits, numbers):
@@ -178,9 +178,9 @@ def rates(limits, numbers):
     return result
 
 
-def velocities(inner, numbers):
+def velocities(inner, numbers, out=None):
     """Return the velocities (m, 2) along ``AXES`` of ``inner`` states (m, 2)."""
-    return twist_of(inner[:, 0], inner[:, 1], numbers)
+    return twist_of(inner[:, 0], inner[:, 1], numbers, out)
 
 
 def joints_of(inner):
@@ -234,7 +234,7 @@ def at_limits(command, top, numbers, share):
     return fast | steered | (np.abs(omega) >= share * top[..., 1])
 
 
-def slowed(inner, factor, joints, numbers):
+def slowed(inner, factor, joints, numbers, out=None):
     """Return the commands (m, 2) that ask for ``inner`` (m, 2) with speed and steering rate divided by
     ``factor``, a number or (m,).
 
@@ -243,7 +243,7 @@ def slowed(inner, factor, joints, numbers):
     clipped to what the wheels can do.
     """
     wanted = joints + (inner[:, 1] - joints) / factor
-    return twist_of(inner[:, 0] / factor, _possible(wanted, numbers), numbers)
+    return twist_of(inner[:, 0] / factor, _possible(wanted, numbers), numbers, out)
 
 
 def ride_height(numbers):
@@ -333,7 +333,7 @@ def point_velocity(speed, rate, joints, l, numbers):
     return along, l * (along * sin / numbers.wheelbase + rate)
 
 
-def wanted(along, across, joints, l, period, numbers):
+def wanted(along, across, joints, l, period, numbers, out=None):
     """Return the inner states (m, 2), speed and steering angle, that move the points ``along`` and
     ``across`` the steered wheels, (m,) [m/s], over ``period`` [s].
 
@@ -343,15 +343,15 @@ def wanted(along, across, joints, l, period, numbers):
     """
     cos, sin = cos_sin(joints)
     speed, rate = _inputs(along, across, cos, sin, l, numbers)
-    steering = _within(joints + rate * period, -STEEPEST, STEEPEST)
-    at_limit = np.abs(joints) >= numbers.steering_max - CLOSE
-    if np.logical_or.reduce(at_limit):
+    steering, limit = joints + rate * period, numbers.steering_max - CLOSE
+    if np.count_nonzero(np.abs(steering) >= limit):  # else nothing below changes anything
+        steering, at_limit = _within(steering, -STEEPEST, STEEPEST), np.abs(joints) >= limit
         stuck = at_limit & (rate * joints > 0.0)
         np.copyto(steering, joints, where=stuck)
         np.multiply(np.hypot(along, across), cos, out=speed, where=stuck)
-    if not np.logical_and.reduce(speed):
+    if np.count_nonzero(speed) < len(speed):
         speed[(speed == 0.0) & (steering != joints)] = CREEP
-    return _columns(speed, steering)
+    return _columns(speed, steering, out)
 
 
 def command(along, across, joints, l, period, numbers):

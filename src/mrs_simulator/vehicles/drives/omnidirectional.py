@@ -32,6 +32,7 @@ OWN_LIMITS = True  # whether there are others than those of the axes: of the rim
 RAMPS = True  # whether inner states ramp towards their targets
 LAYOUTS = ("omni", "mecanum")
 LARGEST = 100.0  # [m]
+SURELY = 0.999  # [-] of a limit: within it whatever is rounded
 
 
 class Numbers(NamedTuple):
@@ -44,10 +45,11 @@ class Numbers(NamedTuple):
     joints: Tuple[str, ...] = ()  # in the kind's model, in the order of ``rolling``
     torque: float = 6.0  # [N m] at a wheel
     friction: float = 0.9  # [-]
+    easy: float = 0.0  # [m/s, rad/s]: no rim is too fast while no axis is faster than this
 
 
 # The numbers that the functions below use.
-COLUMNS = ("rolling", "inverse", "rim_max", "radius", "torque")
+COLUMNS = ("rolling", "inverse", "rim_max", "radius", "torque", "easy")
 
 
 def read(section):
@@ -71,6 +73,7 @@ def read(section):
         else section.take("joints", ()),
         torque=section.quantity("torque", "N m", 6.0, above=0.0),
         friction=section.quantity("friction", "", 0.9, low=0.0),
+        easy=SURELY * fastest * radius / float(np.abs(rolling).sum(axis=1).max()),
     )
 
 
@@ -165,17 +168,25 @@ def top_speed_along(direction, numbers):
 
 
 def excess(command, joints, numbers, period):
-    """Return by which factor the rims are too fast at each ``command`` (m, 3), (m,); up to 1 within.
+    """Return by which factor the rims are too fast at each ``command`` (m, 3), (m,).
 
     Divided by a factor above 1, a command is within the limits and moves the robot along the same path.
+    0 where all commands are far within them.
     """
+    if _are_easy(command, numbers):
+        return np.zeros(len(command))
     return _fastest(command, numbers) / numbers.rim_max
 
 
 def _fastest(command, numbers):
     """Return the speed of the fastest rim of each robot, (m,) [m/s], at ``command`` (m, 3)."""
     rims = np.einsum("...wk,...k->w...", _matrix(numbers.rolling), command)
-    return np.maximum.reduce(np.abs(rims), axis=0)
+    return functools.reduce(np.maximum, np.abs(rims))
+
+
+def _are_easy(command, numbers):
+    """Return whether no rim is too fast by far, in a third of the time that :func:`_fastest` takes."""
+    return np.count_nonzero(np.abs(command.T) < numbers.easy) == command.size
 
 
 def at_limits(command, top, numbers, share):
@@ -187,11 +198,9 @@ def at_limits(command, top, numbers, share):
 def limited(command, top, numbers):
     """Return commands (m, 3) as the base carries them out: each axis clipped to ``top``, then the
     twist slowed as a whole until no rim is beyond its limit."""
-    return _slowed(clip_commands(command, top), numbers)
-
-
-def _slowed(clipped, numbers):
-    return (clipped.T / np.maximum(_fastest(clipped, numbers) / numbers.rim_max, 1.0)).T
+    result = clip_commands(command, top)
+    retarget(result, command, None, numbers)
+    return result
 
 
 def target(command, inner, limits, numbers):
@@ -199,9 +208,11 @@ def target(command, inner, limits, numbers):
     return limited(command, limits.top, numbers)
 
 
-def possible_target(clipped, command, inner, numbers):
-    """Return the same of a ``command`` (m, 3) that is already ``clipped`` axis by axis."""
-    return _slowed(clipped, numbers)
+def retarget(clipped, command, inner, numbers):
+    """Make what is ``clipped`` of ``command`` axis by axis, (m, 3) each, what :func:`limited` returns."""
+    if not _are_easy(clipped, numbers):
+        axes = clipped.T
+        axes /= np.maximum(_fastest(clipped, numbers) / numbers.rim_max, 1.0)
 
 
 def rates(limits, numbers):

@@ -159,6 +159,10 @@ def take(options):
         until(lambda: gui.history.time[-1] > begun + 15.0)
         gui.curves.setFocus()
         picture("gui_run")
+        curves = gui.results_tabs.currentWidget()
+        gui.results_tabs.setCurrentWidget(gui.view)
+        picture("gui_view")
+        gui.results_tabs.setCurrentWidget(curves)
         gui.settings_tabs.setCurrentIndex(2)
         if options.robots == 7:
             until(lambda: gui.history.time[-1] > begun + 80.0)

@@ -149,7 +149,7 @@ def test_final_poses_point_along_the_headings():
 
 def test_plane_has_equal_axes_in_metres_and_holds_all_that_is_drawn():
     wall = Box("wall", 10.0, 3.0, np.pi / 2, 8.0, 1.0, 0.5)
-    scenario = SimpleNamespace(obstacles=(wall, Cylinder("post", -9.0, 0.0, 2.0, 1.0)))
+    scenario = SimpleNamespace(map=None, obstacles=(wall, Cylinder("post", -9.0, 0.0, 2.0, 1.0)))
     figure = report.new_figure()
     axes = report.draw_trajectories(figure, make_run(3, scenario=scenario))
     figure.canvas.draw()
@@ -164,7 +164,7 @@ def test_plane_has_equal_axes_in_metres_and_holds_all_that_is_drawn():
 
 def test_obstacles_and_collisions_are_drawn_and_named():
     box = Box("box", 1.0, 2.0, np.pi / 2, 4.0, 2.0, 0.5)
-    scenario = SimpleNamespace(obstacles=(box, Cylinder("post", 3.0, 4.0, 0.5, 1.0)))
+    scenario = SimpleNamespace(map=None, obstacles=(box, Cylinder("post", 3.0, 4.0, 0.5, 1.0)))
     collisions = [Collision(1.0, "robot1", "box", 1.5, 2.5)]
     run = make_run(2, scenario=scenario, collisions=collisions)
     axes = report.draw_trajectories(report.new_figure(), run)
@@ -322,7 +322,7 @@ def test_an_obstacle_far_away_leaves_the_team_its_scale():
     long = Box("border", 0.0, -6.0, 0.0, 500.0, 1.0, 0.5)
 
     def limits(*obstacles):
-        run = make_run(3, scenario=SimpleNamespace(obstacles=obstacles))
+        run = make_run(3, scenario=SimpleNamespace(map=None, obstacles=obstacles))
         axes = report.draw_trajectories(report.new_figure(), run)
         return np.array([axes.get_xlim(), axes.get_ylim()])
 

@@ -149,7 +149,6 @@ import rosgraph
 until(lambda: not rosgraph.is_master_online())
 gui = StudyWidget(RosConnection(), Processes(), load_scenario(sys.argv[1]))
 gui.connection.set_emergency(True)
-gui.connection.look(x=1.0)
 until(lambda: "no master" in gui.status["master"].text())
 start = gui.bar.button("control")
 assert not start.isEnabled() and "no ROS master" in start.toolTip()

@@ -420,21 +420,6 @@ def test_the_maps_buttons_hide_what_they_name_and_show_it_again(study, what):
         assert study.map._shown == dict(dict.fromkeys(study.map._shown, True), **{what: shown_})
 
 
-def test_a_picture_that_comes_late_is_not_shown(study):
-    tabs, view = study.results_tabs, study.view
-    tabs.setCurrentWidget(view)
-    active(study, 1366, 768)
-    black = MagicMock(width=2, height=1, data=bytes(6))
-    view._on.setChecked(True)
-    study.connection.newest.side_effect = lambda name: black if name == "image" else None
-    study._on_frame()
-    assert view.picture.image is not None
-    view._on.setChecked(False)
-    study.connection.newest.side_effect = lambda name: MagicMock(width=2, height=1, data=bytes(6))
-    study._on_frame()
-    assert view.picture.image is None
-
-
 def boxes(app, layout, width):
     """Return the places of labels of 60 by 20 pixels, three of them about a gap, and a corner."""
     box = QWidget()

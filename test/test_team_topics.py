@@ -90,7 +90,8 @@ def test_tracks_take_all_robots_as_they_take_each(bounds):
     for time, shift in ((1.0, 0.0), (1.1, 0.01), (1.2, 5.0)):
         for row, pose in zip((0, 2), (POSES + shift).tolist()):
             one.take(row, pose, (time, time))
-        all_at_once.take_all(np.array([0, 2]), POSES + shift, (time, time))
+        level = np.zeros(2)
+        all_at_once.take_all(np.array([0, 2]), POSES + shift, (time, time), level)
     np.testing.assert_array_equal(one.pose, all_at_once.pose)
     np.testing.assert_array_equal(one.first, all_at_once.first)
     assert one.jumps == all_at_once.jumps and len(one.jumps) == (0 if bounds is None else 2)

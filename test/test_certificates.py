@@ -192,6 +192,23 @@ def test_a_team_that_is_slowed_is_judged_between_its_limits(tmp_path):
     assert wrong["passed"] is False and wrong["measured"] > 10.0 * wrong["tolerance"], wrong
 
 
+@pytest.mark.parametrize("name", ["displacement_formation", "coverage"])
+def test_cars_are_judged_where_neither_steering_nor_its_rate_holds_them_back(name, tmp_path):
+    """At the start their wheels turn as fast as they can, which no recorded command tells."""
+
+    class Weak(law_of(name)):
+        def pointMassLaw(self, hand):
+            return 0.9 * super().pointMassLaw(hand)
+
+    scenario = shipped(name, duration=4.0)
+    cars = {"kinds": ("f1tenth",) * scenario.n, "limits": "firmware"}
+    scenario = scenario._replace(odometry="world", **cars)
+    right = check(verdict_of(scenario, tmp_path / "right"), BALANCE)
+    wrong = check(verdict_of(scenario, tmp_path / "wrong", Weak), BALANCE)
+    assert right["passed"] and right["tolerance"] < 5e-3, right
+    assert wrong["passed"] is False, wrong
+
+
 def test_a_team_that_is_at_its_limits_throughout_is_not_judged(tmp_path):
     slow = {"v_max": 0.05, "omega_max": 1.0}
     scenario = shipped("displacement_formation", duration=1.0, limits=slow)

@@ -135,8 +135,8 @@ def test_a_mistake_in_the_mapping_of_a_drive_fails(tmp_path, monkeypatch, drive,
     mapping = "wanted" if drive.JOINTS else "command"
     right = getattr(drive, mapping)
 
-    def wrong(velocity, *given):
-        return right(1.05 * velocity, *given)
+    def wrong(velocity, *given, **out):
+        return right(1.05 * velocity, *given, **out)
 
     monkeypatch.setattr(drive, mapping, wrong)
     assert {COMMANDS, ROBOTS} <= set(failed(verdict_of(shipped(name, duration=2.0), tmp_path)))

@@ -5,7 +5,9 @@ import os
 import numpy as np
 import pytest
 
+from mrs_simulator.control.making import make_control
 from mrs_simulator.core.recording import Run
+from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures.camera import on_screen
 from mrs_simulator.study.animation import Animation
@@ -73,3 +75,10 @@ def test_experiment_draws_graph_and_targets_of_the_protocol(tmp_path, capsys):
     assert scene.targets.shape == (4, 3) and len(scene.edges) >= 3
     begin_run(run.scenario, out).close()
     assert not {"view.png", "view.pdf"} & set(os.listdir(out))  # of another run
+
+
+def test_the_targets_of_a_march_go_on():
+    scenario = load_scenario(os.path.join(ROOT, "scenarios", "marching.yaml"))
+    film = Film(make_run(scenario.n), make_control(scenario))
+    begin, end = (film.scene(row).targets for row in (0, -1))
+    assert np.abs(end - begin).max() > 0.1

@@ -280,6 +280,20 @@ def test_boats_are_on_water_and_ground_robots_are_not():
         assert drawn(scene([(0, 0, 0)], kinds), Camera(), WIDTH, HEIGHT).ground == colour
 
 
+def test_land_lies_in_water_and_is_no_thing_that_hides():
+    beach = Box("beach", 0.0, 3.0, 0.0, 8.0, 6.0, 0.0)
+    team = scene([(0.0, 1.0, 0.0), (0.0, -2.0, 0.0)], ["pioneer3dx", "heron"], obstacles=(beach,))
+    camera = Camera((0.0, 0.0, 0.0), 9.0, 0.0, -60.0)
+    picture = drawn(team, camera, WIDTH, HEIGHT)
+    shown = pixels(picture).astype(int)
+    assert picture.ground == LIGHT.water
+    places = np.array([(2.3, 1.3, 0.0), (2.3, -1.7, 0.0)])
+    (x, y), (u, v) = on_screen(camera.seen(places), WIDTH, HEIGHT).astype(int)
+    land, water = shown[y, x], shown[v, u]
+    assert np.abs(land - 255 * np.array(LIGHT.ground)).max() < 40 and water[2] - water[0] > 20
+    assert land[2] - land[0] < 10
+
+
 def test_both_painters_show_the_same_picture():
     from python_qt_binding.QtGui import QImage, QPainter
     from python_qt_binding.QtWidgets import QApplication

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from mrs_simulator.pictures.camera import clipped_polygon
 from mrs_simulator.pictures.drawing import Polygons, with_opacity
 
 REACH, PIECES = (
@@ -35,6 +36,26 @@ def grid(view, water):
     colours = np.tile(view.look.lines, (int(left.sum()), 1))
     opacity = (ON_WATER if water else STRENGTH) * strength[left]
     return view.lines(segments[left], with_opacity(colours, opacity), 1.0)
+
+
+def land(view, obstacles):
+    """Return the ground of flat boxes, land in the water; None where none is in view."""
+    points, counts = [], []
+    for box in obstacles:
+        cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+        u, v = 0.5 * box.length, 0.5 * box.width
+        corners = [
+            (box.x + cos * a - sin * b, box.y + sin * a + cos * b, 0.0)
+            for a, b in ((u, v), (-u, v), (-u, -v), (u, -v))
+        ]
+        seen = clipped_polygon(view.seen(corners))
+        if len(seen):
+            points.append(view.screen(seen))
+            counts.append(len(seen))
+    if not counts:
+        return None
+    colours = with_opacity(np.tile(view.look.ground, (len(counts), 1)), 1.0)
+    return Polygons(np.concatenate(points), np.array(counts), colours, colours)
 
 
 def _parallels(across, along, axis):

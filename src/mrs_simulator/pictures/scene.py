@@ -4,6 +4,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.pictures import ground, robots
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
@@ -12,6 +13,7 @@ from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.pictures.view import View
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
+LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed
 TRAIL, EDGE, CROSS = 1.6, 1.2, 2.0  # [px] widths of lines
 ARM = 5.0  # [px] half of a target's cross
 SPACING = 3.0  # [px] between points of a trail
@@ -47,7 +49,9 @@ class Scene(NamedTuple):
 
     @property
     def on_water(self):
-        """Return whether all robots that are not in the air are on water, and there are such."""
+        """Return whether water is where no land is: all robots float or fly, or land is told of."""
+        if any(is_flat(obstacle) for obstacle in self.obstacles):
+            return True
         return {kind.module.MEDIUM for kind in set(self.kinds)} - {"air"} == {"water"}
 
 
@@ -57,11 +61,15 @@ def framed(scene, camera, width, height):
     if scene.targets is not None:
         points.append(scene.targets)
     for obstacle in scene.obstacles:
+        if is_flat(obstacle):  # a coast may be far longer than the team's way
+            continue
         for model, (x, y, yaw) in obstacle_models(obstacle, (*LIGHT.obstacle, 1.0)):
             points.append(model.vertices @ robots.about_z([yaw])[0].T + (x, y, 0.0))
     points = np.concatenate(points)
     points = points[np.isfinite(points).all(axis=1)]
-    return camera.framed(points, width, height, ROOM)
+    # In a low picture, too, there is room for the numbers.
+    room = min(ROOM, max(LEAST_ROOM, 1.0 - 2.0 * NUMBERS / height))
+    return camera.framed(points, width, height, room)
 
 
 def _room_of_robots(scene):
@@ -77,7 +85,9 @@ def drawn(scene, camera, width, height, look=LIGHT):
     """Return the ``Drawing`` of ``scene`` as ``camera`` has it, ``width`` by ``height`` [px]."""
     view, place, water = View(camera, width, height, look), scene.place, scene.on_water
     team = robots.seen_robots(view, scene.kinds, scene.pose, place, scene.turn, scene.shades)
+    land = [obstacle for obstacle in scene.obstacles if is_flat(obstacle)]
     layers = (
+        ground.land(view, land),
         ground.grid(view, water),
         ground.sky(view),
         robots.shadows(view, team),
@@ -85,7 +95,7 @@ def drawn(scene, camera, width, height, look=LIGHT):
         _trails(view, scene),
         _targets(view, scene),
         robots.marks(team),
-        robots.things(view, team, scene.obstacles),
+        robots.things(view, team, [each for each in scene.obstacles if not is_flat(each)]),
         ground.unit(view),
         robots.numbers(view, team, scene.numbers) if scene.numbered else None,
     )

@@ -59,7 +59,12 @@ class Film:
     def _targets(self, row):
         """Return the targets (n, 3) [m] at sample ``row``, planar ones at the robots' heights, or None."""
         hand = self.run.hand[row]
-        found = None if self._control is None else self._control.targets(hand)
+        found = None
+        if self._control is not None:
+            self._control.time = float(
+                self.run.time[row] - self.run.time[0]
+            )  # of a team that marches
+            found = self._control.targets(hand)
         if found is None or np.shape(found) != hand.shape:
             return None
         return np.column_stack([found, self._places[row, :, 2]])

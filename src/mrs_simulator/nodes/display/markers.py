@@ -11,7 +11,7 @@ from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.nodes.display.descriptions import Descriptions
@@ -37,6 +37,7 @@ TRAILS_MOST = 20000  # [-] points of all trajectories: they are sent whole each 
 TRAIL_WIDTH = 0.06  # [m]
 JUMP = 1.0  # [m] farther than it can have driven: the robot was put there
 BLACK, GREY = ColorRGBA(0.1, 0.1, 0.1, 1.0), ColorRGBA(0.55, 0.55, 0.6, 1.0)
+SAND, SLAB = ColorRGBA(0.76, 0.72, 0.6, 1.0), 0.02  # land: colour, thickness [m]
 LABEL_HEIGHT, LABEL_OFFSET = 0.6, 0.6  # [m] of letters; from the robot to its number
 
 
@@ -200,8 +201,11 @@ def _obstacle(obstacle):
         kind, yaw, size = Marker.CYLINDER, 0.0, (2.0 * obstacle.radius, 2.0 * obstacle.radius)
     else:
         kind, yaw, size = Marker.CUBE, obstacle.yaw, (obstacle.length, obstacle.width)
-    marker = _marker(kind, size + (obstacle.height,), GREY)
-    _place(marker, obstacle.x, obstacle.y, yaw, 0.0, 0.0, 0.5 * obstacle.height)
+    # RViz paints what has no height black: land is a slab just below the ground.
+    flat = is_flat(obstacle)
+    height = SLAB if flat else obstacle.height
+    marker = _marker(kind, size + (height,), SAND if flat else GREY)
+    _place(marker, obstacle.x, obstacle.y, yaw, 0.0, 0.0, -0.6 * SLAB if flat else 0.5 * height)
     return marker
 
 

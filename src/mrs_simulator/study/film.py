@@ -41,15 +41,12 @@ class Film:
         """Return the ``Scene`` of sample ``row``, with trails from the first one on."""
         run = self.run
         row = range(len(run.time))[row]
-        spatial = run.spatial
-        if spatial is not None:
-            spatial = type(spatial)(*(values[row] for values in spatial))
         return Scene(
             kinds=self._kinds,
             numbers=self._numbers,
             pose=run.pose[row],
             shades=self._shades,
-            spatial=spatial,
+            spatial=None if run.spatial is None else run.spatial.of(row),
             trails=tuple(np.moveaxis(self._places[: row + 1], 1, 0)),
             targets=self._targets(row),
             edges=self._edges,

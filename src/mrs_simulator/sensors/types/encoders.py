@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.sensors.types.plain import Plain
 
 
 class EncoderReading(NamedTuple):
@@ -16,16 +17,11 @@ class EncoderReading(NamedTuple):
     PER_ROBOT = ("travel",)
 
 
-class Encoders:
+class Encoders(Plain):
     """The distance that each wheel's rim has rolled; ``quantum`` is that of one count."""
 
     QUANTITIES = {"": "m"}
     RATE = 50.0
-
-    @staticmethod
-    def settings(section):
-        """Return no numbers."""
-        return ()
 
     @staticmethod
     def check(kind, where):
@@ -35,6 +31,7 @@ class Encoders:
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots of one drive with this ``mount``."""
+        super().__init__(mount, rows, team)
         every = np.arange(team.n)
         (self._group,) = (g for g, group in enumerate(team.groups) if rows[0] in every[group.rows])
         own = every[team.groups[self._group].rows]

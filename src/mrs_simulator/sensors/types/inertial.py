@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spatial import turned_about_z
+from mrs_simulator.sensors.types.plain import Plain
 
 GRAVITY = 9.80665  # [m/s^2] standard
 
@@ -20,7 +21,7 @@ class ImuReading(NamedTuple):
     PER_ROBOT = ("acceleration", "rate")
 
 
-class Imu:
+class Imu(Plain):
     """Specific force ``dv/dt + omega x v - g`` in the body's axes, over the last step, and turn rates.
 
     The sensor is taken to be at the robot's centre, and its axes to be the robot's.
@@ -29,15 +30,6 @@ class Imu:
     QUANTITIES = {"acceleration": "m/s^2", "rate": "rad/s"}
     RATE = 50.0
     LOOKS_BACK = True  # its reading needs the state one step before
-
-    @staticmethod
-    def settings(section):
-        """Return no numbers."""
-        return ()
-
-    def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
-        self._rows = rows
 
     def read(self, state, environment, rng, before):
         """Return the ``ImuReading`` of all robots in ``rows``; ``before``: the state one step earlier."""
@@ -78,20 +70,11 @@ class CompassReading(NamedTuple):
     PER_ROBOT = ("heading",)
 
 
-class Compass:
+class Compass(Plain):
     """The heading in the common frame."""
 
     QUANTITIES = {"": "rad"}
     RATE = 10.0
-
-    @staticmethod
-    def settings(section):
-        """Return no numbers."""
-        return ()
-
-    def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
-        self._rows = rows
 
     def read(self, state, environment, rng):
         """Return the ``CompassReading`` of all robots in ``rows``."""
@@ -107,20 +90,11 @@ class AltimeterReading(NamedTuple):
     PER_ROBOT = ("height",)
 
 
-class Altimeter:
+class Altimeter(Plain):
     """The height above the ground."""
 
     QUANTITIES = {"": "m"}
     RATE = 10.0
-
-    @staticmethod
-    def settings(section):
-        """Return no numbers."""
-        return ()
-
-    def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
-        self._rows = rows
 
     def read(self, state, environment, rng):
         """Return the ``AltimeterReading`` of all robots in ``rows``."""

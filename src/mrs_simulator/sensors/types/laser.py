@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.reading import ScenarioError, shown
-from mrs_simulator.sensors.scenery import Rays, cast
-from mrs_simulator.sensors.types.placing import carried, directions, echoes
-from mrs_simulator.sensors.types.sonar import limited, on_robot, read_range
+from mrs_simulator.sensors.types.ranging import Ranging, read_range
 from mrs_simulator.vehicles.quantities import quantity
 
 MOST = 10000  # [-] rays
@@ -24,29 +22,9 @@ class Numbers(NamedTuple):
     most: float  # [m]
 
 
-class LaserReading(NamedTuple):
-    """Distances [m] of the K rays, from the right to the left: inf where nothing is, nan if lost."""
+class Laser(Ranging):
+    """Rays from one place, from the right to the left; a scan is taken at one time."""
 
-    stamp: float  # [s]
-    ranges: np.ndarray  # (..., K) [m]
-    places: (
-        np.ndarray
-    )  # (K, 3): x, y [m] of the scanner, direction [rad] of each ray, robot's frame
-    most: float  # [m] the greatest distance that is measured
-
-    PER_ROBOT = ("ranges",)
-
-    @property
-    def points(self):
-        """Return what was hit in the robot's frame, (..., K, 2) [m]; not finite where nothing was."""
-        return echoes(self.ranges, self.places)
-
-
-class Laser:
-    """Rays from one place; a scan is taken at one time.  Nearer than the least range reads as that."""
-
-    QUANTITIES = {"": "m"}
-    RATE = 10.0
     # Bounds of a uniform error as a standard deviation, a / sqrt(3); of the scanner itself where known.
     MODELS = {
         "lms200": {  # as MobileSim has it: 32 m, 5 mm uniform
@@ -84,25 +62,10 @@ class Laser:
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        numbers = self._numbers = mount.numbers
-        self._rows, self._height = rows, mount.place[2]
+        numbers = mount.numbers
         inner = np.zeros((numbers.rays, 3))
         inner[:, 2] = np.linspace(numbers.first, numbers.last, numbers.rays)
-        self._places = on_robot(mount.place, inner)
-
-    def read(self, state, environment, rng):
-        """Return the ``LaserReading`` of all robots in ``rows``."""
-        pose, numbers = state.pose[self._rows], self._numbers
-        rays = Rays(
-            carried(pose, self._places[:1, :2]),
-            directions(pose[:, 2], self._places[:, 2]),
-            state.heights()[self._rows] + self._height,
-            self._rows,
-        )
-        ranges = rng.noisy(cast(environment.at(state), rays, numbers.most))
-        return LaserReading(
-            state.time, limited(ranges, numbers.least, numbers.most), self._places, numbers.most
-        )
+        super().__init__(mount, rows, inner)
 
 
 def _read_angles(section):

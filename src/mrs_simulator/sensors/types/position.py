@@ -8,6 +8,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.sensors.types.plain import Plain
 from mrs_simulator.vehicles.quantities import quantity
 
 # The ellipsoid of WGS 84.
@@ -27,20 +28,11 @@ class PoseReading(NamedTuple):
     PER_ROBOT = ("x", "y", "theta")
 
 
-class MotionCapture:
+class MotionCapture(Plain):
     """The pose in the common frame, as cameras in the room know it."""
 
     QUANTITIES = {"position": "m", "heading": "rad"}
     RATE = 100.0
-
-    @staticmethod
-    def settings(section):
-        """Return no numbers."""
-        return ()
-
-    def __init__(self, mount, rows, team):
-        """``rows`` (m,) of robots with this ``mount``."""
-        self._rows = rows
 
     def read(self, state, environment, rng):
         """Return the ``PoseReading`` of all robots in ``rows``."""

@@ -1,0 +1,84 @@
+"""What sonar and laser have in common: distances along directions from places on a robot."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.sensors.scenery import Rays, cast
+from mrs_simulator.sensors.types.placing import carried, directions, echoes
+from mrs_simulator.vehicles.quantities import quantity
+
+
+class RangeReading(NamedTuple):
+    """Distances [m] along K directions: inf where nothing is, nan if lost."""
+
+    stamp: float  # [s]
+    ranges: np.ndarray  # (..., K) [m]
+    places: np.ndarray  # (K, 3): x, y [m] of each origin, direction [rad], in the robot's frame
+    most: float  # [m] the greatest distance that is measured
+
+    PER_ROBOT = ("ranges",)
+
+    @property
+    def points(self):
+        """Return what was met in the robot's frame, (..., K, 2) [m]; not finite where nothing was."""
+        return echoes(self.ranges, self.places)
+
+
+class Ranging:
+    """A sensor of distances, whose numbers have ``least`` and ``most`` [m].
+
+    What is nearer than the least range reads as that.
+    """
+
+    QUANTITIES = {"": "m"}
+    RATE = 10.0
+
+    def __init__(self, mount, rows, inner, cone=0.0):
+        """``rows`` (m,) of robots with this ``mount``; ``inner`` (K, 3): x, y, direction from the mount.
+
+        ``cone`` [rad]: half of an opening angle.
+        """
+        self._numbers, self._rows, self._height = mount.numbers, rows, mount.place[2]
+        self._places, self._cone = on_robot(mount.place, inner), cone
+        # One origin for all rays that begin at the same place costs less.
+        shared = (inner[:, :2] == inner[0, :2]).all()
+        self._origins = self._places[: 1 if shared else None, :2]
+
+    def read(self, state, environment, rng):
+        """Return the ``RangeReading`` of all robots in ``rows``."""
+        pose, (least, most) = state.pose[self._rows], (self._numbers.least, self._numbers.most)
+        rays = Rays(
+            carried(pose, self._origins),
+            directions(pose[:, 2], self._places[:, 2]),
+            state.heights()[self._rows] + self._height,
+            self._rows,
+        )
+        ranges = rng.noisy(cast(environment.at(state), rays, most, self._cone))
+        return RangeReading(state.time, limited(ranges, least, most), self._places, most)
+
+
+def read_range(section, least, most):
+    """Return the least and the greatest distance [m], ``range`` of a mount, by default these."""
+    given, where = section.take("range", [least, most]), section.at("range")
+    if not isinstance(given, list) or len(given) != 2:
+        raise ScenarioError("{}: {}, wanted [least, most]".format(where, shown(given)))
+    least, most = (quantity(each, "m", where, low=0.0) for each in given)
+    if not least < most:
+        raise ScenarioError("{}: {}, wanted the least first".format(where, shown(given)))
+    return least, most
+
+
+def limited(ranges, least, most):
+    """Return ``ranges`` no less than ``least`` [m], and inf beyond ``most`` [m]; nan stays."""
+    return np.where(ranges > most, np.inf, np.maximum(ranges, least))
+
+
+def on_robot(place, inner):
+    """Return ``inner`` (K, 3), x, y, direction from a mount at ``place``, in the robot's frame."""
+    cos, sin = math.cos(place[3]), math.sin(place[3])
+    x, y = inner[:, 0], inner[:, 1]
+    turned = place[0] + cos * x - sin * y, place[1] + sin * x + cos * y, place[3] + inner[:, 2]
+    return np.stack(turned, axis=1)

@@ -12,7 +12,7 @@ SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file_
 def shipped(name, parameters=None, rate=None, **changes):
     """Return the shipped scenario with other parameters, rate [Hz] of commands and top-level keys."""
     scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
-    control = scenario.control._asdict()
+    control = scenario.control.to_plain()
     control["parameters"] = dict(control["parameters"], **(parameters or {}))
     if rate:
         control["rate"] = rate
@@ -29,7 +29,7 @@ def as_points(scenario):
 def verdict_of(scenario, out, law=None):
     """Run; a ``law`` of another class keeps the parameters if the scenario names that class."""
     if law is not None:
-        control = dict(scenario.control._asdict(), protocol="test:" + law.__name__)
+        control = dict(scenario.control.to_plain(), protocol="test:" + law.__name__)
         scenario = scenario.changed(control=control)
     return run_experiment(scenario, str(out), law, formats=())
 

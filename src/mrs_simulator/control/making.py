@@ -13,6 +13,8 @@ from mrs_simulator.sensors.suite import SensorError, check_fitted
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team_in_space import team_of
 
+FILTERS = ("sonar", "laser", "range_bearing")  # types of sensors by which the safety filter can act
+
 
 def make_control(scenario, protocol=None):
     """Return the control of the scenario's robots, by ``protocol`` or the one it names."""
@@ -34,17 +36,28 @@ def make_control(scenario, protocol=None):
 
 def check_sensors(protocol, scenario, team):
     """Raise ``ProtocolError`` that names a sensor that ``protocol`` asks for and a robot lacks."""
-    if not protocol.SENSORS:
+    safety = scenario.control.safety
+    filters = safety.sensed if isinstance(safety, Safety) else ()
+    if not protocol.SENSORS and not filters:
         return
     mounts = fitted_mounts(team, scenario.sensors)
     for row, (own, kind) in enumerate(zip(mounts, team.kinds)):
-        try:
-            check_fitted(own, protocol.SENSORS, row + 1, kind)
-        except SensorError as error:
-            text = "{} asks for sensors {}: {}"
-            raise ProtocolError(
-                text.format(protocol.__name__, ", ".join(protocol.SENSORS), error)
-            ) from None
+        for who, names in ((protocol.__name__, protocol.SENSORS), ("control.safety", filters)):
+            try:
+                check_fitted(own, names, row + 1, kind)
+            except SensorError as error:
+                text = "{} asks for sensors {}: {}"
+                raise ProtocolError(text.format(who, ", ".join(names), error)) from None
+    _check_filters(filters, mounts[0])
+
+
+def _check_filters(names, mounts):
+    """Raise ``ProtocolError`` that names a sensor by which no safety filter can act."""
+    types = {mount.name: mount.type for mount in mounts}
+    for name in names:
+        if types[name] not in FILTERS:
+            text = "control.safety.sensed: {} is a {}, wanted one of {}"
+            raise ProtocolError(text.format(name, types[name], ", ".join(FILTERS)))
 
 
 def _construction(scenario, protocol):
@@ -72,9 +85,14 @@ def _construction(scenario, protocol):
 
 def _surroundings(scenario):
     """Return what ``control.safety`` keeps the robots from beside each other."""
-    obstacles, arena, speed = scenario.control.safety
+    obstacles, arena, speed, sensed = scenario.control.safety
     caps = None if speed is None else np.broadcast_to(np.asarray(speed, dtype=float), scenario.n)
     kept = obstacles_of(scenario) if obstacles else ()
-    if not Team.from_scenario(scenario).afloat.all():  # land is none to robots that stand on it
+    team = Team.from_scenario(scenario)
+    if not team.afloat.all():  # land is none to robots that stand on it
         kept = tuple(obstacle for obstacle in kept if not is_flat(obstacle))
-    return Surroundings(kept, arena, caps)
+    if not sensed:
+        return Surroundings(kept, arena, caps)
+    types = {mount.name: mount.type for mount in fitted_mounts(team, scenario.sensors)[0]}
+    sees = any(types.get(name) == "range_bearing" for name in sensed)
+    return Surroundings(kept, arena, caps, sensed, sees)

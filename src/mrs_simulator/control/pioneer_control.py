@@ -9,6 +9,7 @@ from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
 from mrs_simulator.control.network import Network
 from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.safety_filter import safe_velocities
+from mrs_simulator.control.sensed_safety import Seer, safe_by_sensors
 from mrs_simulator.control.standstill import Standstill
 from mrs_simulator.control.twists import (
     ControlError,
@@ -163,7 +164,9 @@ class PioneerControl:
         team = Team((DEFAULT_KIND,) * len(numbers), limits) if team is None else team
         self._keep(numbers=numbers, saturation=saturation, period=period, fidelity=fidelity)
         self._keep(_environment=CALM, safety=safety, _is_filtered=bool(np.any(safety)))
-        self._keep(_surroundings=Surroundings() if surroundings is None else surroundings)
+        surroundings = Surroundings() if surroundings is None else surroundings
+        asked = tuple(dict.fromkeys((*self.SENSORS, *surroundings.sensed)))
+        self._keep(_surroundings=surroundings, SENSORS=asked)
         self._keep(_standstill=Standstill(len(numbers)))
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
         self._keep(readings=readings_by_number(numbers, self.SENSORS, {}))
@@ -508,6 +511,10 @@ class PioneerControl:
         """Return ``command`` as the safety filter lets it pass, on the controlled points."""
         wanted = self.team.velocity(command, pose, self.joints, self.l, self.period)
         points, distance = self.points(pose), self.safe_distance
+        if self._surroundings.sensed:
+            velocity = self._safe_by_sensors(wanted, points, pose)
+            self._standstill.note(self.time, wanted, velocity, points, distance)
+            return self.saturated(self.commands_for(velocity, pose), "robot")
         bounds, speed = self.safe_bounds(points), self._surroundings.speed
         velocity = safe_velocities(
             wanted,
@@ -521,6 +528,30 @@ class PioneerControl:
         self._standstill.note(self.time, wanted, velocity, points, distance)
         # One factor for the whole team keeps every pair's constraint.
         return self.saturated(self.commands_for(velocity, pose), "team")
+
+    def _safe_by_sensors(self, wanted, points, pose):
+        """Return the velocities (n, 2) that the robots' own sensors let pass."""
+        turn = np.stack([_rotation(theta) for theta in pose[:, 2].tolist()])
+        own = np.einsum("ij,ijk->ik", points - pose[:, :2], turn)
+        reach = self._reach
+        # Their centres are seen, while their points are kept apart.
+        reaches = reach + np.broadcast_to(self.team.lead(self.l), len(reach))
+        seers = [Seer(*each, reaches, self.period) for each in zip(own, reach)]
+        names = self._surroundings.sensed
+        readings = [
+            [getattr(self.readings[number], name) for name in names] for number in self.numbers
+        ]
+        return safe_by_sensors(wanted, seers, turn, readings, self._surroundings.speed)
+
+    @property
+    def filter_sensors(self):
+        """Return the names of the sensors by which the safety filter acts; () where it knows places."""
+        return self._surroundings.sensed
+
+    @property
+    def filter_sees_robots(self):
+        """Return whether the safety filter tells robots, and keeps the distance of each pair."""
+        return not self._surroundings.sensed or self._surroundings.sees
 
     def safe_bounds(self, points):
         """Return the ``Bounds`` that the safety filter keeps robots' ``points`` (n, 2) in."""

@@ -31,6 +31,10 @@ class Surroundings(NamedTuple):
     obstacles: Tuple = ()  # of core.obstacles
     arena: Tuple[float, ...] = ()  # (x_min, y_min, x_max, y_max) [m], or ()
     speed: Optional[np.ndarray] = None  # (n,) [m/s] of the controlled points at most
+    sensed: Tuple[
+        str, ...
+    ] = ()  # sensors that tell of others and obstacles; () where these are known
+    sees: bool = False  # whether robots are seen one by one, by one of these sensors
 
     def bounds(self, points, reach):
         """Return the :class:`Bounds` of robots whose ``points`` (n, d) stay ``reach`` (n,) [m] away.

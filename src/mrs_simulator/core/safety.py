@@ -11,6 +11,7 @@ class Safety(NamedTuple):
     obstacles: bool = True  # whether robots are kept from the scene's obstacles
     arena: Tuple[float, ...] = ()  # (x_min, y_min, x_max, y_max) [m] that they stay in, or ()
     speed: Union[None, float, Tuple[float, ...]] = None  # [m/s] of each controlled point at most
+    sensed: Tuple[str, ...] = ()  # names of the sensors by which it acts, () for known places
 
     def with_robots(self, n):
         """Return this for n robots: those added have the last one's cap."""
@@ -25,6 +26,8 @@ class Safety(NamedTuple):
             plain["arena"] = list(self.arena)
         if self.speed is not None:
             plain["speed"] = list(self.speed) if isinstance(self.speed, tuple) else self.speed
+        if self.sensed:
+            plain["sensed"] = list(self.sensed)
         return plain
 
 
@@ -34,12 +37,23 @@ def read_safety(section, n):
     if not isinstance(given, dict):
         if isinstance(given, bool):
             return given
-        text = "{}: {!r:.60}, wanted true, false, or a mapping of obstacles, arena and speed"
+        text = "{}: {!r:.60}, wanted true, false, or a mapping of obstacles, arena, speed, sensed"
         raise ScenarioError(text.format(section.at("safety"), given))
     part = Section(given, section.at("safety"))
-    safety = Safety(part.flag("obstacles", True), _read_arena(part), _read_speed(part, n))
+    safety = Safety(
+        part.flag("obstacles", True), _read_arena(part), _read_speed(part, n), _read_sensed(part)
+    )
     part.done()
     return safety
+
+
+def _read_sensed(part):
+    given = part.take("sensed", [])
+    names = [given] if isinstance(given, str) else given
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        text = "{}: {!r:.60}, wanted names of sensors, such as [sonar, neighbours]"
+        raise ScenarioError(text.format(part.at("sensed"), given))
+    return tuple(names)
 
 
 def _read_arena(part):

@@ -34,7 +34,7 @@ class Experiment:
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, protocol)
         self.sensors = Suite.of_scenario(scenario, self.world.team, self.world.obstacles)
-        self.sensors.listen(dict.fromkeys(range(scenario.n), protocol.SENSORS))
+        self.sensors.listen(dict.fromkeys(range(scenario.n), self.control.SENSORS))
         self.collisions = []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes

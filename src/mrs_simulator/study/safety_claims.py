@@ -20,7 +20,7 @@ def safety_claims(control, start):
 
 
 def _apart(control, start):
-    if len(start) < 2:
+    if len(start) < 2 or not control.filter_sees_robots:
         return []
     wanted, squash = control.kept_distance, control.safe_squash
     least, name = wanted, "least distance of two hand points [m]"

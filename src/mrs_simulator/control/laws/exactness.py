@@ -11,7 +11,8 @@ from mrs_simulator.control.laws.published_robots import (
     are_stated,
     posed_commands,
 )
-from mrs_simulator.control.safety_filter import filter_acts
+from mrs_simulator.control.safety_filter import FIXED_RATE, filter_acts
+from mrs_simulator.control.sensed_safety import SHARE
 from mrs_simulator.core.claims import Claim, NothingDecays
 
 COMMANDS = "commands off the published law [-]"
@@ -276,6 +277,21 @@ def at_limit(control, command):
     return control.team.at_limits(command, AT_LIMIT)
 
 
+def may_sense(control, velocity, hand, bounds):
+    """Return whether a safety filter by sensors may have changed what was wanted to ``velocity`` (n, d).
+
+    What a sonar hears may seem nearer than it is by twice the way from the transducer to the point, which
+    both lie on the robot.
+    """
+    reach = control.safe_distance
+    reach = np.full(len(hand), 0.5 * reach) if np.ndim(reach) == 0 else 0.5 * np.diagonal(reach)
+    gap = bounds.least(len(hand)) - 2.0 * reach
+    apart = np.linalg.norm(hand[:, np.newaxis] - hand, axis=2) - 3.0 * reach[:, np.newaxis] - reach
+    np.fill_diagonal(apart, np.inf)
+    gap = np.minimum(gap, apart.min(axis=1))
+    return bool((np.linalg.norm(velocity, axis=1) > SHARE * FIXED_RATE * gap).any())
+
+
 def filter_acted(control, run):
     """Return the last sample of ``run`` whose command the safety filter changed, or None.
 
@@ -288,6 +304,8 @@ def filter_acted(control, run):
         hand, u = run.hand[row], velocity[row]
         bounds = control.safe_bounds(hand)
         squash = control.safe_squash
+        if control.filter_sensors and may_sense(control, u, hand, bounds):
+            return row
         if filter_acts(
             u, hand, distance, control.period, bounds=bounds, speed=speed, squash=squash
         ):

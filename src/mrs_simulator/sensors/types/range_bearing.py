@@ -1,7 +1,7 @@
 """Range and bearing to other robots: who is seen, how far away and in which direction."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class RangeBearingReading(NamedTuple):
     numbers: np.ndarray  # (K,)
     ranges: np.ndarray  # (K,) [m] from the sensor to the robots' centres, in the plane
     bearings: np.ndarray  # (K,) [rad] from the robot's heading
+    place: Tuple[float, float] = (0.0, 0.0)  # [m] of the sensor in the robot's frame
 
     PER_ROBOT = ("ranges", "bearings")
 
@@ -34,7 +35,13 @@ class RangeBearingReading(NamedTuple):
         """Return the reading of the k-th robot from rows of all, where nan stands for those not seen."""
         seen = np.flatnonzero(np.isfinite(self.ranges[k]) & np.isfinite(self.bearings[k]))
         ranges, bearings = self.ranges[k, seen], self.bearings[k, seen]
-        return RangeBearingReading(self.stamp, self.numbers[seen], ranges, bearings)
+        return RangeBearingReading(self.stamp, self.numbers[seen], ranges, bearings, self.place)
+
+    @property
+    def points(self):
+        """Return where they are in the robot's frame, (K, 2) [m]."""
+        way = np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=-1)
+        return np.array(self.place) + self.ranges[..., np.newaxis] * way
 
 
 class RangeBearing:
@@ -76,7 +83,8 @@ class RangeBearing:
             self._hide(seen, state, environment, origin, way, far)
         ranges = rng.noisy(np.where(seen, far, np.nan), "range")
         bearings = wrap_angle(rng.noisy(np.where(seen, bearing, np.nan), "bearing"))
-        return RangeBearingReading(state.time, self._names, ranges, bearings)
+        place = tuple(self._place[0].tolist())
+        return RangeBearingReading(state.time, self._names, ranges, bearings, place)
 
     def _hide(self, seen, state, environment, origin, way, far):
         """Take from ``seen`` (m, n) the robots before which another body stands."""

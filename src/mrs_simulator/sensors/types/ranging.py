@@ -18,6 +18,7 @@ class RangeReading(NamedTuple):
     ranges: np.ndarray  # (..., K) [m]
     places: np.ndarray  # (K, 3): x, y [m] of each origin, direction [rad], in the robot's frame
     most: float  # [m] the greatest distance that is measured
+    cone: float = 0.0  # [rad] half of the angle within which the nearest point is met; 0 for rays
 
     PER_ROBOT = ("ranges",)
 
@@ -57,7 +58,8 @@ class Ranging:
             self._rows,
         )
         ranges = rng.noisy(cast(environment.at(state), rays, most, self._cone))
-        return RangeReading(state.time, limited(ranges, least, most), self._places, most)
+        ranges = limited(ranges, least, most)
+        return RangeReading(state.time, ranges, self._places, most, self._cone)
 
 
 def read_range(section, least, most):

@@ -1,0 +1,118 @@
+"""The safety filter by what robots sense of each other and of obstacles."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import check, failed, shipped, verdict_of
+
+from mrs_simulator.control.loading import ProtocolError
+from mrs_simulator.control.making import make_control
+from mrs_simulator.control.sensed_safety import Seer, arcs, nearest, safe_by_sensors
+from mrs_simulator.core.scenario import ScenarioError
+from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
+from mrs_simulator.sensors.types.ranging import RangeReading
+
+PERIOD = 0.02
+CONE = np.radians(15.0)
+STRAIGHT = np.eye(2)[np.newaxis]
+
+
+def seen(numbers, ranges, bearings, place=(0.0, 0.0)):
+    numbers = np.array(numbers, dtype=int)
+    return RangeBearingReading(0.0, numbers, np.array(ranges), np.array(bearings), place)
+
+
+def heard(ranges, directions, cone=CONE):
+    places = np.column_stack([np.zeros((len(directions), 2)), np.radians(directions)])
+    return RangeReading(0.0, np.array(ranges, dtype=float), places, 5.0, cone)
+
+
+def test_of_a_pair_each_takes_half():
+    # h = 1.2^2 - 1 = 0.44, as the filter that knows both has it: 2.4 (u_1 - u_2) <= 0.44^3.
+    seer = Seer((0.0, 0.0), 0.5, np.array([0.5, 0.5]), PERIOD)
+    out, limit = seer.bounds([seen([2], [1.2], [0.0])])
+    np.testing.assert_allclose(out, [[-1.0, 0.0]])
+    np.testing.assert_allclose(limit, 0.5 * 0.44**3 / 2.4)
+
+
+def test_robots_are_where_the_sensor_is_and_sees_them():
+    reading = seen([2], [1.0], [0.5 * np.pi], (0.2, 0.1))
+    np.testing.assert_allclose(reading.points, [[0.2, 1.1]], atol=1e-12)
+
+
+def test_a_wall_ahead_of_a_ray_leaves_half_of_the_gap_each_second():
+    seer = Seer((0.1, 0.0), 0.4, np.zeros(1), PERIOD)
+    out, limit = seer.bounds([heard([1.5, np.inf], [0.0, 90.0], cone=0.0)])
+    np.testing.assert_allclose(out, [[-1.0, 0.0]])
+    np.testing.assert_allclose(limit, 0.5 * (1.4 - 0.4))
+
+
+def test_an_echo_may_come_from_anywhere_in_its_cone_where_no_other_would_hear_it():
+    place, out = arcs(heard([2.0], [0.0]))
+    angles = np.radians([-15.0, -7.5, 0.0, 7.5, 15.0])
+    np.testing.assert_allclose(place, 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    np.testing.assert_allclose(out, -0.5 * place)
+    # One at 20 deg hears from 5 deg to 35 deg on, and hears nothing; or it lost what it heard.
+    assert len(arcs(heard([2.0, np.inf], [0.0, 20.0]))[0]) == 3
+    assert len(arcs(heard([2.0, np.nan], [0.0, 20.0]))[0]) == 5
+    # Two that hear the same thing exclude nothing.
+    assert len(arcs(heard([2.0, 2.0], [0.0, 20.0]))[0]) == 10
+
+
+def test_the_nearest_velocity_is_that_of_a_search(monkeypatch):
+    monkeypatch.setattr("mrs_simulator.control.sensed_safety.SWIRL", 0.0)
+    draw = np.random.default_rng(1)
+    grid = np.stack(np.meshgrid(*[np.linspace(-1.5, 1.5, 151)] * 2), axis=-1).reshape(-1, 2)
+    for _ in range(30):
+        angle = draw.uniform(0.0, 2.0 * np.pi, 4)
+        out, limit = np.stack([np.cos(angle), np.sin(angle)], axis=1), draw.uniform(0.0, 0.5, 4)
+        wanted = draw.uniform(-1.0, 1.0, 2)
+        found = nearest(wanted, out, limit)
+        assert (-out @ found <= limit + 1e-6).all()
+        allowed = grid[(-grid @ out.T <= limit).all(axis=1)]
+        least = np.linalg.norm(allowed - wanted, axis=1).min()
+        assert np.linalg.norm(found - wanted) <= least + 1e-9
+
+
+def test_a_robot_that_has_sensed_nothing_yet_stands_still():
+    seer = Seer((0.0, 0.0), 0.5, np.array([0.5, 0.5]), PERIOD)
+    wanted = np.array([[1.0, 0.0]])
+    assert not safe_by_sensors(wanted, [seer], STRAIGHT, [[None]]).any()
+    free = safe_by_sensors(wanted, [seer], STRAIGHT, [[seen([], [], [])]], np.array([0.3]))
+    np.testing.assert_allclose(free, [[0.3, 0.0]])
+
+
+def test_sensors_are_asked_for_by_name_and_type():
+    scenario = shipped("formation_by_sonar", duration=1.0)
+
+    def sensed(name, **mounts):
+        control = dict(scenario.control.to_plain(), safety={"sensed": name})
+        return scenario.changed(control=control, sensors=[{"mounts": mounts}] if mounts else [])
+
+    with pytest.raises(ProtocolError, match="control.safety asks for sensors lidar: .*robot1"):
+        make_control(sensed("lidar"))
+    with pytest.raises(ProtocolError, match="safety.sensed: north is a compass, wanted one of"):
+        make_control(sensed("north", north={"type": "compass"}))
+    with pytest.raises(ScenarioError, match="safety.sensed: 3, wanted names"):
+        sensed(3)
+    assert make_control(sensed("sonar")).SENSORS == ("sonar",)
+
+
+def test_robots_that_see_each_other_cross_apart(tmp_path):
+    verdict = verdict_of(shipped("sensed_crossing", duration=22.0), tmp_path)
+    assert verdict["outcome"] == "passed" and not failed(verdict)
+    assert "after the safety filter acted" in check(verdict, "commands off")["note"]
+    least = check(verdict, "least distance")
+    assert least["measured"] > least["predicted"] == pytest.approx(0.45)
+
+
+def test_without_seeing_they_would_touch(tmp_path, monkeypatch):
+    blind = "mrs_simulator.sensors.types.range_bearing.RangeBearingReading.of"
+    monkeypatch.setattr(blind, lambda reading, k: seen([], [], [])._replace(stamp=reading.stamp))
+    verdict = verdict_of(shipped("sensed_crossing", duration=12.0), tmp_path)
+    assert "collisions" in failed(verdict)
+
+
+def test_obstacles_that_only_sonars_know_are_passed(tmp_path):
+    verdict = verdict_of(shipped("formation_by_sonar", duration=20.0), tmp_path)
+    assert verdict["outcome"] == "passed" and not failed(verdict)
+    assert check(verdict, "least clearance")["measured"] > 0.0

@@ -19,6 +19,7 @@ from mrs_simulator.msg import (
     Camera,
     Collision,
     ControlStatus,
+    RangeBearing,
     RobotSpec,
     StageStatus,
     TeamCommand,
@@ -26,7 +27,7 @@ from mrs_simulator.msg import (
     TeamState,
 )
 
-__all__ = ["Camera", "Collision", "ControlStatus", "StageStatus"]
+__all__ = ["Camera", "Collision", "ControlStatus", "RangeBearing", "StageStatus"]
 __all__ += ["TeamCommand", "TeamOdometry", "TeamState"]
 
 # Fields of commands by component of Twist.
@@ -353,6 +354,20 @@ def read_collision(message):
     stamp = message.header.stamp.to_sec()
     place = message.x, message.y, getattr(message, "z", 0.0)
     return RunCollision(stamp, message.first, message.second, *place)
+
+
+def range_bearing(header, numbers, ranges, bearings):
+    """Return the ``RangeBearing`` of the robots ``numbers``, ``ranges`` [m] and ``bearings`` [rad] away."""
+    return RangeBearing(header, numbers.tolist(), ranges.tolist(), bearings.tolist())
+
+
+def read_range_bearing(message):
+    """Return numbers, ranges [m] and bearings [rad], (K,) each; ``MessageError`` where they do not fit."""
+    told = message.robot, message.range, message.bearing
+    if len({*map(len, told)}) > 1:
+        text = "{} robots, {} ranges, {} bearings; wanted as many of each"
+        raise MessageError(text.format(*map(len, told)))
+    return tuple(np.array(each, dtype=kind) for each, kind in zip(told, (int, float, float)))
 
 
 def read_look(message):

@@ -13,16 +13,17 @@ import rospy
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether a connection is still there
 
 
-def prompt_publisher(name, kind, first=None):
+def prompt_publisher(name, kind, first=None, listener=None):
     """Return a ``rospy.Publisher`` that writes at once to whoever reads.
 
     Whoever does not gets the newest message alone, once there is room for it; nobody waits for that.
-    ``first``: returns the message that a new connection is to begin with, or None.
+    ``first``: returns the message that a new connection is to begin with, or None; ``listener``: a
+    ``rospy.SubscribeListener``.
     """
     with warnings.catch_warnings():
         # Without a size rospy makes no queue, and warns of writing that may block: none of ours does.
         warnings.simplefilter("ignore", SyntaxWarning)
-        publisher = rospy.Publisher(name, kind, tcp_nodelay=True)
+        publisher = rospy.Publisher(name, kind, subscriber_listener=listener, tcp_nodelay=True)
     topic = publisher.impl
     add = topic.add_connection
 
@@ -49,6 +50,7 @@ class NonblockingConnection:
         self._changed = threading.Condition()
         self._newest, self._thread = None, None
         self._late = False  # whether the thread has something to write
+        self.left_out = 0  # messages so far for which a newer one was written
 
     def __getattr__(self, name):
         return getattr(self._connection, name)
@@ -58,6 +60,7 @@ class NonblockingConnection:
         with self._changed:
             if not self._late and self._room.poll(0):
                 return self._connection.write_data(data)
+            self.left_out += self._newest is not None
             self._late, self._newest = True, data
             if self._thread is None:
                 self._thread = threading.Thread(target=self._write_late, daemon=True)

@@ -67,6 +67,24 @@ class Suite:
         if self._active and self._scenery is None:
             self._scenery = Scenery(self._team, self._obstacles)
 
+    def heed(self, wanted, step, state):
+        """Listen from the world's ``step`` on as ``listen`` says; who was not heard before is read at once.
+
+        ``state()`` returns the ``State`` then.  What is read between two samples of a sensor has the noise
+        of the last one; it looks back at nothing.
+        """
+        before = self._active
+        self.listen(wanted)
+        for fitted in self._active:
+            if fitted not in before:
+                fitted.begin()
+                fitted.take(step - self._begun, state(), self._scenery)
+
+    @property
+    def active(self):
+        """Return the sensors that are listened to: each has ``mount``, ``rows`` and ``known(time)``."""
+        return list(self._active)
+
     def begin(self, step=0):
         """Begin a run at the world's ``step``: samples are counted from there, and nothing is known yet."""
         self._begun, self._told = step, None
@@ -103,9 +121,17 @@ class Suite:
     @property
     def notes(self):
         """Return what to know of rates that the world's steps cannot keep, a list of texts."""
+        return self._rate_notes(self._fitted)
+
+    @property
+    def active_notes(self):
+        """Return the ``notes`` on sensors that are listened to."""
+        return self._rate_notes(self._active)
+
+    def _rate_notes(self, sensors):
         text = "robot{}: {} at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
         notes = []
-        for fitted in self._fitted:
+        for fitted in sensors:
             kept, wanted = 1.0 / (fitted.steps * self._step), fitted.mount.rate
             if abs(kept - wanted) > FAR_OFF * wanted:
                 told = round(kept, 3), fitted.steps, self._step, wanted
@@ -119,7 +145,7 @@ class _Fitted:
     def __init__(self, mount, rows, team, seed, step):
         self.mount, self.rows = mount, rows
         self.sensor = TYPES[mount.type](mount, rows, team)
-        self.steps = max(1, int(round(1.0 / (mount.rate * step))))
+        self.steps = steps_between(mount, step)
         self.is_listened_to = False
         self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
         streams = Streams(seed, (rows + 1).tolist(), mount.name)
@@ -128,17 +154,19 @@ class _Fitted:
 
     def begin(self):
         self._late = deque()
-        self.newest = self._known = self.before = None
+        self.newest = self._known = self.before = self._taken = None
 
     def take(self, elapsed, state, environment):
-        """Read the sample at ``elapsed`` steps."""
+        """Read the sample at ``elapsed`` steps, once."""
+        if self._taken == elapsed:
+            return
         rng = self._draws.at(elapsed // self.steps)
         more = ()
         if self.looks_back:
             if self.before is None or self.before[0] != elapsed - 1:
                 return  # nobody listened then
             more = (self.before[1],)
-        self.newest = self.sensor.read(state, environment, rng, *more)
+        self.newest, self._taken = self.sensor.read(state, environment, rng, *more), elapsed
         self._late.append(self.newest)
 
     def known(self, time):
@@ -146,6 +174,11 @@ class _Fitted:
         while self._late and self._late[0].stamp + self.mount.latency <= time + LATE:
             self._known = self._late.popleft()
         return self._known
+
+
+def steps_between(mount, step):
+    """Return the number of the world's steps, of ``step`` [s] each, from one sample to the next."""
+    return max(1, int(round(1.0 / (mount.rate * step))))
 
 
 def check_fitted(mounts, names, number, kind):

@@ -266,6 +266,11 @@ class World:
         return self._step * self.step_size
 
     @property
+    def steps(self):
+        """Return how many steps were made."""
+        return self._step
+
+    @property
     def limits(self):
         """Return the ``AxisLimits`` in force."""
         return self.team.limits

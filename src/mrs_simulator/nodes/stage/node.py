@@ -24,6 +24,7 @@ from mrs_simulator.nodes.stage.rosaria import (
     behind_rosaria,
     chosen_preset,
 )
+from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
 from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
 from mrs_simulator.ros import node_parameters as declared
@@ -105,8 +106,11 @@ class Stage:
             read(declared.STAGE_BASE_FRAME),
         )
         self.rivals = only_stage()
+        self.sensors = SensorTopics(self.frames, self.mirror.rows)
         self.topics = WorldTopics(
-            self.world, self.frames, self.inbox, self.mirror.rows, self._topics_of
+            *(self.world, self.frames, self.inbox, self.mirror.rows),
+            topics_of=self._topics_of,
+            fixed=self.sensors.fixed_frames,
         )
         self._status = publisher("~status", StageStatus, queue_size=1)
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
@@ -145,6 +149,7 @@ class Stage:
         ]
 
     def _follow_team(self):
+        self.sensors.follow_team(self.scenario, self.world)
         self.topics.follow_team()
         if self.drivers:
             self.drivers.follow_team()
@@ -172,6 +177,7 @@ class Stage:
     def spin(self):
         """Run until ROS shuts down."""
         self.topics.publish_clock()
+        self.sensors.tell(self.world)
         self._tell_odometry()
         while not rospy.is_shutdown():
             self.requests.serve()
@@ -260,6 +266,7 @@ class Stage:
         self._steps_asked = max(0, self._steps_asked - 1)
         self.topics.publish_clock()
         self.topics.publish_collisions()
+        self.sensors.tell(self.world)  # whoever waits for odometry has heard them then
         if self._step % self._steps_per_command == 0:
             self.round_trips.end_period(self.world.commanded & self.world.command.any(axis=1))
         due = self._schedule.due(self._step - self._scheduled)
@@ -272,6 +279,7 @@ class Stage:
 
     def _idle(self):
         self.pacer.measure()
+        self.sensors.tell(self.world)
         now = time.monotonic()
         if now - self.topics.clock_sent > IDLE_CLOCK:
             self.topics.publish_clock()
@@ -376,6 +384,8 @@ class Stage:
         self.world.step()
         self.world.take_collisions()
         self.topics.publish_clock()
+        self.sensors.begin(self.world)
+        self.sensors.tell(self.world)
         self._tell_odometry()
 
     # Messages ------------------------------------------------------------------------------------
@@ -440,6 +450,7 @@ class Stage:
             command_periods=self.round_trips.periods,
             collisions=self.topics.collisions,
             closest_approach=world.measure_closest_approach(),
+            slow_sensors=self.sensors.slow(self.pacer.speed, self.pacer.real_time_factor),
         )
         self._status.publish(message)
 

@@ -195,6 +195,11 @@ class Frames:
         """Return the base frame of robot number ``robot``."""
         return self._base.replace("{}", str(robot))
 
+    def mount(self, robot, name):
+        """Return the frame of the sensor ``name`` of robot number ``robot``: ``robot1/laser``."""
+        base = self.base(robot)
+        return "{}/{}".format(base.rpartition("/")[0] or base, name)
+
 
 def covariance(variances):
     """Return the row-major 6x6 covariance with these variances of x, y and yaw; None: all zero."""

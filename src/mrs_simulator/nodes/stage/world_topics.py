@@ -1,5 +1,6 @@
 """Topics that the stage publishes about its world: clock, odometry, tf, true state, collisions."""
 
+import math
 import time
 
 import rospy
@@ -18,12 +19,14 @@ CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time 
 class WorldTopics:
     """Publishes what it sees of a world; it changes nothing there."""
 
-    def __init__(self, world, frames, inbox, real, topics_of):
+    def __init__(self, world, frames, inbox, real, topics_of, fixed=list):
         """``world`` is looked at whenever something is published; ``frames``: ``robot_topics.Frames``.
 
         ``real``: rows of the robots that are real, whose odometry and transforms are not published
-        here; ``topics_of(row)`` makes a robot's own topics; commands for all robots go to ``inbox``.
+        here; ``topics_of(row)`` makes a robot's own topics; commands for all robots go to ``inbox``;
+        ``fixed()`` returns further frames, ``(parent, child, place)`` each, place as of a mount.
         """
+        self._fixed = fixed
         self._world, self._frames = world, frames
         self._real, self._topics_of = real, topics_of
         self.robots = []
@@ -116,7 +119,12 @@ class WorldTopics:
         world, rows = self._frames.world, range(self._world.n)
         level = [None] * len(rows)
         frames = (lambda _: world), self._frames.odom
-        self._tf_static.publish(self._transforms(*frames, origins, rows, level))
+        message = self._transforms(*frames, origins, rows, level)
+        stamp = self.stamp()
+        for parent, child, (x, y, z, yaw) in self._fixed():
+            lift = z, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+            message.transforms.append(transform(stamp, parent, child, (x, y, yaw), lift))
+        self._tf_static.publish(message)
 
     def _transforms(self, parent, child, poses, rows, raised):
         stamp = self.stamp()

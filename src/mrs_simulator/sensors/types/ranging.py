@@ -48,6 +48,11 @@ class Ranging:
         shared = (inner[:, :2] == inner[0, :2]).all()
         self._origins = self._places[: 1 if shared else None, :2]
 
+    @property
+    def places(self):
+        """Return x, y [m] of each origin and direction [rad] in the robot's frame, (K, 3)."""
+        return self._places
+
     def read(self, state, environment, rng):
         """Return the ``RangeReading`` of all robots in ``rows``."""
         pose, (least, most) = state.pose[self._rows], (self._numbers.least, self._numbers.most)

@@ -1,0 +1,169 @@
+"""Topics of the simulated robots' sensors, each read and published only while somebody listens."""
+
+import rospy
+from std_msgs.msg import Header
+
+from mrs_simulator.nodes.stage.world_topics import stamp_at
+from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
+from mrs_simulator.ros.sensor_messages import BASE, OWN, forms_of, topic_of
+from mrs_simulator.sensors.suite import Suite
+
+OWN_TOPICS = ("base_link", "cmd_vel", "motors_state", "odom")  # of a robot, or its frames
+KEPT = 0.9  # [-] of its rate that a sensor keeps without a word
+MOST_TOLD = 8  # [-] texts in one status
+
+
+class SensorTopics(rospy.SubscribeListener):
+    """``/robotN/SENSOR`` of every sensor of the simulated robots."""
+
+    def __init__(self, frames, absent=()):
+        """``frames``: ``robot_topics.Frames``; ``absent``: rows of robots whose sensors are real."""
+        self._frames, self._absent = frames, frozenset(absent)
+        self._topics = {}  # by name and class of message
+        self._of = {}  # lists of them by row and mount
+        self._suite = None
+        self._changed = False  # whether who listens has changed
+        self._told = {}  # reading that was published last, by sensor
+
+    def follow_team(self, scenario, world):
+        """Open or withdraw topics, so that every robot of ``world`` has those of its sensors."""
+        self._suite = Suite.of_scenario(scenario, world.team, world.obstacles)
+        wanted = self._wanted(world.team)
+        for key in set(self._topics).difference(wanted):
+            self._topics.pop(key).close()
+        self._of = {}
+        for key, (row, form) in wanted.items():
+            topic = self._topics[key] = self._topics.get(key) or _Topic(*key, self)
+            topic.tells(form, self._frame(row, form))
+            self._of.setdefault((row, form.mount.name), []).append(topic)
+        self.begin(world)
+
+    def _wanted(self, team):
+        """Return ``(row, form)`` by name of the topic and class of message."""
+        wanted, forms = {}, {}
+        for row, mounts in enumerate(self._suite.mounts):
+            for mount in mounts if row not in self._absent else ():
+                if mount.name in OWN_TOPICS:
+                    text = "robot{}: a sensor called {}, as a topic or frame of the robot's own"
+                    raise ValueError(text.format(row + 1, mount.name))
+                key = mount, team.kinds[row]
+                if key not in forms:
+                    forms[key] = forms_of(*key)
+                for form in forms[key]:
+                    wanted[topic_of(row + 1, form), form.MESSAGE] = row, form
+        return wanted
+
+    def _frame(self, row, form):
+        own = self._frames.mount(row + 1, form.mount.name)
+        return {OWN: own, BASE: self._frames.base(row + 1)}.get(form.FRAME, self._frames.world)
+
+    def fixed_frames(self):
+        """Return ``(parent, child, place)`` of each mount that tells what it reads in its own frame."""
+        return [
+            (self._frames.base(row + 1), topics[0].frame, topics[0].form.frame)
+            for (row, _), topics in sorted(self._of.items())
+            if topics[0].form.FRAME == OWN
+        ]
+
+    def begin(self, world):
+        """Begin a run at the present step of ``world``."""
+        self._suite.begin(world.steps)
+        self._told, self._changed = {}, True
+
+    # Called by threads of rospy.
+    def peer_subscribe(self, *_):
+        """Note that somebody began to listen."""
+        self._changed = True
+
+    def peer_unsubscribe(self, *_):
+        """Note that somebody ended to listen."""
+        self._changed = True
+
+    def tell(self, world):
+        """Publish what has become known by the present step of ``world``."""
+        if self._changed:
+            self._changed = False
+            self._suite.heed(self._listened(), world.steps, world.sensed)
+        if self._suite.is_idle:
+            return
+        self._suite.update(world.steps, world.sensed)
+        for sensor in self._suite.active:
+            reading = sensor.known(world.time)
+            if reading is not None and reading is not self._told.get(sensor):
+                self._told[sensor] = reading
+                self._publish(sensor, reading)
+
+    def _listened(self):
+        """Return the names of the sensors that somebody listens to, by row."""
+        wanted = {}
+        for (row, name), topics in self._of.items():
+            for topic in topics:
+                if topic.look():
+                    wanted.setdefault(row, set()).add(name)
+        return wanted
+
+    def _publish(self, sensor, reading):
+        rows, stamp = {}, stamp_at(reading.stamp)
+        for k, row in enumerate(sensor.rows.tolist()):
+            for topic in self._of.get((row, sensor.mount.name), ()):
+                if topic.is_heard:
+                    form = topic.form
+                    if form not in rows:
+                        rows[form] = form.rows(reading)
+                    topic.publish(form.message(rows[form][k], Header(0, stamp, topic.frame)))
+
+    def slow(self, speed, factor):
+        """Return which sensors do not keep their rates, texts.
+
+        ``speed``, ``factor``: simulated over wall time, wanted and achieved.
+        """
+        if self._suite.is_idle:
+            return []
+        texts = self._suite.active_notes
+        if speed and factor < KEPT * speed:
+            text = "{}: {:.3g} Hz of wall time, wanted {:.3g}: simulated time is late"
+            rates = {sensor.mount.name: sensor.mount.rate for sensor in self._suite.active}
+            texts += [
+                text.format(name, rate * factor, rate * speed) for name, rate in rates.items()
+            ]
+        for (name, _), topic in self._topics.items():
+            lost = topic.newly_left_out() if topic.is_heard else 0
+            if lost:
+                texts.append("{}: a listener was too slow for {} messages".format(name, lost))
+        return texts[:MOST_TOLD]
+
+
+class _Topic:
+    """One topic of one sensor."""
+
+    def __init__(self, name, kind, listener):
+        self.form, self.frame, self.is_heard = None, "", False
+        self._newest, self._left_out = None, 0
+        self._publisher = prompt_publisher(name, kind, lambda: self._newest, listener)
+
+    def tells(self, form, frame):
+        """Take in which form and frame its messages have."""
+        self.form, self.frame = form, frame
+
+    def look(self):
+        """Return whether anybody listens now, and remember it."""
+        self.is_heard = self._publisher.get_num_connections() > 0
+        if not self.is_heard:
+            self._newest = None  # it grows old
+        return self.is_heard
+
+    def publish(self, message):
+        """Publish ``message``; a later listener begins with it."""
+        self._newest = message
+        self._publisher.publish(message)
+
+    def newly_left_out(self):
+        """Return how many messages did not reach a listener since the last call."""
+        connections = list(self._publisher.impl.connections)
+        total = sum(getattr(each, "left_out", 0) for each in connections)
+        before, self._left_out = self._left_out, total
+        return max(0, total - before)
+
+    def close(self):
+        """Withdraw the topic."""
+        self._publisher.unregister()

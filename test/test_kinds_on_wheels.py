@@ -17,7 +17,11 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 with open(os.path.join(ROOT, "docs", "kinds.md"), encoding="utf-8") as page:
     PAGE = page.read()
 
-ON_WHEELS = tuple(name for name in shipped_kinds() if kind(name).module.MEDIUM == "ground")
+ON_WHEELS = tuple(
+    name
+    for name in shipped_kinds()
+    if kind(name).module.MEDIUM == "ground" and kind(name).arm is None
+)
 
 DIFFERENTIAL = {
     # kind: forward m/s, turn on the spot deg/s, track m, wheel radius m, and the wheels' rad/s at

@@ -334,7 +334,7 @@ class PioneerControl:
     def _know_joints(self, time, joints):
         """Take in the ``joints``; None: those that the last command leads to."""
         if joints is None and (self._given is None or time <= self.time):
-            joints = np.zeros(self.team.n)
+            joints = self.team.rest_joints
         elif joints is None:
             joints = self.team.joints_after(self._given, self.joints, self.period)
         self._keep(joints=joints)
@@ -417,7 +417,7 @@ class PioneerControl:
             text = "{}: a law for points of {} dimensions, while those of the robots have {}"
             written = " or ".join(map(str, self.DIMENSIONS))
             raise ControlError(text.format(type(self).__name__, written, team.dimension))
-        joints = np.zeros(team.n)  # [rad]
+        joints = team.rest_joints  # [rad]
         self._keep(team=team, joints=joints, _given=None, _has_joints=team.has_joints)
 
     def all_claims(self, start):
@@ -477,7 +477,10 @@ class PioneerControl:
         if run.meta.get(OF_POINTS):  # whose points are hand points, whatever the robots are
             rows = run.command.reshape(-1, 2), run.pose[:, :, 2].ravel()
             return point_mass_from_unicycle(*rows, self.l).reshape(run.hand.shape)
-        return self.team.velocities_in(run.command, run.pose, run.hand, self.l, self.period)
+        told = run.command, run.pose, run.hand, self.l, self.period
+        if self.team.has_arms:
+            return self.team.velocities_in(*told, run.joints)
+        return self.team.velocities_in(*told)
 
     def commands_for(self, velocity, pose):
         """Return the commands (n, a) that give the points ``velocity`` (n, d) [m/s]: eq. (7)."""

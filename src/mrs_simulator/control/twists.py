@@ -24,7 +24,7 @@ def twists_of(command, axes):
     """Return a list of the Twists of ``command`` (n, a), whose columns are ``axes``."""
     if axes == UNICYCLE_AXES:
         return [make_twist(v, omega) for v, omega in command.tolist()]
-    places = [axis.split(".") for axis in axes]
+    places = [axis.split(".") for axis in axes if axis in TWIST_AXES]  # arms obey no Twist
     twists = []
     for row in command.tolist():
         twist = Twist()
@@ -44,7 +44,10 @@ def commands_of(twists, numbers, team):
     refused = np.logical_and(table, team.unobeyed)
     if refused.any():
         _refuse_components(refused, table, numbers, team)
-    return np.array(table[:, team.components], order="F")
+    result = np.array(table[:, team.components], order="F")
+    if team.has_arms:  # a law of Twists leaves them as they are
+        result = np.pad(result, [(0, 0), (0, team.arm_joints)])
+    return result
 
 
 def _in_order(twists, numbers):

@@ -13,6 +13,7 @@ from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
 PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
 COLUMNS = PLACE + ("v", "omega")  # of the first version
 PLANAR_TWIST = ("twist.linear.x", "twist.linear.y", "twist.angular.z")
+ARM = "arm."  # how the names of the axes of arms begin: ``arm.1`` is the rate of their first joints
 JOINT = "joint"  # the first one; the second is ``joint.2``
 SPATIAL = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.w", "alpha_z")
 SPATIAL += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
@@ -67,7 +68,8 @@ def columns_in(names):
     Of a file with kinds these are not known yet: one nameless kind stands for them.
     """
     more = tuple(names[len(PLACE) :])
-    axes = tuple(axis for axis in TWIST_AXES if axis in more) or UNICYCLE_AXES
+    arms = sum(name.startswith(ARM) for name in more)
+    axes = tuple(axis for axis in TWIST_AXES if axis in more) + arm_axes(arms) or UNICYCLE_AXES
     found = Columns(
         axes,
         twist=PLANAR_TWIST[0] in more,
@@ -76,6 +78,11 @@ def columns_in(names):
         kinds=("",) if KIND[0] in more else (),
     )
     return found if found.names == tuple(names) else None
+
+
+def arm_axes(count):
+    """Return the names of the axes of arms with ``count`` joints."""
+    return tuple("{}{}".format(ARM, place) for place in range(1, count + 1))
 
 
 def joint_names(count):

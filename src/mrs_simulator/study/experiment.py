@@ -13,6 +13,7 @@ from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.recording import read_run_csv, write_facts
 from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.world.world import EVERY, World
@@ -67,13 +68,16 @@ class Experiment:
         control = self.control
         if control.team.is_of_unicycles:
             return None
-        return self.world.team.point(pose, self.world.joints, control.l)
+        return self.world.team.point(pose, self.world.joints, control.l)[:, :2]
 
     def more(self):
         """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
         world, columns = self.world, self.control.team.record_columns
         told = {"twist": world.twist} if columns.twist else {}
-        if columns.spatial:
+        if world.team.has_arms:
+            points = world.team.tools(world.pose, world.joints, self.control.l)
+            told["spatial"], told["point_z"] = upright(world.pose[:, 2]), points[:, 2]
+        elif columns.spatial:
             told["spatial"] = world.spatial
         return dict(told, joints=world.joints) if columns.joints else told
 

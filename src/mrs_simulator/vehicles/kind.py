@@ -5,6 +5,7 @@ import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.vehicles.arms.mounted import Arm, read_arm
 from mrs_simulator.vehicles.drives import DRIVES, drive_module
 from mrs_simulator.vehicles.quantities import QuantitySection
 from mrs_simulator.vehicles.shape import Part, read_shape
@@ -60,6 +61,7 @@ class Kind(NamedTuple):
     sources: Dict[str, str]  # key path -> where its numbers are from
     notes: Tuple[str, ...] = ()  # what its users should know, told as warnings of a run
     shape: Tuple[Part, ...] = ()  # how it looks where there is no model
+    arm: Optional[Arm] = None  # on the base
 
     def __hash__(self):
         return hash(self.name)
@@ -101,8 +103,10 @@ def read_kind(content, where, directory=""):
         sources=_mapping(top, "sources", text=True),
         notes=_texts(top, "notes"),
         shape=read_shape(top.take("shape", []), top.at("shape")),
+        arm=read_arm(top.section("arm"), drive, module) if top.has("arm") else None,
     )
     top.take("inertia")
+    top.take("arm", None)
     numbers.done()
     top.done()
     return kind._replace(numbers=_weighed(kind.numbers, kind.mass))

@@ -105,6 +105,7 @@ class Team:
     dimension = (
         2  # coordinates of the controlled points: robots in the air fly such laws at their altitude
     )
+    has_arms = False
 
     def __init__(self, kinds, limits="firmware", beside="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
@@ -152,6 +153,7 @@ class Team:
         self._pivots = np.zeros(self.n)  # [m] ahead of the centres, about which the points turn
         for group in self.jointed:
             self._pivots[group.rows] = group.drive.pivot(group.numbers)
+        self.rest_joints = np.zeros(self.n)  # [rad], inner joints of robots that begin
         self._arms_of = {}  # by l, of the one last asked for
 
     @classmethod

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.vehicles.arms.team import ArmedTeam, ArmedTeamInSpace, has_arms
 from mrs_simulator.vehicles.team import Team
 
 CLIMB = "linear.z"
@@ -54,5 +55,7 @@ class TeamInSpace(Team):
 
 def team_of(scenario, limits="scenario", dimension=2):
     """Return the team of ``scenario`` whose points have ``dimension`` coordinates."""
-    of_dimension = TeamInSpace if dimension == 3 else Team
-    return of_dimension.from_scenario(scenario, limits)
+    team = Team.from_scenario(scenario, limits)
+    flat, spatial = (ArmedTeam, ArmedTeamInSpace) if has_arms(team.kinds) else (Team, TeamInSpace)
+    wanted = spatial if dimension == 3 else flat
+    return team if wanted is Team else wanted.from_scenario(scenario, limits)

@@ -21,9 +21,12 @@ from mrs_simulator.core.spatial import turned
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
+from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.world import odometry
 from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
+from mrs_simulator.world.armed import ArmedMotion
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
@@ -161,6 +164,9 @@ class World:
 
     def _new_motion(self, team, poses, z):
         mirrored = {"mirrored": self.mirrored}
+        if team.has_arms:
+            refuse_armed(team, self.fidelity)
+            return ArmedMotion(team, self._new_motion(team.bases, poses, z), **mirrored)
         if self.fidelity == "point_mass":
             team = Team(team.kinds, None)
             return PointMassMotion(
@@ -287,7 +293,10 @@ class World:
 
     @property
     def joints(self):
-        """Return the drives' inner joints, such as steering angles, (n,) [rad], read-only."""
+        """Return the drives' inner joints, such as steering angles, (n,) [rad], read-only.
+
+        Of robots with arms (n, 1 + k): the arms' joints come after the drives'.
+        """
         return _read_only(self._motion.joints())
 
     @property
@@ -412,7 +421,9 @@ class World:
         self._motion.advance(obeyed)
         self._step += 1
         if self._odometry_kind == "wheel":
-            self._odometry.update(self._motion.wheel_travel, self._motion.joints())
+            joints = self._motion.joints()
+            drives = joints if joints.ndim == 1 else joints[:, 0]
+            self._odometry.update(self._motion.wheel_travel, drives)
             if len(self._aloft):  # robots without encoders know how they have moved
                 moved = relative(self._start[self._aloft], self.pose[self._aloft])
                 self._odometry.pose[self._aloft] = moved
@@ -492,7 +503,7 @@ def _read_only(array):
 
 def _team_of(scenario):
     try:
-        return Team.from_scenario(scenario)
+        return team_of(scenario)
     except ValueError as error:
         raise WorldError(str(error)) from None
 
@@ -503,6 +514,16 @@ def refuse_forceless(team):
         if each.module.MEDIUM == "air" and not hasattr(each.module, "with_forces"):
             text = "fidelity 'dynamic': robot{}, {}, has no motion with forces; wanted kinematic"
             raise WorldError(text.format(row + 1, each.title))
+
+
+def refuse_armed(team, fidelity):
+    """Raise ``WorldError`` that names the first robot whose arm has no motion of this ``fidelity``."""
+    if fidelity == "kinematic":
+        return
+    for row, each in enumerate(team.kinds):
+        if each.arm is not None:
+            text = "fidelity {!r}: robot{}, {}, has an arm; wanted kinematic"
+            raise WorldError(text.format(fidelity, row + 1, each.title))
 
 
 def checked_team(kinds, poses, limits):
@@ -518,7 +539,10 @@ def checked_team(kinds, poses, limits):
         )
     refuse_places(range(count), poses)
     try:
-        return Team.of(kinds, limits), poses
+        team = Team.of(kinds, limits)
+        if has_arms(team.kinds) and not team.has_arms:
+            team = ArmedTeam(team.kinds, limits)
+        return team, poses
     except ValueError as error:
         raise WorldError(str(error)) from None
 

@@ -133,7 +133,7 @@ class Robots:
 
 def are_stated(team):
     """Return whether all drives of ``team`` are stated a second time."""
-    return all(group.drive in STATED for group in team.groups)
+    return not team.has_arms and all(group.drive in STATED for group in team.groups)
 
 
 def complex_of(points):

@@ -48,6 +48,9 @@ class Joint(NamedTuple):
     transform: np.ndarray
     axis: np.ndarray  # (3,) of length 1, in the child's frame
     velocity: float  # [rad/s] or [m/s] the greatest, inf where none is given
+    lower: float = -np.inf  # [rad] or [m], where the joint ends
+    upper: float = np.inf
+    effort: float = np.inf  # [N m] or [N] the greatest
 
 
 class Description(NamedTuple):
@@ -172,15 +175,18 @@ def _read_joint(tag, name):
             "{}: type: {}, wanted one of {}".format(tag.where, shown(kind), ", ".join(JOINT_TYPES))
         )
     axis, limit = tag.child("axis"), tag.child("limit")
-    along = np.array([1.0, 0.0, 0.0]) if axis is None else axis.numbers("xyz", 3)
+    moves = axis is not None and kind != "fixed"  # a fixed joint's axis may be anything
+    along = axis.numbers("xyz", 3) if moves else np.array([1.0, 0.0, 0.0])
     length = np.linalg.norm(along)
     if not 0.0 < length < np.inf:
         raise ScenarioError(
             "{}: xyz: its length is {:g}, wanted above 0".format(axis.where, length)
         )
-    velocity = np.inf
+    velocity = effort = np.inf
     if limit is not None and limit.element.get("velocity") is not None:
         velocity = limit.number("velocity", low=0.0) or np.inf
+    if limit is not None and limit.element.get("effort") is not None:
+        effort = limit.number("effort", low=0.0) or np.inf
     return Joint(
         name=name,
         type=kind,
@@ -189,7 +195,22 @@ def _read_joint(tag, name):
         transform=_origin(tag),
         axis=along / length,
         velocity=velocity,
+        effort=effort,
+        **_read_ends(kind, limit),
     )
+
+
+def _read_ends(kind, limit):
+    """Return where a joint ends, ``lower`` and ``upper`` [rad or m]: nowhere unless its limits say so."""
+    if kind not in ("revolute", "prismatic") or limit is None:
+        return {}
+    if limit.element.get("lower") is None and limit.element.get("upper") is None:
+        return {}
+    lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
+    if lower > upper:
+        text = "{}: lower {:g} is above upper {:g}, wanted the other way round"
+        raise ScenarioError(text.format(limit.where, lower, upper))
+    return {"lower": lower, "upper": upper}
 
 
 def _root(links, joints, where):

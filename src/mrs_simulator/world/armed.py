@@ -1,0 +1,52 @@
+"""Robots with arms: bases move as they do without, and the arms' joints turn beside them."""
+
+import numpy as np
+
+AT_END = 1e-9  # [rad] from the end of a joint, at which it counts as reached
+
+
+class ArmedMotion:
+    """A motion of the bases, with arms on top whose joints follow their rates at once.
+
+    What is not told here is that of the bases, as any motion of theirs has it.
+    """
+
+    def __init__(self, team, bases, mirrored=()):
+        """``team``: the ``ArmedTeam``; ``bases``: the motion of ``team.bases``.
+
+        ``mirrored``: rows of robots whose arms stay as they are.
+        """
+        self.team, self._bases = team, bases
+        self._mirrored = np.array(mirrored, dtype=int)
+        self._rest()
+
+    def __getattr__(self, name):
+        return getattr(self._bases, name)
+
+    def _rest(self):
+        self.q = self.team.rest_joints[:, 1:].copy()
+        self.ended = np.zeros(self.q.shape, dtype=bool)
+
+    def reset(self, *given):
+        """Put the robots at rest at poses (n, 3), as the bases' motion takes them, arms at home."""
+        self._bases.reset(*given)
+        self._rest()
+
+    def joints(self):
+        """Return the drives' inner joints and the arms', (n, 1 + k) [rad]."""
+        return np.column_stack([self._bases.joints(), self.q])
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, a + k), a column for each axis of the team.
+
+        ``ended`` (n, k) bool then says which joints were told to go beyond their ends.
+        """
+        base, rates = self.team.split(command)
+        self._bases.advance(base)
+        rates = rates.copy()
+        rates[self._mirrored] = 0.0
+        step, team = self._bases.step, self.team
+        self.ended = (self.q + step * rates > team.upper + AT_END) | (
+            self.q + step * rates < team.lower - AT_END
+        )
+        self.q = team.moved(self.q, rates, step)

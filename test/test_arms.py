@@ -1,0 +1,249 @@
+"""Arms on wheeled bases: kinematics against pybullet, the tool point, limits, protocols on tools."""
+
+import numpy as np
+import pybullet
+import pytest
+
+from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.study.simulating import open_run, simulate
+from mrs_simulator.vehicles import Team, kind
+from mrs_simulator.vehicles.arms.chain import frames, jacobian, read_chain
+from mrs_simulator.vehicles.arms.models import MODELS, chain_of, data_file
+from mrs_simulator.vehicles.arms.reaching import EASY, reaching
+from mrs_simulator.vehicles.arms.team import ArmedTeam, ArmedTeamInSpace
+from mrs_simulator.world.world import World, WorldError
+
+PERIOD = 0.05
+
+
+def postures(chain, count=12):
+    return np.random.default_rng(3).uniform(chain.lower, chain.upper, (count, len(chain.joints)))
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_forward_kinematics_are_pybullets(model):
+    chain = chain_of(model)
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        body = pybullet.loadURDF(data_file(model.file), useFixedBase=True, physicsClientId=client)
+        count = pybullet.getNumJoints(body, physicsClientId=client)
+        told = [pybullet.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
+        places = {info[1].decode(): info for info in told}
+        tool = next(info[0] for info in told if info[12].decode() == model.tool)
+        for key, values in (("lower", 8), ("upper", 9), ("effort", 10), ("speed", 11)):
+            given = [places[name][values] for name in model.joints]
+            np.testing.assert_allclose(getattr(chain, key), given)
+        for q in postures(chain):
+            for name, angle in zip(model.joints, q):
+                joint = places[name][0]
+                pybullet.resetJointState(body, joint, angle, physicsClientId=client)
+            state = pybullet.getLinkState(
+                body, tool, computeForwardKinematics=1, physicsClientId=client
+            )
+            found = frames(chain, q[np.newaxis])[0, -1]
+            np.testing.assert_allclose(found[:3, 3], state[4], atol=1e-6)  # float32 there
+            turn = np.array(pybullet.getMatrixFromQuaternion(state[5])).reshape(3, 3)
+            np.testing.assert_allclose(found[:3, :3], turn, atol=1e-5)
+    finally:
+        pybullet.disconnect(client)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_jacobian_is_the_derivative_of_the_place(model):
+    chain, h = chain_of(model), 1e-6
+    q = postures(chain)
+    given = jacobian(chain, frames(chain, q))
+    for i, step in enumerate(h * np.eye(q.shape[1])):
+        ahead, behind = (frames(chain, each)[:, -1, :3, 3] for each in (q + step, q - step))
+        np.testing.assert_allclose(given[:, :, i], (ahead - behind) / (2.0 * h), atol=1e-8)
+
+
+def test_a_sliding_joint_moves_along_its_axis(tmp_path):
+    text = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="s" type="prismatic"><parent link="a"/><child link="b"/><origin xyz="0 0 1"/>
+        <axis xyz="0 2 0"/><limit lower="-1" upper="1" velocity="0.5" effort="5"/></joint>
+      <joint name="f" type="fixed"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/>
+        <axis xyz="0 0 0"/></joint></robot>"""
+    path = tmp_path / "slide.urdf"
+    path.write_text(text)
+    chain = read_chain(str(path), ("s",), "c")
+    found = frames(chain, [[0.25]])
+    np.testing.assert_allclose(found[0, -1, :3, 3], [1.0, 0.25, 1.0])
+    np.testing.assert_allclose(jacobian(chain, found)[0, :, 0], [0.0, 1.0, 0.0])
+    with pytest.raises(ScenarioError, match="joints s move the link 'c', wanted t"):
+        read_chain(str(path), ("t",), "c")
+
+
+# Base and arm together ---------------------------------------------------------------------------
+
+
+def placed(team, count):
+    """Return random poses (n, 3) and joints near home (n, 1 + k)."""
+    rng = np.random.default_rng(5)
+    pose = np.column_stack([4.0 * np.arange(count), np.zeros(count), rng.uniform(-3, 3, count)])
+    joints = team.rest_joints.copy()
+    joints[:, 1:] += rng.uniform(-0.3, 0.3, joints[:, 1:].shape) * (team.rates > 0.0)
+    return pose, joints
+
+
+def omnidirectional():
+    content = {"base": "youbot", "arm": {"model": "iiwa", "mount": [0.1, 0.0, 0.1, 0.0]}}
+    return kind("mobile_iiwa", own={"mobile_iiwa": content})
+
+
+def test_tools_move_as_wanted_on_any_base():
+    kinds = ["husky_panda", "husky_xarm6", omnidirectional()]
+    team = ArmedTeamInSpace(kinds)
+    pose, joints = placed(team, 3)
+    u = np.array([[0.2, -0.1, 0.05], [-0.1, 0.2, -0.05], [0.1, 0.1, 0.1]])
+    for wanted in (u, -u):
+        command = team.command(wanted, pose, joints, 0.1, 1e-9)
+        moved = team.velocity(command, pose, joints, 0.1, 1e-9)
+        np.testing.assert_allclose(moved, wanted, atol=1e-9)
+    assert (team.excess(command, joints, 1e-9) < 1.0).all()
+    assert np.all(command[1, -1] == 0.0)  # six joints
+
+
+def test_velocity_is_the_derivative_of_the_point():
+    team = ArmedTeamInSpace(["husky_panda", omnidirectional()])
+    pose, joints = placed(team, 2)
+    command = np.random.default_rng(2).uniform(-0.3, 0.3, (2, len(team.axes))) * team.robot_axes
+    given = team.velocity(command, pose, joints, 0.1, PERIOD)
+    h, cos, sin = 1e-6, np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    vx, vy, omega = command[:, 0], command[:, 1], command[:, 2]
+    rate = np.column_stack([cos * vx - sin * vy, sin * vx + cos * vy, omega])
+    turned = np.column_stack([np.zeros(2), command[:, 3:]])
+    ends = [
+        team.point(pose + sign * h * rate, joints + sign * h * turned, 0.1) for sign in (1.0, -1.0)
+    ]
+    np.testing.assert_allclose(given, (ends[0] - ends[1]) / (2.0 * h), atol=1e-7)
+
+
+def test_a_held_command_moves_the_tool_by_what_was_wanted():
+    """The mapping is that of the middle: the error falls with the period's third power."""
+    errors = []
+    for period in (0.1, 0.05):
+        team = ArmedTeamInSpace(["husky_panda"], None)
+        pose, joints = placed(team, 1)
+        world = World(team, pose, step=period, limits=None)
+        world._motion.q[:] = joints[:, 1:]
+        wanted = np.array([[0.1, 0.2, 0.05]])
+        begin = team.point(world.pose, world.joints, 0.1)
+        world.set_commands([0], team.command(wanted, pose, joints, 0.1, period))
+        world.step()
+        moved = team.point(world.pose, world.joints, 0.1) - begin
+        errors.append(np.abs(moved - period * wanted).max())
+    assert errors[0] < 1e-4 and errors[1] < errors[0] / 6.0
+
+
+def test_an_arm_comes_home_while_its_tool_rests():
+    team = ArmedTeamInSpace(["husky_panda"])
+    pose, joints = placed(team, 1)
+    world = World(team, pose)
+    world._motion.q[:] = joints[:, 1:]
+    begin = team.point(world.pose, world.joints, 0.1)
+    for _ in range(250):
+        told = team.command(np.zeros((1, 3)), world.pose, world.joints, 0.1, world.step_size)
+        world.set_commands([0], told)
+        world.step()
+    assert np.abs(team.point(world.pose, world.joints, 0.1) - begin).max() < 1e-3
+    left, away = (np.linalg.norm(each - team.rest_joints) for each in (world.joints, joints))
+    assert left < 0.6 * away
+
+
+def test_reaching_is_damped_where_the_tool_cannot_go():
+    jacobian = np.zeros((2, 3, 4))
+    jacobian[:, [0, 1], [0, 1]] = 1.0  # nothing moves it up but the last, which the first has not
+    jacobian[1, 2, 3] = 1.0
+    scale = np.array([[1.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
+    wanted, free = np.tile([0.3, -0.2, 0.4], (2, 1)), np.full((2, 4), np.inf)
+    found = reaching(jacobian, wanted, np.zeros((2, 4)), scale, -free, free)
+    assert np.isfinite(found).all() and found[0, 3] == 0.0
+    np.testing.assert_allclose(found[1], [0.3, -0.2, 0.0, 0.4], atol=1e-12)
+    assert 0.9 * 0.3 < found[0, 0] <= 0.3  # as far as it can, and a little damped
+    barely = np.array([[1.0, 1.0, 1.0, EASY]])
+    found = reaching(jacobian[1:], wanted[1:], np.zeros((1, 4)), barely, -free[1:], free[1:])
+    np.testing.assert_allclose(found[0, 3], 0.4, atol=1e-9)
+
+
+def test_others_make_up_for_an_input_at_its_bound():
+    jacobian = np.zeros((1, 3, 4))
+    jacobian[0] = np.column_stack([np.eye(3), [1.0, 0.0, 0.0]])
+    high, low = np.array([[0.05, 9.0, 9.0, 9.0]]), np.full((1, 4), -9.0)
+    wanted = np.array([[0.4, 0.1, 0.0]])
+    found = reaching(jacobian, wanted, np.zeros((1, 4)), np.ones((1, 4)), low, high)
+    np.testing.assert_allclose(found, [[0.05, 0.1, 0.0, 0.35]], atol=1e-12)
+
+
+def test_joints_keep_their_ends_and_speeds():
+    team = ArmedTeam(["husky_panda", "pioneer3dx"])
+    world = World(team, [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
+    command = np.zeros((2, len(team.axes)))
+    command[0, 2:] = 100.0
+    for _ in range(100):
+        before = world.joints
+        world.set_commands([0, 1], command)
+        world.step()
+        rate = np.abs(world.joints - before)[:, 1:] / world.step_size
+        assert (rate <= team.rates + 1e-9).all()
+    np.testing.assert_allclose(world.joints[0, 1:], team.upper[0])
+    assert not world.joints[1].any()
+    assert world._motion.ended[0].all()
+
+
+# Teams and runs ----------------------------------------------------------------------------------
+
+
+def scenario(**changes):
+    poses = [[1.5, 0.5, 3.0], [0.0, 2.0, -1.6], [-2.0, -1.0, 0.4]]
+    control = {"protocol": "displacement_formation", "rate": 20, "dimension": 3}
+    control["parameters"] = {"gain": 0.2, "shape": "circle", "size": 2.0}
+    content = {"model": "husky_panda", "robots": 3, "poses": poses, "control": control}
+    content.update(topology={"preset": "complete"}, duration=12.0)
+    return dict(content, **changes)
+
+
+def test_a_protocol_runs_on_tool_points_in_space(tmp_path):
+    run = simulate(scenario(), out=tmp_path)
+    assert run.passed, str(run)
+    assert run.run.axes[:2] == ("linear.x", "angular.z") and run.run.axes[-1] == "arm.7"
+    assert run.run.joints.shape == (121, 3, 8)
+    again = open_run(tmp_path)
+    assert again.passed and np.array_equal(again.run.joints, run.run.joints)
+    team = ArmedTeamInSpace(["husky_panda"] * 3)
+    told = run.run.in_space(3)
+    points = team.point(told.pose, told.joints, 0.1)
+    np.testing.assert_allclose(points, told.hand, atol=1e-9)
+
+
+def test_planar_protocols_move_tools_beside_other_robots_and_keep_their_height():
+    control = dict(scenario()["control"], dimension=2)
+    model = ["husky_panda", "husky_xarm6", "pioneer3dx"]
+    run = simulate(scenario(model=model, control=control, limits="none", duration=12.0))
+    assert run.passed, str(run)
+    height = run.run.point_z
+    assert np.ptp(height[:, :2], axis=0).max() < 1e-3 and not height[:, 2].any()
+    assert height[0, 0] > 0.5
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(ValueError, match="robot2, a Pioneer 3-DX, has no arm; wanted 2"):
+        simulate(scenario(model=["husky_panda", "pioneer3dx", "husky_panda"]))
+    with pytest.raises(WorldError, match="robot1, Husky A200 with a Panda arm, has an arm"):
+        simulate(scenario(), fidelity="point_mass")
+    arm = {"model": "panda", "mount": [0.0, 0.0, 0.2, 0.0]}
+    for base, change, words in (
+        ("f1tenth", {}, "drive car, wanted a wheeled base whose speeds are free"),
+        ("husky", {"model": "pandora"}, "pandora.*wanted"),
+        ("husky", {"mount": [0.0, 0.0, 0.2]}, "wanted a list of 4 numbers"),
+        ("husky", {"mount": [99.0, 0.0, 0.2, 0.0]}, "wanted within 10 m"),
+        ("husky", {"home": [9.0] * 7}, "panda_joint1 at 9 rad, wanted from -2.9671 to 2.9671"),
+    ):
+        own = {"own": {"base": base, "arm": dict(arm, **change)}}
+        with pytest.raises(ValueError, match=words):
+            ArmedTeam([kind("own", own=own)])
+
+
+def test_teams_without_arms_know_of_none():
+    team = Team(["pioneer3dx", "robotino3"])
+    assert not team.has_arms and team.rest_joints.shape == (2,)

@@ -162,7 +162,8 @@ class SonarCloud(Form):
             text = "echo {} at ({:.3g}, {:.3g}) m is not where the mount's transducer looks"
             raise MessageError(text.format(wrong[0] + 1, *message.points[wrong[0]][:2]))
         ranges[ranges > self._most - SILENT] = np.inf
-        return RangeReading(stamp, np.maximum(ranges, 0.0), self._places, self._most)
+        cone = 0.5 * self.mount.numbers.cone
+        return RangeReading(stamp, np.maximum(ranges, 0.0), self._places, self._most, cone)
 
 
 class SonarCloud2(SonarCloud):
@@ -273,7 +274,7 @@ class Seen(Form):
 
     def rows(self, reading):
         """Return numbers, ranges and bearings of those that each robot sees."""
-        return [reading.of(k)[1:] for k in range(len(reading.ranges))]
+        return [reading.of(k)[1:4] for k in range(len(reading.ranges))]
 
     def message(self, item, header):
         """Return the ``RangeBearing`` of numbers, ranges and bearings."""
@@ -281,7 +282,7 @@ class Seen(Form):
 
     def reading(self, message, stamp):
         """Return the ``RangeBearingReading``."""
-        return RangeBearingReading(stamp, *read_range_bearing(message))
+        return RangeBearingReading(stamp, *read_range_bearing(message), self.mount.place[:2])
 
 
 class Bumpers(Form):

@@ -209,6 +209,24 @@ def test_cars_are_judged_where_neither_steering_nor_its_rate_holds_them_back(nam
     assert wrong["passed"] is False, wrong
 
 
+def test_cars_under_a_law_with_velocities_are_judged_between_their_limits(tmp_path):
+    """No command tells a steering rate, and behind one the law remembers another velocity than that."""
+
+    class Weak(law_of("cucker_smale")):
+        def accelerations(self, hand, velocity):
+            return 0.95 * super().accelerations(hand, velocity)
+
+    scenario = shipped("cucker_smale", duration=4.0, fidelity="kinematic", odometry="world")
+    scenario = scenario._replace(kinds=("f1tenth",) * scenario.n, limits="firmware")
+    right = verdict_of(scenario, tmp_path / "right")
+    wrong = verdict_of(scenario, tmp_path / "wrong", Weak)
+    drift = check(right, "drift of the mean velocity")
+    assert right["outcome"] == "passed", right["checks"]
+    assert drift["passed"] and drift["measured"] < 1e-12 and "s on, after" in drift["note"], drift
+    assert check(right, BALANCE)["measured"] < 1e-5
+    assert check(wrong, BALANCE)["passed"] is False
+
+
 def test_a_team_that_is_at_its_limits_throughout_is_not_judged(tmp_path):
     slow = {"v_max": 0.05, "omega_max": 1.0}
     scenario = shipped("displacement_formation", duration=1.0, limits=slow)

@@ -193,6 +193,20 @@ def test_the_excess_is_of_speed_or_of_steering_rate():
     assert fast[0] == pytest.approx(30.0 / kind("f1tenth").limits["firmware"][0].top)
 
 
+def test_a_steering_rate_at_its_limit_shows_in_a_recording():
+    """Three cars, two samples: the second car is asked to steer as fast as it can, then no more."""
+    team, most = Team(("f1tenth",) * 3), 3.2 * 0.02
+    steering = np.array([[0.1, 0.1, 0.0], [0.1, 0.1 + most, 0.0]])
+    asked = np.array([[0.1 + 0.9 * most, 0.1 + most, 0.0], [0.1, 0.1 + most, 0.0]])
+    pose = np.zeros((2, 3, 3))
+    points = np.stack([team.point(*each, 0.2) for each in zip(pose, steering)])
+    numbers = team.groups[0].numbers
+    command = np.stack([car.twist_of(np.ones(3), each, numbers) for each in asked])
+    found = team.limits_in(command, pose, points, 0.2, 0.02, 0.999)
+    np.testing.assert_array_equal(found, [[False, True, False], [False, False, False]])
+    assert not team.at_limits(command, 0.999).any()  # no command alone tells it
+
+
 def test_a_slowed_command_keeps_the_direction_of_the_point():
     steering = one(0.1)
     full = car.twist_of(one(1.2), one(0.3), CAR)

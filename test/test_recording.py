@@ -20,10 +20,12 @@ from mrs_simulator.core.recording import (
     Run,
     RunError,
     closest_approach,
+    part_of,
     read_run_csv,
     write_facts,
 )
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.study.report import judged
 
 PRINTED = [[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0], [-5.05, 12.3, 0.0]]
@@ -241,6 +243,21 @@ def test_closest_approach():
     pose[1, :, 0] = [0.0, 2.5, 7.0]
     assert closest_approach(pose) == 2.5
     assert closest_approach(pose[:, :1]) == math.inf
+
+
+def test_a_part_of_a_run_has_all_of_its_samples():
+    ones, rows = np.arange(4.0)[:, np.newaxis], slice(1, 3)
+    many = ones[..., np.newaxis] * np.ones(3)
+    run = Run(
+        ones[:, 0], np.array([1]), many, many[..., :2], many[..., :2], twist=many, joints=ones,
+        spatial=upright(ones, ones), point_z=ones,
+    )  # fmt: skip
+    part = part_of(run, rows)
+    assert (
+        part.joints.tolist() == part.point_z.tolist() == part.spatial.z.tolist() == [[1.0], [2.0]]
+    )
+    assert {len(each) for each in (part.time, part.pose, part.twist, *part.spatial)} == {2}
+    assert part_of(run._replace(joints=None, spatial=None), rows).spatial is None
 
 
 def test_a_file_of_many_blocks_is_read_as_one(tmp_path, monkeypatch):

@@ -114,6 +114,7 @@ def test_a_moment_at_a_limit_hides_no_wrong_gain(tmp_path):
     [
         ("cucker_smale", {"v_max": 1.5, "omega_max": 6.2832}, "drift of the mean velocity"),
         ("marching", {"v_max": 1.2, "omega_max": 6.2832}, "drift of the centre from the path"),
+        ("leader_follower", {"v_max": 1.05, "omega_max": 3.0}, "decay rate of the separation"),
     ],
 )
 def test_what_a_law_remembers_is_known_after_a_limit(tmp_path, name, limits, claim):

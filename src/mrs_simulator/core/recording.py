@@ -381,5 +381,9 @@ def closest_approach(pose, z=None):
 
 def part_of(run, rows):
     """Return the ``rows``, a slice, of ``run``."""
-    names = ("time", "pose", "hand", "command")
-    return run._replace(**{name: getattr(run, name)[rows] for name in names})
+    names = ("time", "pose", "hand", "command", "twist", "joints", "point_z")
+    kept = {name: getattr(run, name) for name in names}
+    kept = {name: value[rows] for name, value in kept.items() if value is not None}
+    if run.spatial is not None:
+        kept["spatial"] = Spatial(*(part[rows] for part in run.spatial))
+    return run._replace(**kept)

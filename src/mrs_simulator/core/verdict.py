@@ -82,13 +82,15 @@ class Late(NamedTuple):
     """What is judged of claims for unlimited inputs where a robot was at a limit, and ``why``.
 
     ``run``: the part of the run after that, None if nothing is judged; ``claims`` made of its start,
-    by name; ``theory``: the :class:`Theory` of that part.
+    by name; ``theory``: the :class:`Theory` of that part; ``again``: returns the ``Late`` of what is left
+    after the last limit of all, for claims that even little of a limit costs too much, or None.
     """
 
     why: str
     run: Any = None
     claims: Any = None
     theory: Any = NO_THEORY
+    again: Any = None
 
 
 def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
@@ -266,7 +268,7 @@ def _judged(run, claim, theory):
             check = check._replace(passed=None, note=short)
         return check
     cost, why = _cost(claim, theory.followed)
-    if theory.limited and (cost is None or cost > claim.tolerance):
+    if theory.limited and _is_costly(claim, theory):
         return _judged_late(run, claim, theory)
     if short:
         return _measured(run, claim)._replace(passed=None, note=short)
@@ -298,9 +300,23 @@ def _cost(claim, followed):
     return max(0.0, _excess(check.difference, claim.relation)), ""
 
 
+def _is_costly(claim, theory):
+    """Return whether held commands and limits cost ``claim`` more than it allows."""
+    if claim.own or theory.followed is None:
+        return False
+    cost, _ = _cost(claim, theory.followed)
+    return cost is None or cost > claim.tolerance
+
+
 def _judged_late(run, claim, theory):
     """Return the check of ``claim`` on the part of the run that limits left alone."""
     late = theory.late() if theory.late else Late(theory.limited)
+    if (
+        late.again
+        and claim.name in late.claims
+        and _is_costly(late.claims[claim.name], late.theory)
+    ):
+        late = late.again()
     if late.run is None or claim.name not in late.claims:
         return _measured_only(run, claim, late.why)
     rest, touch = late.run, _first_touch(late.run) if claim.motion else None

@@ -81,7 +81,7 @@ def _energy_drawn(control, energy, run):
     time = run.time - run.time[0]
     curve = Curve(energy.name, time[balance.rows], balance.measured)
     if control.saturation != "none":
-        limited = np.flatnonzero(at_limit(control, run.command).any(axis=1))
+        limited = np.flatnonzero(at_limit(control, run).any(axis=1))
         first = int(limited[-1]) + 1 if len(limited) else 0
     late = balance.since(first)
     if len(late.rows) < 3 or balance.allowed > TELLING:

@@ -9,7 +9,6 @@ from mrs_simulator.core.curves import NOTHING, Balance, dissipated
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
-HELD_BACK = 1e-3  # [-] of a velocity by which a robot falls short of it
 DIGITS = 1e-14  # [-] of the largest energy: what is left of its digits where it grows
 # [-] of the energy that arcs and slip may cost where no published law tells them apart from the law.
 UNTOLD = {"point_mass": 0.0, "kinematic": 0.01, "dynamic": 0.05}
@@ -39,7 +38,7 @@ def balance_of(control, energy, run):
     exactly = control.fidelity == "point_mass"
     held = _held(law, states, commands, control.period, exactly)
     after = [energy.of(*end) for end in held]
-    limited = _limited(control, run)[rows] | _held_back(control, law, run, rows)
+    limited = _limited(control, run)[rows]
     free = ~(limited[:-1] | limited[1:])
     if commands.max() > 1:  # commands between two samples may be at a limit that neither shows
         free = free & np.append(True, free[:-1]) & np.append(free[1:], True)
@@ -86,30 +85,9 @@ def _robots_cost(energy, states, commands, period, free):
 
 def _limited(control, run):
     """Return in which samples some robot is at a limit, (m,) bool."""
-    if control.saturation == "none":
+    if control.saturation == "none" and control.fidelity == "point_mass":
         return np.zeros(len(run.time), dtype=bool)
-    return at_limit(control, run.command).any(axis=1)
-
-
-def _held_back(control, law, run, rows):
-    """Return in which of the samples ``rows`` (k,) a steering rate keeps the law from its way, (k,) bool.
-
-    It shows in no single command: theory's velocities are limited as those of the robots were, from
-    their recorded poses and joints.
-    """
-    result = np.zeros(len(rows), dtype=bool)
-    if not control.team.has_joints or run.joints is None or law.SEES != "now":
-        return result
-    if control.saturation == "none":
-        return result
-    team, begun = control.team, law.begin(run.hand[0])
-    for place, row in enumerate(rows):
-        given = run.pose[row], run.joints[row], control.l, control.period
-        wanted = law.velocity(run.hand[row], run.time[row] - run.time[0], begun)[0]
-        command = team.command_within(wanted, *given, control.saturation)
-        short = np.abs(team.velocity(command, *given) - wanted).max(axis=1)
-        result[place] = (short > HELD_BACK * np.linalg.norm(wanted, axis=1)).any()
-    return result
+    return at_limit(control, run).any(axis=1)  # robots keep their limits whatever they are told
 
 
 def samples_on_commands(control, run):

@@ -130,13 +130,13 @@ def _limited(control, run, theory):
     if followed is None:
         limited = np.zeros(run.hand.shape[:2], dtype=bool)
         if control.saturation != "none":
-            limited = at_limit(control, run.command)
+            limited = at_limit(control, run)
     else:
         limited, cut = followed.meta["limited"], followed.meta["cut"]
         sure = run.meta.get("lockstep") and control.fidelity != "dynamic"
         if sure and cut[-1].max() <= LITTLE:
             return theory
-        limited = limited if sure else limited | at_limit(control, run.command)
+        limited = limited if sure else limited | at_limit(control, run)
     if not limited.any():
         return theory
     if followed is None and control.saturation == "team" and not control.MEMORYLESS:
@@ -159,16 +159,24 @@ def _who(run, limited, cut):
     if cut is not None:
         text += ", which cut {:.2g} m off its path".format(cut[-1, worst])
     also = ", ".join("robot{}".format(run.robots[row]) for row in others[:SHOWN_ROBOTS])
+    if not also:
+        return text
     more = ", ..." if len(others) > SHOWN_ROBOTS else ""
-    return text + (" (and {}{})".format(also, more) if also else "")
+    end = run.time[np.flatnonzero(limited[:, others].any(axis=1))[-1]] - run.time[0]
+    later = " until {:.1f} s".format(end) if end > at else ""
+    return "{} (and {}{}{})".format(text, also, more, later)
 
 
-def _late(control, run, limited, theory):
-    """Return the ``Late`` part of a run in which robots were at limits, ``limited`` (m, n) bool."""
-    at, followed = limited.any(axis=1), theory.followed
+def _late(control, run, limited, theory, little=LITTLE):
+    """Return the ``Late`` part of a run in which robots were at limits, ``limited`` (m, n) bool.
+
+    It begins where limits cut off no more than ``little`` [m] of a path any more; its ``again`` begins
+    after the last limit of all.
+    """
+    whole, at, followed = theory, limited.any(axis=1), theory.followed
     cut = None if followed is None else followed.meta["cut"]
     if cut is not None:  # what still is cut off later is no more than the rest is judged with
-        at &= (cut[-1] - cut).max(axis=1) > LITTLE
+        at &= (cut[-1] - cut).max(axis=1) > little
     last = int(np.flatnonzero(at if at.any() else limited.any(axis=1))[-1])
     begin = _next_command(control, run, last + 1)
     other = None if begin is None else _resumed(control, run, begin, theory)
@@ -180,8 +188,11 @@ def _late(control, run, limited, theory):
     claims, theory = _claims(other, rest, [], later(followed, rows) if known else None)
     after = _who(run, limited[: last + 1], None if cut is None else cut[: last + 1])
     why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], after)
-    theory = theory._replace(limited="", late=None)
-    return Late(why, rest, {claim.name: claim for claim in claims}, theory)
+    theory, again = theory._replace(limited="", late=None), None
+    if little and cut is not None and limited[begin:].any():
+        made = functools.partial(_late, control, run, limited, whole, 0.0)
+        again = functools.lru_cache(maxsize=1)(made)
+    return Late(why, rest, {claim.name: claim for claim in claims}, theory, again)
 
 
 def _next_command(control, run, first):
@@ -213,11 +224,11 @@ def _resumed(control, run, row, theory):
     law, memory = published_law(control), None
     if _is_where(theory, run, row):
         memory = theory.followed.meta["memory"][row]
-    elif law is None or law.SEES != "now":
+    elif law is None or law.SEES not in ("now", "pose"):
         return None
     time = run.time[row] - run.time[0]
     rest = call(control.resumed, time, memory)
-    if rest is None or law.SEES == "pose":
+    if rest is None:
         return None
     rest._keep(published=lambda: Resumed(law, time, memory))
     return rest

@@ -375,18 +375,26 @@ class Team:
         """
         result = np.empty(points.shape)
         for g in self.groups:
-            shape = (-1, len(g.kinds))
-            own = command[:, g.rows][..., g.columns], pose[:, g.rows], points[:, g.rows]
-            numbers = g.numbers._replace(**{
-                key: _tiled(getattr(g.numbers, key), len(command)) for key in g.drive.COLUMNS
-            })  # fmt: skip
-            flat = [values.reshape(-1, values.shape[-1]) for values in own]
-            joints = np.zeros(len(flat[1]))
-            if g.drive.JOINTS:
-                joints = g.drive.joints_seen(flat[1], flat[2], l, numbers)
-            along_across = g.drive.velocity(flat[0], joints, l, period, numbers)
-            found = _turned(*along_across, *cos_sin(flat[1][:, 2] + joints))
-            result[:, g.rows] = found.reshape(shape + (2,))
+            own, headings, joints, numbers = _recorded(g, command, pose, points, l)
+            along_across = g.drive.velocity(own, joints, l, period, numbers)
+            found = _turned(*along_across, *cos_sin(headings + joints))
+            result[:, g.rows] = found.reshape((-1, len(g.kinds), 2))
+        return result
+
+    def limits_in(self, command, pose, points, l, period, share=1.0):
+        """Return where recorded commands have reached ``share`` of a limit, (k, n) bool.
+
+        As :meth:`at_limits`, and of what shows in no command alone: how fast joints are asked to move.
+        Arguments as of :meth:`velocities_in`.
+        """
+        result = self.at_limits(command, share)
+        for g in self.jointed:
+            if not g.drive.OWN_LIMITS:
+                continue
+            own, _, joints, numbers = _recorded(g, command, pose, points, l)
+            asked = g.drive.asked(own, joints, numbers)
+            factor = g.drive.excess(asked, joints, numbers, period)
+            result[:, g.rows] |= factor.reshape(-1, len(g.kinds)) >= share
         return result
 
     def excess(self, command, joints, period):
@@ -454,6 +462,22 @@ class Team:
             own = g.of(command), joints[g.rows]
             result[g.rows] = g.drive.joints_after(*own, g.numbers, period)
         return result
+
+
+def _recorded(group, command, pose, points, l):
+    """Return commands, headings, inner joints and numbers of the robots of ``group``, sample by sample.
+
+    Arguments as of ``Team.velocities_in``; all results have one row for each sample and robot.
+    """
+    numbers = group.numbers._replace(**{
+        key: _tiled(getattr(group.numbers, key), len(command)) for key in group.drive.COLUMNS
+    })  # fmt: skip
+    own = command[:, group.rows][..., group.columns], pose[:, group.rows], points[:, group.rows]
+    command, pose, points = (values.reshape(-1, values.shape[-1]) for values in own)
+    joints = np.zeros(len(pose))
+    if group.drive.JOINTS:
+        joints = group.drive.joints_seen(pose, points, l, numbers)
+    return command, pose[:, 2], joints, numbers
 
 
 def _limits_other_axes(group):

@@ -11,6 +11,7 @@ from mrs_simulator.control.laws.published_robots import (
     are_stated,
     posed_commands,
 )
+from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.control.safety_filter import FIXED_RATE, filter_acts
 from mrs_simulator.control.sensed_safety import SHARE
 from mrs_simulator.core.claims import Claim, NothingDecays
@@ -26,6 +27,7 @@ LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at leas
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
+CLOSE = 1e-6  # [m] to where theory has a robot, within which it is there
 
 
 def exactness_claims(control, run, exact, followed=None):
@@ -44,7 +46,7 @@ def exactness_claims(control, run, exact, followed=None):
     if are_stated(control.team) and not run.meta.get("lockstep"):
         claims.append(_late_commands(control, law, run))
     elif are_stated(control.team) and len(rows) > 1 and told:
-        claims.append(_commands(control, law, run))
+        claims.append(_commands(control, law, run, followed if run.meta.get("lockstep") else None))
     known = followed is not None and control.fidelity != "dynamic" and run.meta.get("lockstep")
     narrow = law.NARROWS and control.fidelity == "kinematic" and not _is_ramped(control)
     narrow = narrow and (known or control.team.is_of_unicycles)
@@ -100,7 +102,7 @@ def _is_ramped(control):
     return bool(np.isfinite(control.limits.acceleration).any())
 
 
-def _commands(control, law, run):
+def _commands(control, law, run, followed):
     tolerance = ROUNDING
     if control.fidelity != "point_mass" and law.SEES in ("next", "past"):
         tolerance = REBUILT
@@ -110,7 +112,7 @@ def _commands(control, law, run):
         COMMANDS,
         0.0,
         tolerance,
-        lambda run: command_error(control, law, run),
+        lambda run: command_error(control, law, run, followed),
         own=True,
         motion=False,
     )
@@ -182,11 +184,12 @@ def _apart(run, other):
     return float(np.linalg.norm(run.hand[:samples] - other.hand[:samples], axis=2).max())
 
 
-def command_error(control, law, run):
+def command_error(control, law, run, followed=None):
     """Return the largest difference of a command from the law's, over the largest wanted velocity.
 
     Both as velocities of the controlled points [m/s], the law's within the robots' limits.  At most
-    ``MOST_CHECKED`` pairs of robots are looked at, over samples that are spread evenly.
+    ``MOST_CHECKED`` pairs of robots are looked at, over samples that are spread evenly.  ``followed``: the
+    run of the robots under the law, if it is known, which tells what a law remembers at limits.
     """
     rows = _rows(control, run)
     most = max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
@@ -194,7 +197,8 @@ def command_error(control, law, run):
     if control.links.faults or law.SEES == "past":
         wanted_of = _wanted_by_listeners(control, law, robots, run, rows[:most])
     else:
-        wanted_of = _wanted(control, law, robots, run, rows[:: -(-len(rows) // most)])
+        rows = rows[:: -(-len(rows) // most)]
+        wanted_of = _wanted(control, law, robots, run, rows, followed)
     worst = largest = 0.0
     for row, wanted in wanted_of:
         error, size = (robots.sizes(c) for c in (wanted - run.command[row], wanted))
@@ -231,7 +235,7 @@ def _commanded(robots, run, row, u):
     return robots.commands(u)
 
 
-def _wanted(control, law, robots, run, rows):
+def _wanted(control, law, robots, run, rows, followed=None):
     """Yield ``(row, command)``: the commands (n, a) that the law wants at samples of ``run``."""
     time, memory = run.time - run.time[0], law.begin(run.hand[0])
     if law.SEES == "pose":
@@ -246,19 +250,28 @@ def _wanted(control, law, robots, run, rows):
         return
     u, _ = law.velocity(run.hand[0], 0.0, memory)
     yield 0, _commanded(robots, run, 0, u)
+    limited = at_limit(control, run).any(axis=1)
     for row, after in zip(rows, rows[1:]):
-        u = _next(control, law, robots, run, memory, row, after)
-        if u is not None:
-            yield after, _commanded(robots, run, after, u)
+        if not limited[row]:
+            u = _next(control, law, robots, run, memory, row, after)
+        elif followed is not None and _is_there(followed, run, after):
+            u, _ = law.velocity(run.hand[after], time[after], followed.meta["memory"][after])
+        else:
+            continue
+        yield after, _commanded(robots, run, after, u)
+
+
+def _is_there(followed, run, row):
+    """Return whether robots are in the sample ``row`` where the ``followed`` are."""
+    return row < len(followed.time) and bool(
+        np.abs(followed.hand[row] - run.hand[row]).max() < CLOSE
+    )
 
 
 def _next(control, law, robots, run, memory, row, after):
-    """Return the velocities at sample ``after`` from those commanded at ``row``; None at a limit."""
-    command = run.command[row]
-    if at_limit(control, command).any():
-        return None
+    """Return the velocities at sample ``after`` from those commanded at ``row``, free of limits."""
     robots.be(run.pose[row], run.hand[row])
-    u = robots.velocities(command)
+    u = robots.velocities(run.command[row])
     then = law.resumed(u, memory)
     steps = _commands_between(control, run, row, after)
     points, left = run.hand[row], run.hand[after]
@@ -272,9 +285,15 @@ def _next(control, law, robots, run, memory, row, after):
     return u
 
 
-def at_limit(control, command):
-    """Return which robots are at a limit of theirs, (..., n) bool, under ``command`` (..., n, a)."""
-    return control.team.at_limits(command, AT_LIMIT)
+def at_limit(control, run):
+    """Return which robots are at a limit of theirs in the samples of ``run``, (m, n) bool.
+
+    Of speeds, and of joints' angles and rates.
+    """
+    if run.meta.get(OF_POINTS):
+        return np.zeros(run.hand.shape[:2], dtype=bool)
+    recorded = run.command, run.pose, run.hand, control.l, control.period
+    return control.team.limits_in(*recorded, AT_LIMIT)
 
 
 def may_sense(control, velocity, hand, bounds):

@@ -315,7 +315,11 @@ class LeaderFollower(Shaped):
 
     DIMENSIONS = (2,)
     TAKES_EDGES = False  # a follower has no law without its leader
-    MEMORYLESS = False
+    MEMORYLESS = False  # its leader knows the time
+
+    def resumed(self, time, memory):
+        """Return the law itself: what it claims is of the poses that robots have then."""
+        return copy.copy(self)
 
     def published(self):
         """Return the law as published; None where robots hear several."""

@@ -61,6 +61,15 @@ class Resumed(Published):
         """Return the memory after the command ``velocity`` (n, d) [m/s]."""
         return self.law.resumed(velocity, memory)
 
+    @property
+    def depth(self):
+        """Return how often a law that sees poses is asked, leaders first."""
+        return self.law.depth
+
+    def commands(self, pose, hand, command, time, l):
+        """Return the commands of a law that sees poses, ``time`` [s] after that moment."""
+        return self.law.commands(pose, hand, command, self.time + time, l)
+
 
 class Averaging(Published):
     """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``; robots that are ``still`` stay.

@@ -70,9 +70,10 @@ def busy_cores():
             burner.wait()
 
 
-@pytest.mark.parametrize("name, gap", [("paper", 0.01), ("paper_dynamic", 0.05)])
-def test_the_papers_experiment_over_ros(ros, tmp_path, name, gap):
-    verdict = launch(ros, tmp_path, scenario(name), "speed:=0")  # which asks for lockstep
+@pytest.mark.parametrize("name, duration, gap", [("paper", 110, 0.01), ("paper_dynamic", 60, 0.15)])
+def test_the_papers_experiment_over_ros(ros, tmp_path, name, duration, gap):
+    asked = "duration:={}".format(duration)
+    verdict = launch(ros, tmp_path, scenario(name), asked, "speed:=0")  # which asks for lockstep
     assert verdict["passed"], verdict
     with open(os.path.join(ros.directory, "launch.log")) as log:
         assert "no command from" not in log.read()  # nobody waits for an answer that was given
@@ -111,13 +112,25 @@ def test_a_controller_that_is_outrun_gives_a_run_that_is_not_judged(ros, tmp_pat
     assert again["outcome"] == "not_judged" and "timing was degraded" in again["reason"]
 
 
+def recorded(ros, out, duration, *stage_arguments, meanwhile=lambda stage, control: None):
+    """Return the bytes of run.csv of the default team in lockstep, as fast as the machine goes."""
+    given = ("_lockstep:=true", "_wait_for_recorders:=1", "_speed:=0", *stage_arguments)
+    stage = ros.node("stage", *given)
+    control = ros.node("pioneer_control", "_lockstep:=true")
+    recorder = ros.node("record", "--out", out, "--duration", duration)
+    meanwhile(stage, control)
+    recorder.wait(PATIENCE)
+    for node in (recorder, control, stage):
+        ros.stop(node)
+    return (out / "run.csv").read_bytes()
+
+
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 def test_lockstep_gives_the_same_bytes_on_idle_and_on_busy_cores(ros, tmp_path, fidelity):
-    arguments = ["lockstep:=true", "speed:=0", "duration:=4", "fidelity:=" + fidelity]
-    launch(ros, tmp_path / "idle", *arguments)
+    chosen = "_fidelity:=" + fidelity
+    idle = recorded(ros, tmp_path / "idle", 4, chosen)
     with busy_cores():
-        launch(ros, tmp_path / "busy", *arguments, name="busy")
-    idle, busy = ((tmp_path / x / "run.csv").read_bytes() for x in ("idle", "busy"))
+        busy = recorded(ros, tmp_path / "busy", 4, chosen)
     assert idle.count(b"\n") == 1 + 7 * 41
     assert idle == busy
 
@@ -125,22 +138,16 @@ def test_lockstep_gives_the_same_bytes_on_idle_and_on_busy_cores(ros, tmp_path, 
 def test_a_stage_that_stalls_in_lockstep_changes_nothing(ros, tmp_path):
     """The control takes the silent clock for a dead simulator; its zeros must not count as an answer."""
 
-    def recorded(out, stalled):
-        stage = ros.node("stage", "_lockstep:=true", "_wait_for_recorders:=1")
-        control = ros.node("pioneer_control", "_lockstep:=true")
-        recorder = ros.node("record", "--out", out, "--duration", 3)
-        if stalled:
-            csv = out / "run.csv"
-            wait_until(lambda: csv.exists() and csv.stat().st_size > 2000)
-            stage.send_signal(signal.SIGSTOP)
-            wait_until(lambda: "/clock is silent" in log_of(control))
-            stage.send_signal(signal.SIGCONT)
-        recorder.wait(60)
-        for node in (recorder, control, stage):
-            ros.stop(node)
-        return (out / "run.csv").read_bytes()
+    def stall(stage, control):
+        csv = tmp_path / "stalled" / "run.csv"
+        wait_until(lambda: csv.exists() and csv.stat().st_size > 2000)
+        stage.send_signal(signal.SIGSTOP)
+        wait_until(lambda: "/clock is silent" in log_of(control))
+        stage.send_signal(signal.SIGCONT)
 
-    assert recorded(tmp_path / "stalled", True) == recorded(tmp_path / "smooth", False)
+    real_time = "_speed:=1"  # or the run would be over before it stalls
+    stalled = recorded(ros, tmp_path / "stalled", 3, real_time, meanwhile=stall)
+    assert stalled == recorded(ros, tmp_path / "smooth", 3)
 
 
 def test_lockstep_names_the_silent_robot(ros):

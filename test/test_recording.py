@@ -24,6 +24,7 @@ from mrs_simulator.core.recording import (
     read_run_csv,
     write_facts,
 )
+from mrs_simulator.core.run_columns import Columns
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.study.report import judged
@@ -50,6 +51,24 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
     np.testing.assert_array_equal(run.time, [0.0, 0.1, 0.2])
     with open(path) as file:
         assert file.readline() == "time,robot,x,y,theta,alpha_x,alpha_y,v,omega\n"
+
+
+@pytest.mark.parametrize("kept", [0, 2, 3])
+def test_a_run_that_was_kept_is_the_one_that_is_read(tmp_path, kept):
+    path, draw = str(tmp_path / "run.csv"), np.random.default_rng(0)
+    columns = Columns(AXES, twist=True, joints=1, kinds=("a,b", "c  d"))
+    with Recorder(path, (1, 5), columns=columns, kept=kept) as recorder:
+        for index in range(3):
+            pose, command, twist = (draw.normal(size=(2, 3)) for _ in range(3))
+            recorder.sample(0.1 * index, pose, command, pose[:, :2], twist, pose[:, 0])
+    write_facts(path, [Collision(0.1, "robot1", "robot5", 0.0, 1.0)], {"deadlock": [(1, 0.2)]})
+    kept_run, read = recorder.run(), read_run_csv(path)
+    for name, value in read._asdict().items():
+        if isinstance(value, np.ndarray):  # sums depend on how arrays lie in memory
+            assert getattr(kept_run, name).strides == value.strides
+            np.testing.assert_array_equal(getattr(kept_run, name), value)
+        else:
+            assert getattr(kept_run, name) == value
 
 
 AXES = ("linear.x", "linear.y", "angular.z")

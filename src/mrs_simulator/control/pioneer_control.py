@@ -1,5 +1,6 @@
 """``PioneerControl``: the control of n robots by one function that a researcher rewrites."""
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -344,7 +345,7 @@ class PioneerControl:
         if not self._gives_twists:
             return self._array_law(pose)
         if self._heights is None:
-            rows = map(Position._make, pose.tolist())
+            rows = map(tuple.__new__, itertools.repeat(Position), pose.tolist())
         else:
             rows = map(RaisedPosition.at, pose[:, :3].tolist(), self._heights)
         given = self.calculateControlLaw(dict(zip(self.numbers, rows)))

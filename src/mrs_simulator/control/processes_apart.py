@@ -113,7 +113,7 @@ class Nursery:
         self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         if os.fork() == 0:
             self._channel.close()
-            _guarded(_breed, theirs, service)
+            guarded(_breed, theirs, service)
         theirs.close()
 
     def child(self):
@@ -129,7 +129,7 @@ class Nursery:
         self._channel.close()
 
 
-def _guarded(function, *arguments):
+def guarded(function, *arguments):
     """Run ``function`` in a forked process, which ends with it and with its parent."""
     try:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -152,7 +152,7 @@ def _breed(channel, service):
         handle = array.array("i", received[0][2][:size])[0]
         if os.fork() == 0:
             channel.close()
-            _guarded(_serve, Connection(handle), service)
+            guarded(_serve, Connection(handle), service)
         os.close(handle)
 
 

@@ -4,8 +4,10 @@ import itertools
 
 import numpy as np
 
-from mrs_simulator.control.twist_message import Twist
+from mrs_simulator.control.twist_message import Twist, Vector3
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
+
+_new = object.__new__
 
 
 class ControlError(ValueError):
@@ -14,9 +16,11 @@ class ControlError(ValueError):
 
 def make_twist(v, omega):
     """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""
-    twist = Twist()
-    twist.linear.x = v
-    twist.angular.z = omega
+    twist = _new(Twist)  # its constructor and its vectors' take longer than the rest
+    linear = twist.linear = _new(Vector3)
+    angular = twist.angular = _new(Vector3)
+    linear.x, linear.y, linear.z = v, 0.0, 0.0
+    angular.x, angular.y, angular.z = 0.0, 0.0, omega
     return twist
 
 

@@ -27,6 +27,7 @@ from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.core.writing import Blocks, write_text
 
 BLOCK = 1 << 22  # [characters] of a file read at once
+MOST_KEPT = 1 << 29  # [bytes] of numbers
 LONGEST_CAUSE = 200  # [characters] of an error that is handed on
 FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "ended": str,
@@ -106,10 +107,13 @@ class Recorder:
         tell=None,
         axes=UNICYCLE_AXES,
         columns=None,
+        kept=0,
     ):
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
         ``columns``: the ``Columns`` of the file, by default those for commands with ``axes`` alone.
+        ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, if these are no
+        more than ``MOST_KEPT``.
         What is told there of an earlier run is taken away.  ``tell`` is called with a text when
         samples find no room on the disk, and when they do again: a run goes on all the same.
         """
@@ -119,6 +123,9 @@ class Recorder:
         self.path = path
         self.columns = Columns(tuple(axes)) if columns is None else columns
         self._robots = [",{},".format(robot) for robot in robots]
+        self._numbers, self._samples = list(robots), 0
+        shape = len(self._robots), self.columns.width
+        self._table = np.empty((kept if 8 * kept * math.prod(shape) <= MOST_KEPT else 0, *shape))
         self._ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._hand_length = hand_length
         self._file = Blocks(path, ",".join(self.columns.names) + "\n")
@@ -154,8 +161,12 @@ class Recorder:
             height = spatial.z if point_z is None else point_z
             blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
             blocks.append(spatial.twist)
-        self._stamp = float(stamp)
-        self._file.add(self._lines(repr(self._stamp), rows_text(np.concatenate(blocks, axis=1))))
+        self._stamp, rows = float(stamp), np.concatenate(blocks, axis=1)
+        if self._samples < len(self._table):
+            table = self._table[self._samples]
+            table[:, 0], table[:, 1], table[:, 2:] = stamp, self._numbers, rows
+        self._samples += 1
+        self._file.add(self._lines(repr(self._stamp), rows_text(rows)))
         self._note()
 
     def _lines(self, stamp, rows):
@@ -180,6 +191,19 @@ class Recorder:
         """Return what a reader of the run is to know of its file, a list of texts."""
         lost = self._file.lost
         return self._warnings + (["{}: {} samples lost".format(self.path, lost)] if lost else [])
+
+    def run(self, scenario=None):
+        """Return the ``Run`` that :func:`read_run_csv` reads of the finished file, or raise what it does.
+
+        Where all samples are in the file and were kept, the file is not read.
+        """
+        table = self._table[: self._samples]
+        if self._file.lost or not 0 < self._samples <= len(self._table):
+            return read_run_csv(self.path, scenario)
+        if not all(np.isfinite(sample).all() for sample in table):  # no reader takes them
+            return read_run_csv(self.path, scenario)
+        kinds = tuple(" ".join(kind.split()) for kind in self.columns.kinds)
+        return _run_of(table, self.columns, kinds, _read_facts(self.path), scenario)
 
     def close(self):
         """Finish the file; closing twice does no harm."""
@@ -252,15 +276,21 @@ def read_run_csv(path, scenario=None):
         raise RunError("{}: cannot be read: {}".format(path, reason(error))) from None
     robots, samples = _shape_of(table, path)
     n = len(robots)
-    collisions, meta = _read_facts(path)
+    facts = _read_facts(path)
     table = table[: samples * n].reshape(samples, n, -1)
     if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
         raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
     if kinds[: samples * n] != kinds[:n] * samples:
         raise RunError("{}: wanted one kind for each robot, the same at all times".format(path))
+    return _run_of(table, columns, tuple(kinds[:n]), facts, scenario)
+
+
+def _run_of(table, columns, kinds, facts, scenario):
+    """Return the ``Run`` of ``table`` (m, n, numbers); ``facts``: its collisions and ``meta``."""
+    collisions, meta = facts
     run = Run(
         time=table[:, 0, 0],
-        robots=robots.astype(int),
+        robots=table[0, :, 1].astype(int),
         pose=table[:, :, 2:5],
         hand=table[:, :, 5:7],
         command=table[:, :, columns.slices()["command"]],
@@ -268,7 +298,7 @@ def read_run_csv(path, scenario=None):
         scenario=scenario,
         meta=meta,
         axes=columns.axes,
-        kinds=tuple(kinds[:n]),
+        kinds=kinds,
     )
     return run._replace(**_more_of(table, columns))
 

@@ -1,11 +1,15 @@
 """The figure ``certificates``: energies, connectivity and other curves that theory speaks of."""
 
+import os
+import traceback
+
 import numpy as np
 from matplotlib import rcParams
 
-from mrs_simulator.study.figures import in_style, new_figure, settle, styled, thin
+from mrs_simulator.study.figures import in_style, new_figure, save, settle, styled, thin
 from mrs_simulator.study.look import Look
 
+CERTIFICATES = "certificates"  # name of the file
 MEASURED, BOUND = "#0072b2", "#d60000"
 PANEL = 1.9  # [in]
 
@@ -15,6 +19,17 @@ def certificate_figure(curves, look=None):
     look = Look() if look is None else look
     with in_style(look.style):
         return _figure(curves, look)
+
+
+def save_certificates(curves, out, formats, look=None):
+    """Write the figure of ``curves`` to the directory ``out``; a fault in them is printed, and no more."""
+    try:
+        figure = certificate_figure(curves, look)
+    except Exception:
+        traceback.print_exc()
+        return
+    for kind in formats:
+        save(figure, os.path.join(out, "{}.{}".format(CERTIFICATES, kind)))
 
 
 @styled

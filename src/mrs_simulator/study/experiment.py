@@ -11,10 +11,11 @@ from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core.controller_log import failure
-from mrs_simulator.core.recording import read_run_csv, write_facts
+from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.world.world import EVERY, World
 
@@ -120,8 +121,9 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     and as the ``study.look.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
     fails is reported as far as it went; ``verdict["ended"]`` says which.
     """
-    run, control = perform(scenario, out, protocol, progress)
-    verdict = write_report(run, out, formats, control, look)
+    with drawing(formats) as apart:
+        run, control = perform(scenario, out, protocol, progress)
+        verdict = write_report(run, out, formats, control, look, apart)
     closest = verdict["min_distance"]  # in the samples too, at which the world does not look
     if closest is not None and closest < run.meta["closest_approach"]:
         meta = dict(run.meta, closest_approach=closest)
@@ -134,8 +136,8 @@ def perform(scenario, out, protocol=None, progress=False):
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    columns = experiment.control.team.record_columns
-    with begin_run(scenario, out, tell=_tell, columns=columns) as recorder:
+    kept = {"columns": experiment.control.team.record_columns, "kept": _samples_of(scenario)}
+    with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
                 more = experiment.more()
@@ -164,7 +166,7 @@ def perform(scenario, out, protocol=None, progress=False):
     }
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)
-    return read_run_csv(recorder.path, scenario), experiment.control
+    return recorder.run(scenario), experiment.control
 
 
 def _tell(text):
@@ -176,5 +178,10 @@ def _with_progress(samples, scenario, wanted):
         return samples
     from tqdm import tqdm  # only a terminal needs it
 
-    total = int(scenario.duration / scenario.step) // scenario.steps_per_record + 1
+    total = _samples_of(scenario)
     return tqdm(samples, total=total, unit="sample", delay=PROGRESS_AFTER, leave=False)
+
+
+def _samples_of(scenario):
+    """Return how many samples a complete run of ``scenario`` has."""
+    return int(round(scenario.duration / scenario.step)) // scenario.steps_per_record + 1

@@ -93,6 +93,8 @@ STYLE = {
     "path.simplify": True,
 }
 
+EVERY = slice(None)  # all figures
+
 # Two threads that borrowed the global rcParams at once would hand them back in the wrong order.
 _RC_LOCK = threading.RLock()
 _own_styles = [{}]  # over STYLE, the innermost last; changed under the lock alone
@@ -120,13 +122,13 @@ def in_style(style):
             _own_styles.pop()
 
 
-def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None):
+def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None, part=EVERY):
     """Write the figures of ``run`` into ``out_dir`` and return the paths written.
 
     ``trajectories``, ``x_states``, ``y_states`` and ``inputs``, of robots off the ground ``z_states``, of a
     run in space ``trajectories_in_space``, each in every one of ``formats`` (png, pdf, svg), as ``look``, a
-    ``Look``, has it.  A file appears whole or not at all.  Raises ``ValueError`` for another format and
-    for a run without samples.
+    ``Look``, has it; ``part``: which of them.  A file appears whole or not at all.  Raises ``ValueError``
+    for another format and for a run without samples.
     """
     check_formats(formats)
     if not len(run.time):
@@ -135,7 +137,7 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None):
     os.makedirs(out_dir, exist_ok=True)
     paths = []
     with in_style(look.style):
-        for name, draw, height in _drawings(run, prediction, look):
+        for name, draw, height in _drawings(run, prediction, look)[part]:
             figure = new_figure(look.width, height)
             draw(figure)
             settle(figure)

@@ -32,20 +32,28 @@ LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which 
 FILTERED = "the safety filter acted"
 
 
-def judged(run, control=None):
+def judged(run, control=None, foretold=None):
     """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
 
     ``control`` makes the claims.  The points are (m, n, d), or where only the end is known a mapping of
-    ``time`` and ``hand``, or None.
+    ``time`` and ``hand``, or None; ``foretold`` is called with them as soon as they are known.
     """
+    foretold = foretold or (lambda points: None)
     if control is None:
+        foretold(None)
         return judge(run, guards=impossibilities(run)), None
     run = run.in_space(control.dimension)
-    faults, measures = [], {}
+    faults, unpredicted, measures = [], [], {}
+    track = _track(control, run, unpredicted)
+    if track is not None:
+        foretold(track)
     acted = filter_acted(control, run)
     claims, theory = (
         _claims(control, run, faults) if acted is None else _unfiltered(control, run, acted, faults)
     )
+    if track is None:
+        track = _end_of(run, claims)
+        foretold(track)
     with _keeping(faults, "measures"):
         measures = call(control.measures, run)
     with _keeping(faults, "stability"):
@@ -53,13 +61,13 @@ def judged(run, control=None):
     if not run.meta.get("lockstep"):
         with _keeping(faults, "published"):
             measures.update(call(delay_measures, control, run))
-    track = _track(control, run, faults)
+    faults += unpredicted
     carried = _carried(control, run)
     if carried:
         theory = theory._replace(ruled_out=carried)
     guards = safety_claims(control, run.hand[0]) + impossibilities(run)
     verdict = judge(run, claims + faults, measures, guards, theory)
-    return verdict, _end_of(run, claims) if track is None else track
+    return verdict, track
 
 
 def _carried(control, run):

@@ -40,16 +40,17 @@ FIGURES += ("z_states", "trajectories_in_space")  # of robots off the ground
 SETTLED = 0.02  # [-] share of what decays that is left when it counts as settled
 
 
-def begin_run(scenario, out, robots=None, tell=None, columns=None):
+def begin_run(scenario, out, robots=None, tell=None, columns=None, kept=0):
     """Return the ``Recorder`` of a new run in the directory ``out``, beside its ``scenario.yaml``.
 
     ``robots``: their numbers, by default those of the scenario; ``columns``: the ``Columns`` that they
     need, by default those of unicycles; ``tell``: what the recorder calls with a text when its disk is
-    full, and when there is room again.  The report on an earlier run there goes: it is not one on this.
+    full, and when there is room again; ``kept``: of how many samples it keeps the numbers.  The report on
+    an earlier run there goes: it is not one on this.
     """
     robots = range(1, scenario.n + 1) if robots is None else robots
     path = os.path.join(out, RUN_FILE)
-    recorder = Recorder(path, robots, scenario.hand_length, tell, columns=columns)
+    recorder = Recorder(path, robots, scenario.hand_length, tell, columns=columns, kept=kept)
     for name in os.listdir(out):
         stem, _, kind = name.partition(".")
         drawn = stem in (*FIGURES, VIEW) and kind in ("png", "pdf", "svg")
@@ -74,37 +75,52 @@ def from_anywhere(scenario):
     return scenario._replace(control=control)
 
 
-def write_report(run, out, formats=("png", "pdf"), control=None, look=None):
+def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apart=None):
     """Write the figures and ``verdict.json`` of ``run`` to ``out``; return the verdict.
 
     ``control`` makes the claims; without one the run is judged by what needs no theory.  ``look``: how
-    figures look, a ``look.Look``.
+    figures look, a ``look.Look``; ``apart``: the ``drawing_apart.Drawing`` that draws them, None to draw
+    them here.
     """
+    run = run if control is None else run.in_space(control.dimension)
+    os.makedirs(out, exist_ok=True)
+    if apart is not None and apart.takes(run):
+        return _write_at_once(run, out, formats, control, look, apart)
     from mrs_simulator.study.figures import figures  # matplotlib is slow to import
 
-    run = run if control is None else run.in_space(control.dimension)
     verdict, prediction = judged(run, control)
-    os.makedirs(out, exist_ok=True)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))
     figures(run, out, formats, prediction, look)
-    if control is not None and formats:
-        _draw_certificates(run, out, formats, control, look)
+    curves = _certificates(run, control, formats)
+    if curves:
+        from mrs_simulator.study.certificate_figure import save_certificates
+
+        save_certificates(curves, out, formats, look)
     return verdict
 
 
-def _draw_certificates(run, out, formats, control, look):
-    """Draw what the protocol shows beside theory, if it does; a fault of its is printed, and no more."""
-    from mrs_simulator.study.certificate_figure import certificate_figure
-    from mrs_simulator.study.figures import save
+def _write_at_once(run, out, formats, control, look, apart):
+    """Judge ``run`` while ``apart`` draws it."""
 
+    def draw(prediction):
+        apart.figures(run, out, formats, prediction, look)
+
+    verdict, _ = judged(run, control, draw)
+    write_verdict(verdict, os.path.join(out, VERDICT_FILE))
+    curves = _certificates(run, control, formats)
+    if curves:
+        apart.certificates(curves, out, formats, look)
+    apart.finish()
+    return verdict
+
+
+def _certificates(run, control, formats):
+    """Return the curves that the protocol shows beside theory; a fault of its is printed, and no more."""
     try:
-        curves = call(certificate_curves, control, run)
-        figure = certificate_figure(curves, look) if curves else None
+        return call(certificate_curves, control, run) if control is not None and formats else []
     except Exception:
         traceback.print_exc()
-        return
-    for kind in formats if figure is not None else ():
-        save(figure, os.path.join(out, "{}.{}".format(CERTIFICATES, kind)))
+        return []
 
 
 def predicted_settling(control, start):

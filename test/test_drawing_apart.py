@@ -1,0 +1,55 @@
+"""Figures drawn by processes of their own."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.study import drawing_apart, figures
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
+PROGRAM = """
+import os, sys
+os.sched_getaffinity = lambda process: {0, 1}
+from mrs_simulator.study.command import main
+main(sys.argv[1:])
+"""
+
+
+def test_figures_drawn_apart_are_those_drawn_here(tmp_path):
+    apart, here = tmp_path / "apart", tmp_path / "here"
+    command = [sys.executable, "-c", PROGRAM, PAPER, "--out", str(apart), "--duration", "1"]
+    command += ["--formats", "png"]
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, timeout=120)
+    assert done.returncode in (0, 1)
+    run_experiment(load_scenario(PAPER).changed(duration=1.0), str(here), formats=("png",))
+    drawn = sorted(p.name for p in apart.iterdir() if p.suffix == ".png")
+    assert len(drawn) == 5
+    for name in drawn:
+        assert (apart / name).read_bytes() == (here / name).read_bytes(), name
+
+
+def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
+    def fail(run, *options):
+        raise OSError(28, "No space left on device", run.pose)
+
+    monkeypatch.setattr(figures, "figures", fail)
+    drawing = drawing_apart.Drawing()
+    drawing._ask(drawing._pipes[1], "figures", *(figures.Look(),))
+    with pytest.raises(Exception, match="pose"):
+        drawing.finish()
+    drawing.close()
+    with pytest.raises(ChildProcessError):
+        os.waitpid(drawing._process, 0)
+
+
+def test_nothing_is_forked_without_formats_or_on_one_core(monkeypatch):
+    monkeypatch.setattr(drawing_apart, "Drawing", None)
+    with drawing_apart.drawing(()) as apart:
+        assert apart is None
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
+    with drawing_apart.drawing(("png",)) as apart:
+        assert apart is None

@@ -60,7 +60,7 @@ class LawService:
         targets, wanted = np.asarray(targets, dtype=float), (len(pose), self._control.dimension)
         if targets.shape != wanted:
             raise ValueError("targets returned shape {}, wanted {}".format(targets.shape, wanted))
-        return targets[:, :2]
+        return targets
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name, the others to their defaults."""

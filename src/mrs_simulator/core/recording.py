@@ -10,6 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.incidents import WORDS, Incident
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.number_rows import rows_text
@@ -38,6 +39,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "uncommanded": bool,
     "degraded": str,
     "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
+    "incidents": list,  # ``core.incidents.Incident``s
     "lockstep": bool,  # commands follow from the poses of the same sample
 }
 
@@ -246,6 +248,8 @@ def _read_facts(path):
         ]
         if "deadlock" in meta:
             meta["deadlock"] = [(int(number), float(since)) for number, since in meta["deadlock"]]
+        if "incidents" in meta:
+            meta["incidents"] = list(map(_incident, meta["incidents"]))
         unknown = [key for key in meta if key not in FACTS]
         wrong = [key for key in meta if key in FACTS and not isinstance(meta[key], FACTS[key])]
     except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
@@ -261,6 +265,13 @@ def _read_facts(path):
             "{}: {} = {}, wanted a {}".format(told, key, shown(meta[key]), FACTS[key].__name__)
         )
     return collisions, meta
+
+
+def _incident(told):
+    time, robot, what, rotor, ordered = told
+    if what not in WORDS:
+        raise ValueError("incident {}, wanted one of {}".format(shown(what), ", ".join(WORDS)))
+    return Incident(float(time), str(robot), what, int(rotor), bool(ordered))
 
 
 def read_run_csv(path, scenario=None):

@@ -13,6 +13,7 @@ import yaml
 
 from mrs_simulator.core.environment import CALM, Environment, read_environment
 from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.incidents import Event, of_first, read_events
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
@@ -122,6 +123,8 @@ class Scenario(NamedTuple):
     sensors: Tuple[SensorChange, ...] = ()  # against those of the kinds
     odometry_errors: Optional[OdometryErrors] = None  # None: those built in, of the wheels
     map: Optional[Map] = None  # of walls: ``core.maps.obstacles_of``
+    events: Tuple[Event, ...] = ()  # faults that befall robots
+    takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
 
     @property
     def n(self):
@@ -172,6 +175,7 @@ class Scenario(NamedTuple):
             control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
             sensors=of_robots(self.sensors, self.n, n),
+            events=of_first(self.events, n),
         )
 
     def _altitude_for(self, n):
@@ -213,6 +217,8 @@ class Scenario(NamedTuple):
         if "robots" in values and self.sensors:
             kept = of_robots(self.sensors, self.n, values["robots"])
             content["sensors"] = [change.to_plain() for change in kept]
+        if "robots" in values and self.events:
+            content["events"] = [e.to_plain() for e in of_first(self.events, values["robots"])]
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
@@ -263,6 +269,10 @@ class Scenario(NamedTuple):
             result["map"] = self.map.to_plain()
         if self.sensors:
             result["sensors"] = [change.to_plain() for change in self.sensors]
+        if self.takeoff:
+            result["takeoff"] = True
+        if self.events:
+            result["events"] = [event.to_plain() for event in self.events]
         if self.own_kinds:
             result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
@@ -331,8 +341,16 @@ def scenario_from_dict(content, where="scenario"):
         sensors=sensors,
         odometry_errors=read_odometry_errors(top),
         map=read_map(top),
+        events=read_events(top, len(poses)),
+        takeoff=top.flag("takeoff", False),
     )
     top.done()
+    if scenario.takeoff and altitude is None:
+        raise ScenarioError(
+            "{}: true, but no robot has an altitude; wanted that to which it rises".format(
+                top.at("takeoff")
+            )
+        )
     if scenario.odometry_errors is not None and scenario.odometry != "wheel":
         raise ScenarioError(
             "{}: given, but odometry is {}; wanted odometry: wheel".format(

@@ -16,6 +16,7 @@ import numpy as np
 
 from mrs_simulator.core.claims import Condition, NothingDecays
 from mrs_simulator.core.controller_log import deadlock_text
+from mrs_simulator.core.incidents import SATURATED
 from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach, part_of
 from mrs_simulator.core.verdict_file import read_verdict
@@ -108,6 +109,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
     warnings = list(run.meta.get("warnings", []))
     checks += _deadlock(run)
     checks.append(_collisions(run))
+    checks += _incidents(run)
     ended = _ended(run)
     checks.append(Check("ended", "complete", ended, None, ended == "complete"))
     scenario = run.scenario
@@ -180,6 +182,19 @@ def _collisions(run):
     return check._replace(note=", ".join(told[:MOST_COLLISIONS]) + more)
 
 
+def _incidents(run):
+    """Return a check of what befell robots, a list; what the scenario ordered, and what follows, fails no
+    run, nor do rotors at their limit."""
+    found = run.meta.get("incidents")
+    if not found:
+        return []
+    own = [each for each in found if not each.ordered and each.what != SATURATED]
+    told = ["{} at {:.1f} s".format(each.text, each.time) for each in found]
+    more = ", ..." if len(told) > MOST_COLLISIONS else ""
+    note = ", ".join(told[:MOST_COLLISIONS]) + more
+    return [Check("incidents", 0, len(found), 0, False if own else None, note=note)]
+
+
 def _deadlock(run):
     """Return a check that tells of robots in a deadlock at the end, a list; no theorem excludes it."""
     held = run.meta.get("deadlock")
@@ -200,15 +215,15 @@ def _checks(run, claims, theory=NO_THEORY):
     What compares with the law itself is judged whether or not a theorem's conditions hold.
     """
     checks = [_held(claim) for claim in claims if isinstance(claim, Condition)]
-    unproved, touch = _broken(claims), _first_touch(run)
+    unproved, broken_off = _broken(claims), _first_break(run)
     for claim in claims:
         if isinstance(claim, Condition):
             continue
         why = theory.ruled_out or claim.unproved or ("" if claim.own else unproved)
         if why:
             checks.append(_measured_only(run, claim, why))
-        elif touch is not None and claim.motion:
-            checks.append(_judged_before(run, claim, theory, touch))
+        elif broken_off is not None and claim.motion:
+            checks.append(_judged_before(run, claim, theory, broken_off))
         else:
             checks.append(_judged(run, claim, theory))
         checks[-1] = checks[-1]._replace(note=_joined(checks[-1].note, theory.why))
@@ -231,15 +246,17 @@ def _held(condition):
     )
 
 
-def _first_touch(run):
-    """Return the first of the run's collisions, None if there was none."""
-    return min(run.collisions, key=lambda collision: collision.time, default=None)
+def _first_break(run):
+    """Return when [s] the run's first collision or incident was, and which, in words; None for none."""
+    found = [(c.time, "{} and {} touched".format(c.first, c.second)) for c in run.collisions]
+    found += [(i.time, i.text) for i in run.meta.get("incidents", ())]
+    return min(found, default=None)
 
 
-def _judged_before(run, claim, theory, touch):
-    """Return the check of a ``claim`` about free motion in a run in which bodies touched."""
-    why = "{} and {} touched at {:.1f} s".format(touch.first, touch.second, touch.time)
-    samples = int(np.searchsorted(run.time, touch.time))
+def _judged_before(run, claim, theory, found):
+    """Return the check of a ``claim`` about free motion in a run in which bodies touched or one fell."""
+    why = "{1} at {0:.1f} s".format(*found)
+    samples = int(np.searchsorted(run.time, found[0]))
     if not claim.own or samples < FEWEST_SAMPLES:
         return _measured_only(run, claim, why)
     check = _judged(part_of(run, slice(0, samples)), claim, theory)
@@ -319,9 +336,9 @@ def _judged_late(run, claim, theory):
         late = late.again()
     if late.run is None or claim.name not in late.claims:
         return _measured_only(run, claim, late.why)
-    rest, touch = late.run, _first_touch(late.run) if claim.motion else None
-    if touch is not None:
-        rest = part_of(rest, slice(0, int(np.searchsorted(rest.time, touch.time))))
+    rest, found = late.run, _first_break(late.run) if claim.motion else None
+    if found is not None:
+        rest = part_of(rest, slice(0, int(np.searchsorted(rest.time, found[0]))))
         if len(rest.time) < FEWEST_SAMPLES:
             return _measured_only(run, claim, late.why)
     check = _judged(rest, late.claims[claim.name], late.theory)

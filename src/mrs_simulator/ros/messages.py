@@ -12,6 +12,8 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 from geometry_msgs.msg import Pose2D, Quaternion
 
+from mrs_simulator.core.incidents import WORDS
+from mrs_simulator.core.incidents import Incident as RunIncident
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.recording import Collision as RunCollision
 from mrs_simulator.core.spatial import Spatial, upright
@@ -19,6 +21,7 @@ from mrs_simulator.msg import (
     Camera,
     Collision,
     ControlStatus,
+    Incident,
     RangeBearing,
     RobotSpec,
     StageStatus,
@@ -27,7 +30,7 @@ from mrs_simulator.msg import (
     TeamState,
 )
 
-__all__ = ["Camera", "Collision", "ControlStatus", "RangeBearing", "StageStatus"]
+__all__ = ["Camera", "Collision", "ControlStatus", "Incident", "RangeBearing", "StageStatus"]
 __all__ += ["TeamCommand", "TeamOdometry", "TeamState"]
 
 # Fields of commands by component of Twist.
@@ -76,7 +79,7 @@ class Controller(NamedTuple):
     command: np.ndarray  # (n, a) [m/s, rad/s]
     edges: Tuple[Tuple[int, int, float], ...]  # (i, j, weight): robot i hears robot j
     directed: bool
-    targets: np.ndarray  # (n, 2) [m] where each controlled point is wanted, (0, 2) for nowhere
+    targets: np.ndarray  # (n, 2) or (n, 3) [m] where points are wanted, (0, 2) for nowhere
     warnings: Tuple[str, ...] = ()
 
 
@@ -310,14 +313,16 @@ def read_stage_status(message):
 def control_status(command, axes, edges, targets, **facts):
     """Return the ``ControlStatus`` of commands (n, a), edges (i, j, weight), targets and ``facts``.
 
-    ``targets`` (n, 2) [m], None for nowhere; ``facts``: other fields by name.
+    ``targets`` (n, 2) or, in space, (n, 3) [m], None for nowhere; ``facts``: other fields by name.
     """
     hears, heard, weight = zip(*edges) if edges else ((), (), ())
     message = ControlStatus(hears=hears, heard=heard, weight=weight, **facts)
     for name, column in commands_of(command, axes, "command_").items():
         setattr(message, name, column)
     if targets is not None:
-        message.target_x, message.target_y = np.asarray(targets, dtype=float).T.tolist()
+        columns = np.asarray(targets, dtype=float).T.tolist()
+        message.target_x, message.target_y = columns[:2]
+        message.target_z = columns[2] if len(columns) > 2 else []
     return message
 
 
@@ -336,9 +341,26 @@ def read_control_status(message):
         command=command,
         edges=tuple(zip(message.hears, message.heard, message.weight)),
         directed=message.directed,
-        targets=np.array(list(zip(message.target_x, message.target_y))).reshape(-1, 2),
+        targets=_targets(message),
         warnings=tuple(message.warnings),
     )
+
+
+def _targets(message):
+    """Return the targets of a ``ControlStatus``, (n, 2) or (n, 3) [m]."""
+    height = _array(message, "target_z")
+    columns = [message.target_x, message.target_y] + ([height] if len(height) else [])
+    if len({len(column) for column in columns}) > 1:
+        raise MessageError(
+            "{} target_x, {}; wanted as many of each".format(
+                len(message.target_x),
+                ", ".join(
+                    "{} target_{}".format(len(column), axis)
+                    for axis, column in zip("yz", columns[1:])
+                ),
+            )
+        )
+    return np.array(columns, dtype=float).T.reshape(-1, len(columns))
 
 
 def collision_message(collision, stamp, frame):
@@ -368,6 +390,24 @@ def read_range_bearing(message):
         text = "{} robots, {} ranges, {} bearings; wanted as many of each"
         raise MessageError(text.format(*map(len, told)))
     return tuple(np.array(each, dtype=kind) for each, kind in zip(told, (int, float, float)))
+
+
+def incident_message(incident, stamp):
+    """Return the message of a ``core.incidents.Incident``."""
+    message = Incident(**dict(zip(("robot", "what", "rotor", "ordered"), incident[1:])))
+    message.header.stamp = stamp
+    return message
+
+
+def read_incident(message):
+    """Return the ``core.incidents.Incident`` in ``message``, its time that of the stamp [s].
+
+    Raises ``MessageError`` for one that is not known.
+    """
+    if message.what not in WORDS:
+        raise MessageError("incident {!r}, wanted one of {}".format(message.what, ", ".join(WORDS)))
+    stamp = message.header.stamp.to_sec()
+    return RunIncident(stamp, message.robot, message.what, message.rotor, message.ordered)
 
 
 def read_look(message):

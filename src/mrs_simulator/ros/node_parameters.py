@@ -74,6 +74,9 @@ PAUSED = NodeParameter("paused", FLAG, False, "start paused")
 PRESET = NodeParameter(
     "preset", TEXT, "none", "`rosaria`: see below; also an argument", choices=("none", "rosaria")
 )
+TAKEOFF_HEIGHT = NodeParameter(
+    "takeoff_height", NUMBER, 1.0, "to which `/robotN/takeoff` lets a robot rise", "m", above=0.0
+)
 ODOM_RATE = NodeParameter(
     "odom_rate",
     NUMBER,
@@ -386,6 +389,7 @@ NODES = {
         *(SPEED, PAUSED, PRESET, ODOM_RATE, CMD_VEL_TIMEOUT, LOCKSTEP, LOCKSTEP_TIMEOUT),
         *(WAIT_FOR_CONTROL, MOST_BY_SERVICE, WAIT_FOR_RECORDERS),
         *(STAGE_WORLD_FRAME, STAGE_ODOM_FRAME, STAGE_BASE_FRAME, TRUE_POSE_TOPIC, VIEW),
+        TAKEOFF_HEIGHT,
     ),
     CONTROL: (
         *(RATE, SATURATION, AUTOSTART, ONE_FOR_EACH, SPEED, *POSES[:3], CMD_VEL_TOPIC, *POSES[3:8]),

@@ -22,7 +22,12 @@ from mrs_simulator.core.scenario import (
     scenario_from_yaml,
 )
 from mrs_simulator.core.spatial import Spatial, upright
-from mrs_simulator.ros.messages import read_collision, read_stage_status, read_state
+from mrs_simulator.ros.messages import (
+    read_collision,
+    read_incident,
+    read_stage_status,
+    read_state,
+)
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.team import on_axes
@@ -34,7 +39,7 @@ JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 # What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
 LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
-STATUS = "/stage/status"
+STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
 
 
 def read_bag(path, scenario=None):
@@ -59,6 +64,7 @@ def read_bag(path, scenario=None):
                 taken = taken._replace(pose=_in_common_frame(taken.pose, scenario))
             collisions = _collisions(bag)
             unknown = reader is _from_robots and COLLISIONS not in topics
+            incidents = [read_incident(each) for _, each, _ in bag.read_messages([INCIDENTS])]
             degraded = _degraded(bag, topics, taken.time)
     except ScenarioError as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
@@ -75,6 +81,10 @@ def read_bag(path, scenario=None):
         keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
     start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     kept = taken.kept(keep)
+    meta = _meta(kept.command, unknown, degraded)
+    incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
+    if incidents:
+        meta["incidents"] = incidents
     return Run(
         time=np.round(kept.time - start, 9),
         robots=np.array(kept.robots),
@@ -83,7 +93,7 @@ def read_bag(path, scenario=None):
         command=kept.command,
         collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
         scenario=scenario,
-        meta=_meta(kept.command, unknown, degraded),
+        meta=meta,
         axes=team.axes if team else UNICYCLE_AXES,
         kinds=kept.kinds,
         twist=kept.twist,

@@ -37,7 +37,7 @@ class Experiment:
         self.control = make_control(scenario, protocol)
         self.sensors = Suite.of_scenario(scenario, self.world.team, self.world.obstacles)
         self.sensors.listen(dict.fromkeys(range(scenario.n), self.control.SENSORS))
-        self.collisions = []
+        self.collisions, self.incidents = [], []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
         self.warnings += call(self.control.warnings, scenario.starts)
@@ -50,6 +50,7 @@ class Experiment:
         Raises ``LawFailed`` after all robots were told to stop.
         """
         scenario, world = self.scenario, self.world
+        world.rise()
         self._asked(self.control.start)
         steps = int(round(scenario.duration / scenario.step))
         for step in range(steps + 1):
@@ -63,6 +64,7 @@ class Experiment:
             if step < steps:
                 world.step()
                 self.collisions.extend(world.take_collisions())
+                self.incidents.extend(world.take_incidents())
 
     def points(self, pose):
         """Return the controlled points (n, 2) [m] of robots now at ``pose``; None for hand points."""
@@ -164,6 +166,8 @@ def perform(scenario, out, protocol=None, progress=False):
         "ended": ended,
         "lockstep": True,
     }
+    if experiment.incidents:
+        meta["incidents"] = experiment.incidents
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)
     return recorder.run(scenario), experiment.control

@@ -2,10 +2,13 @@
 
 import numpy as np
 
+from mrs_simulator.core.incidents import LOST, SATURATED, UPSIDE_DOWN
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion
+from mrs_simulator.world.mishaps import Watch, mended, not_finite
+from mrs_simulator.world.touching import Touching
 from mrs_simulator.world.weather import Weather
 
 LANDED = np.array([np.inf, np.inf, 0.0])  # [m/s] that the ground lets a robot go along x, y, z
@@ -25,6 +28,8 @@ class AirborneMotion(KinematicMotion):
         z = self._begin if z is None else z
         self.z = np.zeros(self.team.n) if z is None else np.array(z, dtype=float)
         self._risen = self._before = self.z
+        for flight in getattr(self, "_aloft", {}).values():
+            flight.close()
         self._aloft = {
             group.drive: self._flight_of(group, self.pose[group.rows], self.z[group.rows])
             for group in self.team.groups
@@ -32,7 +37,41 @@ class AirborneMotion(KinematicMotion):
         }
 
     def _flight_of(self, group, pose, z):
-        return AirborneGroup(group, pose, z)
+        return AirborneGroup(group, pose, z, self.step)
+
+    # Motors --------------------------------------------------------------------------------------
+
+    def strike(self, row, fault, rotor=0):
+        """Let the ``fault``, of ``core.incidents.FAULTS``, befall robot ``row``: a ``rotor``, its index, or
+        its motors.  ``ValueError`` for one that has none."""
+        for group, flight in self._flying():
+            member = np.flatnonzero(np.arange(self.team.n)[group.rows] == row)
+            if len(member) and hasattr(group.drive, "lost"):
+                return flight.strike(int(member[0]), fault, rotor)
+        raise ValueError("a {} has no rotors".format(self.team.kinds[row].title))
+
+    def power(self, row):
+        """Let the motors of robot ``row``, which flies, turn again."""
+        for group, flight in self._flying():
+            own = np.arange(self.team.n)[group.rows] == row
+            if own.any() and hasattr(group.drive, "lost"):
+                flight.power(own)
+
+    @property
+    def powered(self):
+        """Return which robots, (n,) bool, fly with all of their rotors."""
+        result = np.zeros(self.team.n, dtype=bool)
+        for group, flight in self._flying():
+            result[group.rows] = flight.powered
+        return result
+
+    def mishaps(self):
+        """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
+        found = []
+        for group, flight in self._flying():
+            for member, what in flight.watch.take():
+                found.append((int(np.arange(self.team.n)[group.rows][member]), what))
+        return found
 
     def _flying(self):
         """Return the groups that fly, and their inner states."""
@@ -122,41 +161,103 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         # Rotors have their limits whatever those of commands.
         numbers = columns_of(group.kinds, group.drive)
         group = group._replace(drive=group.drive.with_forces(), numbers=numbers)
-        return AirborneGroup(group, pose, z, weather)
+        names = ["robot{}".format(row + 1) for row in rows.tolist()]
+        free = ~np.isin(rows, self._mirrored)
+        self._bodies.solved[rows[free]] = hasattr(group.drive, "lost")
+        touching = None
+        if hasattr(group.drive, "lost"):
+            touching = Touching(group.kinds, names, self._bodies.obstacles, free)
+        return AirborneGroup(group, pose, z, self.step, weather, touching)
+
+    def mishaps(self):
+        """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
+        return super().mishaps() + ForcedMotion.mishaps(self)
 
     def contacts(self):
         """Return the contacts of the last step: ``(first, second, x, y, z)`` each."""
-        return [(*contact, 0.0) for contact in self._wheeled_contacts()] + super().contacts()
+        wheeled = [(*contact, 0.0) for contact in self._wheeled_contacts()]
+        touched = [contact for _, flight in self._flying() for contact in flight.contacts()]
+        return wheeled + touched + super().contacts()
+
+    def close(self):
+        """Give back what the solvers hold."""
+        super().close()
+        for _, flight in self._flying():
+            flight.close()
 
 
 class AirborneGroup:
     """The robots of one drive that flies: its inner state, which the drive alone knows."""
 
-    def __init__(self, group, pose, z, weather=None):
+    def __init__(self, group, pose, z, step, weather=None, touching=None):
         """``group``: a ``vehicles.team.Group``, at rest at ``pose`` (m, 3) and heights ``z`` (m,) [m].
 
-        ``weather``: what they feel, None without forces.
+        ``step`` [s]; ``weather``: what they feel, ``touching``: what lets them touch, both None without
+        forces.
         """
-        self._group, self._weather = group, weather
+        self._group, self._weather, self._touching = group, weather, touching
+        self.watch = Watch(len(group.kinds), step)
         self._take(group.drive.begin(np.array(pose), np.array(z), group.numbers))
 
     def _take(self, inner):
         self._inner = inner
         self._pose, self.twist, self.spatial = self._group.drive.state(inner)
 
+    @property
+    def powered(self):
+        """Return which robots, (m,) bool, have all of their rotors."""
+        working = getattr(self._inner, "working", None)
+        return True if working is None else working.all(axis=1)
+
     def advance(self, command, step):
         """Return the poses (m, 3) after ``step`` [s] under ``command`` (m, axes)."""
-        group, air = self._group, ()
+        group, forces = self._group, ()
         if self._weather is not None:
             wind = self._weather.felt().wind
-            air = (np.column_stack([wind, np.zeros(len(wind))]),)
-        numbers = group.numbers
-        self._take(group.drive.flown(self._inner, command, group.limits, numbers, step, *air))
+            forces = (np.column_stack([wind, np.zeros(len(wind))]),)
+        if self._touching is not None:
+            forces += (self._touching.solver(self._inner, step),)
+        given = self._inner, command, group.limits, group.numbers, step
+        inner = group.drive.flown(*given, *forces)
+        bad = not_finite(inner)
+        if bad is not None:
+            inner = self._stopped(mended(inner, self._inner, bad, self.watch), bad)
+        self._take(inner)
+        self._look()
         below = self.spatial.z < 0.0
         if below.any():  # nobody sinks into the ground
             place = np.column_stack([self._pose[:, :2], np.maximum(self.spatial.z, 0.0)])
             self.stop(below, place, LANDED)
         return self._pose
+
+    def _stopped(self, inner, rows):
+        """Return ``inner`` with robots ``rows`` (m,) bool at rest, their motors off where they have any."""
+        drive = self._group.drive
+        pose, _, spatial = drive.state(inner)
+        inner = drive.stopped(inner, rows, np.column_stack([pose[:, :2], spatial.z]), np.zeros(3))
+        return drive.powerless(inner, rows) if hasattr(drive, "lost") else inner
+
+    def _look(self):
+        drive = self._group.drive
+        if hasattr(drive, "upside_down"):
+            self.watch.look(UPSIDE_DOWN, drive.upside_down(self._inner))
+            self.watch.look(SATURATED, drive.saturated(self._inner, self._group.numbers))
+
+    def strike(self, member, fault, rotor):
+        """Let a ``fault`` befall the robot ``member``: a ``rotor``, its index, or its motors."""
+        drive = self._group.drive
+        if fault == LOST:
+            self._take(drive.lost(self._inner, member, rotor))
+        else:
+            self._take(drive.powerless(self._inner, member))
+
+    def power(self, rows):
+        """Let the motors of robots ``rows`` (m,) bool turn again."""
+        self._take(self._group.drive.powered(self._inner, rows))
+
+    def contacts(self):
+        """Return the contacts of the last step that a solver found: ``(first, second, x, y, z)`` each."""
+        return [] if self._touching is None else self._touching.contacts()
 
     def stop(self, pushed, place, most):
         """Let the robots ``pushed`` (m,) bool be at ``place`` (m, 3), where contacts put them.
@@ -165,3 +266,8 @@ class AirborneGroup:
         """
         if pushed.any():
             self._take(self._group.drive.stopped(self._inner, pushed, place, most))
+
+    def close(self):
+        """Give back what a solver holds."""
+        if self._touching is not None:
+            self._touching.close()

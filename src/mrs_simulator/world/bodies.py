@@ -48,6 +48,8 @@ class Bodies:
         self._sizes = np.array([_size(each) for each in self.obstacles])
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
+        # Whom a solver keeps apart from each other and from obstacles, so that nothing here does.
+        self.solved = np.zeros(team.n, dtype=bool)
         self._list = VerletList(2.0 * self.footprints.farthest)
         self.moved_elsewhere()
         self.heights = Heights(team)
@@ -82,7 +84,7 @@ class Bodies:
             depth, direction = rectangle_overlap(a, b)
         else:
             depth, direction = outline_overlap(a, b, prints.round[first], prints.round[second])
-        hit = depth > 0.0
+        hit = (depth > 0.0) & ~(self.solved[first] & self.solved[second])
         if z is not None:
             hit &= self.heights.shared(z, first, second) > 0.0
         return first[hit], second[hit], depth[hit], direction[hit]
@@ -107,7 +109,7 @@ class Bodies:
                 within &= self._afloat
             elif z is not None:
                 within &= z < obstacle.height
-            rows = np.flatnonzero(within)
+            rows = np.flatnonzero(within & ~self.solved)
             if not len(rows):
                 continue
             depth, direction = self._overlap_with(obstacle, pose, rows)

@@ -6,6 +6,7 @@ from mrs_simulator.core.environment import CALM
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import columns_of
 from mrs_simulator.world.kinematic import KinematicMotion
+from mrs_simulator.world.mishaps import Watch, mended, not_finite
 from mrs_simulator.world.weather import Weather
 
 
@@ -66,6 +67,15 @@ class ForcedMotion(KinematicMotion):
         """Return the contacts of the last step: ``(first, second, x, y)`` each."""
         return self._wheeled_contacts() + [contact[:4] for contact in self._contacts]
 
+    def mishaps(self):
+        """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
+        return [
+            (int(np.arange(self.team.n)[group.rows][member]), what)
+            for group in self.team.groups
+            if group.drive in self._parts
+            for member, what in self._parts[group.drive].watch.take()
+        ]
+
     def close(self):
         """Give back what the solver holds."""
         if self._wheeled is not None:
@@ -121,11 +131,12 @@ class ForcedGroup:
         self._numbers = columns_of(group.kinds, group.drive)  # whatever the limits
         self._weather, self._step = weather, step
         self._state = group.drive.begin(len(group.kinds))
+        self.watch = Watch(len(group.kinds), step)
         weather.reset()
 
     def advance(self, pose, command):
         """Return the poses (m, 3) after a step from ``pose`` under ``command`` (m, axes)."""
-        after, self._state = self._drive.forced(
+        after, state = self._drive.forced(
             pose,
             self._state,
             command,
@@ -134,6 +145,12 @@ class ForcedGroup:
             self._weather.felt(),
             self._step,
         )
+        bad = not_finite((after, *state))
+        if bad is not None:  # they are where they were, at rest
+            at_rest = self._drive.begin(len(after))
+            after = np.where(bad[:, np.newaxis], pose, after)
+            state = mended(state, at_rest, bad, self.watch)
+        self._state = state
         return after
 
     def counted(self):

@@ -12,12 +12,13 @@ True
 import numpy as np
 
 from mrs_simulator.core.environment import CALM
+from mrs_simulator.core.incidents import LOST, OFF, Incident
 from mrs_simulator.core.kinematics import compose, relative, wrap_angle
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
-from mrs_simulator.core.spatial import turned
+from mrs_simulator.core.spatial import rotated, turned
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles import Team
@@ -30,11 +31,20 @@ from mrs_simulator.world.armed import ArmedMotion
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
+from mrs_simulator.world.manoeuvres import HOVER_HEIGHT, Manoeuvres
+from mrs_simulator.world.touching import is_available
 
 EVERY = slice(None)  # the rows of all robots
 FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
 FORGET = 0.1  # [s] without contact after which touching again is a new collision
+LONGEST_RISE = 120.0  # [s] of a take-off before the run
 FEW = 100  # [-] past contacts that may be kept in memory whatever their age
+
+
+NO_SOLVER = (
+    "fidelity 'dynamic': the Python package pybullet is missing; wanted it installed "
+    "(pip install pybullet), or fidelity kinematic"
+)
 
 
 class WorldError(ValueError):
@@ -65,6 +75,8 @@ class World:
         z=None,
         counts_wheels=False,
         odometry_errors=None,
+        events=(),
+        takeoff=False,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -78,7 +90,8 @@ class World:
         current, wind and waves; ``odometry_rate`` [Hz] at which ``estimate`` follows the odometry,
         "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
         are read beside the odometry; ``odometry_errors``: ``core.odometry_errors``, instead of those
-        built in.  Raises ``WorldError``.
+        built in; ``events``: ``core.incidents.Event``s in the order of their times; ``takeoff``: whether
+        robots begin on the ground and rise to ``z`` before anybody obeys.  Raises ``WorldError``.
         """
         self.step_size = step
         self.fidelity = fidelity
@@ -94,6 +107,7 @@ class World:
         self._command_period = command_period
         self._environment = environment
         self._odometry_rate, self._schedule = odometry_rate, None
+        self._events, self._takeoff, self._to = tuple(events), takeoff, None
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self._steps_per_watch = max(1, int(round(watch_period / step)))
         self._step = 0
@@ -123,6 +137,8 @@ class World:
                 odometry_rate=scenario.odometry_rate,
                 z=scenario.altitude,
                 odometry_errors=scenario.odometry_errors,
+                events=scenario.events,
+                takeoff=scenario.takeoff,
                 counts_wheels=any(mount.type == "encoders" for own in mounts for mount in own),
                 **options,
             )
@@ -146,11 +162,17 @@ class World:
             )
         if self.fidelity != "point_mass":
             refuse_overlaps(team, poses, self.obstacles, z=z)
+        refuse_events(team, self._events, self.fidelity)
+        if self._takeoff and z is not None:
+            self._to, z, self._takeoff = z, np.zeros(team.n), False
+        else:
+            self._to = None
         motion = self._new_motion(team, poses, z)
         if self._motion is not None:
             self._motion.close()
         self._motion, self.team, self._start, self._start_z = motion, motion.team, poses, z
         self._aloft = np.flatnonzero(self.team.airborne)
+        self._mishaps = getattr(motion, "mishaps", None)
         self._own_stops = [g for g in self.team.groups if hasattr(g.drive, "silent")]
         self._odometry = self._new_odometry()
         if self._odometry_rate is not None:
@@ -193,6 +215,8 @@ class World:
         weather = {"seed": self._seed}
         if "air" in media:
             refuse_forceless(team)
+            if not is_available():
+                raise WorldError(NO_SOLVER)
             return ForcedAirborneMotion(*bodies, **mirrored, **moving, **weather, z=z)
         if "water" in media:
             return ForcedMotion(*bodies, **mirrored, **moving, **weather)
@@ -201,10 +225,7 @@ class World:
         except ModuleNotFoundError as error:
             if error.name != "pybullet":
                 raise
-            raise WorldError(
-                "fidelity 'dynamic': the Python package pybullet is missing; wanted it installed "
-                "(pip install pybullet), or fidelity kinematic"
-            ) from None
+            raise WorldError(NO_SOLVER) from None
         return DynamicMotion(*bodies, **mirrored)
 
     def _new_odometry(self):
@@ -250,6 +271,12 @@ class World:
         self.commanded = np.zeros(self.n, dtype=bool)
         self._touching = {}
         self._new_collisions = []
+        self._new_incidents, self._due, self._struck = [], list(self._events), {}
+        self._manoeuvres = Manoeuvres(self.team)
+        self.rising = self._to is not None  # whether all wait until those that fly are up
+        if self.rising:
+            rows = np.flatnonzero(self._to > 0.0)
+            self._manoeuvres.take_off(rows, self._to[rows])
         self.closest_approach = self.closest_distance()
         self._begun, self._estimate = self._step, self._newest_estimate().copy()
         self._estimate_z = None if self.z is None else self.z.copy()
@@ -373,7 +400,102 @@ class World:
         """Return the least distance [m] between two robots' centres now; inf for one robot."""
         return self._motion.closest()
 
+    def flight_states(self):
+        """Return what each robot that flies does, ``{row: text}``: landed, taking off, hovering, flying,
+        landing, falling, motors off, upside down."""
+        if not len(self._aloft):
+            return {}
+        powered = getattr(self._motion, "powered", np.ones(self.n, dtype=bool))
+        up = rotated(self.spatial.orientation, np.array([0.0, 0.0, 1.0]))[:, 2]
+        told = zip(self.z.tolist(), powered.tolist(), (up < 0.0).tolist(), self._target)
+        return {
+            row: self._manoeuvres.state(row, *each)
+            for row, each in enumerate(told)
+            if self.team.airborne[row]
+        }
+
     # Changes -------------------------------------------------------------------------------------
+
+    def take_off(self, rows, height=HOVER_HEIGHT):
+        """Let robots ``rows``, which fly, rise to ``height`` [m] and hover, whatever they are commanded.
+
+        Motors that were cut turn again.  ``WorldError`` names a robot that cannot.
+        """
+        rows = self._flyers(rows, "take off")
+        if not 0.0 < height <= FARTHEST:
+            raise WorldError("height {} m: wanted above 0, to {:g} m".format(height, FARTHEST))
+        states = self.flight_states()
+        for row in rows.tolist():
+            lost = self._struck.get(row) == LOST
+            if lost or states[row] in ("falling", "upside down"):
+                state = "has lost a rotor" if lost else "is {}".format(states[row])
+                raise WorldError("robot{} {}: wanted one that can take off".format(row + 1, state))
+        for row in rows.tolist():
+            if states[row] == "motors off":
+                self._motion.power(row)
+        self._manoeuvres.take_off(rows, height)
+
+    def land(self, rows):
+        """Let robots ``rows``, which fly, come down where they are and stay down until they take off.
+
+        Told again, they still land.  ``WorldError`` names a robot that does not fly.
+        """
+        self._manoeuvres.land(self._flyers(rows, "land"))
+
+    def cut_motors(self, rows, falls=False):
+        """Cut the motors of robots ``rows``, which fly; in the air only where it is said that it ``falls``.
+
+        ``WorldError`` names a robot that would fall, or has no motors; then nothing is cut.
+        """
+        rows = self._flyers(rows, "cut")
+        if self.fidelity == "point_mass":
+            raise WorldError(
+                "fidelity point_mass: robots have no motors; wanted kinematic or dynamic"
+            )
+        for row in rows.tolist():
+            if self.z[row] > 0.0 and not falls:
+                raise WorldError(
+                    "robot{} is {:.2f} m high and would fall; wanted it landed, or its fall "
+                    "confirmed".format(row + 1, self.z[row])
+                )
+        self._manoeuvres.release(rows)
+        for row in rows.tolist():
+            self._befall(row, OFF)
+
+    def _flyers(self, rows, what):
+        rows = np.arange(self.n)[rows] if isinstance(rows, slice) else np.atleast_1d(rows)
+        for row in rows.tolist():
+            if not self.team.airborne[row] or row in self.mirrored.tolist():
+                kind = self.kinds[row].title
+                raise WorldError(
+                    "{}: robot{} is a {}; wanted a simulated robot that flies".format(
+                        what, row + 1, "real one" if row in self.mirrored.tolist() else kind
+                    )
+                )
+        return rows
+
+    def _strike_due(self):
+        """Let what the scenario has ordered for now befall robots."""
+        now = (self._step - self._begun) * self.step_size
+        while self._due and self._due[0].at <= now + 1e-9:
+            event = self._due.pop(0)
+            self._befall(event.robot - 1, event.event, event.rotor or 0)
+
+    def _befall(self, row, fault, rotor=0):
+        """Let a ``fault`` befall robot ``row``; ``rotor``: its number."""
+        self._motion.strike(row, fault, rotor - 1)
+        self._struck[row] = LOST if self._struck.get(row) == LOST else fault
+        self._report(row, fault, rotor)
+
+    def _report(self, row, what, rotor=0):
+        ordered = row in self._struck
+        name = "robot{}".format(row + 1)
+        self._new_incidents.append(Incident(self.time, name, what, rotor, ordered))
+
+    def take_incidents(self):
+        """Return the ``core.incidents.Incident``s since the last call."""
+        taken, self._new_incidents = self._new_incidents, []
+        return taken
 
     def set_commands(self, rows, commands):
         """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
@@ -417,9 +539,18 @@ class World:
         self._watch()
         if self._own_stops:
             self._stop_silent()
+        if self._due and not self.rising:
+            self._strike_due()
         obeyed = self._obedience.obeyed(self._target) if self._obedience else self._target
+        if self._manoeuvres.busy:
+            obeyed = self._manoeuvres.applied(obeyed, self.z, self._climbing(), self.rising)
+            if self.rising and not self._manoeuvres.rising.any():
+                self.rising, self._begun = False, self._step
         self._motion.advance(obeyed)
         self._step += 1
+        if self._mishaps is not None:
+            for row, what in self._mishaps():
+                self._report(row, what)
         if self._odometry_kind == "wheel":
             joints = self._motion.joints()
             drives = joints if joints.ndim == 1 else joints[:, 0]
@@ -435,6 +566,32 @@ class World:
         contacts = self._motion.contacts()
         if contacts:
             self._note_contacts(contacts)
+
+    def rise(self):
+        """Let robots that begin on the ground take off, before the run: time begins when all are up.
+
+        Raises ``WorldError`` where one has not come up after ``LONGEST_RISE``.
+        """
+        while self.rising:
+            self.step()
+            if self._step * self.step_size > LONGEST_RISE:
+                stuck = int(np.flatnonzero(self._manoeuvres.rising)[0])
+                raise WorldError(
+                    "takeoff: robot{} is {:.2f} m high after {:g} s, wanted {:g} m".format(
+                        stuck + 1, self.z[stuck], LONGEST_RISE, self._to[stuck]
+                    )
+                )
+        self._step = self._begun = self._longest_silent = 0
+        self._touching, self._new_collisions, self._new_incidents = {}, [], []
+        self.closest_approach = self.closest_distance()
+        self._estimate = self._newest_estimate().copy()
+        self._estimate_z = None if self.z is None else self.z.copy()
+
+    def _climbing(self):
+        """Return how fast robots rise, (n,) [m/s]."""
+        spatial, twist = self.spatial, self._motion.twist
+        body = np.column_stack([twist[:, :2], spatial.twist[:, 0]])
+        return rotated(spatial.orientation, body)[:, 2]
 
     def _watch(self):
         if self._step % self._steps_per_watch:
@@ -506,6 +663,21 @@ def _team_of(scenario):
         return team_of(scenario)
     except ValueError as error:
         raise WorldError(str(error)) from None
+
+
+def refuse_events(team, events, fidelity):
+    """Raise ``WorldError`` that names the first of ``events`` that can befall none of the ``team``."""
+    for event in events:
+        kind = team.kinds[event.robot - 1] if event.robot <= team.n else None
+        if kind is not None and (not hasattr(kind.module, "lost") or fidelity == "point_mass"):
+            why = "a {} without rotors".format(kind.title)
+            if fidelity == "point_mass":
+                why = "in fidelity point_mass, which has none"
+            raise WorldError(
+                "events: {} of robot{}, {}; wanted a robot that flies".format(
+                    event.event, event.robot, why
+                )
+            )
 
 
 def refuse_forceless(team):

@@ -138,6 +138,9 @@ class RunRecorder:
         meta["warnings"] += self._file.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
+        incidents = [i._replace(time=i.time - self._start) for i in self.source.incidents]
+        if incidents:
+            meta["incidents"] = incidents
         if not self._moved:  # zeros are what a controller says that never began
             meta["uncommanded"] = True
         recording.write_facts(self._file.path, collisions, meta)

@@ -17,9 +17,11 @@ from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.ros.messages import (
     Collision,
+    Incident,
     StageStatus,
     TeamState,
     read_collision,
+    read_incident,
     read_stage_status,
     read_state,
 )
@@ -56,13 +58,14 @@ class StageSource:
         """Listen to the stage of the robots of ``team``."""
         self._axes, self._speeds = team.axes, team.speeds[:, 0]
         self._newest, self._part, self._broken = None, None, ""  # since the run began
-        self.collisions, self._closest = [], math.inf
+        self.collisions, self.incidents, self._closest = [], [], math.inf
         self._counting = self._lockstep = False
         self._missed = MissedPeriods()
         self._queue = queue.Queue()
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._queue.put, tcp_nodelay=True),
             rospy.Subscriber("stage/collisions", Collision, self._on_collision),
+            rospy.Subscriber("stage/incidents", Incident, self._on_incident),
             rospy.Subscriber("stage/status", StageStatus, self._on_status),
         ]
 
@@ -123,6 +126,10 @@ class StageSource:
         if self._counting:
             self.collisions.append(read_collision(message))
 
+    def _on_incident(self, message):
+        if self._counting:
+            self.incidents.append(read_incident(message))
+
     def _on_status(self, message):
         stage = read_stage_status(message)
         self._lockstep = stage.lockstep
@@ -141,7 +148,7 @@ class RobotsSource:
     """
 
     PACED = True
-    collisions = ()
+    collisions = incidents = ()
 
     def __init__(self, scenario, team):
         """Listen to the robots' odometry, and whatever else makes the common frame, and commands."""

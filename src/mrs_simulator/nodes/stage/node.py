@@ -13,6 +13,7 @@ from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
+from mrs_simulator.nodes.stage.flight_services import FlightServices
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
 from mrs_simulator.nodes.stage.pacing import Pacer
@@ -99,6 +100,7 @@ class Stage:
         self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox, self.unobeyed = Inbox(), Unobeyed()
         self.requests = Requests()
+        self.flight = FlightServices(self.world, self.requests, absent=real)
         self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
         self.frames = Frames(
             read(declared.STAGE_WORLD_FRAME),
@@ -151,6 +153,7 @@ class Stage:
     def _follow_team(self):
         self.sensors.follow_team(self.scenario, self.world)
         self.topics.follow_team()
+        self.flight.follow_team()
         if self.drivers:
             self.drivers.follow_team()
         self._tell_scenario()
@@ -177,6 +180,7 @@ class Stage:
     def spin(self):
         """Run until ROS shuts down."""
         self.topics.publish_clock()
+        self._rise()
         self.sensors.tell(self.world)
         self._tell_odometry()
         while not rospy.is_shutdown():
@@ -189,6 +193,32 @@ class Stage:
                 self._idle()
             self._show()
         self.world.close()
+
+    def _rise(self):
+        """Let robots take off that begin on the ground; odometry is told from then on."""
+        while self.world.rising and not rospy.is_shutdown():
+            self.requests.serve()
+            if self.paused or self.pacer.wait() > 0.0:
+                self._idle_clock()
+                continue
+            self._publish_state()
+            self.world.step()
+            self._step += 1
+            self.pacer.stepped(self.world.step_size)
+            self.topics.publish_clock()
+            self.topics.publish_collisions()
+            self.topics.publish_incidents()
+            self._publish_status()
+            self._show()
+        if self._step:
+            self._scheduled = self._step
+            self.sensors.begin(self.world)
+
+    def _idle_clock(self):
+        if time.monotonic() - self.topics.clock_sent > IDLE_CLOCK:
+            self.topics.publish_clock()
+        self._publish_status()
+        time.sleep(IDLE if self.paused else min(IDLE, self.pacer.wait()))
 
     def _show(self):
         """Bring pybullet's window up to date at a display's rate."""
@@ -266,6 +296,7 @@ class Stage:
         self._steps_asked = max(0, self._steps_asked - 1)
         self.topics.publish_clock()
         self.topics.publish_collisions()
+        self.topics.publish_incidents()
         self.sensors.tell(self.world)  # whoever waits for odometry has heard them then
         if self._step % self._steps_per_command == 0:
             self.round_trips.end_period(self.world.commanded & self.world.command.any(axis=1))
@@ -383,6 +414,7 @@ class Stage:
         # back between two different states.
         self.world.step()
         self.world.take_collisions()
+        self.world.take_incidents()
         self.topics.publish_clock()
         self.sensors.begin(self.world)
         self.sensors.tell(self.world)
@@ -429,6 +461,7 @@ class Stage:
         world = self.world
         self._say_what_changed()
         waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
+        states = world.flight_states()
         message = stage_status(
             self.topics.stamp(),
             self.round_trips.median_and_p99(),
@@ -449,6 +482,8 @@ class Stage:
             missed_periods=self.round_trips.missed,
             command_periods=self.round_trips.periods,
             collisions=self.topics.collisions,
+            incidents=self.topics.incidents,
+            flight=[states.get(row, "") for row in range(world.n)] if states else [],
             closest_approach=world.measure_closest_approach(),
             slow_sensors=self.sensors.slow(self.pacer.speed, self.pacer.real_time_factor),
         )

@@ -8,7 +8,14 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, lifts, transform
-from mrs_simulator.ros.messages import Collision, TeamState, collision_message, team_state
+from mrs_simulator.ros.messages import (
+    Collision,
+    Incident,
+    TeamState,
+    collision_message,
+    incident_message,
+    team_state,
+)
 from mrs_simulator.ros.node_parameters import TRUE_POSE_TOPIC
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.parameters import read
@@ -32,7 +39,7 @@ class WorldTopics:
         self.robots = []
         self._pose_topic = read(TRUE_POSE_TOPIC)
         self._true_poses = {}  # TruePose by row
-        self.collisions = 0
+        self.collisions = self.incidents = 0
         self.clock_sent = 0.0  # [s] of wall time
         self._tf_sent = None
         self._clock = prompt_publisher("/clock", Clock)
@@ -41,6 +48,7 @@ class WorldTopics:
         # A recorder must not miss a state: the queue is long.
         self._state = publisher("~state", TeamState, queue_size=1000)
         self._collision = publisher("~collisions", Collision, queue_size=1000)
+        self._incident = publisher("~incidents", Incident, queue_size=1000)
         # Real robots have topics of their own only.
         self.team_topics = None if real else TeamTopics(inbox)
 
@@ -156,6 +164,13 @@ class WorldTopics:
                 collision.time,
                 ", ".join(map("{:.2f}".format, collision.place)),
             )
+
+    def publish_incidents(self):
+        """Publish and log what befell robots since the last call."""
+        for incident in self._world.take_incidents():
+            self.incidents += 1
+            self._incident.publish(incident_message(incident, stamp_at(incident.time)))
+            rospy.logwarn("stage: %s at %.3f s", incident.text, incident.time)
 
 
 def publisher(name, kind, queue_size=100, latch=False):

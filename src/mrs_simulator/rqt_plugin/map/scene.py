@@ -42,7 +42,7 @@ class MapScene(QWidget):
         self._mode, self._drag = "look", None
         self._shown = dict.fromkeys(LAYERS, True)
         self._hidden_trails, self._selected = set(), 0
-        self._targets, self._obstacles = None, ()
+        self._targets, self._target_z, self._obstacles = None, None, ()
         self._edges = Edges()
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
         self._untouched = True  # the view is still the one that fit() chose
@@ -91,10 +91,12 @@ class MapScene(QWidget):
         return np.concatenate([path, [now]])
 
     def _targets_in_space(self):
-        """Return the targets (n, 3) [m], at the robots' heights; None where there are none."""
+        """Return the targets (n, 3) [m], those of the plane at the robots' heights; None where there are
+        none."""
         if self._targets is None or len(self._targets) != len(self._numbers):
             return None
         z = np.zeros(len(self._targets)) if self._z is None else self._z
+        z = z if self._target_z is None else self._target_z
         return np.column_stack([self._targets, z])
 
     # What is shown -------------------------------------------------------------------------------
@@ -164,7 +166,11 @@ class MapScene(QWidget):
 
     def show_targets(self, points):
         """Show the desired positions ``points`` (n, 2) [m], None for none."""
-        self._targets = None if points is None else np.array(points, dtype=float).reshape(-1, 2)
+        self._targets = self._target_z = None
+        if points is not None and len(points):
+            points = np.array(points, dtype=float)
+            self._targets = points[:, :2]
+            self._target_z = points[:, 2] if points.shape[1] > 2 else None
         self.update()
 
     def show_topology(self, edges, directed=True):

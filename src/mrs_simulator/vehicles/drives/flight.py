@@ -60,6 +60,12 @@ def upward(attitude):
     return result.T
 
 
+def upright_share(attitude):
+    """Return how far up the body's z axis points, (m,) [-]: 1 upright, below 0 upside down."""
+    x, y = attitude.T[:2]
+    return 1.0 - 2.0 * (x * x + y * y)
+
+
 def acting(flight, numbers):
     """Return what is ``Acting`` on robots in the state ``flight``."""
     wrench, rates, inertia = (

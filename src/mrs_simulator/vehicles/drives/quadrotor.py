@@ -13,9 +13,12 @@ that of a rigid body under four rotors.
 
 To stop is to hover: a command of zero keeps the place.  On the ground a robot stays until it is told to
 rise.
+
+A robot of which a rotor does not pull, because it is lost or the motors are off, cannot hold itself:
+without forces it falls like a stone, obeys nothing any more, and lies where it falls.
 """
 
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -25,6 +28,7 @@ from mrs_simulator.vehicles.drives import flight_control
 from mrs_simulator.vehicles.drives.following import AT_ONCE, shrunk
 from mrs_simulator.vehicles.drives.rotors import (
     GRAVITY,
+    ROTORS,
     effect_of,
     greatest_climb,
     parts,
@@ -38,6 +42,7 @@ POINT = "centre"
 JOINTS, OWN_LIMITS, RAMPS, ENCODERS = False, False, True, 0  # nothing rolls, no joints move
 HOVER = 5.0  # [s] for which a robot hovers that has heard nothing, before it lands
 LANDING = 0.3  # [m/s] at which it comes down then
+CLIMBING, NEARING = 0.5, 1.5  # [m/s, 1/s] of a take-off: as fast, and as quickly there
 STEEPEST = 1.2  # [rad] of any tilt
 
 
@@ -169,6 +174,7 @@ class Following(NamedTuple):
     heading: np.ndarray  # (m,) [rad]
     turning: np.ndarray  # (m,) [rad/s]
     acceleration: np.ndarray  # (m, 3) [m/s^2], mean over the last step, which shows in the tilt
+    working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that pull; None: all of them
 
 
 def begin(pose, z, numbers):
@@ -203,13 +209,60 @@ def flown(inner, command, limits, numbers, step):
     turning, mean_turning = ramp(inner.turning, told[:, 3], acceleration, step)
     middle = inner.heading + 0.5 * step * mean_turning
     velocity, mean = followed(inner.velocity, level(told, middle), numbers, step)
-    return Following(
+    after = Following(
         inner.place + step * mean,
         velocity,
         wrap_angle(inner.heading + step * mean_turning),
         turning,
         (velocity - inner.velocity) / step,
+        inner.working,
     )
+    return after if inner.working is None else _fallen(inner, after, step)
+
+
+def _fallen(before, after, step):
+    """Return ``after`` where robots of which a rotor does not pull fall: ``v' = -g e``, and do not turn."""
+    falls = ~before.working.all(axis=1)
+    place, velocity = after.place.copy(order="F"), after.velocity.copy(order="F")
+    velocity[falls] = before.velocity[falls] - [0.0, 0.0, step * GRAVITY]
+    place[falls] = before.place[falls] + 0.5 * step * (before.velocity[falls] + velocity[falls])
+    down = falls & (place[:, 2] <= 0.0)
+    place[down, 2], velocity[down] = 0.0, 0.0
+    still, heading = np.where(falls, 0.0, after.turning), after.heading.copy()
+    heading[falls] = before.heading[falls]
+    shown = np.where(falls[:, np.newaxis], 0.0, after.acceleration)
+    return after._replace(
+        place=place, velocity=velocity, heading=heading, turning=still, acceleration=shown
+    )
+
+
+def without(working, m, rows, rotors):
+    """Return which rotors (m, 4) bool pull where those of ``rows`` no longer do, of ``working`` before.
+
+    ``rotors``: indices or a slice.
+    """
+    working = np.ones((m, ROTORS), dtype=bool) if working is None else working.copy()
+    working[rows, rotors] = False
+    return working
+
+
+def lost(inner, row, rotor):
+    """Return the inner state in which robot ``row`` has lost a ``rotor``, its index."""
+    return inner._replace(working=without(inner.working, len(inner.place), row, rotor))
+
+
+def powerless(inner, rows):
+    """Return the inner state in which the motors of robots ``rows``, (m,) bool or indices, are off."""
+    return inner._replace(working=without(inner.working, len(inner.place), rows, slice(None)))
+
+
+def powered(inner, rows):
+    """Return the inner state in which the motors of robots ``rows`` turn again, as on a workbench."""
+    if inner.working is None:
+        return inner
+    working = inner.working.copy()
+    working[rows] = True
+    return inner._replace(working=None if working.all() else working)
 
 
 def state(inner):
@@ -321,6 +374,16 @@ def landing(count, numbers):
     """Return the commands (m, 4) with which ``count`` robots come down where they are."""
     result = np.zeros((count, 4))
     result[:, 2] = -LANDING
+    return result
+
+
+def climbing(z, height, numbers):
+    """Return the commands (m, 4) of robots at ``z`` (m,) [m] that take off to ``height`` (m,) [m].
+
+    ``vz = k (height - z)``, no faster than ``CLIMBING``.
+    """
+    result = np.zeros((len(z), 4))
+    result[:, 2] = np.minimum(np.maximum(NEARING * (height - z), -CLIMBING), CLIMBING)
     return result
 
 

@@ -2,16 +2,19 @@
 
 The functions ``begin``, ``flown``, ``state`` and ``stopped`` stand for those of ``quadrotor``, of the same
 numbers and commands.  A robot that is not told to rise or sink holds its height.
+
+A rotor that is lost pulls no more, and the body does what three of them make of it.  One that comes to be
+upside down has its motors cut, as the supervisors of real ones do it; without motors it falls and tumbles.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.spatial import headings
 from mrs_simulator.vehicles.drives import quadrotor
-from mrs_simulator.vehicles.drives.flight import Flight, acting, advanced, at_rest
+from mrs_simulator.vehicles.drives.flight import Flight, acting, advanced, at_rest, upright_share
 from mrs_simulator.vehicles.drives.flight_control import (
     attitude_of,
     rotor_speeds,
@@ -23,6 +26,7 @@ SUBSTEP = 0.002  # [s] the longest
 VELOCITY_EVERY = 5  # [-] substeps from one use of the velocity's controller to the next
 HEIGHT_GAIN = 1.5  # [1/s] with which a height is held
 STILL_AIR = np.zeros(3)  # [m/s]
+AT_LIMIT = 0.99  # [-] of a rotor's greatest speed, from which on it is at its limit
 
 
 class Airborne(NamedTuple):
@@ -31,6 +35,7 @@ class Airborne(NamedTuple):
     flight: Flight
     aim: np.ndarray  # (m,) [rad], heading that the controllers aim at
     height: np.ndarray  # (m,) [m] that is held while no rising or sinking is asked for
+    working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that pull; None: all of them
 
     @property
     def place(self):
@@ -50,12 +55,15 @@ def begin(pose, z, numbers):
     return Airborne(at_rest(place, pose[:, 2], speed), pose[:, 2].copy(), np.array(z, dtype=float))
 
 
-def flown(inner, command, limits, numbers, step, air=STILL_AIR):
+def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     """Return the inner state after ``step`` [s] under ``command`` (m, 4), with forces.
 
-    ``air`` (m, 3) [m/s]: the wind.
+    ``air`` (m, 3) [m/s]: the wind; ``touch(before, after, step)``: the ``Flight`` after a substep that
+    contacts make of ``after``, None while nothing is within reach.
     """
     told = quadrotor.possible(command, limits)
+    if inner.working is not None:
+        told[~inner.working.any(axis=1)] = 0.0
     z = inner.place[:, 2]
     stays = quadrotor.stays(z, told)
     told[stays] = 0.0
@@ -68,16 +76,55 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR):
     back = np.minimum(np.maximum(HEIGHT_GAIN * (height - z), -most), most)
     wanted[:, 2] = np.where(holding, back, told[:, 2])
     wanted[z <= 0.0, :2] = 0.0  # straight up from the ground
-    flight = moved(inner.flight, wanted, inner.aim, told[:, 3], air, numbers, step)
+    working = inner.working
+    flight = moved(inner.flight, wanted, inner.aim, told[:, 3], air, numbers, step, working, touch)
     if stays.any():
         flight = _resting(inner.flight, flight, stays, numbers, step)
     aim = wrap_angle(inner.aim + step * told[:, 3])
-    return Airborne(flight, aim, height)
+    over = upright_share(flight.attitude) < 0.0
+    if over.any():
+        working = quadrotor.without(working, len(aim), over, slice(None))
+    return Airborne(flight, aim, height, working)
+
+
+def lost(inner, row, rotor):
+    """Return the inner state in which robot ``row`` has lost a ``rotor``, which stands at once."""
+    rotors = inner.flight.rotors.copy(order="F")
+    rotors[row, rotor] = 0.0
+    return quadrotor.lost(inner, row, rotor)._replace(flight=inner.flight._replace(rotors=rotors))
+
+
+powerless = quadrotor.powerless
+
+
+def powered(inner, rows):
+    """Return the inner state in which the motors of robots ``rows`` turn again, aiming where they head."""
+    aim = inner.aim.copy()
+    aim[rows] = headings(inner.flight.attitude)[rows]
+    return quadrotor.powered(inner._replace(aim=aim), rows)
+
+
+def upside_down(inner):
+    """Return which robots, (m,) bool, are upside down."""
+    return upright_share(inner.flight.attitude) < 0.0
+
+
+def saturated(inner, numbers):
+    """Return which robots, (m,) bool, have a rotor that turns as fast as it can."""
+    return inner.flight.rotors.max(axis=1) > AT_LIMIT * numbers.speed_max
 
 
 def _resting(before, after, stays, numbers, step):
-    """Return ``after`` where robots that stay, (m,) bool, stand as ``before``, their rotors running out."""
-    still = at_rest(before.place, headings(before.attitude))
+    """Return ``after`` where robots that stay, (m,) bool, stand as ``before``, their rotors running out.
+
+    Upside down, if they lay so.
+    """
+    heading = headings(before.attitude)
+    still = at_rest(before.place, heading)
+    over = upright_share(before.attitude) < 0.0
+    if over.any():
+        x, y, z, w = still.attitude.T
+        still.attitude[over] = np.stack([w, z, x, y], axis=1)[over]  # rolled over by pi
     still = still._replace(rotors=spun(before.rotors, still.rotors, numbers, step))
     pick = stays[:, np.newaxis]
     return Flight(*(
@@ -85,11 +132,12 @@ def _resting(before, after, stays, numbers, step):
     ))  # fmt: skip
 
 
-def moved(flight, wanted, heading, turning, air, numbers, duration):
+def moved(flight, wanted, heading, turning, air, numbers, duration, working=None, touch=None):
     """Return the ``Flight`` after ``duration`` [s] towards ``wanted`` (m, 3) [m/s], common frame.
 
     ``heading`` (m,) [rad]: what attitudes aim at, which turns by ``turning`` (m,) [rad/s]; ``air`` (m, 3)
-    [m/s]: the wind.  The velocity's controller works every few substeps, the others at each.
+    [m/s]: the wind; ``working`` and ``touch`` as of :func:`flown`.  The velocity's controller works every
+    few substeps, the others at each.
     """
     count = max(1, int(np.ceil(duration / SUBSTEP - 1e-9)))
     step = duration / count
@@ -99,10 +147,29 @@ def moved(flight, wanted, heading, turning, air, numbers, duration):
             attitude = attitude_of(acceleration, heading + index * step * turning)
         forces = acting(flight, numbers)
         told = rotor_speeds(flight, forces, acceleration, attitude, turning, numbers)
-        flight = advanced(flight, forces, told, air, numbers, step)
+        if working is not None:
+            told = np.where(working, told, 0.0)
+        before, flight = flight, advanced(flight, forces, told, air, numbers, step)
+        if working is not None:
+            _keep_energy(before, flight, ~working.any(axis=1), numbers)
+        if touch is not None:
+            flight = touch(before, flight, step)
         if flight.place[:, 2].min() <= 0.0:
             _carry(flight)
     return flight
+
+
+def _keep_energy(before, after, free, numbers):
+    """Let the rates of bodies that turn freely, (m,) bool, have no more energy than before, in place.
+
+    Nothing adds to ``w J w`` where no rotor turns them; a substep of first order would.
+    """
+    was, now = (
+        (parts(numbers.inertia) * (each.rates * each.rates).T).sum(axis=0)
+        for each in (before, after)
+    )
+    grown = free & (now > was)
+    after.rates[grown] *= np.sqrt(was[grown] / now[grown])[:, np.newaxis]
 
 
 def _carry(flight):

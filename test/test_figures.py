@@ -177,6 +177,20 @@ def test_obstacles_and_collisions_are_drawn_and_named():
     assert legend_texts(axes) == wanted
 
 
+def test_land_is_named_and_drawn_beneath_what_stands_on_it():
+    land, box = (
+        Box("land", 0.0, 0.0, 0.0, 900.0, 8.0, 0.0),
+        Box("box", 1.0, 2.0, 0.0, 1.0, 2.0, 0.5),
+    )
+    scenario = SimpleNamespace(map=None, obstacles=(box, land))
+    axes = report.draw_trajectories(report.new_figure(), make_run(2, scenario=scenario))
+    assert {"Land", "Obstacle"} <= set(legend_texts(axes))
+    stands, lies = axes.patches
+    assert lies.get_zorder() < stands.get_zorder()
+    assert sum(lies.get_facecolor()) > sum(stands.get_facecolor())
+    assert np.ptp(axes.get_xlim()) < 100.0
+
+
 @pytest.mark.parametrize("component, column", [("x", 0), ("y", 1)])
 @pytest.mark.parametrize("n", [1, 7, 100])
 def test_states_are_the_runs_against_time(n, component, column):

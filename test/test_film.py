@@ -50,6 +50,13 @@ def test_the_same_run_gives_the_same_picture(tmp_path, kind):
     assert one == two and one != other
 
 
+def test_the_walls_of_a_map_are_shown(tmp_path):
+    (tmp_path / "room.map").write_text("2D-Map\nNumLines: 1\nLINES\n0 9000 4000 9000\nDATA\n")
+    (tmp_path / "room.yaml").write_text("poses: [[0, 0, 0]]\nmap: room.map\n")
+    run = make_run()._replace(scenario=load_scenario(tmp_path / "room.yaml"))
+    assert [wall.name for wall in Film(run).scene(0).obstacles] == ["map1"]
+
+
 def test_an_animation_shows_the_run_in_space(tmp_path):
     run = make_run()
     animation = Animation(run, 0.5, 8.0, 2.0, stage=lambda run, width: SpaceStage(Film(run), width))

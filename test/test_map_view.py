@@ -525,6 +525,31 @@ def test_obstacles_are_drawn_to_scale(view):
     assert covered == [True] * len(inside) + [False] * len(outside)
 
 
+def test_land_is_lighter_than_an_obstacle(view):
+    on, off = (1.4, 1.7), (3.4, 1.7)  # beside the grid's lines
+    empty = shade(view, *on)
+    shades = []
+    for height in (0.0, 1.0):
+        view.show_obstacles([Box("box", 1.5, 1.5, 0.0, 2.0, 2.0, height)])
+        assert shade(view, *off) == empty
+        shades.append(shade(view, *on))
+    ground, land, box = (colour.lightness() for colour in (empty, *shades))
+    assert ground > land > box
+
+
+def test_fit_brings_near_obstacles_into_view_and_leaves_the_team_its_scale(view):
+    view.fit()
+    scale = view._frame.scale
+    land = Box("land", 0.0, 0.0, 0.0, 1000.0, 9.0, 0.0)
+    view.show_obstacles([Cylinder("far", 300.0, 0.0, 1.0, 1.0), land])
+    view.fit()
+    assert view._frame.scale == scale
+    view.show_obstacles([Box("wall", 0.0, 9.0, 0.0, 20.0, 0.2, 1.0)])
+    view.fit()
+    assert everything_in_view(view, np.array([[-9.0, 9.0], [9.0, 9.0]]))
+    assert everything_in_view(view, POSES[:, :2])
+
+
 def test_a_team_of_7_3_and_100_and_back(view):
     for n in (7, 3, 100, 1, 300, 2):
         poses = team(n)

@@ -33,6 +33,32 @@ def is_flat(obstacle):
     return obstacle.height == 0.0
 
 
+def corners(obstacle):
+    """Return the four corners of a box, or of a square around a cylinder, shape (4, 2) [m]."""
+    if isinstance(obstacle, Cylinder):
+        yaw, length, width = 0.0, 2.0 * obstacle.radius, 2.0 * obstacle.radius
+    else:
+        yaw, length, width = obstacle.yaw, obstacle.length, obstacle.width
+    along = 0.5 * length * np.array([np.cos(yaw), np.sin(yaw)])
+    across = 0.5 * width * np.array([-np.sin(yaw), np.cos(yaw)])
+    centre = np.array([obstacle.x, obstacle.y])
+    return centre + [along + across, across - along, -along - across, along - across]
+
+
+def with_obstacles(low, high, obstacles, reach):
+    """Return ``low`` and ``high`` (2,) [m] of a drawing of a team that shows ``obstacles``, too.
+
+    Those farther than ``reach`` [m], the far parts of large ones, and land, which may go on for long,
+    are left out: the team keeps its scale.
+    """
+    least, most = low - reach, high + reach
+    for each in (corners(obstacle) for obstacle in obstacles if not is_flat(obstacle)):
+        if np.all(each.max(axis=0) >= least) and np.all(each.min(axis=0) <= most):
+            low = np.minimum(low, np.maximum(each.min(axis=0), least))
+            high = np.maximum(high, np.minimum(each.max(axis=0), most))
+    return low, high
+
+
 def wall(name, start, end, thickness, height):
     """Return the ``Box`` that stands on the segment from ``start`` to ``end``, (x, y) [m] each."""
     dx, dy = end[0] - start[0], end[1] - start[1]

@@ -31,6 +31,7 @@ from matplotlib.ticker import MaxNLocator
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.obstacles import corners, is_flat, with_obstacles
 from mrs_simulator.core.writing import write_bytes
 from mrs_simulator.study.look import WIDTHS, Look, check_formats
 
@@ -40,7 +41,7 @@ METADATA = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 START_COLOUR = "#d60000"
 TRAJECTORY_COLOUR = "#1a8a34"
 FINAL_COLOUR = "#0b3d91"
-OBSTACLE_COLOUR = "#b8b8b8"
+OBSTACLE_COLOUR, LAND_COLOUR = "#b8b8b8", "#f1ede2"
 # Okabe and Ito's colour-blind-safe palette; its yellow is too faint on white, black is for theory.
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
 # Without the pale end, which is too faint on white.
@@ -250,7 +251,16 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
     _draw_starts(axes, run.robots, points)
     _draw_collisions(axes, run)
     _frame_plane(axes, low, high)
-    names = ("Start", "Trajectory", "Theory", "Final pose", "Obstacle", "Arena", "Collision")
+    names = (
+        "Start",
+        "Trajectory",
+        "Theory",
+        "Final pose",
+        "Land",
+        "Obstacle",
+        "Arena",
+        "Collision",
+    )
     _legend_above(axes, names)
     return axes
 
@@ -470,18 +480,23 @@ def robot_length(points, extent):
 
 
 def _draw_obstacles(axes, run):
-    """Draw the scenario's boxes and cylinders in grey."""
-    for row, obstacle in enumerate(_obstacles(run)):
+    """Draw the scenario's boxes and cylinders in grey, and land, where only boats cannot go, lighter."""
+    named = set()
+    for obstacle in _obstacles(run):
         if hasattr(obstacle, "radius"):
             patch = Circle((obstacle.x, obstacle.y), obstacle.radius)
         else:
-            patch = Polygon(_corners(obstacle), closed=True)
-        patch.set(facecolor=OBSTACLE_COLOUR, edgecolor="#7a7a7a", linewidth=0.6)
-        patch.set(zorder=1, label="_nolegend_" if row else "Obstacle")
+            patch = Polygon(corners(obstacle), closed=True)
+        land = is_flat(obstacle)
+        label = "Land" if land else "Obstacle"
+        patch.set(facecolor=LAND_COLOUR if land else OBSTACLE_COLOUR, edgecolor="#7a7a7a")
+        patch.set(linewidth=0.6, zorder=0.5 if land else 1)
+        patch.set_label("_nolegend_" if label in named else label)
+        named.add(label)
         axes.add_patch(patch)
-    for corners in _arena(run):
+    for outline in _arena(run):
         style = {"edgecolor": "#7a7a7a", "linestyle": ":", "linewidth": 1.0, "label": "Arena"}
-        axes.add_patch(Polygon(corners, closed=True, fill=False, zorder=1, **style))
+        axes.add_patch(Polygon(outline, closed=True, fill=False, zorder=1, **style))
 
 
 def _arena(run):
@@ -495,18 +510,6 @@ def _arena(run):
 
 def _obstacles(run):
     return obstacles_of(run.scenario) if run.scenario is not None else ()
-
-
-def _corners(obstacle):
-    """Return the four corners of a box, or of a square around a cylinder, shape (4, 2) [m]."""
-    if hasattr(obstacle, "radius"):
-        yaw, length, width = 0.0, 2.0 * obstacle.radius, 2.0 * obstacle.radius
-    else:
-        yaw, length, width = obstacle.yaw, obstacle.length, obstacle.width
-    along = 0.5 * length * np.array([np.cos(yaw), np.sin(yaw)])
-    across = 0.5 * width * np.array([-np.sin(yaw), np.cos(yaw)])
-    centre = np.array([obstacle.x, obstacle.y])
-    return centre + [along + across, across - along, -along - across, along - across]
 
 
 def _draw_collisions(axes, run):
@@ -552,21 +555,9 @@ def _extent(run, prediction):
         shown.append(_predicted(run, prediction)[1][:, :, :2].reshape(-1, 2))
     shown = np.concatenate(shown)
     low, high = np.nanmin(shown, axis=0), np.nanmax(shown, axis=0)
-    lacking = max(0.0, LEAST_EXTENT - np.max(high - low)) / 2.0
-    return _with_obstacles(low - lacking, high + lacking, _obstacles(run))
-
-
-def _with_obstacles(low, high, obstacles):
-    """Return ``low`` and ``high`` (2,) [m] of a drawing that shows the team's ``obstacles``, too.
-
-    Those far away, and the far parts of large ones, are left out: the team keeps its scale.
-    """
-    least, most = low - REACH * np.max(high - low), high + REACH * np.max(high - low)
-    for corners in map(_corners, obstacles):
-        if np.all(corners.max(axis=0) >= least) and np.all(corners.min(axis=0) <= most):
-            low = np.minimum(low, np.maximum(corners.min(axis=0), least))
-            high = np.maximum(high, np.minimum(corners.max(axis=0), most))
-    return low, high
+    side = max(LEAST_EXTENT, np.max(high - low))
+    lacking = (side - np.max(high - low)) / 2.0
+    return with_obstacles(low - lacking, high + lacking, _obstacles(run), REACH * side)
 
 
 def trajectories_height(run, prediction=None, page=WIDTH):

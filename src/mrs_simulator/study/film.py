@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.robots import DEFAULT_KIND
 from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.look import LIGHT
@@ -50,7 +51,7 @@ class Film:
             trails=tuple(np.moveaxis(self._places[: row + 1], 1, 0)),
             targets=self._targets(row),
             edges=self._edges,
-            obstacles=run.scenario.obstacles if run.scenario is not None else (),
+            obstacles=obstacles_of(run.scenario) if run.scenario is not None else (),
         )
 
     def _targets(self, row):

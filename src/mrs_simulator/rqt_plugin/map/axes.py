@@ -9,7 +9,7 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, QRect, QRectF, Qt
 from python_qt_binding.QtGui import QFont, QPen
 
-from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import placed
 from mrs_simulator.rqt_plugin.map.look import faded, polygon
@@ -132,17 +132,30 @@ def draw_remark(painter, look, frame, remark):
     painter.drawText(box, Qt.AlignCenter, remark)
 
 
+def draw_land(painter, look, frame, obstacles):
+    """Draw the land among ``obstacles``, on which robots drive: lighter than what they bump into."""
+    painter.setPen(QPen(look.mixed(0.3), look.unit))
+    painter.setBrush(look.mixed(0.08))
+    for obstacle in filter(is_flat, obstacles):
+        _draw_outline(painter, frame, obstacle)
+
+
 def draw_obstacles(painter, look, frame, obstacles):
-    """Draw boxes and cylinders to scale."""
+    """Draw boxes and cylinders to scale, but for land."""
     painter.setPen(QPen(look.mixed(0.55), look.unit))
     painter.setBrush(look.mixed(0.25))
     for obstacle in obstacles:
+        if not is_flat(obstacle):
+            _draw_outline(painter, frame, obstacle)
+
+
+def _draw_outline(painter, frame, obstacle):
+    if isinstance(obstacle, Cylinder):
         middle = QPointF(*frame.to_screen((obstacle.x, obstacle.y)))
-        if isinstance(obstacle, Cylinder):
-            radius = obstacle.radius * frame.scale
-            painter.drawEllipse(middle, radius, radius)
-            continue
-        half = 0.5 * np.array([obstacle.length, obstacle.width])
-        corners = half * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
-        pose = np.array([[obstacle.x, obstacle.y, obstacle.yaw]])
-        painter.drawPolygon(polygon(placed(corners, pose, frame)[0]))
+        radius = obstacle.radius * frame.scale
+        painter.drawEllipse(middle, radius, radius)
+        return
+    half = 0.5 * np.array([obstacle.length, obstacle.width])
+    corners = half * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    pose = np.array([[obstacle.x, obstacle.y, obstacle.yaw]])
+    painter.drawPolygon(polygon(placed(corners, pose, frame)[0]))

@@ -59,6 +59,7 @@ def _draw_ground(painter, widget, look, frame, obstacles, hint):
     painter.setFont(widget.font())
     painter.setRenderHint(QPainter.Antialiasing)
     painter.setClipRect(frame.area)
+    axes.draw_land(painter, look, frame, obstacles)
     axes.draw_grid(painter, look, frame)
     axes.draw_obstacles(painter, look, frame, obstacles)
     painter.setClipping(False)

@@ -8,6 +8,7 @@ import numpy as np
 from python_qt_binding.QtCore import QEvent, QSize, QTimer
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
+from mrs_simulator.core.obstacles import with_obstacles
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures.scene import Scene
@@ -28,6 +29,7 @@ HINTS = {
     "edges": "Drag from robot i to robot j: j hears i.  Click on an edge to remove it",
 }
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
+REACH = 10.0  # [m] about a small team within which obstacles are brought into view
 FLASH_PERIOD = 40  # [ms]
 MOST_FLASHES = 50
 LAYERS = ("trails", "targets", "edges", "numbers", "legend")
@@ -269,18 +271,23 @@ class MapScene(QWidget):
     # The view ------------------------------------------------------------------------------------
 
     def fit(self):
-        """Bring the whole team, its targets and trails into view."""
+        """Bring the whole team, its targets and trails, and obstacles not far from them into view."""
         self._untouched = True
         self._look_at(self._bounds(everything=True), self._shapes.farthest)
 
     def _bounds(self, everything):
-        """Return the corners (k, 2) of the team, with ``everything`` of targets and trails too."""
+        """Return points (k, 2) about the team, with ``everything`` about targets and obstacles too."""
         parts = [self._pose[self._known, :2]]
         if everything and self._targets is not None and self._shown["targets"]:
             parts.append(self._targets[np.isfinite(self._targets).all(axis=1)])
         if everything and self._shown["trails"]:
             parts.append(self._trails.bounds())
-        return np.concatenate(parts)
+        points = np.concatenate(parts)
+        if not everything or not len(points):
+            return points
+        low, high = points.min(axis=0), points.max(axis=0)
+        reach = max(REACH, np.max(high - low))
+        return np.stack(with_obstacles(low, high, self._obstacles, reach))
 
     def _look_at(self, points, room):
         if len(points):

@@ -1,5 +1,6 @@
 """The scenario under the user's hands: shown in the panels, and changed by what is done there."""
 
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 
@@ -24,8 +25,9 @@ class ScenarioEditing:
     def take(self, scenario):
         """Take in ``scenario``: team, protocol, parameters, topology, obstacles.
 
-        Whatever its protocol raises is raised, and the old scenario stays.
+        Whatever its protocol and its map raise is raised, and the old scenario stays.
         """
+        obstacles_of(scenario)  # reads the map's file
         self._study.edited.take(scenario)
         self.show()
 
@@ -33,7 +35,7 @@ class ScenarioEditing:
         """Show the scenario in force."""
         scenario = self._study.scenario
         self._show_team()
-        self._panels.map.show_obstacles(scenario.obstacles)
+        self._panels.map.show_obstacles(obstacles_of(scenario))
         self._panels.map.fit()
         self._panels.bar.set_speed(scenario.speed)
         self._show_protocol()

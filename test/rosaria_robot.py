@@ -3,6 +3,9 @@
 The pose begins at zero where the robot stands, at 10 Hz and with wall stamps; commands are rounded
 to whole mm/s and deg/s and clipped; after 0.6 s without one the robot stops.  Private parameters:
 ``~rate`` [Hz] of the pose, and the driver's own ``odom_frame`` and ``base_link_frame``.
+
+Its sonar hears a wall across the x axis, ``~wall`` [m] ahead of where the robot began: echoes in whole
+millimetres, 5 m where there is none, with each pose while somebody listens; none after ``~lose_sonar``.
 """
 
 import math
@@ -10,8 +13,9 @@ import time
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import TransformStamped, Twist
+from geometry_msgs.msg import Point32, TransformStamped, Twist
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
@@ -21,6 +25,12 @@ from mrs_simulator.nodes.stage.rosaria import driver_commands
 
 # Factory settings of the Pioneer's firmware, in m and rad.
 FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))
+
+# Of a P3-DX: x, y [mm] and direction [deg] of each transducer, and the greatest distance [mm].
+TRANSDUCERS = """69 136 90, 114 119 50, 148 78 30, 166 27 10, 166 -27 -10, 148 -78 -30, 114 -119 -50,
+69 -136 -90, -157 -136 -90, -203 -119 -130, -237 -78 -150, -255 -27 -170, -255 27 170, -237 78 150,
+-203 119 130, -157 136 90"""
+FARTHEST = 5000.0
 
 STEP = 0.01  # [s] of wall time
 LATEST = 0.1  # [s] that one step may stand for if the machine is busy
@@ -57,6 +67,29 @@ class Robot:
             rospy.Service("~disable_motors", Empty, self._on_disable),
             rospy.Service("~lose_link", Empty, self._on_lose_link),
         ]
+
+        self._sonar = rospy.Publisher("~sonar", PointCloud, queue_size=50)
+        self._wall = rospy.get_param("~wall", math.inf)
+        self._kept.append(rospy.Service("~lose_sonar", Empty, self._on_lose_sonar))
+
+    def _on_lose_sonar(self, _):
+        self._sonar.unregister()
+        self._sonar = None
+        return EmptyResponse()
+
+    def echoes(self):
+        """Return the echoes of the wall in the robot's axes, points."""
+        (x, _, theta), points = self.pose[0], []
+        for text in TRANSDUCERS.split(","):
+            ahead, left, degrees = map(float, text.split())
+            turn = math.radians(degrees)
+            place = 1000.0 * x + ahead * math.cos(theta) - left * math.sin(theta)
+            along = math.cos(theta + turn)
+            far = (1000.0 * self._wall - place) / along if along > 1e-6 else FARTHEST
+            heard = round(min(max(far, 0.0), FARTHEST))
+            echo = ahead + heard * math.cos(turn), left + heard * math.sin(turn)
+            points.append(Point32(0.001 * echo[0], 0.001 * echo[1], 0.0))
+        return points
 
     def _on_command(self, twist):
         self.target = driver_commands(np.array([[twist.linear.x, twist.angular.z]]), self.LIMITS)
@@ -98,6 +131,10 @@ class Robot:
         message.pose.pose.orientation.w = math.cos(0.5 * theta)
         message.twist.twist.linear.x, message.twist.twist.angular.z = v, omega
         self._publisher.publish(message)
+        if self._sonar is not None and self._sonar.get_num_connections():
+            cloud = PointCloud(points=self.echoes())
+            cloud.header.stamp, cloud.header.frame_id = message.header.stamp, "sonar"
+            self._sonar.publish(cloud)
         move = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
         move.transform.translation.x, move.transform.translation.y = x, y
         move.transform.rotation = message.pose.pose.orientation

@@ -32,6 +32,19 @@ class Forward(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {i: make_twist(0.2, 0.0) for i in pos_map}
 """
+STOPS = """
+import numpy as np
+from mrs_simulator import PioneerControl
+
+class StopsBefore(PioneerControl):
+    \"\"\"Drives on until the sonar's foremost echoes are near.\"\"\"
+
+    SENSORS = ("sonar",)
+
+    def pointMassLaw(self, hand):
+        near = [np.nanmin(self.readings[n].sonar.ranges[3:5]) < 0.5 for n in self.numbers]
+        return np.where(np.array(near)[:, np.newaxis], 0.0, [0.3, 0.0])
+"""
 ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
 HELD = "_enable_motors:=/robot{}/held"  # by the probe, until its gate is set
 AT_ONCE = "_autostart:=true"
@@ -578,3 +591,22 @@ def test_the_launch_file_starts_a_driver_for_each_of_any_number_of_robots(ros, t
     for node in ("pioneer_control", "record"):
         assert given["/{}/odom_topic".format(node)] == "/robot{}/RosAria/pose"
         assert given["/{}/cmd_vel_topic".format(node)] == "/robot{}/RosAria/cmd_vel"
+
+
+def test_a_law_stops_by_rosarias_sonar_and_never_moves_on_a_stale_one(team):
+    team.robot(1, "_wall:=1.0")
+    team.robot(2, "_wall:=6.0")
+    team.law.write_text(STOPS)
+    sonars = "_sensor_topic:=/robot{}/RosAria/*"
+    control = team.node("pioneer_control", "--protocol", team.law, AT_ONCE, sonars, n=2)
+    team.drives((1, 2), 0.1)
+    wait_until(lambda: team.sent(1) == [0.0, 0.0])
+    # 0.5 m before the transducers at 166 mm, a packet late, and with the firmware's ramp.
+    wait_until(lambda: 0.1 < team.odometry(1)[0] < 0.4)
+    assert team.sent(2) == [0.3, 0.0]
+    team.probe.ask("bool(rospy.ServiceProxy('/robot2/RosAria/lose_sonar', Empty)())")
+    assert "robot1" not in team.trouble("no fresh sonar of robot2 (0.")
+    team.at_rest((1, 2))
+    assert team.probe.ask("control('stale')") == [2]
+    assert team.probe.ask("control('running')") is False  # real robots go on when they are told to
+    assert "robots stopped: no fresh sonar of robot2" in log_of(control)

@@ -22,6 +22,7 @@ class State(NamedTuple):
     topology: Any  # the ``core.graphs.Topology`` in force
     hand_length: float  # [m]
     deadlock: tuple = ()  # (number, since [s]) of robots that the safety filter holds still
+    sensors: tuple = ()  # names of those that it asks of every robot
 
 
 class LawService:
@@ -36,7 +37,11 @@ class LawService:
         value = getattr(self, method)(*arguments)
         control = self._control
         return value, State(
-            dict(control.parameters), control.topology, float(control.l), control.safety_deadlock
+            dict(control.parameters),
+            control.topology,
+            float(control.l),
+            control.safety_deadlock,
+            tuple(control.SENSORS),
         )
 
     def make(self, scenario):
@@ -48,9 +53,13 @@ class LawService:
         self._control.start()
         return [str(text) for text in self._control.warnings(pose)]
 
-    def commands(self, pose, time):
-        """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s]."""
-        return self._control.commands(pose, time)
+    def commands(self, pose, time, readings=None):
+        """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].
+
+        ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``.
+        """
+        more = {} if readings is None else {"readings": readings}
+        return self._control.commands(pose, time, **more)
 
     def targets(self, pose):
         """Return where, seen from above, the hand points are wanted, (n, 2) [m], or None."""
@@ -129,6 +138,11 @@ class Law:
         return self._state.deadlock
 
     @property
+    def sensors(self):
+        """Return the names of the sensors that it asks of every robot."""
+        return self._state.sensors
+
+    @property
     def topology(self):
         """Return the topology in force."""
         return self._state.topology
@@ -137,12 +151,14 @@ class Law:
         """Begin anew from ``pose`` (n, 3); return theory's warnings."""
         return self._call("begin", pose, meanwhile=meanwhile)
 
-    def commands(self, pose, time, limit, meanwhile=None):
+    def commands(self, pose, time, limit, meanwhile=None, readings=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].
 
         ``limit`` [s] of wall time; ``meanwhile()`` is called again and again while it is waited for.
+        ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks.
         """
-        return self._call("commands", pose, time, limit=limit, meanwhile=meanwhile)
+        known = (pose, time) if readings is None else (pose, time, readings)
+        return self._call("commands", *known, limit=limit, meanwhile=meanwhile)
 
     def targets(self, pose, limit, meanwhile=None):
         """Return where the hand points are wanted, (n, 2) [m], or None; the last while it is busy."""

@@ -194,6 +194,22 @@ ODOM_TOPIC = NodeParameter(
     "`{}` is the robot's number; remapping the names will do as well",
 )
 CMD_VEL_TOPIC = NodeParameter("cmd_vel_topic", PATTERN, "/robot{}/cmd_vel", "likewise")
+SENSOR_TOPIC = NodeParameter(
+    "sensor_topic",
+    PATTERN,
+    "/robot{}/*",
+    "of the sensors that the law asks for: `{}` is the robot's number, `*` the sensor's name; RosAria's "
+    "are `/robot{}/RosAria/*`",
+)
+SENSOR_TIMEOUT = NodeParameter(
+    "sensor_timeout",
+    NUMBER,
+    0.5,
+    "beyond a sensor's latency: one silent for longer, and for 2.5 of its periods, is named, and all "
+    "robots are stopped",
+    "s",
+    above=0.0,
+)
 FRAME_SOURCE = NodeParameter(
     "frame_source",
     TEXT,
@@ -393,6 +409,7 @@ NODES = {
     ),
     CONTROL: (
         *(RATE, SATURATION, AUTOSTART, ONE_FOR_EACH, SPEED, *POSES[:3], CMD_VEL_TOPIC, *POSES[3:8]),
+        *(SENSOR_TOPIC, SENSOR_TIMEOUT),
         *(
             REAL,
             RESUME,

@@ -37,6 +37,21 @@ def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True):
     return OdometryInbox(numbers, bounds, real, timeout, frames=frames)
 
 
+def clock_at(stamp, timeout):
+    """Return ROS time [s], once /clock has come to a message stamped ``stamp`` [s].
+
+    Where simulated time is fast and the machine busy, messages overtake the clock, each having a
+    thread of its own, by more than their ``timeout``.  The wait ends after ``CLOCK_PATIENCE``.
+    """
+    now, end = rospy.get_time(), time.monotonic() + CLOCK_PATIENCE
+    while 0.0 < now < stamp - timeout and time.monotonic() < end:
+        if rospy.is_shutdown():
+            break
+        time.sleep(NAP)
+        now = rospy.get_time()
+    return now
+
+
 class Inbox:
     """The newest poses; how they come in is the subclasses' business."""
 
@@ -130,20 +145,6 @@ class Inbox:
     def _times(self, now):
         """Return the time [s] that holds for each robot at ``now`` in ROS time, (n,)."""
         return np.where(self._real, time.monotonic(), now)
-
-    def _clock(self, stamp):
-        """Return ROS time [s], once /clock has come to a message stamped ``stamp`` [s].
-
-        Where simulated time is fast and the machine busy, odometry overtakes the clock, each having a
-        thread of its own, by more than its timeout.  The wait ends after ``CLOCK_PATIENCE``.
-        """
-        now, end = rospy.get_time(), time.monotonic() + CLOCK_PATIENCE
-        while 0.0 < now < stamp - self._timeout and time.monotonic() < end:
-            if rospy.is_shutdown():
-                break
-            time.sleep(NAP)
-            now = rospy.get_time()
-        return now
 
     def _note_arrival(self, rows):
         self.arrived = time.monotonic()
@@ -251,7 +252,7 @@ class OdometryInbox(Inbox):
             z, lift = message.pose.position.z, lifted(message.pose)
             frame, length = message.header.frame_id, quaternion_length(message.pose)
         stamped, seconds = stamp.to_nsec(), stamp.to_sec()
-        now = rospy.get_time() if self._real[row] else self._clock(seconds)
+        now = rospy.get_time() if self._real[row] else clock_at(seconds, self._timeout)
         arrival = time.monotonic()
         with self._changed:
             self.senders.note(row, message)
@@ -311,7 +312,7 @@ class TeamInbox(Inbox):
         places = np.column_stack([poses[:, :2], z])
         good = np.isfinite(poses).all(axis=1) & (np.abs(places) < FARTHEST).all(axis=1)
         stamp = message.header.stamp
-        now = self._clock(stamp.to_sec())
+        now = clock_at(stamp.to_sec(), self._timeout)
         with self._changed:
             self.senders.note(self._subscriber.resolved_name, message)
             for row in np.flatnonzero(~good).tolist():

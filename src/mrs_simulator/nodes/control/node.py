@@ -50,7 +50,9 @@ from mrs_simulator.ros.odometry_inbox import TeamInbox
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.rivals import Rivals
 from mrs_simulator.ros.senders import doubled_text
+from mrs_simulator.ros.sensor_inbox import SensorInbox
 from mrs_simulator.ros.team_topics import COMMAND, TeamCommands
+from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team
@@ -80,6 +82,9 @@ class Job(NamedTuple):
     now: float  # [s] time of the robots
     time: float  # [s] since the law began
     begins: bool
+    readings: Any = (
+        None  # of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks for any
+    )
 
 
 class ControlNode:
@@ -88,7 +93,6 @@ class ControlNode:
     def __init__(self, scenario, protocol, nursery=None):
         """``protocol``: a ``PioneerControl`` subclass; ``nursery``: forks processes for it, or None."""
         self.scenario = scenario
-        refuse_sensors(protocol)
         rate = read(RATE, scenario.control.rate)
         self.period = 1.0 / rate
         saturation = read(SATURATION, scenario.control.saturation)
@@ -118,6 +122,7 @@ class ControlNode:
         self._id = random.SystemRandom().getrandbits(32)
         self._told = None  # what the last status said of the controller itself
         self._warnings, self._jump = [], ""
+        self._awaiting = None  # [s] of wall time since when a reading is waited for in lockstep
         self._held = ()  # the last deadlock that was logged
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
         self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
@@ -144,6 +149,7 @@ class ControlNode:
         self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
+        self.sensors = self._open_sensors(real)
         topics, numbers, self.rivals = None, self.law.numbers, None
         team = Team.from_scenario(self.scenario)
         self._axes, landing = team.axes, team.landing
@@ -171,6 +177,16 @@ class ControlNode:
         rospy.on_shutdown(self._on_shutdown)
         if real and not self.dry_run:
             threading.Thread(target=self._watch, daemon=True).start()
+
+    def _open_sensors(self, real):
+        """Return the inbox of the sensors that the law asks for, None if it asks for none."""
+        if not self.law.sensors:
+            return None
+        scenario = self.scenario
+        team = Team.from_scenario(scenario)
+        mounts = fitted_mounts(team, scenario.sensors)
+        known = self.law.sensors, mounts, team.kinds, real, scenario.step
+        return SensorInbox(*known, *([self.inbox.wake] if self.lockstep else []))
 
     # The main loop -------------------------------------------------------------------------------
 
@@ -235,12 +251,16 @@ class ControlNode:
         """Return why nobody can know where the robots are now, or ""."""
         trouble = self._doubled()
         trouble = trouble or (self._clock.trouble() if self._clock else "")
-        return trouble or self.frame.missing(rospy.get_time())
+        trouble = trouble or self.frame.missing(rospy.get_time())
+        if self.sensors and not self.lockstep:
+            trouble = trouble or self.sensors.missing(rospy.get_time())
+        return trouble
 
     def _doubled(self):
         """Return who else drives these robots or tells where they are, or ""."""
         others = self.rivals.found() if self.rivals else {}
-        return doubled_text({**others, **self.frame.doubled()})
+        sensors = self.sensors.doubled() if self.sensors else {}
+        return doubled_text({**others, **self.frame.doubled(), **sensors})
 
     def _has_come(self):
         """Return whether the simulated robots' odometry is there, which comes together, or is late."""
@@ -260,7 +280,7 @@ class ControlNode:
     def _answer(self):
         """Lockstep: commands for each odometry, the last ones between two periods of the control."""
         stamp = self.inbox.complete()
-        if stamp is None:
+        if stamp is None or self._awaits_readings(stamp):
             return None
         repeated = self.inbox.take_repeated()
         if stamp != self._answered:
@@ -271,6 +291,18 @@ class ControlNode:
         elif repeated:
             self._send(self.outlet.command)
         return None
+
+    def _awaits_readings(self, stamp):
+        """Return whether readings up to the odometry's ``stamp`` are still to come, in lockstep."""
+        if self.sensors is None or not self.running:
+            return False
+        begun = stamp.to_sec() if self._begun is None else self._begun
+        awaited = self.sensors.awaited(stamp.to_sec(), begun)
+        since = time.monotonic() if self._awaiting is None else self._awaiting
+        self._awaiting = since if awaited else None
+        if awaited and time.monotonic() - since > STILL:
+            self._hold(awaited)
+        return bool(awaited)
 
     def _job(self):
         if not self.running:
@@ -287,7 +319,10 @@ class ControlNode:
         # What was missing is there; the law may take its time all the same.
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
         pose = self.frame.pose()
-        return Job(self._epoch, pose, self.frame.with_heights(pose), now, since, begins)
+        job = Job(self._epoch, pose, self.frame.with_heights(pose), now, since, begins)
+        if self.sensors:
+            job = job._replace(readings=self.sensors.readings(now if begins else self._begun))
+        return job
 
     def _ask(self, job):
         """Ask the law, and send what the guards let pass of its answer."""
@@ -307,9 +342,9 @@ class ControlNode:
         # A law may take long to begin: nobody moves yet.
         patience = self.law_limit if self.outlet.command.any() else SIMULATED_LIMIT
         warnings = self.law.begin(job.known, self._meanwhile) if job.begins else None
-        command = self.law.commands(
-            job.known, job.time, max(patience, self.law_limit), self._meanwhile
-        )
+        limit = max(patience, self.law_limit)
+        known = job.known, job.time, limit, self._meanwhile, job.readings
+        command = self.law.commands(*known)
         return warnings, command
 
     def _take(self, job, warnings, command, took):
@@ -443,6 +478,8 @@ class ControlNode:
             self._epoch += 1
             self.outlet.open()
             self.frame.accept()
+            if self.sensors:
+                self.sensors.forget()
             self.motors.enable()
             self.trouble = silent or self.motors.missing()
             self.guards.release(self.frame.with_heights(self.frame.pose()))
@@ -512,7 +549,7 @@ class ControlNode:
             directed=topology.directed,
             running=self.running,
             trouble=trouble,
-            stale=self.frame.stale(rospy.get_time()),
+            stale=self._stale(),
             stopped=self.guards.stopped,
             dry_run=self.dry_run,
             period=self.period,
@@ -522,6 +559,15 @@ class ControlNode:
         )
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
+
+    def _stale(self):
+        """Return the numbers of the robots of which odometry, or a reading, is not known now."""
+        now = rospy.get_time()
+        stale = self.frame.stale(now)
+        if self.sensors:
+            more = {self.law.numbers[row] for row in self.sensors.stale(now)}
+            stale = sorted(more.union(stale))
+        return stale
 
     def _waited_for(self):
         """Return for how long the law has been waited for, in words, or ""."""
@@ -542,15 +588,6 @@ class ControlNode:
             with self._lock:
                 self._lose(error)
         return None
-
-
-def refuse_sensors(protocol):
-    """Raise ``ValueError`` for a ``protocol`` that asks for sensors: nobody reads topics of theirs."""
-    if protocol.SENSORS:
-        text = (
-            "{} asks for sensors {}, which are read without ROS only: wanted the program experiment"
-        )
-        raise ValueError(text.format(protocol.__name__, ", ".join(protocol.SENSORS)))
 
 
 def run(protocol=None, argv=None):

@@ -83,7 +83,7 @@ class SensorTopics(rospy.SubscribeListener):
         """Publish what has become known by the present step of ``world``."""
         if self._changed:
             self._changed = False
-            self._suite.heed(self._listened(), world.steps, world.sensed)
+            self._heed_listeners(world)
         if self._suite.is_idle:
             return
         self._suite.update(world.steps, world.sensed)
@@ -93,20 +93,32 @@ class SensorTopics(rospy.SubscribeListener):
                 self._told[sensor] = reading
                 self._publish(sensor, reading)
 
+    def _heed_listeners(self, world):
+        """Read what somebody listens to now, and tell new listeners what is known already."""
+        wanted, new = self._listened()
+        self._suite.heed(wanted, world.steps, world.sensed)
+        active = self._suite.active
+        self._told = {sensor: self._told[sensor] for sensor in active if sensor in self._told}
+        for sensor, reading in self._told.items():
+            self._publish(sensor, reading, new)
+
     def _listened(self):
-        """Return the names of the sensors that somebody listens to, by row."""
-        wanted = {}
+        """Return the names of the sensors that somebody listens to, by row, and the topics new to that."""
+        wanted, new = {}, set()
         for (row, name), topics in self._of.items():
             for topic in topics:
+                before = topic.is_heard
                 if topic.look():
                     wanted.setdefault(row, set()).add(name)
-        return wanted
+                    new.update(() if before else (topic,))
+        return wanted, new
 
-    def _publish(self, sensor, reading):
+    def _publish(self, sensor, reading, only=None):
+        """Publish ``reading`` on the topics that are listened to, or on those among ``only``."""
         rows, stamp = {}, stamp_at(reading.stamp)
-        for k, row in enumerate(sensor.rows.tolist()):
+        for k, row in enumerate(sensor.rows.tolist() if only is None or only else ()):
             for topic in self._of.get((row, sensor.mount.name), ()):
-                if topic.is_heard:
+                if topic.is_heard if only is None else topic in only:
                     form = topic.form
                     if form not in rows:
                         rows[form] = form.rows(reading)

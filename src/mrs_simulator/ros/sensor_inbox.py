@@ -1,0 +1,175 @@
+"""Newest reading of each sensor that a law asks for: written by subscriber threads, read by the loop."""
+
+import math
+import threading
+import time
+
+import rospy
+
+from mrs_simulator.core.intake import Intake
+from mrs_simulator.ros.messages import MessageError
+from mrs_simulator.ros.node_parameters import SENSOR_TIMEOUT, SENSOR_TOPIC
+from mrs_simulator.ros.odometry_inbox import clock_at, silence
+from mrs_simulator.ros.parameters import read
+from mrs_simulator.ros.senders import Senders
+from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.sensors.suite import steps_between
+from mrs_simulator.sensors.types import TYPES
+
+MISSED = 2.5  # [-] periods of a sensor after which its reading is stale, where that is longer
+CLOSE = 1e-6  # [s] within which times are equal
+
+
+class SensorInbox:
+    """Subscribes to the sensors ``names`` of every robot, and tells which are stale."""
+
+    def __init__(self, names, mounts, kinds, real=(), step=0.0, wake=lambda: None):
+        """``mounts``, ``kinds``: of each robot, a tuple of its ``Mount`` and its ``Kind``.
+
+        ``real``: rows of the real robots; ``step`` [s] of the world of the others; ``wake()`` is called
+        whenever a reading has come.  Raises ``ValueError`` for an impossible ``~sensor_topic``.
+        """
+        pattern, self._least = read(SENSOR_TOPIC), read(SENSOR_TIMEOUT)
+        if pattern.count("*") != 1:
+            name = rospy.resolve_name("~" + SENSOR_TOPIC.name)
+            text = "parameter {} = {!r}: wanted one * for the sensor's name"
+            raise ValueError(text.format(name, pattern))
+        self._wake, self._lock, self._senders = wake, threading.Lock(), Senders()
+        self._told = None  # the last answer of ``readings``
+        self._inlets = [
+            self._inlet(row, next(mount for mount in own if mount.name == name), kind, real, step)
+            for name in names
+            for row, (own, kind) in enumerate(zip(mounts, kinds))
+        ]
+        self._rows = range(len(mounts))
+        self._subscribers = [self._subscribed(inlet, pattern) for inlet in self._inlets]
+
+    def _inlet(self, row, mount, kind, real, step):
+        is_real = row in real
+        period = 1.0 / mount.rate if is_real else steps_between(mount, step) * step
+        return _Inlet(row, mount, kind, is_real, period, self._least)
+
+    def _subscribed(self, inlet, pattern):
+        form = inlet.form
+        name = pattern.replace("{}", str(inlet.row + 1)).replace("*", form.mount.name + form.SUFFIX)
+        inlet.topic = rospy.resolve_name(name)
+        return rospy.Subscriber(
+            name, form.MESSAGE, self.put, callback_args=inlet, queue_size=1, tcp_nodelay=True
+        )
+
+    def put(self, message, inlet):
+        """Take in a message of one sensor; what cannot be now, or is not the mount's, is refused."""
+        stamp = message.header.stamp
+        seconds = stamp.to_sec()
+        now = rospy.get_time() if inlet.is_real else clock_at(seconds, inlet.timeout)
+        arrival = time.monotonic()
+        with self._lock:
+            self._senders.note(inlet.topic, message)
+            if not inlet.intake.believes_stamp(0, seconds, now, arrival):
+                return
+        try:
+            reading = inlet.form.reading(message, seconds)
+        except MessageError as error:
+            with self._lock:
+                inlet.intake.refuse(0, str(error))
+            return
+        with self._lock:
+            if inlet.is_real and abs(now - seconds) > inlet.timeout:
+                stamp = rospy.Time.from_sec(now)  # its clock is another
+            inlet.keep(reading, stamp.to_nsec(), arrival if inlet.is_real else min(now, seconds))
+        self._wake()
+
+    def readings(self, begun):
+        """Return the newest readings, ``{row: {name: reading}}``; their stamps are since ``begun`` [s].
+
+        It is the same mapping as before while nothing new has come.
+        """
+        with self._lock:
+            newest = [inlet.newest for inlet in self._inlets]
+        told = self._told
+        if told is None or told[0] != begun or any(a is not b for a, b in zip(newest, told[1])):
+            result, origin = {row: {} for row in self._rows}, int(round(begun * 1e9))
+            for inlet, kept in zip(self._inlets, newest):
+                if kept is not None:
+                    reading, stamp = kept
+                    since = (stamp - origin) * 1e-9
+                    result[inlet.row][inlet.form.mount.name] = reading._replace(stamp=since)
+            self._told = told = begun, newest, result
+        return told[2]
+
+    def missing(self, now):
+        """Return which sensors are silent or refused at ``now`` [s] in ROS time, in words, or ""."""
+        with self._lock:
+            late = [(inlet, inlet.age(now)) for inlet in self._inlets]
+        return self._told_silence([(i, age) for i, age in late if not age <= i.timeout])
+
+    def awaited(self, stamp, begun):
+        """Return what is still to come of what was measured up to ``stamp`` [s], in words, or "".
+
+        For a simulation in lockstep, whose law began at ``begun`` [s].
+        """
+        if not self._inlets:
+            return ""
+        with self._lock:
+            late = [inlet for inlet in self._inlets if inlet.is_awaited(stamp, begun)]
+            return self._told_silence([(inlet, inlet.age(stamp)) for inlet in late])
+
+    def _told_silence(self, late):
+        texts = []
+        for name in dict.fromkeys(inlet.form.mount.name for inlet, _ in late):
+            own = [(inlet, age) for inlet, age in late if inlet.form.mount.name == name]
+            reasons = {i.row + 1: i.intake.reasons[0] for i, _ in own if i.intake.reasons}
+            texts.append(silence({i.row + 1: age for i, age in own}, name, reasons))
+        return "; ".join(texts)
+
+    def stale(self, now):
+        """Return the rows of the robots of which a reading is stale."""
+        with self._lock:
+            return sorted({i.row for i in self._inlets if not i.age(now) <= i.timeout})
+
+    def rates(self):
+        """Return ``(topic, rate wanted, messages so far, refused so far)`` of each sensor; rates in Hz."""
+        with self._lock:
+            return [(i.topic, 1.0 / i.period, i.count, i.intake.refused[0]) for i in self._inlets]
+
+    def doubled(self):
+        """Return ``{topic: [nodes]}`` of the topics on which several nodes publish."""
+        return self._senders.doubled()
+
+    def forget(self):
+        """Learn the clocks of real robots anew: a person has said that they are right."""
+        with self._lock:
+            for inlet in self._inlets:
+                inlet.intake.forget()
+
+
+class _Inlet:
+    """What has come of one sensor of one robot."""
+
+    def __init__(self, row, mount, kind, is_real, period, least):
+        self.row, self.is_real, self.period = row, is_real, period
+        self.form = forms_of(mount, kind)[0]
+        self.topic = ""
+        self.timeout = mount.latency + max(least, MISSED * period)
+        self.intake = Intake([is_real], self.timeout)
+        self.newest, self.count, self._received = None, 0, -math.inf
+        looks_back = getattr(TYPES[mount.type], "LOOKS_BACK", False)
+        self._first = mount.latency + (period if looks_back else 0.0)  # [s] since it is listened to
+
+    def keep(self, reading, stamp, received):
+        """Keep a ``reading`` of ``stamp`` [ns], received at a time [s]: of wall time from a real robot."""
+        self.newest, self._received = (reading, stamp), received
+        self.count += 1
+
+    def age(self, now):
+        """Return how old the newest is at ``now`` [s] in ROS time, inf before the first."""
+        if self.newest is None:
+            return math.inf
+        return (time.monotonic() if self.is_real else now) - self._received
+
+    def is_awaited(self, stamp, begun):
+        """Return whether a sample up to ``stamp`` [s] is still to come."""
+        if self.newest is None:
+            return stamp - begun + CLOSE >= self._first
+        following = self.newest[1] * 1e-9 + self.period + self.form.mount.latency
+        return following <= stamp + CLOSE

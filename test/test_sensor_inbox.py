@@ -1,0 +1,130 @@
+"""Readings that come over ROS: their stamps, what is stale, and what is waited for in lockstep."""
+
+import math
+
+import numpy as np
+import pytest
+import rospy
+from std_msgs.msg import Header
+
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.ros import sensor_inbox
+from mrs_simulator.ros.sensor_messages import Cloud
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.vehicles import Team
+
+SETTINGS = {"sensor_topic": "/robot{}/RosAria/*", "sensor_timeout": 0.5}
+
+
+class Times:
+    """Simulated and wall time, which the test sets."""
+
+    simulated, wall = 1.0, 100.0
+
+
+@pytest.fixture
+def times(monkeypatch):
+    monkeypatch.setattr(sensor_inbox.rospy, "Subscriber", lambda *_, **__: None)
+    monkeypatch.setattr(sensor_inbox.rospy, "get_time", lambda: Times.simulated)
+    monkeypatch.setattr(sensor_inbox.time, "monotonic", lambda: Times.wall)
+    monkeypatch.setattr(sensor_inbox, "clock_at", lambda stamp, timeout: Times.simulated)
+    monkeypatch.setattr(sensor_inbox, "read", lambda parameter: SETTINGS[parameter.name])
+    Times.simulated, Times.wall = 1.0, 100.0
+    return Times
+
+
+def inbox_of(real=(), noise=None, names=("sonar",)):
+    content = {"poses": [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "step": 0.02}
+    more = {"sonar": {"noise": noise or {}}, "imu": {"type": "imu", "rate": 10.0}}
+    scenario = scenario_from_dict(dict(content, sensors=[{"mounts": more}]))
+    team = Team.from_scenario(scenario)
+    mounts = fitted_mounts(team, scenario.sensors)
+    return sensor_inbox.SensorInbox(names, mounts, team.kinds, real, scenario.step)
+
+
+def put(inbox, row, stamp, count=16):
+    inlet = inbox._inlets[row]
+    places = inlet.form._places[:count]
+    along = np.column_stack([np.cos(places[:, 2]), np.sin(places[:, 2]), 0.0 * places[:, 2]])
+    points = np.column_stack([places[:, :2], np.zeros(count)]) + 2.0 * along
+    header = Header(0, rospy.Time.from_sec(stamp), "sonar")
+    inbox.put(Cloud(header, points.astype(np.float32)), inlet)
+
+
+def test_topics_follow_the_pattern(times):
+    assert [i.topic for i in inbox_of()._inlets] == [
+        "/robot{}/RosAria/sonar".format(k) for k in (1, 2)
+    ]
+    SETTINGS["sensor_topic"] = "/robot{}/sonar"
+    with pytest.raises(ValueError, match="wanted one \\* for the sensor's name"):
+        inbox_of()
+    SETTINGS["sensor_topic"] = "/robot{}/RosAria/*"
+
+
+def test_readings_are_stamped_since_the_law_began(times):
+    inbox = inbox_of()
+    assert inbox.readings(1.0) == {0: {}, 1: {}}
+    put(inbox, 1, 1.3)
+    times.simulated = 1.3
+    readings = inbox.readings(1.0)
+    assert readings is inbox.readings(1.0) and readings[0] == {}
+    assert readings[1]["sonar"].stamp == pytest.approx(0.3, abs=2e-9)
+    assert readings[1]["sonar"].ranges == pytest.approx([2.0] * 16, abs=4e-7)
+    put(inbox, 1, 1.4)
+    assert inbox.readings(1.0)[1]["sonar"].stamp == pytest.approx(0.4, abs=2e-9)
+
+
+def test_what_is_silent_or_refused_is_named(times):
+    inbox = inbox_of()
+    assert inbox.missing(1.0) == "no fresh sonar of robot1 (never heard), robot2 (never heard)"
+    put(inbox, 0, 1.0)
+    put(inbox, 1, 1.0, count=8)
+    wanted = "robot2 (never heard, refused: 8 echoes, but the mount has 16 transducers)"
+    assert inbox.missing(1.1) == "no fresh sonar of " + wanted
+    put(inbox, 1, 1.0)
+    assert inbox.missing(1.5) == "" and inbox.stale(1.5) == []
+    assert inbox.missing(1.6).startswith("no fresh sonar of robot1 (0.6 s), robot2 (0.6 s)")
+    assert inbox.stale(1.6) == [0, 1]
+    times.simulated = 3.0
+    put(inbox, 0, 1.2)
+    assert "refused: stamped 1.8 s before the simulated time" in inbox.missing(3.0)
+
+
+def test_a_slow_sensor_may_be_silent_for_two_periods_and_a_half(times):
+    inbox = inbox_of(noise={"latency": 0.3})
+    assert [inlet.timeout for inlet in inbox._inlets] == pytest.approx([0.8, 0.8])
+    slow = sensor_inbox._Inlet(0, inbox._inlets[0].form.mount, None, False, 1.0, 0.5)
+    assert slow.timeout == pytest.approx(2.8)
+
+
+def test_clocks_of_real_robots_may_be_any(times):
+    inbox = inbox_of(real=(0, 1))
+    times.simulated = 5000.0  # the node's own, wall time
+    for k in range(8):
+        times.wall, times.simulated = 100.0 + 0.1 * k, 5000.0 + 0.1 * k
+        put(inbox, 0, 70.0 + 0.1 * k)
+    assert inbox.readings(5000.0)[0]["sonar"].stamp == pytest.approx(0.7, abs=1e-6)
+    assert inbox.stale(times.simulated) == [1]
+    put(inbox, 0, 70.0 + 0.1 * 7)  # the link is lost: the same stamp again
+    times.wall += 0.6
+    assert "robot1 (0.6 s, refused: its stamp stands still)" in inbox.missing(times.simulated)
+
+
+def test_lockstep_waits_for_what_was_measured(times):
+    inbox = inbox_of()
+    assert "never heard" in inbox.awaited(1.0, 1.0)
+    for row in (0, 1):
+        put(inbox, row, 1.0)
+    assert inbox.awaited(1.0, 1.0) == inbox.awaited(1.08, 1.0) == ""
+    put(inbox, 0, 1.1)
+    assert inbox.awaited(1.1, 1.0) == "no fresh sonar of robot2 (0.1 s)"
+    late = inbox_of(noise={"latency": 0.3})
+    assert late.awaited(1.28, 1.0) == "" and "never heard" in late.awaited(1.3, 1.0)
+    looks_back = inbox_of(names=("imu",))
+    assert looks_back.awaited(1.08, 1.0) == "" and "never heard" in looks_back.awaited(1.1, 1.0)
+
+
+def test_nothing_is_missing_where_nothing_is_asked_for(times):
+    inbox = inbox_of(names=())
+    assert inbox.missing(1e9) == inbox.awaited(1e9, 0.0) == ""
+    assert not math.isnan(len(inbox.readings(0.0)))

@@ -1,0 +1,110 @@
+"""A law hears the same over ROS in lockstep as without ROS, from every type of sensor."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+from ros_fixtures import log_of, wait_until
+
+from mrs_simulator.control.loading import load_protocol
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study.experiment import Experiment
+
+FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7}  # [m]
+COMMANDS = 26  # [-] that are compared: half a second
+MOUNTS = {
+    "laser": {"range": [0.1, 5.0], "rays": 31},
+    "seen": {"type": "range_bearing", "noise": {"range": {"stddev": 0.02, "dropout": 0.3}}},
+    "bumper": {"type": "bumper"},
+    "encoders": {"type": "encoders", "noise": {"quantum": "1 mm"}},
+    "imu": {"type": "imu", "noise": {"rate": {"stddev": 0.01, "bias_walk": 0.1}}},
+    "compass": {"type": "compass", "noise": {"stddev": "1 deg"}},
+    "altimeter": {"type": "altimeter", "noise": {"dropout": 0.3}},
+    "gps": {"type": "gps", "origin": [49.1, 12.3, 400.0], "noise": {"stddev": 1.0}},
+    "mocap": {"type": "motion_capture", "noise": {"position": {"latency": 0.1}}},
+    "front": {"type": "sonar", "transducers": [["0.1 m", 0.0, 0.0]]},
+}
+LAW = """
+import json
+import numpy as np
+from mrs_simulator import PioneerControl
+
+class Tells(PioneerControl):
+    \"\"\"Writes down what it hears, and drives towards what is ahead.\"\"\"
+
+    SENSORS = {names!r}
+
+    def start(self):
+        self.file = open(FILE, "w")
+
+    def pointMassLaw(self, hand):
+        heard = [self.readings[number] for number in self.numbers]
+        told = [{{name: plain(getattr(each, name)) for name in self.SENSORS}} for each in heard]
+        self.file.write(json.dumps([self.time, told]) + "\\n")
+        self.file.flush()
+        ahead = [round(each.sonar.ranges[3:5].min(), 3) for each in heard]  # nor how it is told
+        return np.array([[0.1 * far, 0.0] for far in ahead])
+
+def plain(reading):
+    return None if reading is None else [np.asarray(value, float).tolist() for value in reading]
+
+FILE = {file!r}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    wall = {"type": "box", "name": "wall", "center": [1.0, 0.0], "size": [0.2, 9.0]}
+    content = {
+        "poses": [[0.0, 0.0, 0.0], [-2.0, 0.3, 0.4]],
+        "obstacles": [wall],
+        "sensors": [{"mounts": MOUNTS}],
+        "limits": "top",
+        "duration": 0.02 * (COMMANDS - 1),
+    }
+    path = tmp_path / "scenario.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def law(directory, name):
+    """Return a file of a law that writes to the file ``name``."""
+    path = directory / (name + ".py")
+    text = LAW.format(names=("sonar", *MOUNTS), file=str(directory / (name + ".txt")))
+    path.write_text(text)
+    return path, directory / (name + ".txt")
+
+
+def lines(path):
+    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+
+
+def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
+    file, wanted = law(tmp_path, "without")
+    for _ in Experiment(
+        load_scenario(str(scenario)), load_protocol("{}:Tells".format(file))
+    ).samples():
+        pass
+    file, heard = law(tmp_path, "over_ros")
+    given = ["--scenario", scenario, "_lockstep:=true"]
+    stage = ros.node("stage", *given, "_speed:=0", "_wait_for_control:=true")
+    control = ros.node("pioneer_control", *given, "--protocol", "{}:Tells".format(file))
+    wait_until(lambda: len(lines(heard)) > COMMANDS)
+    assert len(lines(wanted)) == COMMANDS
+    for (time, robots), (said, over_ros) in zip(lines(wanted), lines(heard)):
+        assert said == pytest.approx(time, abs=1e-9)
+        for one, other in zip(robots, over_ros):
+            for name, reading in one.items():
+                assert (reading is None) == (other[name] is None), (time, name)
+                for a, b in zip(reading or (), other[name] or ()):
+                    error = "{} at {}".format(name, time)
+                    within = FLOAT32.get(name, 1e-12)
+                    np.testing.assert_allclose(b, a, rtol=0.0, atol=within, err_msg=error)
+    assert "Traceback" not in log_of(stage) + log_of(control)
+    # Each sensor has a frame of its own, and what nobody asks for is not published.
+    probe = ros.probe()
+    probe.wait("'robot2/laser' in transforms and 'robot1/gps' in transforms")
+    laser = probe.ask("transforms['robot2/laser'].transform.translation.x")
+    assert laser == pytest.approx(0.021)
+    probe.wait("status('slow_sensors') == []")

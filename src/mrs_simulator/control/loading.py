@@ -38,6 +38,8 @@ def _marked():
 class ProtocolError(ValueError):
     """A protocol that cannot be had; the message names it and says why."""
 
+    page = "docs/protocols.md#where-a-protocol-is-named"
+
 
 def load_protocol(name, beside=""):
     """Return the ``PioneerControl`` subclass called ``name``.

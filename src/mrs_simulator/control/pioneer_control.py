@@ -24,6 +24,7 @@ from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import NO_LIMITS, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.sensors.readings import readings_by_number
@@ -397,6 +398,7 @@ class PioneerControl:
         for each in self._network.copies if self._network else ():
             each.set_parameters(given)
 
+    @explained_by("docs/protocols.md#parameters-and-topology")
     def checked_parameters(self, given):
         """Return all parameters' values with ``given``; ``ValueError`` names an impossible one."""
         return checked_values(self.PARAMETERS, given, type(self).__name__)

@@ -13,6 +13,8 @@ _new = object.__new__
 class ControlError(ValueError):
     """A law that did not return one finite Twist for each robot; the message says which."""
 
+    page = "docs/protocols.md"
+
 
 def make_twist(v, omega):
     """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""

@@ -5,6 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, shown
 
 FASTEST_CURRENT, FASTEST_WIND = 20.0, 100.0  # [m/s] that a scenario may have
@@ -43,6 +44,7 @@ class Felt(NamedTuple):
     )  # (m, 2) [m], aside and about the vertical, standard deviation ``wave_height``
 
 
+@explained_by("docs/scenarios.md#current-wind-and-waves")
 def read_environment(content, where):
     """Return the ``Environment`` in the mapping ``content``; ``ScenarioError`` if it is none."""
     top = Section(content, where)

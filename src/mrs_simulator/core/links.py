@@ -7,6 +7,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, number, shown
 
 ON_LOSS = ("hold", "drop")
@@ -129,6 +130,7 @@ class Links(NamedTuple):
 NO_FAULTS = Links()
 
 
+@explained_by("docs/scenarios.md#edges-with-faults")
 def read_links(content, where, n, topology):
     """Return the ``Links`` in the mapping ``content``; ``where`` names it in errors.
 

@@ -8,6 +8,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.obstacles import Box, wall
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import (
     ScenarioError,
     Section,
@@ -48,6 +49,7 @@ class Map(NamedTuple):
         return dict(plain, size=list(self.size)) if self.size else plain
 
 
+@explained_by("docs/scenarios.md#maps")
 def read_map(top):
     """Return the ``Map`` under ``map`` of a scenario, None for none; no file is opened."""
     given = top.take("map")
@@ -71,6 +73,7 @@ def read_map(top):
     return result
 
 
+@explained_by("docs/scenarios.md#maps")
 def obstacles_of(scenario):
     """Return the obstacles of ``scenario`` and the walls of its map, which is read from its file.
 

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple, Tuple
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import Section, number_list
 
 MOST_RATIO = 2.0  # [-] of two wheels' diameters, and of tracks
@@ -32,6 +33,7 @@ class OdometryErrors(NamedTuple):
         return {"alpha": list(self.alpha), "Ed": self.Ed, "Eb": self.Eb}
 
 
+@explained_by("docs/sensors.md#odometry")
 def read_odometry_errors(top):
     """Return the ``OdometryErrors`` under ``odometry_errors``, None where nothing is said."""
     given = top.take("odometry_errors")

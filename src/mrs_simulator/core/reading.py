@@ -21,6 +21,8 @@ class ScenarioError(ValueError):
     Names in it may be as long as a file: the message ends after ``LONGEST_MESSAGE``.
     """
 
+    page = "docs/scenarios.md"
+
     def __init__(self, message):
         cut = message[:LONGEST_MESSAGE] + "..."
         super().__init__(message if len(message) <= LONGEST_MESSAGE else cut)

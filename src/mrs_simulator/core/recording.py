@@ -97,6 +97,8 @@ class Run(NamedTuple):
 class RunError(ValueError):
     """A recording that cannot be read: says which file, where and why."""
 
+    page = "docs/scenarios.md#columns-of-runcsv"
+
 
 class Recorder:
     """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""

@@ -5,6 +5,7 @@ import os
 import numpy as np
 
 from mrs_simulator.core.layouts import LAYOUTS, make_layout
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, number, number_list, shown
 from mrs_simulator.core.sensor_changes import read_sensor_changes
 
@@ -43,6 +44,7 @@ def _read_altitude(section, n):
     return heights if heights.any() else None
 
 
+@explained_by("docs/scenarios.md#teams-of-several-kinds")
 def _read_own_kinds(top):
     given = top.take("kinds", {})
     fits = isinstance(given, dict) and all(isinstance(name, str) for name in given)
@@ -58,6 +60,7 @@ def _read_own_kinds(top):
     return given
 
 
+@explained_by("docs/scenarios.md#teams-of-several-kinds")
 def _read_groups(top, seed):
     """Return poses, kinds and altitudes of the robots of all groups, in the groups' order.
 

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple, Tuple, Union
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, number, number_list
 
 
@@ -31,6 +32,7 @@ class Safety(NamedTuple):
         return plain
 
 
+@explained_by("docs/protocols.md#safety-filter")
 def read_safety(section, n):
     """Return ``safety`` of the ``section`` of n robots: False, True, or a :class:`Safety`."""
     given = section.take("safety", False)

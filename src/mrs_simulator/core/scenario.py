@@ -21,6 +21,7 @@ from mrs_simulator.core.maps import Map, read_map
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
 from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
 from mrs_simulator.core.odometry_errors import OdometryErrors, read_odometry_errors
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import (
     ScenarioError,
     Section,
@@ -457,6 +458,7 @@ def _read_step(top, rate):
     return step
 
 
+@explained_by("docs/scenarios.md#graphs")
 def _read_topology(top, poses, seed):
     if not top.has("topology"):
         top.take("topology")
@@ -499,6 +501,7 @@ def _probability(section):
     return section.number("probability", 0.3, low=0.0, high=1.0)
 
 
+@explained_by("docs/scenarios.md#obstacles")
 def _read_obstacles(top):
     given = top.take("obstacles", [])
     if not isinstance(given, list):

@@ -5,6 +5,7 @@ Only who is meant is checked here; what a mount may hold is known to the room ``
 
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import ScenarioError, Section, shown
 
@@ -26,6 +27,7 @@ class SensorChange(NamedTuple):
         return plain if self.robots is None else dict(plain, robots=list(self.robots))
 
 
+@explained_by("docs/sensors.md")
 def read_sensor_changes(top, kinds, groups=()):
     """Return the tuple of ``SensorChange`` under ``sensors``, those of ``groups`` first.
 

@@ -17,6 +17,7 @@ import numpy as np
 from mrs_simulator.core.claims import Condition, NothingDecays
 from mrs_simulator.core.controller_log import deadlock_text
 from mrs_simulator.core.incidents import SATURATED
+from mrs_simulator.core.pages import OF_FAILED, OF_NOT_JUDGED
 from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach, part_of
 from mrs_simulator.core.verdict_file import read_verdict
@@ -26,6 +27,7 @@ from mrs_simulator.version import __version__
 HOLDS = "holds"  # what is predicted of a condition
 PASSED, FAILED, NOT_JUDGED = "passed", "failed", "not_judged"  # outcomes
 WORDS = {PASSED: "PASSED", FAILED: "FAILED", NOT_JUDGED: "NOT JUDGED"}
+EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED}
 UNJUDGED_CODE = 3  # of programs that were told to require a verdict
 NO_PROTOCOL = "no protocol is known whose claims could be judged"
 NO_CLAIMS = "the protocol states no claims"
@@ -450,6 +452,8 @@ def verdict_text(verdict):
     if verdict["real_time_factor"]:
         lines.append("  achieved real-time factor: {:.1f}".format(verdict["real_time_factor"]))
     lines += ["  warning: " + warning for warning in verdict["warnings"]]
+    if outcome_of(verdict) in EXPLAINED:
+        lines.append("  what this means: {}".format(EXPLAINED[outcome_of(verdict)]))
     return "\n".join(lines)
 
 

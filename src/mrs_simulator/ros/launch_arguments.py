@@ -3,10 +3,12 @@
 import os
 import xml.etree.ElementTree as ElementTree
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.ros.last_words import roslaunch_words
 
 
+@explained_by("docs/nodes.md#simulationlaunch")
 def refuse_unknown_launch_arguments():
     """Raise ``ValueError`` for a ``name:=value`` that the launch file of this node does not declare.
 

@@ -5,9 +5,11 @@ import math
 import numpy as np
 import rospy
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.ros import node_parameters as kinds
 
 
+@explained_by("docs/nodes.md")
 def read(parameter, default=None, n=None):
     """Return the value of a ``NodeParameter``, else ``default``, else the declared default.
 

@@ -5,6 +5,7 @@ import sys
 
 import rospy
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS
 from mrs_simulator.ros.node_parameters import NAMES
@@ -15,6 +16,7 @@ PARAMETERS = NAMES.union(RUN_ARGUMENTS, LOCAL)
 ALIKE = 0.75  # of 1, from which on a name is taken for another one misspelt
 
 
+@explained_by("docs/nodes.md")
 def refuse_unknown(more=(), foreign=False):
     """Raise ``ValueError`` for a ``_name:=`` that is no parameter, and for a ``name:=`` that is one.
 

@@ -14,6 +14,7 @@ import rospy
 from python_qt_binding.QtCore import QSettings, QTimer
 from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
+from mrs_simulator.core.pages import with_page
 from mrs_simulator.ros.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import SHARED
@@ -108,7 +109,7 @@ def main():
         code = application.exec_()
         processes.wait_closed()
     except (ValueError, OSError) as error:
-        print("mrs_gui: {}".format(error), file=sys.stderr)
+        print("mrs_gui: {}".format(with_page(error)), file=sys.stderr)
         code = 2
     finally:
         rospy.signal_shutdown("window closed")

@@ -18,6 +18,8 @@ LATE = 1e-9  # [s] by which a reading may be later than its latency, for roundin
 class SensorError(ValueError):
     """A sensor that is asked for and not there; the message names it and who lacks it."""
 
+    page = "docs/sensors.md#which-sensors-a-robot-has"
+
 
 class Suite:
     """The sensors of the robots of one run."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.kinematics import Limits, hand_points
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.recording import Run
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import FAILED, HOLDS, outcome_of
@@ -155,6 +156,7 @@ def claim_counts(trials):
     return counts
 
 
+@explained_by("docs/protocols.md#would-a-wrong-law-fail")
 def check_protocol(
     protocol,
     graphs=GRAPHS,

@@ -59,6 +59,8 @@ WIDTH = 0.38  # [-] of the line for the checks' names, which take more lines whe
 class ExportError(ValueError):
     """An export that cannot be made; the message names it and what was wanted."""
 
+    page = "docs/scenarios.md#tables-for-papers-and-other-programs"
+
 
 def table_kinds(text):
     """Return the kinds of table in ``text``, ``tex`` or ``tex,csv``; ``ExportError`` for another."""

@@ -21,6 +21,8 @@ GRACE = 0.1  # [s] of wall time for an answer before ``waiting`` is called
 class LawError(ValueError):
     """A law that raised, hung or ended its process; the message says where in the user's file."""
 
+    page = "docs/protocols.md"
+
 
 class LawProcess:
     """Asks laws through the functions of :mod:`law_answers`; from one thread at a time.

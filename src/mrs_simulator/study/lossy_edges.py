@@ -28,6 +28,8 @@ MEAN = "#0072b2"  # colour
 class LossyError(ValueError):
     """A scenario of which no mean square is known; the message says what was wanted."""
 
+    page = "docs/protocols.md#edges-with-faults"
+
 
 def lossy_study(scenario, seeds=SEEDS):
     """Run ``scenario`` under the first ``seeds`` seeds; return what is measured and what is expected.

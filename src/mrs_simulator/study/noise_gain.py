@@ -34,6 +34,8 @@ DENSE = 101  # points of a curve of theory
 class NoiseError(ValueError):
     """A scenario whose noise gain is not known; the message says what was wanted."""
 
+    page = "docs/protocols.md#noise"
+
 
 class Point(NamedTuple):
     """The steady variance of the disagreement per axis, of one kind of noise alone."""

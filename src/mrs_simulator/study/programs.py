@@ -3,6 +3,8 @@
 import contextlib
 import sys
 
+from mrs_simulator.core.pages import with_page
+
 BAD_INPUT = 2  # exit code
 
 
@@ -10,6 +12,7 @@ BAD_INPUT = 2  # exit code
 def refusing_bad_input(program, *more):
     """End the program, with exit code 2 and one line, where what it was given is wrong.
 
+    The line ends with the page of the documentation that explains it, where the error names one.
     ``ValueError`` and ``OSError`` count as that, and the errors in ``more``.
     """
     try:
@@ -25,4 +28,4 @@ def _said(error):
         return "{}: is a file, wanted a directory".format(error.filename)
     if isinstance(error, OSError) and error.filename is not None:
         return "{}: {}".format(error.filename, error.strerror)
-    return error
+    return with_page(error)

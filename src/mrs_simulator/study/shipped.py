@@ -4,6 +4,7 @@ import argparse
 import difflib
 import os
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario
 
@@ -20,6 +21,7 @@ def shipped_scenarios():
     return next(filter(os.path.isdir, PLACES), PLACES[0])
 
 
+@explained_by("docs/scenarios.md#shipped-scenarios")
 def scenario_path(name):
     """Return the path of the scenario file ``name``; one without a directory may be a shipped one.
 

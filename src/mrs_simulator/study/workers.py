@@ -13,6 +13,8 @@ WORKER_LIMIT = 60.0  # [s] of wall time for which a cluster may be without worke
 class SweepError(ValueError):
     """A sweep that cannot be made; the message names the axis, or the scheduler."""
 
+    page = "docs/protocols.md#sweeps"
+
 
 def failed(reason):
     """Return the verdict on a run that did not come to an end."""

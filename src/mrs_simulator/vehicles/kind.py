@@ -4,6 +4,7 @@ import math
 import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.vehicles.arms.mounted import Arm, read_arm
 from mrs_simulator.vehicles.drives import DRIVES, drive_module
@@ -77,6 +78,7 @@ class Kind(NamedTuple):
         return self.module.AXES
 
 
+@explained_by("docs/robots_of_your_own.md#from-dimensions")
 def read_kind(content, where, directory=""):
     """Return the ``Kind`` in the mapping ``content``, whose bases are merged already.
 

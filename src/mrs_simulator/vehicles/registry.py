@@ -3,6 +3,7 @@
 import functools
 import os
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import ScenarioError, load_yaml, shown
 from mrs_simulator.core.scenario import DEFAULT_KIND, KIND_FILES
@@ -20,6 +21,7 @@ def shipped_kinds():
     return tuple(sorted(names, key=lambda name: (name != DEFAULT_KIND, name)))
 
 
+@explained_by("docs/kinds.md")
 def kind(name, beside="", own=None):
     """Return the ``Kind`` called ``name``.
 

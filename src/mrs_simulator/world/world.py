@@ -50,6 +50,8 @@ NO_SOLVER = (
 class WorldError(ValueError):
     """Something the world cannot be; the message names it, what came and what was wanted."""
 
+    page = "docs/scenarios.md#where-robots-begin"
+
 
 class World:
     """Robots in the plane.  All arrays hold one robot per row."""

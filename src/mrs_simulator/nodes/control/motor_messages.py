@@ -4,10 +4,13 @@ import rospy
 from genpy.dynamic import generate_dynamic
 from std_msgs.msg import Bool
 
+from mrs_simulator.core.pages import explained_by
+
 BOOL, P2OS = "std_msgs/Bool", "p2os_msgs/MotorState"
 TYPES = (BOOL, P2OS)
 
 
+@explained_by("docs/robots.md#p2os-instead-of-rosaria")
 def split_topic(pattern, number, default=""):
     """Return the name of robot ``number``'s topic and its type, of a pattern ``NAME [TYPE]``.
 

@@ -2,10 +2,12 @@
 
 import rospy
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.ros.node_parameters import REAL
 from mrs_simulator.ros.parameters import read
 
 
+@explained_by("docs/robots.md#robots-and-simulated-robots-in-one-team")
 def real_rows(text):
     """Return the rows of the robots whose numbers are listed in ``text``, such as "2,4"."""
     try:
@@ -17,6 +19,7 @@ def real_rows(text):
     return sorted({number - 1 for number in numbers})
 
 
+@explained_by("docs/robots.md#robots-and-simulated-robots-in-one-team")
 def real_among(n):
     """Return the rows of the robots of a team of n that are real, ascending.
 

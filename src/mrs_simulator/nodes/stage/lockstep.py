@@ -2,12 +2,14 @@
 
 import time
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.ros.node_parameters import LOCKSTEP, SPEED
 from mrs_simulator.ros.parameters import read
 
 QUIET = 0.2  # [s] of wall time without an answer after which none is under way
 
 
+@explained_by("docs/robots.md#robots-and-simulated-robots-in-one-team")
 def lockstep_wanted(real, speed):
     """Return the parameter ``~lockstep``; ``ValueError`` if any robot of the rows ``real`` is real.
 

@@ -9,6 +9,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.nodes.control.timing import RoundTrips
@@ -503,6 +504,7 @@ def odometry_rate(scenario, usual):
     return scenario.odometry_rate
 
 
+@explained_by("docs/troubleshooting.md#on-ros")
 def only_stage():
     """Return the ``Rivals`` on /clock; ``ValueError`` names another node that tells the time.
 

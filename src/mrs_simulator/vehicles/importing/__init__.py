@@ -8,6 +8,7 @@ The drive is described by the gazebo_ros drive plugin in the file, or by the YAM
 import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, shown
 from mrs_simulator.vehicles.importing.assembling import assembled
 from mrs_simulator.vehicles.importing.description import read_description
@@ -33,6 +34,7 @@ def is_description(name):
     return str(name).endswith(ENDINGS)
 
 
+@explained_by("docs/robots_of_your_own.md#from-a-urdf-or-xacro")
 def read_request(content, where, directory):
     """Return the ``Request`` in the mapping ``content``; paths are relative to ``directory``."""
     section = Section(content, where)
@@ -70,6 +72,7 @@ def _mapping(section, key, types, wanted):
     return value
 
 
+@explained_by("docs/robots_of_your_own.md#from-a-urdf-or-xacro")
 def imported(request, given, where) -> Tuple[Dict[str, Any], Tuple[str, ...]]:
     """Return the content of the kind that ``request`` describes, and notes of what was replaced.
 

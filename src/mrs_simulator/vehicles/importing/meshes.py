@@ -14,6 +14,8 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 class MeshError(ValueError):
     """A mesh that cannot be read: says why."""
 
+    page = "docs/robots_of_your_own.md#from-a-urdf-or-xacro"
+
 
 def mesh_points(path):
     """Return the points (k, 3) of the STL, OBJ or Collada file at ``path``; ``MeshError``."""

@@ -1,0 +1,44 @@
+"""Errors name the page of the documentation that explains them.
+
+An error says so in its attribute ``page``: a class has that of all its errors, and ``explained_by`` gives
+those that leave a function the page of its subject.
+"""
+
+import contextlib
+
+OF_FAILED = "docs/verdict.md"
+OF_NOT_JUDGED = "docs/verdict.md#why-a-claim-is-not-judged"
+
+
+@contextlib.contextmanager
+def explained_by(page):
+    """Give a ``ValueError`` that leaves the block, or the decorated function, the ``page`` for it.
+
+    A page that an inner block gave is kept, since it is nearer to the cause; that of a class is not.
+    """
+    try:
+        yield
+    except ValueError as error:
+        if "page" not in vars(error):
+            error.page = page
+        raise
+
+
+def page_of(error):
+    """Return the page that explains ``error``, "" if none is known.
+
+    Its own comes first, then that of an error which led to it, as far as ``explained_by`` gave one,
+    then that of its class.
+    """
+    link = error
+    while link is not None:
+        if "page" in vars(link):
+            return link.page
+        link = link.__cause__ or link.__context__
+    return getattr(error, "page", "")
+
+
+def with_page(error):
+    """Return what ``error`` says, with the page that explains it where there is one."""
+    page = page_of(error)
+    return "{} (see {})".format(error, page) if page else str(error)

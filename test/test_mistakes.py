@@ -124,6 +124,14 @@ def test_a_missing_scenario_says_where_it_was_looked_for(tmp_path, monkeypatch, 
     assert ended.value.code == 2 and "did you mean 'paper.yaml'" in capsys.readouterr().err
 
 
+def test_a_shipped_scenario_needs_no_ending(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "paper").mkdir()  # results of an earlier run
+    (tmp_path / "mine").mkdir()
+    assert scenario_path("paper") == scenario_path("paper.yaml")
+    assert scenario_path("mine") == "mine"
+
+
 def test_degrees_for_radians_are_doubted(tmp_path, capsys):
     path = tmp_path / "lab.yaml"
     path.write_text("poses: [[0, 0, 0], [3, 0, 90]]\nduration: 0.1\n")

@@ -1,5 +1,6 @@
 """The documentation's site: all pages are there, the tutorial runs as it stands, no warning."""
 
+import importlib.util
 import os
 import re
 import shlex
@@ -8,18 +9,18 @@ import subprocess
 
 import pytest
 import yaml
+from documentation import DOCS, ROOT, anchors, page
 
 from mrs_simulator.__main__ import main
+from mrs_simulator.control.laws import HOMES, shipped
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-DOCS = os.path.join(ROOT, "docs")
-PAGES = sorted(name for name in os.listdir(DOCS) if name.endswith(".md"))
+PAGES = sorted(
+    os.path.relpath(os.path.join(directory, name), DOCS)
+    for directory, _, names in os.walk(DOCS)
+    for name in names
+    if name.endswith(".md")
+)
 MKDOCS = shutil.which("mkdocs") or os.path.join(ROOT, "build", "site-environment", "bin", "mkdocs")
-
-
-def page(name):
-    with open(os.path.join(DOCS, name), encoding="utf-8") as file:
-        return file.read()
 
 
 def named(entry):
@@ -40,8 +41,28 @@ def test_every_page_is_in_the_navigation():
 
 @pytest.mark.parametrize("name", PAGES)
 def test_links_of_every_page_lead_somewhere(name):
-    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page(name)):
-        assert os.path.exists(os.path.join(DOCS, target)), target
+    for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^)]*))?\)", page(name)):
+        there = os.path.normpath(os.path.join(os.path.dirname(name), target)) if target else name
+        assert os.path.exists(os.path.join(DOCS, there)), target
+        assert not anchor or anchor in anchors(there), (target, anchor)
+
+
+MAKER = importlib.util.spec_from_file_location(
+    "make_protocols", os.path.join(DOCS, "make_protocols.py")
+)
+
+
+@pytest.mark.parametrize("name", sorted(HOMES))
+def test_each_protocol_has_a_page_made_from_its_docstring(name):
+    """All but the verdict's numbers is made anew; python3 docs/make_protocols.py writes the pages."""
+    maker = importlib.util.module_from_spec(MAKER)
+    MAKER.loader.exec_module(maker)
+    text = page(os.path.join("protocols", name + ".md"))
+    verdict = re.search(r"^ends with\n\n```\n(.*?)\n```$", text, re.M | re.S).group(1)
+    assert maker.page(name, verdict) == text
+    assert ": PASSED" in verdict or name == "reynolds"
+    assert 2000 < os.path.getsize(maker.picture_path(name)) < 60000
+    assert "Theorem: " in shipped(name).__doc__ or name == "reynolds"
 
 
 def test_the_tutorial_runs_as_it_stands(tmp_path, monkeypatch, capsys):

@@ -25,15 +25,20 @@ def shipped_scenarios():
 def scenario_path(name):
     """Return the path of the scenario file ``name``; one without a directory may be a shipped one.
 
+    A shipped one may be named without its ending.
+
     Raises ``ScenarioError`` that says where it was looked for, with the nearest name.
     """
-    if os.path.exists(name):
+    if os.path.exists(name) and not os.path.isdir(name):
         return name
     places = [os.path.dirname(os.path.abspath(name))]
     if os.path.basename(name) == name:
         places.append(shipped_scenarios())
-        if os.path.exists(os.path.join(places[-1], name)):
-            return os.path.join(places[-1], name)
+        for file in (name, name + ".yaml"):
+            if os.path.exists(os.path.join(places[-1], file)):
+                return os.path.join(places[-1], file)
+    if os.path.isdir(name):  # whoever reads it says so
+        return name
     raise ScenarioError(_missing(name, places))
 
 

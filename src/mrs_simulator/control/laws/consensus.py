@@ -72,7 +72,13 @@ def never_grows(quantity, name, period):
 
 
 class Consensus(PioneerControl):
-    """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005."""
+    """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005.
+
+    Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)``, which ``w^T p`` keeps; w
+    is the left null vector of L with sum 1, on an undirected graph ``1/n``. There the disagreement
+    decays at ``gain lambda_2``. Commands held for Tc ask for ``|1 - gain Tc mu| < 1`` of every
+    eigenvalue mu of L but one 0.
+    """
 
     PARAMETERS = (GAIN,)
     DIMENSIONS = (2, 3)
@@ -132,7 +138,12 @@ class Consensus(PioneerControl):
 
 
 class DiscreteConsensus(PioneerControl):
-    """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007."""
+    """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007.
+
+    Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)`` if ``eps`` is above 0 and
+    ``|1 - eps mu| < 1`` for every eigenvalue mu of L but one 0; on an undirected graph, ``eps <
+    2/lambda_max``. The slowest mode shrinks by ``max |1 - eps mu|`` in each step.
+    """
 
     PARAMETERS = (EPS,)
     DIMENSIONS = (2, 3)

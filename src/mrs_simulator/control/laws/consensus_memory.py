@@ -85,6 +85,10 @@ class DelayedConsensus(Remembering):
     """``u_i(t) = gain sum_j a_ij (p_j - p_i)(t - tau)``: Olfati-Saber and Murray, 2004.
 
     Before the start all robots stood where they are.
+
+    Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)``, on an undirected graph
+    the mean of their places, if and only if ``tau < (pi/2 - |arg mu|)/(gain |mu|)`` for every
+    eigenvalue mu of L but one 0; undirected, ``tau < pi/(2 gain lambda_max)``.
     """
 
     PARAMETERS = (GAIN, TAU)
@@ -150,6 +154,10 @@ class SecondOrderConsensus(Remembering):
     """``v_i' = sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``: Ren and Atkins, 2007.
 
     The robots are told the velocities v.  These begin at random, up to ``push`` along each axis.
+
+    Theorem: over a graph with a spanning tree velocities agree, and robots meet and move on together
+    along ``w^T p(0) + t w^T v(0)``, if and only if ``g > max sqrt(Im(mu)^2/(Re(mu) |mu|^2))`` over the
+    eigenvalues mu of L but one 0. On an undirected graph every ``g > 0`` does.
     """
 
     PARAMETERS = (DAMPING, PUSH, SEED)

@@ -34,6 +34,10 @@ class StationKeeping(Remembering, Shaped):
     ``e_i`` is the error from the robot's station, its place in a shape about (x, y).  A current that
     carries all robots by V leaves ``V/anchor`` downstream without integral action, and nothing with it;
     without an anchor the shape is kept, and goes with the current.
+
+    Theorem: the error comes to ``V/anchor``, and with an integral to 0, if every eigenvalue of the loop
+    under held commands lies inside the unit circle; with an integral the robots must be faster than the
+    current.
     """
 
     PARAMETERS = (
@@ -189,6 +193,10 @@ class LineOfSight(Remembering, Shaped):
     ``u = U (ahead, -(e + sigma z))/|...|`` in the path's frame, e the cross-track error.  Across a current
     it leaves ``ahead V/sqrt(U^2 - V^2)``; with sigma above 0, ``z' = ahead e/((e + sigma z)^2 + ahead^2)``,
     nothing.  Lines are parallel, through the places of the shape.
+
+    Theorem: if the robots are faster than the current across their line, the cross-track error decays
+    to ``ahead V/sqrt(U^2 - V^2)``, and to 0 with the integral; for small errors at the rate ``U
+    ahead^2/(ahead^2 + e^2)^(3/2)``.
     """
 
     PARAMETERS = (

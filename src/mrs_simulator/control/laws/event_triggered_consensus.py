@@ -34,6 +34,10 @@ class EventTriggeredConsensus(Remembering):
     """``u = -gain L p_hat``, broadcast at events: Dimarogonas, Frazzoli and Johansson, 2012.
 
     Robot i broadcasts, and p_hat_i becomes p_i, when their distance exceeds its threshold.
+
+    Theorem: on a connected undirected graph all robots come to the mean of their places, which is kept,
+    and ``p^T L p`` stays below ``exp(-(1 - sigma) gain lambda_2 t)`` times its start, with far fewer
+    broadcasts than commands.
     """
 
     PARAMETERS = (GAIN, SIGMA)

@@ -62,7 +62,11 @@ class DoubleIntegrator(PioneerControl):
 
 
 class Flocking(DoubleIntegrator):
-    """Algorithm 2: keep a distance, agree on velocity, follow a virtual leader: Olfati-Saber, 2006."""
+    """Algorithm 2: keep a distance, agree on velocity, follow a virtual leader: Olfati-Saber, 2006.
+
+    Theorem: the energy ``sum psi + c1 |p - p_r|^2/2 + |v - v_r|^2/2`` never grows, so that no robot
+    leaves a ball about the virtual leader, and all velocities come to the leader's.
+    """
 
     PARAMETERS = (
         Parameter(
@@ -196,7 +200,11 @@ class Flocking(DoubleIntegrator):
 
 
 class CuckerSmale(DoubleIntegrator):
-    """Velocities agree, over all distances, the less the farther: Cucker and Smale, 2007."""
+    """Velocities agree, over all distances, the less the farther: Cucker and Smale, 2007.
+
+    Theorem: for ``beta <= 1/2``, or a start that is slow enough, velocities agree exponentially at
+    their mean, which is kept, and the flock's diameter stays bounded.
+    """
 
     PARAMETERS = (
         Parameter("gain", 1.0, "1/s", low=-10.0, high=100.0, meaning="K, of the agreement"),
@@ -312,6 +320,9 @@ class Vicsek(PioneerControl):
 
     One update for each command: the rate of commands is the model's clock.  A law of the plane: its
     headings and their noise are angles.
+
+    Theorem: no convergence is claimed. While all robots hear all, the mean square of the order is ``s^2
+    + (1 - s^2)/n`` with ``s = sin(eta/2)/(eta/2)``; where they hear fewer it is at most that.
     """
 
     PARAMETERS = (

@@ -41,7 +41,12 @@ ROUNDING = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-2}  # [-] of a 
 
 
 class Containment(PioneerControl):
-    """Followers average over neighbours, the last robots stand: Ji and others, 2008."""
+    """Followers average over neighbours, the last robots stand: Ji and others, 2008.
+
+    Theorem: if every follower hears a leader, be it over others, the followers come to ``-L_ff^-1 L_fl
+    p_l``, inside the convex hull of the leaders p_l, which stand; at the rate of the slowest eigenvalue
+    of ``gain L_ff``.
+    """
 
     PARAMETERS = (
         GAIN,
@@ -147,7 +152,11 @@ class Containment(PioneerControl):
 
 
 class Rendezvous(PioneerControl):
-    """All meet and no edge of the start breaks: Ji and Egerstedt, 2007."""
+    """All meet and no edge of the start breaks: Ji and Egerstedt, 2007.
+
+    Theorem: if robots closer than D make a connected graph at the start, no edge of it ever reaches D,
+    and all robots meet in the mean of their places.
+    """
 
     PARAMETERS = (
         GAIN._replace(
@@ -257,6 +266,10 @@ class CyclicPursuit(PioneerControl):
     """Each robot pursues the next at an angle: Marshall, Broucke and Francis, 2004.
 
     A law of the plane, in which the angle turns.
+
+    Theorem: with n robots they spiral into one point if the angle is below ``pi/n``, go round a circle
+    at ``pi/n``, and spiral out above; the centroid stays. Mode k is multiplied by ``exp(gain (e^(j a)
+    (e^(2 pi j k/n) - 1)) t)``.
     """
 
     PARAMETERS = (
@@ -347,6 +360,9 @@ class Coverage(PioneerControl):
 
     A law of the plane, over a square or a polygon within it.  Where corners turn inwards, a centroid may
     lie outside.
+
+    Theorem: the locational cost ``sum int_(V_i) |q - p_i|^2 dq`` never grows, and the robots come to a
+    centroidal Voronoi configuration: each to the centroid of its own cell.
     """
 
     PARAMETERS = (

@@ -31,6 +31,10 @@ class NoisyConsensus(Remembering):
 
     w is noise on the velocities, nu that of each robot's position, which it and all that hear it have
     alike, and nu_heard that of each relative position, its listener's alone.
+
+    Theorem: on a connected undirected graph the disagreement does not vanish: its variance settles at
+    the sum over the modes of ``q_i/(a_i (2 - a_i))``, with ``a_i = gain Tc lambda_i`` and q_i the
+    variance of the noise that enters mode i in each step. The mean wanders as the noise's mean does.
     """
 
     PARAMETERS = (

@@ -29,6 +29,10 @@ class Platoon(Remembering):
 
     Robot n leads: it sways along x by ``amplitude sin(frequency t)``.  Each other robot keeps the offset
     that it starts with from the next; ``e_i`` is how far robot i is from its start.
+
+    Theorem: the sway grows from robot to robot by ``max |G|``, ``G = gain e^(-s tau)/(s + gain e^(-s
+    tau))``, which is at most 1 at all frequencies if and only if ``2 gain tau <= 1``. Where only the
+    neighbour's state is late, it never exceeds 1.
     """
 
     PARAMETERS = (

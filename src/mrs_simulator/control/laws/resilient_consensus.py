@@ -33,6 +33,9 @@ class ResilientConsensus(PioneerControl):
     """W-MSR: ``u_i = gain sum_(j kept) a_ij (p_j - p_i)``: LeBlanc et al., 2013.
 
     The last ``adversaries`` robots drive level circles instead, starting along the x axis.
+
+    Theorem: over an (F+1, F+1)-robust graph with at most F adversaries the normal robots agree, inside
+    the box in which they started, whatever the others do.
     """
 
     PARAMETERS = (GAIN, TRIMMED, ADVERSARIES, SPEED, TURN)

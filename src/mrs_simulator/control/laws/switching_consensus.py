@@ -66,6 +66,10 @@ class SwitchingConsensus(Remembering):
 
     The edges of the topology are dealt out to ``sets`` that are up in turn for ``dwell`` each; of
     those up each is lost with the chance ``loss``, drawn anew for each command.
+
+    Theorem: all robots agree if every union of the graphs over one round has a spanning tree, and no
+    robot passes the mean of those it hears, ``gain Tc max degree < 1``. Over undirected graphs the mean
+    is kept, and the disagreement never grows.
     """
 
     PARAMETERS = (GAIN, SETS, DWELL, LOSS, SYMMETRIC, SEED)

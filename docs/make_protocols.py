@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""Make the page of each shipped protocol: python3 docs/make_protocols.py [NAME ...]
+
+Its picture and its verdict come from a run of its scenario, all else from its docstring and its declared
+parameters: docs/protocols/NAME.md and docs/images/protocols/NAME.png.
+"""
+
+import os
+import re
+import sys
+
+from mrs_simulator import simulate
+from mrs_simulator.control.laws import HOMES, shipped
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study.shipped import shipped_scenarios
+
+DOCS = os.path.dirname(os.path.abspath(__file__))
+OTHER_NAMES = {"formation": "paper"}  # protocols whose scenario is not called like them
+WIDTH, RESOLUTION, COLOURS = 5.0, 110, 64  # [in], [px/in], [-] of the picture
+NO_THEOREM = (
+    "No theorem is known. The run is measured, and its commands are held to the published law."
+)
+OF_THE_MACHINE = "  achieved real-time factor"  # the verdict's line that is another one at each run
+
+
+def main():
+    """Make the pages of the protocols that the command line names, or of all."""
+    for folder in (page_path(""), picture_path("")):
+        os.makedirs(os.path.dirname(folder), exist_ok=True)
+    for name in sys.argv[1:] or sorted(HOMES):
+        run = simulate(scenario_name(name) + ".yaml")
+        figure = run.trajectories(width=WIDTH, style={"font.size": 8.0})
+        figure.savefig(picture_path(name), dpi=RESOLUTION)
+        fewer_colours(picture_path(name))
+        told = [line for line in str(run).splitlines() if not line.startswith(OF_THE_MACHINE)]
+        with open(page_path(name), "w", encoding="utf-8") as file:
+            file.write(page(name, "\n".join(told)))
+        print("{:28}{}".format(name, told[0]), flush=True)
+
+
+def scenario_name(name):
+    """Return the name of the scenario that shows the protocol."""
+    return OTHER_NAMES.get(name, name)
+
+
+def page_path(name):
+    """Return the path of the protocol's page."""
+    return os.path.join(DOCS, "protocols", name + ".md")
+
+
+def picture_path(name):
+    """Return the path of the protocol's picture."""
+    return os.path.join(DOCS, "images", "protocols", name + ".png")
+
+
+def fewer_colours(path):
+    """Write the PNG at ``path`` again with ``COLOURS`` colours: a third of the size."""
+    from PIL import Image  # comes with matplotlib
+
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    small.save(path, optimize=True)
+
+
+def page(name, verdict):
+    """Return the text of the page, with the text of its ``verdict``."""
+    law, scenario = shipped(name), scenario_name(name) + ".yaml"
+    first, *more = paragraphs(law)
+    theorem = [part for part in more if part.startswith("Theorem: ")]
+    remarks = [part for part in more if part not in theorem]
+    title = scenarios_of(name)[scenario]
+    parts = [
+        "# `{}`".format(name),
+        first,
+        *remarks,
+        "![{}](../images/protocols/{}.png)".format(title, name),
+        "*{}.* Green: the robots' paths; black: those of theory, where it predicts them.".format(
+            title
+        ),
+        "## What theory says",
+        stated(theorem),
+        "## Parameters",
+        parameters(law),
+        "## Its verdict",
+        "```sh\nmrs-simulator experiment {} --out {}\n```".format(scenario, name),
+        "ends with",
+        "```\n{}\n```".format(verdict),
+        "What each line says: [a verdict, line by line](../verdict.md). How to write a law of your own: "
+        "[protocols](../protocols.md).",
+        others(name),
+        "Law: `{}`.".format(law.__module__.replace(".", "/") + ".py"),
+    ]
+    return "\n\n".join(filter(None, parts)) + "\n"
+
+
+def paragraphs(law):
+    """Return the paragraphs of the docstring of ``law``, each as one line of Markdown."""
+    found = re.split(r"\n\s*\n", law.__doc__.strip())
+    return [" ".join(part.split()).replace("``", "`") for part in found]
+
+
+def stated(theorem):
+    """Return the theorem's paragraph as a sentence of its own."""
+    if not theorem:
+        return NO_THEOREM
+    text = theorem[0].partition(": ")[2]
+    return text[0].upper() + text[1:]
+
+
+def parameters(law):
+    """Return the table of the law's parameters."""
+    rows = ["| name | default | wanted | meaning |", "|---|---|---|---|"]
+    for each in law.PARAMETERS:
+        unit = " " + each.unit if each.unit else ""
+        wanted = each._replace(why="").wanted()
+        default = "`{}{}`".format(each.default, unit)
+        rows.append("| `{}` | {} | {} | {} |".format(each.name, default, wanted, each.meaning))
+    return "\n".join(rows)
+
+
+def scenarios_of(name):
+    """Return the titles of the shipped scenarios that run the protocol, by name."""
+    titles = {}
+    for file in sorted(os.listdir(shipped_scenarios())):
+        if file.endswith(".yaml"):
+            scenario = load_scenario(os.path.join(shipped_scenarios(), file))
+            if scenario.control.protocol == name:
+                titles[file] = scenario.title
+    return titles
+
+
+def others(name):
+    """Return a list of the protocol's further scenarios, "" without any."""
+    more = {
+        key: title
+        for key, title in scenarios_of(name).items()
+        if key != scenario_name(name) + ".yaml"
+    }
+    rows = ["- `{}`: {}".format(file, title) for file, title in more.items()]
+    return "More scenarios with it:\n\n" + "\n".join(rows) if rows else ""
+
+
+if __name__ == "__main__":
+    main()

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Make the page of each shipped protocol: python3 docs/make_protocols.py [NAME ...]
+"""Make the page of each shipped protocol: python3 docs/make_protocols.py [--text] [NAME ...]
 
 Its picture and its verdict come from a run of its scenario, all else from its docstring and its declared
-parameters: docs/protocols/NAME.md and docs/images/protocols/NAME.png.
+parameters: docs/protocols/NAME.md and docs/images/protocols/NAME.png.  With --text nothing is run: verdicts
+and pictures stay.
 """
 
 import os
@@ -20,6 +21,7 @@ WIDTH, RESOLUTION, COLOURS = 5.0, 110, 64  # [in], [px/in], [-] of the picture
 NO_THEOREM = (
     "No theorem is known. The run is measured, and its commands are held to the published law."
 )
+VERDICT = re.compile(r"^ends with\n\n```\n(.*?)\n```$", re.M | re.S)
 OF_THE_MACHINE = "  achieved real-time factor"  # the verdict's line that is another one at each run
 
 
@@ -27,15 +29,30 @@ def main():
     """Make the pages of the protocols that the command line names, or of all."""
     for folder in (page_path(""), picture_path("")):
         os.makedirs(os.path.dirname(folder), exist_ok=True)
-    for name in sys.argv[1:] or sorted(HOMES):
+    text_alone = "--text" in sys.argv
+    for name in [word for word in sys.argv[1:] if word != "--text"] or sorted(HOMES):
+        if text_alone:
+            write(name, verdict_on(name))
+            continue
         run = simulate(scenario_name(name) + ".yaml")
         figure = run.trajectories(width=WIDTH, style={"font.size": 8.0})
         figure.savefig(picture_path(name), dpi=RESOLUTION)
         fewer_colours(picture_path(name))
         told = [line for line in str(run).splitlines() if not line.startswith(OF_THE_MACHINE)]
-        with open(page_path(name), "w", encoding="utf-8") as file:
-            file.write(page(name, "\n".join(told)))
+        write(name, "\n".join(told))
         print("{:28}{}".format(name, told[0]), flush=True)
+
+
+def write(name, verdict):
+    """Write the protocol's page with the text of its ``verdict``."""
+    with open(page_path(name), "w", encoding="utf-8") as file:
+        file.write(page(name, verdict))
+
+
+def verdict_on(name):
+    """Return the text of the verdict that the protocol's page has now."""
+    with open(page_path(name), encoding="utf-8") as file:
+        return VERDICT.search(file.read()).group(1)
 
 
 def scenario_name(name):

@@ -51,7 +51,7 @@ def test_python_runs(name, code, tmp_path, monkeypatch):
     exec(compile(code, name, "exec"), {"__name__": "of_the_page"})
 
 
-SIX = {"poses": [[3.0 * i, 6.0 * (i % 2), 0.0] for i in range(6)], "topology": {"preset": "ring"}}
+SIX = {"poses": {"layout": "line", "spacing": 3.0}, "robots": 6, "topology": {"preset": "ring"}}
 OF_A_KIND = {"drive", "base", "import", "mounts", "shape"}
 
 

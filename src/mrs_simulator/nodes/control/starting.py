@@ -5,6 +5,7 @@ import sys
 
 from mrs_simulator.control.loading import in_progress
 
+INTERRUPTED = 130  # exit code
 NODE = "mrs_simulator.nodes.control.node"
 WITHOUT_ROS = (
     "pioneer_control: {}: a control node needs ROS (first: source devel/setup.bash of the workspace); "
@@ -22,6 +23,8 @@ def run(protocol=None, argv=None):
         return
     try:
         node = importlib.import_module(NODE)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
     except ModuleNotFoundError as error:
         sys.exit(WITHOUT_ROS.format(error, sys.argv[0] or "FILE.py"))
     node.run(protocol, argv)

@@ -63,7 +63,7 @@ def run(task):
     path, fidelity, limits, rate = task
     scenario = load_scenario(path)
     limits = scenario.to_dict()["limits"] if limits is None else limits
-    control = dict(scenario.control._asdict(), rate=rate or scenario.control.rate)
+    control = dict(scenario.control.to_plain(), rate=rate or scenario.control.rate)
     control["saturation"] = "none" if fidelity == "point_mass" else scenario.control.saturation
     if control["saturation"] == "none" and fidelity != "point_mass":
         control["saturation"] = "robot"

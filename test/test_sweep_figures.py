@@ -109,3 +109,9 @@ def test_a_stability_map_draws_the_boundary_between_decay_and_growth(tmp_path):
     assert names[:2] == ["measured: decays", "measured: grows"] and names[2].startswith("theory: ")
     points = np.concatenate([path.vertices for path in line.get_paths()])
     np.testing.assert_allclose(points[:, 0] * points[:, 1], np.pi / 8.0, rtol=0.02)
+    for _, verdict in table[:1]:  # as on the threshold itself
+        verdict["growth_rate"] = 1e-16
+    legend = stability_figure(table).axes[0].get_legend()
+    assert [each.get_text().split()[-1] for each in legend.get_texts()] == [
+        "decays", "grows", "neither",
+    ]  # fmt: skip

@@ -40,6 +40,8 @@ FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
 HIDDEN = "the published law on these robots does not show it either"
 TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
 COST = "held commands and limits cost {:.3g} of the tolerance"
+SLIP = "held commands, limits and what the robots make of them cost {:.3g} of the tolerance"
+OTHERWISE = "under the published law robots that slip so have {:.4g}"
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
 )
@@ -62,14 +64,16 @@ class Theory(NamedTuple):
     """What theory gives beside claims.
 
     ``exact``: the ``Run`` of points, ``followed``: that of these robots under held commands and within
-    their limits, or None; ``narrow``: tolerances by the names of claims, where the robots are compared
-    with ``followed``; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
+    their limits, ``slipped``: that of robots which make of their commands what the recorded ones made of
+    theirs, or None; ``narrow``: tolerances by the names of claims, where the robots are compared
+    with the latter two; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
     :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
     that is judged, None for all of it, and ``why``.
     """
 
     exact: Any = None
     followed: Any = None
+    slipped: Any = None
     narrow: Dict[str, float] = {}
     limited: str = ""
     late: Any = None
@@ -302,6 +306,8 @@ def _within_cost(run, claim, theory, cost, why):
             return check
         return check._replace(passed=None, note="does not apply: {}".format(why))
     own = theory.narrow.get(claim.name, claim.tolerance)
+    if theory.slipped is not None:
+        return _within_slip(run, claim, theory, min(own, claim.tolerance), cost)
     check = _measured(run, claim._replace(tolerance=own + cost))
     if check.passed is None or cost <= own:
         return check
@@ -309,6 +315,27 @@ def _within_cost(run, claim, theory, cost, why):
         check = _measured(run, claim)
         return check._replace(note=_joined(check.note, COSTLY.format(cost)))
     return check._replace(note=_joined(check.note, COST.format(cost)))
+
+
+def _within_slip(run, claim, theory, own, cost):
+    """Return the check of ``claim`` about robots whose slip the record tells.
+
+    What is measured has to be, within ``own``, what it is under the published law with this slip; and no
+    farther from theory than ``claim`` allows such robots, with what held commands and limits ``cost``.
+    """
+    found = _measured(theory.slipped, claim)
+    slip, why = _cost(claim, theory.slipped)
+    if slip is None:
+        check = _measured(run, claim)
+        return check if check.passed is None else check._replace(passed=None, note=why)
+    check = _measured(run, claim._replace(tolerance=min(own + slip, claim.tolerance + cost)))
+    if check.passed is None or check.measured is None:
+        return check
+    if claim.relation == "equal" and abs(check.measured - found.measured) > own:
+        return check._replace(
+            passed=False, note=_joined(check.note, OTHERWISE.format(found.measured))
+        )
+    return check if slip <= own else check._replace(note=_joined(check.note, SLIP.format(slip)))
 
 
 def _cost(claim, followed):

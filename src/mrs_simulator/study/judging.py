@@ -15,6 +15,7 @@ from mrs_simulator.control.laws.exactness import (
     filter_acted,
 )
 from mrs_simulator.control.laws.published import Resumed
+from mrs_simulator.control.laws.slipped_runs import slipped_run
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.recording import part_of
@@ -112,19 +113,21 @@ def _claims(control, run, faults, followed=None):
     with _keeping(faults, "published"):
         exact = call(exact_run, control, run)
         followed = call(robots_run, control, run) if followed is None else followed
+        slipped, known = None, followed
+        if control.fidelity == "dynamic":
+            slipped = known = call(slipped_run, control, run)
         claims = claims + call(exactness_claims, control, run, exact, followed)
-        theory = Theory(exact, followed, _narrow(control, run, followed))
+        theory = Theory(exact, followed, slipped, _narrow(control, run, known))
     return claims, _limited(control, run, theory)
 
 
-def _narrow(control, run, followed):
-    """Return the tolerances of claims by name for robots that are ``followed``, {} where they are not.
+def _narrow(control, run, known):
+    """Return the tolerances of claims by name for robots whose run is ``known``, {} where it is not.
 
-    Where the motion of these robots is known to rounding, so is what held commands and limits cost,
+    Where the motion of these robots is known to rounding, so is what held commands, limits and slip cost,
     and of what points are allowed, for ends and sampling, little is left to allow.
     """
-    known = followed is not None and run.meta.get("lockstep")
-    if not known or control.fidelity == "dynamic":
+    if known is None or not run.meta.get("lockstep"):
         return {}
     points = copy.copy(control)
     points._keep(fidelity="point_mass")

@@ -28,6 +28,7 @@ SPREAD, LEAST_SHARE = (
     1e3,
     1e-9,
 )  # [-] of values that ask for a logarithmic scale; of its least value
+NEITHER = 1e-6  # [1/s] within which nothing decays or grows: the threshold itself
 ROUNDING = 1e-3  # [-] of a value, below which differences are not shown
 
 
@@ -281,8 +282,9 @@ def _stability_map(keys, measured, boundary, units):
     span = max(float(np.percentile(np.abs(rates), 80)), 1e-12)
     scale = {"norm": TwoSlopeNorm(0.0, -span, span), "cmap": "RdBu_r", "zorder": 3}
     for chosen, marker, label in (
-        (rates < 0.0, "o", "measured: decays"),
-        (rates >= 0.0, "X", "measured: grows"),
+        (rates < -NEITHER, "o", "measured: decays"),
+        (rates > NEITHER, "X", "measured: grows"),
+        (np.abs(rates) <= NEITHER, "D", "measured: neither"),
     ):
         if chosen.any():
             image = axes.scatter(
@@ -306,13 +308,13 @@ def _stability_map(keys, measured, boundary, units):
     axes.set_xlabel(axis_label(x, units))
     axes.set_ylabel(axis_label(y, units))
     place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    axes.legend(handles, names, ncol=3, **place)
+    axes.legend(handles, names, ncol=len(names), columnspacing=1.2, **place)
     settle(figure)
     return figure
 
 
 def _markers(names):
-    return ["o" if "decays" in name else "X" for name in names]
+    return [{"decays": "o", "grows": "X", "neither": "D"}[name.split()[-1]] for name in names]
 
 
 def _draw_boundary(axes, boundary, keys, low, high):

@@ -1,0 +1,106 @@
+"""Full dynamics: what slip costs a claim is taken from the record, and hides no wrong law."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import check, shipped, verdict_of
+
+from mrs_simulator.control.laws import shipped as law_of
+from mrs_simulator.control.laws.slipped_runs import slipped_run
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.claims import Claim
+from mrs_simulator.core.recording import Run
+from mrs_simulator.core.verdict import Theory, judge
+
+DRIFT, WORST = "drift of w^T p", "worst displacement error"
+
+
+def slipping(weaker=1.0):
+    """Return a run of points, 40 % too slow and ``weaker`` under displacements, and its control."""
+    free = {"v_max": 100.0, "omega_max": 1000.0}
+    scenario = shipped("displacement_formation", odometry="world", limits=free)
+    control = make_control(scenario._replace(fidelity="kinematic"))
+    time = control.period * np.arange(60)
+    hand, pose, command = [control.points(np.array(scenario.poses))], [], []
+    for _ in time:
+        heading = np.array(scenario.poses)[:, 2]
+        arm = control.l * np.column_stack([np.cos(heading), np.sin(heading)])
+        pose.append(np.column_stack([hand[-1] - arm, heading]))
+        wanted = weaker * control.pointMassLaw(hand[-1])
+        command.append(
+            control.saturated(control.commands_for(wanted, pose[-1]), control.saturation)
+        )
+        moved = control.team.velocity(
+            command[-1], pose[-1], np.zeros(scenario.n), control.l, control.period
+        )
+        hand.append(hand[-1] + 0.6 * control.period * moved)
+    facts = {"lockstep": True}
+    robots = np.arange(1, scenario.n + 1)
+    arrays = map(np.array, (pose, hand[:-1], command))
+    return control, Run(time, robots, *arrays, [], scenario, facts)
+
+
+def test_a_right_law_with_the_slip_of_a_run_goes_the_way_of_that_run():
+    control, run = slipping()
+    np.testing.assert_allclose(slipped_run(control, run).hand, run.hand, atol=1e-12)
+
+
+def test_a_weak_law_does_not_even_with_its_slip():
+    control, run = slipping(weaker=0.9)
+    found = slipped_run(control, run).hand
+    away = np.linalg.norm(found - run.hand, axis=2).max(axis=1)
+    assert away[-1] > 0.01 and (np.diff(away) >= 0.0).all()
+
+
+@pytest.mark.parametrize("changes", [{"odometry": "wheels"}, None])
+def test_what_is_not_known_is_not_made_up(changes):
+    control, run = slipping()
+    if changes is None:
+        assert slipped_run(control, run._replace(meta={})) is None
+        assert slipped_run(control, run._replace(time=1.1 * run.time)) is None
+    else:
+        assert slipped_run(control, run._replace(scenario=run.scenario._replace(**changes))) is None
+
+
+def judged_of(measured, slipped, relation="equal"):
+    """Return the check of a claim of 10 that allows robots 3, and points 0.1, by what was measured."""
+
+    def run(value):
+        hand = np.full((4, 1, 2), value)
+        return Run(np.arange(4.0), np.array([1]), np.zeros((4, 1, 3)), hand, hand[..., :2])
+
+    claim = Claim("ten", 10.0, 3.0, lambda run: float(run.hand[-1, 0, 0]), relation)
+    theory = Theory(None, run(10.0), run(slipped), {"ten": 0.1})
+    return check(judge(run(measured), [claim], theory=theory), "ten")
+
+
+@pytest.mark.parametrize(
+    "measured, slipped, passes",
+    [
+        (12.0, 12.0, True),
+        (12.05, 12.0, True),
+        (12.2, 12.0, False),
+        (10.0, 12.0, False),
+        (14.0, 14.0, False),
+    ],
+)
+def test_robots_are_to_do_what_the_law_does_with_their_slip(measured, slipped, passes):
+    found = judged_of(measured, slipped)
+    assert found["passed"] is passes, found
+    assert found["tolerance"] == pytest.approx(min(0.1 + slipped - 10.0, 3.0))
+
+
+def test_of_a_bound_only_one_side_counts():
+    assert judged_of(9.0, 12.0, "at most")["passed"] and judged_of(12.05, 12.0, "at most")["passed"]
+    assert judged_of(12.2, 12.0, "at most")["passed"] is False
+
+
+def test_a_drift_within_what_robots_are_allowed_fails(tmp_path):
+    class Drifting(law_of("displacement_formation")):
+        def pointMassLaw(self, hand):
+            return super().pointMassLaw(hand) + np.array([0.01, 0.0])
+
+    scenario = shipped("displacement_formation", duration=4.0, fidelity="dynamic")
+    right = check(verdict_of(scenario, tmp_path / "right"), DRIFT)
+    wrong = check(verdict_of(scenario, tmp_path / "wrong", Drifting), DRIFT)
+    assert right["passed"] and right["tolerance"] < right["measured"] + 0.0011 < 0.15, right
+    assert wrong["passed"] is False and wrong["measured"] < 0.15, wrong

@@ -12,6 +12,7 @@ from mrs_simulator.control.laws.gathering_equations import outside_hull
 from mrs_simulator.control.laws.published import exact_motion
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.load import Load
 from mrs_simulator.core.neighbours import close_pairs, closest_pair
 from mrs_simulator.core.spectra import (
     is_infinitesimally_bearing_rigid,
@@ -28,6 +29,7 @@ PLANAR = {
     "vicsek",
 }
 SPATIAL = sorted(set(HOMES) - PLANAR)
+LOAD = Load(6.0, (0.3, 3.0, 0.1), ((-0.1, 1.4, 0.0), (0.2, 0.0, 0.0), (-0.1, -1.4, 0.0)))
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]
 
@@ -86,6 +88,7 @@ FLIGHTS = {
     "cucker_smale": (6, complete, {}, anywhere, 20.0),
     "reynolds": (6, complete, {}, anywhere, 10.0),
     "trajectory": (3, complete, {"waypoints": "0 0 1, 2 1 2, 1 3 1.5"}, anywhere, 25.0),
+    "carrying": (3, complete, {"waypoints": "0 0 1 0, 2 1 2 1", "speed": 0.2}, None, 25.0),
 }  # fmt: skip
 
 
@@ -93,6 +96,9 @@ def flight(name):
     """Return the control and the start of a law's flight."""
     n, edges, parameters, start, _ = FLIGHTS[name]
     control = flying(name, n, edges(n), **parameters)
+    if name == "carrying":
+        control.carry(LOAD)
+        return control, np.array(LOAD.grasps) + [0.0, 0.0, 1.0] + anywhere(n, 0.1)
     if name == "bearing_leaders":
         points = 1.5 * control.places()  # whose leaders are seen as wanted
         points[2:] += anywhere(n - 2, 1.0)
@@ -160,7 +166,7 @@ LEVEL = {
 
 
 # A waypoint has as many numbers as points have coordinates.
-@pytest.mark.parametrize("name", sorted(set(SPATIAL) - {"reynolds", "trajectory"}))
+@pytest.mark.parametrize("name", sorted(set(SPATIAL) - {"carrying", "reynolds", "trajectory"}))
 def test_in_a_plane_it_is_the_law_of_the_plane(name):
     n, edges = FLIGHTS[name][:2]
     start = tetrahedron_of_leaders(n) if name == "containment" else anywhere(n, 8.0)

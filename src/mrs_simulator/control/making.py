@@ -25,6 +25,8 @@ def make_control(scenario, protocol=None):
         control = call(protocol, **construction)
         control._keep(_environment=scenario.environment)
         control.know(obstacles_of(scenario))
+        if hasattr(control, "carry"):
+            call(control.carry, scenario.load)
         return control
     except UserCodeError as error:
         raise ProtocolError("{}: {}".format(protocol.__name__, error)) from error

@@ -11,12 +11,16 @@ from mrs_simulator.core.reading import ScenarioError, Section, shown
 ROTORS = 4
 LOST, OFF = "rotor_lost", "motors_off"
 UPSIDE_DOWN, SATURATED, NOT_FINITE = "upside_down", "saturated", "not_finite"
+ARM_END, LET_GO, FELL = "arm_at_end", "let_go", "load_fell"
 FAULTS = (LOST, OFF)  # what a scenario may order
 WORDS = {
     LOST: "lost rotor {}",
     OFF: "has its motors off",
     UPSIDE_DOWN: "is upside down, its motors are cut",
     SATURATED: "has rotors at their limit",
+    ARM_END: "has joint {} of its arm at its end",
+    LET_GO: "lets go of the load, which pulls harder than its grip holds",
+    FELL: "was the last of those that held the load: it fell",
     NOT_FINITE: "has a state that is no number, and is stopped where it was",
 }
 
@@ -40,7 +44,7 @@ class Incident(NamedTuple):
     time: float
     robot: str  # robotN
     what: str  # a key of ``WORDS``
-    rotor: int = 0
+    rotor: int = 0  # or joint of an arm
     ordered: bool = False
 
     @property

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrs_simulator.core.incidents import WORDS, Incident
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
+from mrs_simulator.core.load import Carried
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.number_rows import rows_text
 from mrs_simulator.core.parameters import unknown_name
@@ -80,6 +81,7 @@ class Run(NamedTuple):
     joints: Optional[np.ndarray] = None  # (m, n) [rad] of the drives; (m, n, k) where robots have k
     spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
     point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
+    load: Optional[Carried] = None  # (m, ...), what the robots carry
 
     @property
     def points(self):
@@ -147,13 +149,14 @@ class Recorder:
         joints=None,
         spatial=None,
         point_z=None,
+        load=None,
     ):
         """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
 
         ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
         ``joints`` (n,) or (n, k), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default
-        ``spatial.z``: needed where the file's columns have them, else left out.  Numbers are written with
-        the fewest digits that read back to the same value.
+        ``spatial.z``, and ``load``, a ``Carried``: needed where the file's columns have them, else left
+        out.  Numbers are written with the fewest digits that read back to the same value.
         """
         hand = hand_points(pose, self._hand_length) if points is None else points
         blocks, columns = [pose, hand, command], self.columns
@@ -165,6 +168,9 @@ class Recorder:
             height = spatial.z if point_z is None else point_z
             blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
             blocks.append(spatial.twist)
+        if columns.load:
+            lies = np.concatenate([load.place, load.orientation])
+            blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
         self._stamp, rows = float(stamp), np.concatenate(blocks, axis=1)
         if self._samples < len(self._table):
             table = self._table[self._samples]
@@ -328,6 +334,9 @@ def _more_of(table, columns):
         block = table[:, :, at["spatial"]]
         result["spatial"] = Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 6:])
         result["point_z"] = block[:, :, 5]
+    if columns.load:
+        block = table[:, :, at["load"]]
+        result["load"] = Carried(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
     return result
 
 
@@ -429,4 +438,6 @@ def part_of(run, rows):
     kept = {name: value[rows] for name, value in kept.items() if value is not None}
     if run.spatial is not None:
         kept["spatial"] = Spatial(*(part[rows] for part in run.spatial))
+    if run.load is not None:
+        kept["load"] = run.load.at(rows)
     return run._replace(**kept)

@@ -17,6 +17,8 @@ ARM = "arm."  # how the names of the axes of arms begin: ``arm.1`` is the rate o
 JOINT = "joint"  # the first one; the second is ``joint.2``
 SPATIAL = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.w", "alpha_z")
 SPATIAL += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
+LOAD = ("force.x", "force.y", "force.z", "load.x", "load.y", "load.z")
+LOAD += ("load.orientation.x", "load.orientation.y", "load.orientation.z", "load.orientation.w")
 KIND = ("kind",)
 
 
@@ -28,6 +30,7 @@ class Columns(NamedTuple):
     joints: int = 0  # how many joints a robot has at most: a steered wheel, those of an arm
     spatial: bool = False  # height, orientation, the points' height, the rest of the twist
     kinds: Tuple[str, ...] = ()  # of the robots, () for a file without that column
+    load: bool = False  # each robot's force on what they carry, and where that is
 
     @property
     def names(self):
@@ -38,6 +41,7 @@ class Columns(NamedTuple):
             (self.twist, PLANAR_TWIST),
             (self.joints, joint_names(self.joints)),
             (self.spatial, SPATIAL),
+            (self.load, LOAD),
             (self.kinds, KIND),
         ):
             names += more if wanted else ()
@@ -49,13 +53,14 @@ class Columns(NamedTuple):
         return len(self.names) - bool(self.kinds)
 
     def slices(self):
-        """Return where in a row the blocks of numbers are: command, twist, joints, spatial."""
+        """Return where in a row the blocks of numbers are: command, twist, joints, spatial, load."""
         begin, result = len(PLACE), {}
         for name, there, width in (
             ("command", True, len(self.axes)),
             ("twist", self.twist, len(PLANAR_TWIST)),
             ("joints", True, self.joints),
             ("spatial", self.spatial, len(SPATIAL)),
+            ("load", self.load, len(LOAD)),
         ):
             result[name] = slice(begin, begin + width * there)
             begin = result[name].stop
@@ -76,6 +81,7 @@ def columns_in(names):
         joints=sum(name.startswith(JOINT) for name in more),
         spatial=SPATIAL[0] in more,
         kinds=("",) if KIND[0] in more else (),
+        load=LOAD[0] in more,
     )
     return found if found.names == tuple(names) else None
 

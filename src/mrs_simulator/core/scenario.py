@@ -17,6 +17,7 @@ from mrs_simulator.core.incidents import Event, of_first, read_events
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
+from mrs_simulator.core.load import Load, read_load
 from mrs_simulator.core.maps import Map, read_map
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
 from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
@@ -126,6 +127,7 @@ class Scenario(NamedTuple):
     map: Optional[Map] = None  # of walls: ``core.maps.obstacles_of``
     events: Tuple[Event, ...] = ()  # faults that befall robots
     takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
+    load: Optional[Load] = None  # that the robots carry together
 
     @property
     def n(self):
@@ -177,6 +179,7 @@ class Scenario(NamedTuple):
             mismatch=self.mismatch.with_robots(n),
             sensors=of_robots(self.sensors, self.n, n),
             events=of_first(self.events, n),
+            load=self.load and self.load.with_robots(n),
         )
 
     def _altitude_for(self, n):
@@ -220,6 +223,8 @@ class Scenario(NamedTuple):
             content["sensors"] = [change.to_plain() for change in kept]
         if "robots" in values and self.events:
             content["events"] = [e.to_plain() for e in of_first(self.events, values["robots"])]
+        if "robots" in values and self.load is not None:
+            content["load"] = self.load.with_robots(values["robots"]).to_plain()
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
@@ -268,6 +273,8 @@ class Scenario(NamedTuple):
             result["odometry_errors"] = self.odometry_errors.to_plain()
         if self.map is not None:
             result["map"] = self.map.to_plain()
+        if self.load is not None:
+            result["load"] = self.load.to_plain()
         if self.sensors:
             result["sensors"] = [change.to_plain() for change in self.sensors]
         if self.takeoff:
@@ -344,6 +351,7 @@ def scenario_from_dict(content, where="scenario"):
         map=read_map(top),
         events=read_events(top, len(poses)),
         takeoff=top.flag("takeoff", False),
+        load=read_load(top, len(poses)),
     )
     top.done()
     if scenario.takeoff and altitude is None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from mrs_simulator.core.claims import Condition, NothingDecays
 from mrs_simulator.core.controller_log import deadlock_text
-from mrs_simulator.core.incidents import SATURATED
+from mrs_simulator.core.incidents import ARM_END, SATURATED
 from mrs_simulator.core.pages import OF_FAILED, OF_NOT_JUDGED
 from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach, part_of
@@ -190,11 +190,11 @@ def _collisions(run):
 
 def _incidents(run):
     """Return a check of what befell robots, a list; what the scenario ordered, and what follows, fails no
-    run, nor do rotors at their limit."""
+    run, nor do rotors at their limit or arms at an end."""
     found = run.meta.get("incidents")
     if not found:
         return []
-    own = [each for each in found if not each.ordered and each.what != SATURATED]
+    own = [each for each in found if not each.ordered and each.what not in (SATURATED, ARM_END)]
     told = ["{} at {:.1f} s".format(each.text, each.time) for each in found]
     more = ", ..." if len(told) > MOST_COLLISIONS else ""
     note = ", ".join(told[:MOST_COLLISIONS]) + more
@@ -255,7 +255,9 @@ def _held(condition):
 def _first_break(run):
     """Return when [s] the run's first collision or incident was, and which, in words; None for none."""
     found = [(c.time, "{} and {} touched".format(c.first, c.second)) for c in run.collisions]
-    found += [(i.time, i.text) for i in run.meta.get("incidents", ())]
+    incidents = run.meta.get("incidents", ())
+    # Where an arm is at its end, base and other joints make up for it.
+    found += [(i.time, i.text) for i in incidents if i.what != ARM_END]
     return min(found, default=None)
 
 

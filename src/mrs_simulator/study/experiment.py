@@ -80,6 +80,7 @@ class Experiment:
         if world.team.has_arms:
             points = world.team.tools(world.pose, world.joints, self.control.l)
             told["spatial"], told["point_z"] = upright(world.pose[:, 2]), points[:, 2]
+            told["load"] = world.load.state if world.load else None
         elif columns.spatial:
             told["spatial"] = world.spatial
         return dict(told, joints=world.joints) if columns.joints else told
@@ -138,7 +139,8 @@ def perform(scenario, out, protocol=None, progress=False):
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    kept = {"columns": experiment.control.team.record_columns, "kept": _samples_of(scenario)}
+    columns = experiment.control.team.record_columns._replace(load=scenario.load is not None)
+    kept = {"columns": columns, "kept": _samples_of(scenario)}
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-AT_END = 1e-9  # [rad] from the end of a joint, at which it counts as reached
+AT_END = 1e-6  # [rad] from the end of a joint, at which it counts as reached
 
 
 class ArmedMotion:
@@ -39,14 +39,13 @@ class ArmedMotion:
     def advance(self, command):
         """Move for one step under ``command`` (n, a + k), a column for each axis of the team.
 
-        ``ended`` (n, k) bool then says which joints were told to go beyond their ends.
+        ``ended`` (n, k) bool then says which joints are at an end.
         """
         base, rates = self.team.split(command)
         self._bases.advance(base)
         rates = rates.copy()
         rates[self._mirrored] = 0.0
         step, team = self._bases.step, self.team
-        self.ended = (self.q + step * rates > team.upper + AT_END) | (
-            self.q + step * rates < team.lower - AT_END
-        )
         self.q = team.moved(self.q, rates, step)
+        self.ended = (self.q > team.upper - AT_END) | (self.q < team.lower + AT_END)
+        self.ended &= team.rates > 0.0

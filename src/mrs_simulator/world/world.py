@@ -12,7 +12,7 @@ True
 import numpy as np
 
 from mrs_simulator.core.environment import CALM
-from mrs_simulator.core.incidents import LOST, OFF, Incident
+from mrs_simulator.core.incidents import ARM_END, FELL, LET_GO, LOST, OFF, Incident
 from mrs_simulator.core.kinematics import compose, relative, wrap_angle
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
@@ -29,6 +29,7 @@ from mrs_simulator.world import odometry
 from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
 from mrs_simulator.world.armed import ArmedMotion
 from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.carrying import CarriedLoad, LoadError
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
 from mrs_simulator.world.manoeuvres import HOVER_HEIGHT, Manoeuvres
@@ -79,6 +80,7 @@ class World:
         odometry_errors=None,
         events=(),
         takeoff=False,
+        load=None,
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -93,9 +95,11 @@ class World:
         "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
         are read beside the odometry; ``odometry_errors``: ``core.odometry_errors``, instead of those
         built in; ``events``: ``core.incidents.Event``s in the order of their times; ``takeoff``: whether
-        robots begin on the ground and rise to ``z`` before anybody obeys.  Raises ``WorldError``.
+        robots begin on the ground and rise to ``z`` before anybody obeys; ``load``: a ``core.load.Load``
+        that the robots' tools carry.  Raises ``WorldError``.
         """
         self.step_size = step
+        self._given_load, self.load = load, None
         self.fidelity = fidelity
         self.obstacles = tuple(obstacles)
         self._limits = limits
@@ -141,6 +145,7 @@ class World:
                 odometry_errors=scenario.odometry_errors,
                 events=scenario.events,
                 takeoff=scenario.takeoff,
+                load=scenario.load,
                 counts_wheels=any(mount.type == "encoders" for own in mounts for mount in own),
                 **options,
             )
@@ -280,8 +285,23 @@ class World:
             rows = np.flatnonzero(self._to > 0.0)
             self._manoeuvres.take_off(rows, self._to[rows])
         self.closest_approach = self.closest_distance()
+        self._take_load()
+        self._ended = set()  # (row, joint) of arms that have been at their ends
         self._begun, self._estimate = self._step, self._newest_estimate().copy()
         self._estimate_z = None if self.z is None else self.z.copy()
+
+    def _take_load(self):
+        if self._given_load is None:
+            return
+        if not self.team.has_arms or any(each.arm is None for each in self.kinds):
+            raise WorldError("load: wanted robots that all have an arm")
+        try:
+            self.load = CarriedLoad(self._given_load, self._tools())
+        except LoadError as error:
+            raise WorldError(str(error)) from None
+
+    def _tools(self):
+        return self.team.tools(self.pose, self._motion.joints(), self._hand_length)
 
     # State ---------------------------------------------------------------------------------------
 
@@ -553,6 +573,8 @@ class World:
         if self._mishaps is not None:
             for row, what in self._mishaps():
                 self._report(row, what)
+        if self.team.has_arms:
+            self._look_at_arms()
         if self._odometry_kind == "wheel":
             joints = self._motion.joints()
             drives = joints if joints.ndim == 1 else joints[:, 0]
@@ -594,6 +616,16 @@ class World:
         spatial, twist = self.spatial, self._motion.twist
         body = np.column_stack([twist[:, :2], spatial.twist[:, 0]])
         return rotated(spatial.orientation, body)[:, 2]
+
+    def _look_at_arms(self):
+        """Report who has come to the end of an arm's joint, or has let go of the load."""
+        ended = set(map(tuple, np.argwhere(self._motion.ended).tolist()))
+        for row, joint in sorted(ended - self._ended):
+            self._report(row, ARM_END, joint + 1)
+        self._ended |= ended
+        if self.load:
+            for row in self.load.update(self._tools()):
+                self._report(row, LET_GO if self.load.held.any() else FELL)
 
     def _watch(self):
         if self._step % self._steps_per_watch:

@@ -6,6 +6,7 @@ import importlib
 HOMES = {
     "bearing_formation": "formations:BearingFormation",
     "bearing_leaders": "formations:BearingLeaders",
+    "carrying": "carrying:Carrying",
     "consensus": "consensus:Consensus",
     "containment": "gathering:Containment",
     "coverage": "gathering:Coverage",

@@ -176,7 +176,7 @@ def read_waypoints(text, dimension):
     fits = points.ndim == 2 and points.size and points.shape[1] == dimension
     if not fits or not np.isfinite(points).all() or np.abs(points).max() > MOST:
         wanted = "wanted points of {} numbers each, as in '{}, {}'"
-        examples = ("0 0", "4 3") if dimension == 2 else ("0 0 1", "4 3 2")
+        examples = " ".join("0" * dimension), " ".join("4321"[:dimension])
         raise ValueError("waypoints = {!r}: ".format(text) + wanted.format(dimension, *examples))
     if len(points) > 1 and np.linalg.norm(np.diff(points, axis=0), axis=1).min() < SLOW:
         raise ValueError("waypoints = {!r}: wanted no two of them in one place".format(text))

@@ -13,7 +13,7 @@ import time
 
 import rospy
 from geometry_msgs.msg import Pose2D, PoseStamped, Twist  # noqa: F401 expressions name it
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry  # noqa: F401
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, String  # noqa: F401
 from std_srvs.srv import Empty, EmptyResponse, SetBool, Trigger

@@ -104,9 +104,16 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     assert "Traceback" not in log_of(stage) + log_of(control)
     # Each sensor has a frame of its own, and what nobody asks for is not published.
     probe = ros.probe()
+    probe.ask("listen('/map', OccupancyGrid) and listen('/map_metadata', MapMetaData)")
     probe.wait("'robot2/laser' in transforms and 'robot1/gps' in transforms")
     laser = probe.ask("transforms['robot2/laser'].transform.translation.x")
     assert laser == pytest.approx(0.021)
     # A rate that the world's steps cannot keep is said.
     said = "robot1: mocap at 50 Hz, every 1 steps of 0.02 s; wanted 100 Hz"
     probe.wait("{!r} in (status('slow_sensors') or ())".format(said))
+    # The wall, of 0.2 m by 9 m with its middle 1 m ahead, is on the map that is told once.
+    data = probe.wait("'/map' in newest and sum(v == 100 for v in newest['/map'].data)")
+    assert data == 4 * 180
+    info = probe.wait("'/map_metadata' in newest and str(newest['/map_metadata'])")
+    assert "resolution: 0.05000000074505806" in info
+    assert probe.ask("newest['/map'].header.frame_id") == "world"

@@ -27,6 +27,7 @@ LARGEST_FILE = 64 * 1024 * 1024  # [bytes]
 MOST_PIXELS = 50_000_000  # [-]
 THICKNESS = 0.02  # [m] of a wall that a line stands for
 DARK = 0.5  # [-] share of black from which a pixel of a plain image is a wall
+WALL, FLOOR, UNKNOWN = 100, 0, -1  # cells as nav_msgs/OccupancyGrid has them
 OCCUPIED, FREE = 0.65, 0.196  # [-] where map_server's file says nothing else
 
 
@@ -162,6 +163,15 @@ def served(path):
 
     The first row is the top of the map; the origin (x, y [m], yaw [rad]) is that of its lower left corner.
     """
+    cells, resolution, origin = served_cells(path)
+    return cells == WALL, (resolution, resolution), origin
+
+
+def served_cells(path):
+    """Return cells (rows, columns) of ``WALL``, ``FLOOR`` and ``UNKNOWN`` int8, their side [m] and origin.
+
+    Of a map_server file, as :func:`served` has them.
+    """
     top = Section(load_yaml(path), path)
     image = os.path.join(os.path.dirname(path), os.path.expanduser(top.text("image")))
     resolution = top.number("resolution", above=0.0)
@@ -170,15 +180,18 @@ def served(path):
     if negate not in (0, 1):  # or false and true
         raise ScenarioError("{}: {}, wanted 0 or 1".format(top.at("negate"), shown(negate)))
     occupied = top.number("occupied_thresh", OCCUPIED, low=0.0, high=1.0)
-    top.number("free_thresh", FREE, low=0.0, high=1.0)
+    free = top.number("free_thresh", FREE, low=0.0, high=1.0)
     mode = top.text("mode", "trinary", ("trinary", "scale", "raw"))
     top.done()
     value = grey(image)
     if mode == "raw":  # the cells' values themselves: 0 to 100, more is unknown
-        filled = (value >= 100.0 * occupied) & (value <= 100.0)
+        filled, empty = (value >= 100.0 * occupied) & (value <= 100.0), value <= 100.0 * free
     else:
-        filled = (value if negate else 255.0 - value) / 255.0 > occupied
-    return filled, (resolution, resolution), origin
+        share = (value if negate else 255.0 - value) / 255.0
+        filled, empty = share > occupied, share < free
+    cells = np.where(empty, FLOOR, UNKNOWN)
+    cells[filled] = WALL
+    return cells.astype(np.int8), resolution, origin
 
 
 def grey(path):

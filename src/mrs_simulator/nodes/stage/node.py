@@ -16,6 +16,7 @@ from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.flight_services import FlightServices
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
+from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
 from mrs_simulator.nodes.stage.pacing import Pacer
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
@@ -119,6 +120,7 @@ class Stage:
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
         self.unobeyed.begin(self.world.team)
         self._follow_team()
+        self._map = MapTopics(scenario, self.frames.world, self.topics.stamp())
         self._open_services()
         self.view = None
         if read(declared.VIEW):

@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""The map that a driven robot's laser makes by known poses, against the map of the scene.
+
+python3 benchmarks/mapping.py [--duration S] [--out map.pgm] SCENARIO
+
+The robots of the scenario drive by its protocol, each with the laser that its kind has room for.  Told are
+how many cells scans found occupied, the share of them farther than a cell from any wall, and the share of
+the scene's wall cells that rays crossed.
+"""
+
+import argparse
+
+import numpy as np
+
+from mrs_simulator.control.loading import choose_protocol
+from mrs_simulator.core.grids import disagreement, scanned_grid, scene_grid
+from mrs_simulator.core.maps import FLOOR, WALL
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.sensors.suite import of_robot
+from mrs_simulator.study.experiment import Experiment
+
+GREY = {FLOOR: 254, WALL: 0}  # as map_server writes them; what is not known is 205
+
+
+def driven(scenario, duration):
+    """Return ``(pose, reading)`` of every scan of a run of ``duration`` [s]."""
+    scenario = scenario.changed(duration=duration)
+    scenario, protocol = choose_protocol(scenario, None)
+    experiment = Experiment(scenario, protocol)
+    suite, world = experiment.sensors, experiment.world
+    names = dict.fromkeys(range(scenario.n), (*protocol.SENSORS, "laser"))
+    suite.listen(names)
+    scans, last = [], None
+    for _ in experiment.samples():
+        for sensor in suite.active:
+            if sensor.mount.name == "laser" and sensor.newest is not last:
+                last = sensor.newest
+                if last.stamp == world.time:
+                    poses = world.pose[sensor.rows].tolist()
+                    scans += [(pose, of_robot(last, k)) for k, pose in enumerate(poses)]
+    return scans
+
+
+def main():
+    """Print the comparison; with ``--out`` write the map."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenario")
+    parser.add_argument("--duration", type=float, default=20.0, help="[s] of simulated time")
+    parser.add_argument("--out", help="a .pgm for the map that was found")
+    options = parser.parse_args()
+    scenario = load_scenario(options.scenario)
+    wanted = scene_grid(scenario)
+    if wanted is None:
+        raise SystemExit("{}: neither a map nor obstacles".format(options.scenario))
+    scans = driven(scenario, options.duration)
+    found = scanned_grid(wanted, scans)
+    invented, crossed = disagreement(found, wanted)
+    walls = int((found.cells == WALL).sum())
+    print("{} scans, cells of {:g} m: {} occupied".format(len(scans), found.side, walls))
+    print("farther than a cell from any wall: {:.2%} of them".format(invented))
+    print("walls that rays crossed: {:.2%} of the scene's".format(crossed))
+    if options.out:
+        grey = np.full(found.cells.shape, 205, dtype=np.uint8)
+        for value, shade in GREY.items():
+            grey[found.cells == value] = shade
+        with open(options.out, "wb") as file:
+            file.write("P5\n{1} {0}\n255\n".format(*grey.shape).encode() + grey[::-1].tobytes())
+
+
+if __name__ == "__main__":
+    main()

@@ -102,6 +102,12 @@ def test_the_site_builds_without_a_warning(tmp_path):
     command = [MKDOCS, "build", "--strict", "--quiet", "-d", str(tmp_path / "site")]
     done = subprocess.run(command, cwd=ROOT, stderr=subprocess.PIPE, timeout=240, check=False)
     assert done.returncode == 0, done.stderr.decode()
-    with open(str(tmp_path / "site" / "api" / "index.html"), encoding="utf-8") as file:
-        assert "calculateControlLaw" in file.read()
+
+    def built(name):
+        return (tmp_path / "site" / name / "index.html").read_text(encoding="utf-8")
+
+    assert "calculateControlLaw" in built("api") and ":meth:" not in built("api")
+    assert 'src="../../images/protocols/consensus.png"' in built(
+        os.path.join("protocols", "consensus")
+    )
     assert (tmp_path / "site" / "search" / "search_index.json").exists()

@@ -1,10 +1,23 @@
-"""For the site: links that lead out of docs/ become the path in the repository."""
+"""For the site: links out of docs/ become the path in the repository, roles of docstrings plain code."""
 
+import posixpath
 import re
 
-OUTWARDS = re.compile(r"\[([^\]]*)\]\(\.\./([^)]+)\)")
+LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)]+)\)")
+ROLE = re.compile(r":(?:meth|class|func|mod|attr):(?=<code>)")
 
 
-def on_page_markdown(markdown, **_):
+def on_page_markdown(markdown, page, **_):
     """Return ``markdown`` with paths in place of links to files that the site has not."""
-    return OUTWARDS.sub(lambda found: "`{}`".format(found.group(2)), markdown)
+    directory = posixpath.dirname(page.file.src_uri)
+
+    def outward(found):
+        target = posixpath.normpath(posixpath.join(directory, found.group(2)))
+        return "`{}`".format(target[3:]) if target.startswith("../") else found.group(0)
+
+    return LINK.sub(outward, markdown)
+
+
+def on_page_content(html, **_):
+    """Return ``html`` without the names of roles, which Markdown does not know."""
+    return ROLE.sub("", html)

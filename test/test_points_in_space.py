@@ -23,10 +23,14 @@ from mrs_simulator.core.spectra import (
 PLANAR = {
     "coverage",
     "cyclic_pursuit",
+    "exploration",
     "leader_follower",
+    "limited_visibility",
     "line_of_sight",
+    "sensed_following",
     "station_keeping",
     "vicsek",
+    "wall_following",
 }
 SPATIAL = sorted(set(HOMES) - PLANAR)
 LOAD = Load(6.0, (0.3, 3.0, 0.1), ((-0.1, 1.4, 0.0), (0.2, 0.0, 0.0), (-0.1, -1.4, 0.0)))

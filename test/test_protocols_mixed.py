@@ -15,10 +15,12 @@ import numpy as np
 import pytest
 from mixed_runs import difference, each_step, headless, in_gui, over_ros
 
-from mrs_simulator.control.laws import HOMES
+from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.sensor_changes import SensorChange
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.registry import shipped_kind
 
 SCENARIOS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "scenarios")
 OTHER_NAMES = {"formation": "paper_four"}
@@ -37,7 +39,7 @@ def mixed(name, kinds=KINDS, duration=None):
     scenario = load_scenario(path)
     kinds = tuple(itertools.islice(itertools.cycle(kinds), scenario.n))
     duration = min(scenario.duration, duration or scenario.duration)
-    other = scenario._replace(kinds=kinds, duration=duration)
+    other = scenario._replace(kinds=kinds, duration=duration, sensors=_fitted(scenario, kinds))
     if name in ON_THE_GROUND:
         parameters = dict(scenario.control.parameters, **ON_THE_GROUND[name])
         control = scenario.control._replace(dimension=None, parameters=parameters)
@@ -46,6 +48,19 @@ def mixed(name, kinds=KINDS, duration=None):
     points = Team.from_scenario(other).point(poses, np.zeros(other.n), l)
     poses[:, :2] += hand_points(poses, l) - points
     return other._replace(poses=poses)
+
+
+def _fitted(scenario, kinds):
+    """Return the scenario's sensors; robots of ``kinds`` that lack those of its own get them first."""
+    own = shipped_kind(scenario.kinds[0]).mounts
+    lacking = [
+        SensorChange({name: {k: v for k, v in mount.items() if k != "fitted"}}, (row + 1,))
+        for row, kind in enumerate(kinds)
+        for name, mount in own.items()
+        if name in shipped(scenario.control.protocol).SENSORS
+        and name not in shipped_kind(kind).mounts
+    ]
+    return tuple(lacking) + scenario.sensors
 
 
 @pytest.mark.parametrize("name", FAMILIES)

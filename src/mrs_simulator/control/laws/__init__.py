@@ -17,9 +17,11 @@ HOMES = {
     "displacement_formation": "formations:DisplacementFormation",
     "distance_formation": "formations:DistanceFormation",
     "event_triggered_consensus": "event_triggered_consensus:EventTriggeredConsensus",
+    "exploration": "exploration:Exploration",
     "flocking": "flocking:Flocking",
     "formation": "formation:Formation",
     "leader_follower": "marching:LeaderFollower",
+    "limited_visibility": "sensing:LimitedVisibility",
     "line_of_sight": "currents:LineOfSight",
     "marching": "marching:Marching",
     "noisy_consensus": "noisy_consensus:NoisyConsensus",
@@ -28,10 +30,12 @@ HOMES = {
     "resilient_consensus": "resilient_consensus:ResilientConsensus",
     "reynolds": "flocking:Reynolds",
     "second_order_consensus": "consensus_memory:SecondOrderConsensus",
+    "sensed_following": "sensing:SensedFollowing",
     "station_keeping": "currents:StationKeeping",
     "switching_consensus": "switching_consensus:SwitchingConsensus",
     "trajectory": "trajectory:Trajectory",
     "vicsek": "flocking:Vicsek",
+    "wall_following": "sensing:WallFollowing",
 }
 
 

@@ -1,0 +1,154 @@
+"""Protocols of robots that know what they sense: equations by hand, verdicts, and what they depend on."""
+
+import numpy as np
+import pytest
+from protocol_fixtures import check, failed, shipped, verdict_of
+
+from mrs_simulator.control.laws import exploration_equations as floors
+from mrs_simulator.control.laws import sensing_equations as laws
+from mrs_simulator.core.obstacles import Cylinder, wall
+from mrs_simulator.sensors.types.ranging import RangeReading
+
+
+def test_the_smallest_circle_goes_through_two_or_three_points():
+    np.testing.assert_allclose(laws.smallest_circle([[0, 0], [4, 0], [2, 1]]), [2, 0])
+    np.testing.assert_allclose(laws.smallest_circle([[0, 0], [4, 0], [2, 3]]), [2, 5 / 6])
+    np.testing.assert_allclose(laws.smallest_circle([[1, 2], [1, 2]]), [1, 2])
+    np.testing.assert_allclose(laws.smallest_circle([[0, 0], [1, 1], [3, 3]]), [1.5, 1.5])
+    points = np.random.default_rng(3).normal(size=(9, 2))
+    centre = laws.smallest_circle(points)
+    radius = np.linalg.norm(points - centre, axis=1).max()
+    for other in centre + 0.01 * np.random.default_rng(4).normal(size=(50, 2)):
+        assert np.linalg.norm(points - other, axis=1).max() >= radius - 1e-12
+
+
+def test_nobody_goes_where_another_may_lose_it():
+    # One at V ahead: to the middle at once, V/2 away, and no farther.
+    np.testing.assert_allclose(laws.limited_visibility([[4.0, 0.0]], 4.0, 1.0, 1.0), [2.0, 0.0])
+    # At V, and two behind at V: c = 0.
+    step = laws.limited_visibility([[4.0, 0.0], [-4.0, 0.0]], 4.0, 1.0, 1.0)
+    np.testing.assert_allclose(step, [0.0, 0.0], atol=1e-12)
+    # c = (2, 0.5); within 2 of (2, 0) and of (0, 2) one may go t: t = e.h + sqrt(4 - |h|^2 + (e.h)^2).
+    step = laws.limited_visibility([[4.0, 0.0], [0.0, 4.0]], 4.0, 1.0, 1.0)
+    np.testing.assert_allclose(step, [2.0, 2.0])
+    draw = np.random.default_rng(5)
+    for _ in range(50):
+        others = draw.uniform(-2.5, 2.5, (4, 2))
+        new = laws.limited_visibility(others, 4.0, 1.0, 1.0)
+        assert np.linalg.norm(new - 0.5 * others, axis=1).max() <= 2.0 + 1e-9
+    assert not laws.limited_visibility(np.empty((0, 2)), 4.0, 1.0, 1.0).any()
+
+
+def test_two_transducers_tell_distance_and_angle_of_a_wall():
+    # A wall 1.5 m to the left of a robot that heads 0.1 rad towards it.
+    angle, distance = 0.1, 1.5
+    places = [(0.069, 0.136), (-0.157, 0.136)]
+    ranges = [distance - x * np.sin(angle) - y * np.cos(angle) for x, y in places]
+    found = laws.wall_beside(*((*place, r) for place, r in zip(places, ranges)))
+    np.testing.assert_allclose(found, [distance, angle], atol=1e-12)
+    # Along the wall lies 0.1 rad to the right of the heading.
+    u = laws.along_wall(0.3, 0.0, angle)
+    np.testing.assert_allclose(u, [0.3 * np.cos(0.1), -0.3 * np.sin(0.1)])
+    np.testing.assert_allclose(laws.along_wall(0.0, 0.2, 0.5 * np.pi), [0.2, 0.0], atol=1e-12)
+
+
+def test_ranges_of_a_convoy():
+    np.testing.assert_allclose(laws.steady_ranges(0.3, 0.0, [0.2] * 3, 0.8, 0.5), [1.4, 1.4])
+    # Circles: r_0 = 5; R^2 + (0.8 + 0.12 R)^2 = 25, so R = 4.8704, and 0.8 + 0.12 R = 1.3844.
+    ranges = laws.steady_ranges(0.3, 0.06, [0.2, 0.2], 0.8, 0.5)
+    radius = (ranges[0] - 0.8) / 0.12
+    assert radius**2 + ranges[0] ** 2 == pytest.approx(25.0)
+    assert ranges[0] == pytest.approx(1.376, abs=1e-3)
+    assert laws.steady_ranges(0.1, 0.5, [0.2, 0.2], 0.8, 0.5) is None
+
+
+@pytest.mark.parametrize(
+    "name, seconds", [("limited_visibility", 25.0), ("sensed_following", 60.0), ("wall_following", 40.0)]
+)  # fmt: skip
+def test_what_they_claim_is_so(name, seconds, tmp_path):
+    verdict = verdict_of(shipped(name, duration=seconds), tmp_path)
+    assert verdict["outcome"] == "passed" and not failed(verdict)
+    assert all(each["passed"] is not None for each in verdict["checks"])
+
+
+def test_a_convoy_that_loses_sight_fails(tmp_path):
+    short = {"neighbours": {"range": 1.0}}
+    scenario = shipped("sensed_following", duration=30.0)
+    sensors = [scenario.to_dict()["sensors"][0], {"robots": 3, "mounts": short}]
+    verdict = verdict_of(scenario.changed(sensors=sensors), tmp_path)
+    assert "worst range from the steady one at the end [m]" in failed(verdict)
+
+
+def test_robots_that_see_less_far_than_they_think_lose_each_other(tmp_path):
+    scenario = shipped("limited_visibility", duration=22.0)
+    less = {"type": "range_bearing", "range": 2.6, "occlusion": False, "rate": 10}
+    sensors = [{"mounts": {"neighbours": less}}]
+    verdict = verdict_of(scenario.changed(sensors=sensors), tmp_path)
+    assert "extent of the team at the end [m]" in failed(verdict)
+
+
+ROOM = [
+    wall(str(k), a, b, 0.1, 0.5)
+    for k, (a, b) in enumerate(
+        [((0, 0), (4, 0)), ((4, 0), (4, 2)), ((4, 2), (0, 2)), ((0, 2), (0, 0)), ((2, 0), (2, 1.2))]
+    )
+]
+
+
+def test_ways_go_round_walls():
+    floor = floors.floor_of(ROOM, 0.2, 0.2)
+    assert floor.free.shape == (20, 10) and 0.0 < floor.open.mean() < floor.free.mean() < 1.0
+    begin, goal = (tuple(np.ravel(floor.cells(np.array([p])))) for p in ([0.9, 0.5], [3.1, 0.5]))
+    way = floors.ways(floor.open, floor.size, begin)
+    # Over the wall's end at (2, 1.2): no shorter than two straight lines, no longer than the grid makes it.
+    assert 2.0 * np.hypot(1.1, 0.7) < way[goal] < 1.2 * 2.0 * np.hypot(1.1, 0.9)
+    # The way back is as long, each step down it is a step nearer.
+    back = floors.ways(floor.open, floor.size, goal)
+    assert back[begin] == pytest.approx(way[goal])
+    assert floors.downhill(way, goal, 200) == begin
+    closed = ROOM[:4] + [wall("to the end", (2, 0), (2, 2), 0.1, 0.5)]
+    floor = floors.floor_of(closed, 0.2, 0.2)
+    way = floors.beside(floors.ways(floor.open, floor.size, begin), floor.free, floor.size, 10)
+    assert np.isinf(way[goal]) and np.isfinite(way[begin])
+
+
+def test_a_scan_shows_the_cells_before_what_it_meets():
+    floor = floors.floor_of(ROOM[:4] + [Cylinder("post", 3.0, 1.0, 0.2, 0.5)], 0.2, 0.2)
+    places = np.zeros((181, 3))
+    places[:, 2] = np.radians(np.arange(-90.0, 91.0))
+    ranges = np.full(181, 1.5)
+    ranges[85:96] = 0.8
+    ranges[96:109] = np.nan
+    seen = floors.seen_by(floor, np.array([1.0, 1.0, 0.0]), RangeReading(0.0, ranges, places, 5.0))
+
+    def at(r, degrees):
+        place = np.array(
+            [[1.0 + r * np.cos(np.radians(degrees)), 1.0 + r * np.sin(np.radians(degrees))]]
+        )
+        return bool(seen[floor.cells(place)][0])
+
+    assert at(0.6, 0.0) and not at(1.1, 0.0) and at(1.1, 30.0) and at(0.7, -60.0)
+    assert not at(1.8, 20.0) and not at(0.6, 180.0) and not at(0.9, 12.0)
+
+
+def corridor(duration):
+    scenario = shipped("exploration", duration=duration)
+    rooms = [o for o in scenario.to_dict()["obstacles"] if o["name"] in ("west", "room1", "room4")]
+    for name, x in (("south", -1.2), ("north", 1.2)):
+        rooms.append({"type": "wall", "name": name, "from": [-4.6, x], "to": [0.0, x]})
+    rooms.append({"type": "wall", "name": "east", "from": [0.0, -1.2], "to": [0.0, 1.2]})
+    return scenario.changed(obstacles=rooms)
+
+
+def test_a_team_looks_at_a_whole_floor(tmp_path):
+    verdict = verdict_of(corridor(24.0), tmp_path)
+    assert verdict["outcome"] == "passed" and verdict["seconds_to_50_percent"] <= 24.0
+    assert check(verdict, "share of the floor")["measured"] >= 0.99
+
+
+def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):
+    law = "mrs_simulator.control.laws.exploration.Exploration._towards"
+    monkeypatch.setattr(law, lambda control, row, point: np.zeros(2))
+    assert failed(verdict_of(corridor(18.0), tmp_path)) == ["share of the floor that is seen [-]"]
+    early = check(verdict_of(corridor(2.0), tmp_path), "share of the floor")
+    assert early["passed"] is None and "wanted a run of" in early["note"]

@@ -21,9 +21,11 @@ class Exploration(PioneerControl):
     """Each robot goes to the nearest cell of the floor that nobody has seen and it is nearest to.
 
     Nearest by ways that are free for robots: the floor is shared as a Voronoi diagram of these.  What a
-    laser shows is seen.  A cell that is still not seen from where its way ends is given up.  So the team
-    ends where nothing is left: each plan leads to a cell that is then seen or given up, and there are
-    finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).  The law knows all robots and the map.
+    laser shows is seen.  A cell that is still not seen from where its way ends is given up.  The law knows
+    all robots and the map.
+
+    Theorem: nothing is left in the end, since each plan leads to a cell that is then seen or given up, and
+    there are finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).
     """
 
     SENSORS = ("laser",)

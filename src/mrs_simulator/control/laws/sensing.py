@@ -67,8 +67,10 @@ def settled(control, begun, seconds=0.0):
 class LimitedVisibility(Sensing):
     """All meet, seeing others by range and bearing within ``radius``: Ando and others, 1999.
 
-    Robots that see each other at the start do so for ever, and a team that is connected so meets.  No
-    robot knows who is who, where it is, or where north is.
+    No robot knows who is who, where it is, or where north is: each goes to the centre of the smallest
+    circle about those that it sees, no farther than V/2 from the middle of the way to each.
+
+    Theorem: robots that see each other at the start do so for ever, and a team that is connected so meets.
     """
 
     SENSORS = ("neighbours",)
@@ -146,8 +148,10 @@ class WallFollowing(Sensing):
 
     The distance to the wall and the angle against it come from the transducers that look straight to the
     left; those ahead hear the robot in front, to which a gap is kept: ``speed + gain (gap - wanted)``.
-    Errors obey ``e' = -gain e``, each gap's driven by that of the robot before.  The first robot has
-    nobody before it, and goes at ``speed``; what is farther than two gaps is nobody.
+    The first robot has nobody before it, and goes at ``speed``; what is farther than two gaps is nobody.
+
+    Theorem: along a straight wall, whose normal is within the cones, errors obey ``e' = -gain e``, each
+    gap's driven by that of the robot before: all decay.
     """
 
     SENSORS = ("sonar",)
@@ -241,8 +245,11 @@ class SensedFollowing(Sensing):
     """A convoy: each robot follows the one with the number before its own, by range and bearing.
 
     ``u = gain (|z| - distance) z/|z|``, z from the own point to the centre that is seen; nobody tells how
-    fast the robot before is.  The first drives at ``speed`` and ``turn``.  Ranges end where the speeds are
-    the same, ``distance + speed/gain`` on a straight way, less on a circle.  Who is not seen is waited for.
+    fast the robot before is.  The first drives at ``speed`` and ``turn``.  Who is not seen is waited for.
+
+    Theorem: ranges end where the speeds are the same, on a straight way at ``distance + speed/gain``, on
+    a circle where ``r^2 = R^2 + (distance + turn R/gain)^2``, r and R the radii on which the centre that is
+    followed and the point that follows go.
     """
 
     SENSORS = ("neighbours",)

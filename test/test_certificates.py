@@ -12,7 +12,8 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.core.curves import Curve, Energy, dissipated, integral
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import Run
+from mrs_simulator.core.recording import Run, read_run_csv
+from mrs_simulator.study import energy_balance
 from mrs_simulator.study.certificate_figure import certificate_figure
 from mrs_simulator.study.figures import save
 
@@ -225,6 +226,16 @@ def test_cars_under_a_law_with_velocities_are_judged_between_their_limits(tmp_pa
     assert drift["passed"] and drift["measured"] < 1e-12 and "s on, after" in drift["note"], drift
     assert check(right, BALANCE)["measured"] < 1e-5
     assert check(wrong, BALANCE)["passed"] is False
+
+
+def test_how_far_boats_are_behind_is_known_without_a_law_at_hand(tmp_path, monkeypatch):
+    monkeypatch.setattr(energy_balance, "MOST_PAIRS", 0.0)
+    fast = {"v_max": 20.0, "omega_max": 20.0}
+    scenario = shipped("formation_boats", duration=12.0, fidelity="kinematic", limits=fast)
+    verdict_of(scenario, tmp_path)
+    run, control = read_run_csv(str(tmp_path / "run.csv")), make_control(scenario)
+    balance = energy_balance.balance_of(control, control.energy(run.hand[0]), run)
+    assert 0.01 < balance.residual < balance.allowed < 0.15
 
 
 def test_a_team_that_is_at_its_limits_throughout_is_not_judged(tmp_path):

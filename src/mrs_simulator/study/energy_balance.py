@@ -10,8 +10,8 @@ MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
 DIGITS = 1e-14  # [-] of the largest energy: what is left of its digits where it grows
-# [-] of the energy that arcs and slip may cost where no published law tells them apart from the law.
-UNTOLD = {"point_mass": 0.0, "kinematic": 0.01, "dynamic": 0.05}
+# [-] of the energy that arcs and slip may cost where samples beside commands do not tell it.
+UNTOLD = {"kinematic": 0.01, "dynamic": 0.05}
 
 
 def balance_of(control, energy, run):
@@ -24,14 +24,14 @@ def balance_of(control, energy, run):
     than the recorded commands say: on the arcs of held commands, late, or slipping.
 
     Without a published law, or where that is too long to compute, the dissipation along the measured
-    path is added up.
+    path is added up; what robots make of their commands is allowed besides, as above.
     """
     law = control.published() if len(run.robots) <= MOST_ROBOTS else None
     rows, velocity = samples_on_commands(control, run), control.velocities(run)
     time = run.time - run.time[0]
     if law is None or law.SEES == "pose" or len(rows) < 3 or _work(law, run, control) > MOST_PAIRS:
         balance = dissipated(energy, time, run.hand, velocity, control.period)
-        return balance._replace(allowed=balance.allowed + UNTOLD[control.fidelity])
+        return balance._replace(allowed=balance.allowed + _untold(control, energy, run, rows))
     states = [(run.hand[row], velocity[row], time[row]) for row in rows]
     commands = np.diff(np.round(time[rows] / control.period).astype(int))
     values = np.array([energy.of(*state) for state in states])
@@ -51,6 +51,20 @@ def balance_of(control, energy, run):
     if not exactly and law.SEES == "next":  # the law's velocities are rebuilt from samples
         allowed += REBUILT
     return Balance(rows, values, predicted, allowed, scale)
+
+
+def _untold(control, energy, run, rows):
+    """Return what robots make of their commands, [-] of the energy, where no published law is at hand."""
+    if control.fidelity == "point_mass":
+        return 0.0
+    if len(rows) < len(run.time) or len(rows) < 3:
+        return UNTOLD[control.fidelity]
+    time, velocity = run.time - run.time[0], control.velocities(run)
+    states = list(zip(run.hand, velocity, time))
+    commands = np.diff(np.round(time / control.period).astype(int))
+    free = np.ones(len(commands), dtype=bool)
+    cost = _robots_cost(energy, states, commands, control.period, free)
+    return cost / max(abs(energy.of(*states[0])), NOTHING)
 
 
 def _estimated(run):

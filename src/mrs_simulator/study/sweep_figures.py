@@ -308,7 +308,7 @@ def _stability_map(keys, measured, boundary, units):
     axes.set_xlabel(axis_label(x, units))
     axes.set_ylabel(axis_label(y, units))
     place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
-    axes.legend(handles, names, ncol=len(names), columnspacing=1.2, **place)
+    axes.legend(handles, names, ncol=3 if len(names) < 4 else 2, **place)
     settle(figure)
     return figure
 

@@ -36,6 +36,17 @@ def advance(motion, command, seconds):
     return motion
 
 
+def test_robots_that_all_stand_do_not_creep_and_drive_on_from_there(motion):
+    robots = advance(motion([[0.0, 0.0, 0.7], [3.0, 0.0, 0.7]]), [[0.5, 0.2], [0.0, 0.0]], 0.5)
+    stopped = advance(robots, [0.0, 0.0], 1.5).pose.copy()
+    assert np.hypot(*stopped[0, :2]) > 0.03
+    np.testing.assert_array_equal(advance(robots, [0.0, 0.0], 4.0).pose, stopped)
+    assert not robots.twist.any()
+    advance(robots, [[0.0, 0.0], [0.5, 0.0]], 0.5)
+    gone = np.hypot(*(robots.pose - stopped)[:, :2].T)
+    assert gone[1] > 0.03 > 1e-3 > gone[0]
+
+
 def test_straight_on_as_the_ramp_says(motion):
     # 0.5 m/s at 0.3 m/s^2: 0.5^2/0.6 m while speeding up, then 0.5 m/s.
     moved = advance(motion([[0.0, 0.0, 0.0]]), [0.5, 0.0], 3.0)

@@ -2,12 +2,13 @@
 """Odometry out and commands back over ROS at 50 Hz in real time: how many robots two processes carry.
 
     source build/devel/setup.bash
-    python3 benchmarks/ros_transport.py [--topics robots|team] [--record] [--gui] [--keep] [N ...]
+    python3 benchmarks/ros_transport.py [--topics robots|team] [--sonar] [--record] [--gui] [--keep] [N ...]
 
 Starts a master, the stage and the control node of its own, and with ``--record`` and ``--gui`` the
 recorder and the GUI (offscreen).  Round trips, from an odometry's leaving to the arrival of each
 robot's next command, and missed periods are those that the stage publishes.  CPU is that of each
-process, in shares of a core.
+process, in shares of a core.  With ``--sonar`` the law hears the sonar of every robot, 16 transducers at
+10 Hz; how many readings of each robot came a second of wall time is counted where the law is asked.
 """
 
 import argparse
@@ -25,6 +26,32 @@ from history import Report
 MEASURED = 10.0  # [s] of wall time
 SETTLING, GUI_SETTLING = 5.0, 15.0  # [s] of wall time
 LIMIT = 60.0  # [s] for the nodes to be up
+LAW = """
+import time
+from mrs_simulator.control.laws.formation import Formation
+
+class Hears(Formation):
+    SENSORS = ("sonar",)
+
+    def start(self):
+        super().start()
+        self.stamps, self.heard, self.begun = dict(), 0, time.monotonic()
+
+    def pointMassLaw(self, hand):
+        for number in self.numbers:
+            sonar = self.readings[number].sonar
+            if sonar.stamp != self.stamps.get(number):
+                self.stamps[number] = sonar.stamp
+                self.heard += 1
+        elapsed = time.monotonic() - self.begun
+        if elapsed > 5.0:
+            with open(FILE, "w") as file:
+                file.write(str(self.heard / elapsed / len(self.numbers)))
+            self.heard, self.begun = 0, time.monotonic()
+        return super().pointMassLaw(hand)
+
+FILE = {!r}
+"""
 NODES = ("stage", "pioneer_control", "record", "mrs_gui")
 TICKS = os.sysconf("SC_CLK_TCK")
 
@@ -78,6 +105,11 @@ def commands_for(n, options, folder):
         "pioneer_control": ["_team_topics:=" + topics],
         "record": ["--out", os.path.join(folder, "run")],
     }
+    if options.sonar:
+        law = os.path.join(folder, "law.py")
+        with open(law, "w") as file:
+            file.write(LAW.format(os.path.join(folder, "heard")))
+        extra["pioneer_control"] += ["--protocol", law + ":Hears"]
     chosen = NODES[:2] + NODES[2:3] * options.record
     started = {
         name: ["rosrun", "mrs_simulator", name, "--scenario", scenario] + extra.get(name, [])
@@ -111,12 +143,16 @@ def measure(n, options):
         heard = list(status.heard)
         simulated = (heard[-1].header.stamp - heard[0].header.stamp).to_sec()
         periods = n * 50.0 * simulated
+        heard_rate = []
+        if options.sonar:
+            with open(os.path.join(folder, "heard")) as file:
+                heard_rate = [float(file.read())]
         return [
             np.mean([s.real_time_factor for s in heard]),
             100.0 * (heard[-1].missed_periods - missed) / periods,
             1e3 * np.median([s.round_trip_median for s in heard]),
             1e3 * np.median([s.round_trip_p99 for s in heard]),
-        ] + shares
+        ] + (shares + heard_rate)
     finally:
         status.close()
         for node in nodes.values():
@@ -131,7 +167,8 @@ def measure(n, options):
 def keep(rows, options):
     """Append ``rows`` by number of robots to the history."""
     report = Report("ros_transport", keep=True)
-    attached = " and ".join(["recorder"] * options.record + ["GUI"] * options.gui)
+    attached = ["recorder"] * options.record + ["GUI"] * options.gui + ["sonar"] * options.sonar
+    attached = " and ".join(attached)
     what = "topics of {}{}".format(
         {"robots": "each robot", "team": "the team"}[options.topics],
         " with " + attached if attached else "",
@@ -154,6 +191,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("robots", nargs="*", type=int, default=[7, 50, 100], metavar="N")
     parser.add_argument("--topics", choices=("robots", "team"), default="robots")
+    parser.add_argument("--sonar", action="store_true", help="with a law that hears sonar")
     parser.add_argument("--record", action="store_true", help="with the recorder")
     parser.add_argument("--gui", action="store_true", help="with the GUI, offscreen")
     parser.add_argument("--keep", action="store_true", help="append the figures to history.csv")
@@ -179,6 +217,7 @@ def main():
         rospy.init_node("benchmark", disable_signals=True)
         columns = ["robots", "RTF", "missed %", "median ms", "p99 ms", "stage CPU", "control CPU"]
         columns += ["record CPU"] * options.record + ["GUI CPU"] * options.gui
+        columns += ["sonar Hz"] * options.sonar
         print(" ".join("{:>11}".format(column) for column in columns))
         rows = {}
         for n in options.robots:

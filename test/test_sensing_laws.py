@@ -6,12 +6,14 @@ import pickle
 import numpy as np
 import pytest
 
+from mrs_simulator.control.law_apart import Law, where_to_run
 from mrs_simulator.control.loading import ProtocolError
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.sensors.readings import Readings
+from mrs_simulator.sensors.types.ranging import RangeReading
 from mrs_simulator.study.experiment import Experiment, LawFailed
 
 WALL = {"type": "box", "name": "wall", "center": [2.0, 0.0], "size": [0.2, 9.0]}
@@ -128,3 +130,23 @@ def test_runs_of_laws_without_sensors_are_those_of_teams_without():
     )
     assert with_sonar.sensors.is_idle
     assert np.array_equal(with_sonar.world.pose, without.world.pose)
+
+
+def test_a_law_apart_is_sent_each_reading_once():
+    law = Law(scenario(), StopsBefore, 10.0, where_to_run(StopsBefore))
+    sent, ask = [], law._worker.ask
+
+    def noted(request, *more):
+        sent.append(len(request))
+        return ask(request, *more)
+
+    law._worker.ask = noted
+    pose = np.array([[0.0, 0.0, 0.0], [-1.0, 2.0, 0.0]])
+    sonar = RangeReading(0.0, np.full(16, 2.0), np.zeros((16, 3)), 5.0)
+    readings = {0: {"sonar": sonar}, 1: {"sonar": sonar}}
+    assert law.sensors == ("sonar",)
+    for known in (readings, readings, dict(readings)):
+        command = law.commands(pose, 0.0, 10.0, readings=known)
+        assert (command[:, 0] > 0.0).all()
+    assert sent == [4, 3, 4]
+    law.end()

@@ -108,6 +108,7 @@ class Law:
 
     def _remake(self):
         self._worker, before = Worker(self._apart()), self._state
+        self._given = None  # the readings that it has
         try:
             self._call("make", self._scenario)
             if before is not None:
@@ -157,8 +158,10 @@ class Law:
         ``limit`` [s] of wall time; ``meanwhile()`` is called again and again while it is waited for.
         ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks.
         """
-        known = (pose, time) if readings is None else (pose, time, readings)
-        return self._call("commands", *known, limit=limit, meanwhile=meanwhile)
+        # What it has been given it keeps: nothing need be sent to another process twice.
+        known = () if readings is None or readings is self._given else (readings,)
+        self._given = readings
+        return self._call("commands", pose, time, *known, limit=limit, meanwhile=meanwhile)
 
     def targets(self, pose, limit, meanwhile=None):
         """Return where the hand points are wanted, (n, 2) [m], or None; the last while it is busy."""

@@ -72,7 +72,11 @@ SPEED = NodeParameter(
 )
 PAUSED = NodeParameter("paused", FLAG, False, "start paused")
 PRESET = NodeParameter(
-    "preset", TEXT, "none", "`rosaria`: see below; also an argument", choices=("none", "rosaria")
+    "preset",
+    TEXT,
+    "none",
+    "`rosaria`, `crazyswarm`, `ardrone`, `heron`, `wamv`: see below; also an argument",
+    choices=("none", "rosaria", "crazyswarm", "ardrone", "heron", "wamv"),
 )
 TAKEOFF_HEIGHT = NodeParameter(
     "takeoff_height", NUMBER, 1.0, "to which `/robotN/takeoff` lets a robot rise", "m", above=0.0

@@ -37,6 +37,9 @@ class ForcedMotion(KinematicMotion):
         """Put the robots at rest at ``poses`` (n, 3), in weather from its beginning."""
         super().reset(poses)
         self._reach = np.inf  # waves push harder than thrusters
+        self.efforts = (
+            None  # (n, 4) told to thrusters past the controllers, nan where not; None: nowhere
+        )
         self._parts = {
             group.drive: self._part(group)
             for group in self.team.groups
@@ -89,7 +92,8 @@ class ForcedMotion(KinematicMotion):
             if group.drive not in self._parts:
                 continue
             part = self._parts[group.drive]
-            after[group.rows] = part.advance(before[group.rows], group.of(command))
+            efforts = None if self.efforts is None else self.efforts[group.rows]
+            after[group.rows] = part.advance(before[group.rows], group.of(command), efforts)
             if self._encoders:
                 travel += self.step * part.counted()
         if self._wheeled is not None:
@@ -134,8 +138,11 @@ class ForcedGroup:
         self.watch = Watch(len(group.kinds), step)
         weather.reset()
 
-    def advance(self, pose, command):
-        """Return the poses (m, 3) after a step from ``pose`` under ``command`` (m, axes)."""
+    def advance(self, pose, command, efforts=None):
+        """Return the poses (m, 3) after a step from ``pose`` under ``command`` (m, axes).
+
+        ``efforts`` (m, 4): of thrusters that are told past the controllers.
+        """
         after, state = self._drive.forced(
             pose,
             self._state,
@@ -144,6 +151,7 @@ class ForcedGroup:
             self._numbers,
             self._weather.felt(),
             self._step,
+            *(() if efforts is None else (efforts,)),
         )
         bad = not_finite((after, *state))
         if bad is not None:  # they are where they were, at rest

@@ -280,6 +280,7 @@ class World:
         self._new_collisions = []
         self._new_incidents, self._due, self._struck = [], list(self._events), {}
         self._manoeuvres = Manoeuvres(self.team)
+        self._is_direct = False  # whether thrusters were told past the controllers
         self.rising = self._to is not None  # whether all wait until those that fly are up
         if self.rising:
             rows = np.flatnonzero(self._to > 0.0)
@@ -428,8 +429,9 @@ class World:
         if not len(self._aloft):
             return {}
         powered = getattr(self._motion, "powered", np.ones(self.n, dtype=bool))
-        up = rotated(self.spatial.orientation, np.array([0.0, 0.0, 1.0]))[:, 2]
-        told = zip(self.z.tolist(), powered.tolist(), (up < 0.0).tolist(), self._target)
+        x, y = self.spatial.orientation.T[:2]
+        over = x * x + y * y > 0.5  # the body's axis points down
+        told = zip(self.z.tolist(), powered.tolist(), over.tolist(), self._target)
         return {
             row: self._manoeuvres.state(row, *each)
             for row, each in enumerate(told)
@@ -456,6 +458,15 @@ class World:
             if states[row] == "motors off":
                 self._motion.power(row)
         self._manoeuvres.take_off(rows, height)
+        # What was said before is over: it hovers until it is commanded anew.
+        self._target[rows], self._heard[rows], self.commanded[rows] = 0.0, -1, False
+
+    def power(self, rows):
+        """Let motors that were cut turn again, of robots ``rows`` that stand upright on the ground."""
+        states = self.flight_states()
+        for row in self._flyers(rows, "power").tolist():
+            if states[row] == "motors off" and self._struck.get(row) != LOST:
+                self._motion.power(row)
 
     def land(self, rows):
         """Let robots ``rows``, which fly, come down where they are and stay down until they take off.
@@ -536,10 +547,36 @@ class World:
         self._target[rows] = commands
         self._heard[rows] = self._step
         self.commanded[rows] = True
+        if self._is_direct:
+            self._motion.efforts[rows] = np.nan
+
+    def set_efforts(self, rows, efforts):
+        """Tell the thrusters of vessels ``rows`` (m,) what their controllers would, ``efforts`` (m, 4).
+
+        Commands of the left and the right one, force ahead [N] and torque [N m]; nan where the
+        controllers act,
+        by the command in force.  ``set_commands`` ends it, and so does the watchdog, with thrusters at
+        rest. Raises ``WorldError`` where no forces are moved by.
+        """
+        rows, efforts = np.asarray(rows, dtype=int), np.asarray(efforts, dtype=float)
+        for row in rows.tolist():
+            if self.fidelity != "dynamic" or self.kinds[row].module.MEDIUM != "water":
+                raise WorldError(
+                    "thrusters of robot{}, a {}, in fidelity {}: wanted a vessel in fidelity "
+                    "dynamic".format(row + 1, self.kinds[row].title, self.fidelity)
+                )
+        if not self._is_direct:
+            self._is_direct, self._motion.efforts = True, np.full((self.n, 4), np.nan)
+        fits = ~np.isinf(efforts).any(axis=1)
+        np.add.at(self.refused, rows[~fits], 1)
+        self._motion.efforts[rows[fits]] = efforts[fits]
+        self._heard[rows[fits]], self.commanded[rows[fits]] = self._step, True
 
     def stop(self, rows):
         """Make the commands in force of robots ``rows`` zero, as if they had been told to stop."""
         self._target[rows] = 0.0
+        if self._is_direct:
+            self._motion.efforts[rows] = np.nan
 
     def place(self, rows, poses, twists=None, z=None):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) in the common frame.
@@ -636,6 +673,9 @@ class World:
         if late.any():
             self._target[late] = 0.0
             self.commanded[late] = False
+            if self._is_direct:
+                told = late & ~np.isnan(self._motion.efforts).all(axis=1)
+                self._motion.efforts[told] = [0.0, 0.0, np.nan, np.nan]
         self._longest_silent = self._heard[self.commanded].min(initial=self._step)
 
     def _stop_silent(self):

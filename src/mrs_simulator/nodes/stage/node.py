@@ -19,14 +19,8 @@ from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
 from mrs_simulator.nodes.stage.pacing import Pacer
+from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
-from mrs_simulator.nodes.stage.rosaria import (
-    ODOM_RATE,
-    WATCH_PERIOD,
-    Drivers,
-    behind_rosaria,
-    chosen_preset,
-)
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
 from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
@@ -55,7 +49,7 @@ MOST_NAMED = 8  # [-] robots named in one message
 MOST_STEPS = 1000000  # [-] of one request
 LOCAL = dict(
     RUN_ARGUMENTS,
-    preset="rosaria: the robots behave as those behind RosAria (default: none)",
+    preset="whose interface the robots have: " + ", ".join(PRESETS) + " (default: none)",
     real="numbers of the robots that are real, such as 2,4 (default: none)",
 )
 
@@ -66,16 +60,16 @@ class Stage:
     def __init__(self, scenario, preset="none", real=()):
         """Open the world of ``scenario`` and every topic and service.
 
-        ``preset``: one of ``rosaria.PRESETS``; ``real``: rows of the robots that are real.
+        ``preset``: one of ``PRESETS``, or "none"; ``real``: rows of the robots that are real.
         """
-        rosaria = preset == "rosaria"
-        self.scenario = scenario = behind_rosaria(scenario) if rosaria else scenario
+        self._preset = preset = PRESETS.get(preset)
+        self.scenario = scenario = preset.behind(scenario) if preset else scenario
         timeout = scenario.cmd_vel_timeout
         if is_given(declared.CMD_VEL_TIMEOUT):
             timeout = read(declared.CMD_VEL_TIMEOUT)
         self.world = World.from_scenario(
             scenario._replace(cmd_vel_timeout=timeout),
-            watch_period=WATCH_PERIOD if rosaria else 0.0,
+            watch_period=preset.watch_period if preset else 0.0,
             mirrored=real,
         )
         self.mirror = Mirror(real, scenario)
@@ -88,7 +82,7 @@ class Stage:
         self._wait_for_control = read(declared.WAIT_FOR_CONTROL) or bool(self.lockstep)
         self._recorders_wanted = read(declared.WAIT_FOR_RECORDERS)
         self._step = 0
-        usual = ODOM_RATE if rosaria else max(50.0, scenario.control.rate)
+        usual = (preset and preset.odom_rate) or max(50.0, scenario.control.rate)
         self._odometry_rate = odometry_rate(scenario, usual)
         self._schedule_odometry()
         self.round_trips = RoundTrips(self.world.n)
@@ -103,7 +97,7 @@ class Stage:
         self.inbox, self.unobeyed = Inbox(), Unobeyed()
         self.requests = Requests()
         self.flight = FlightServices(self.world, self.requests, absent=real)
-        self.drivers = Drivers(self.world, self.requests, absent=real) if rosaria else None
+        self.drivers = preset and preset.drivers(self.world, self.requests, absent=real)
         self.frames = Frames(
             read(declared.STAGE_WORLD_FRAME),
             read(declared.STAGE_ODOM_FRAME),
@@ -175,7 +169,7 @@ class Stage:
     def _topics_of(self, row):
         if row in self.mirror.rows:
             return RealTopics(row, self.inbox, self.mirror)
-        odometry = "rosaria" if self.drivers else self.scenario.odometry
+        odometry = (self._preset and self._preset.odometry) or self.scenario.odometry
         return RobotTopics(row, self.inbox, odometry, self.frames)
 
     # The main loop -------------------------------------------------------------------------------
@@ -282,6 +276,8 @@ class Stage:
     def _take_commands(self):
         rows, twists, times = self.inbox.take(self.world.n)
         if len(rows):
+            if self.drivers:
+                twists = self.drivers.taken(rows, twists)
             commands = self.unobeyed.taken(rows, twists)
             if self.trouble:
                 commands = np.zeros_like(commands)
@@ -293,6 +289,8 @@ class Stage:
     def _advance(self):
         self._publish_state()
         self.mirror.place(self.world)
+        if self.drivers and not self.trouble:
+            self.drivers.advance()
         self.world.step()
         self._step += 1
         self.pacer.stepped(self.world.step_size)
@@ -338,6 +336,8 @@ class Stage:
             self.lockstep.expect(range(self.world.n))
         self.round_trips.sent(rows)
         self.topics.publish_odometry(rows)
+        if self.drivers:
+            self.drivers.tell(self.topics.stamp(), rows.tolist())
 
     def _report_silence(self):
         rospy.logerr(

@@ -7,21 +7,10 @@ import rospy
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty, EmptyResponse
 
-from mrs_simulator.ros.node_parameters import PRESET
-from mrs_simulator.ros.parameters import read
-
 ODOM_RATE = 10.0  # [Hz] at the usual packets of 100 ms
 CMD_VEL_TIMEOUT = 0.6  # [s]
 WATCH_PERIOD = 0.1  # [s] between two looks of the driver's watchdog
 UNIT = np.array([0.001, math.radians(1.0)])  # [m/s, rad/s] the finest command of the protocol
-
-
-def chosen_preset(argument):
-    """Return the preset that the command line's ``argument`` or else ``~preset`` names."""
-    preset = argument or read(PRESET)
-    if preset not in PRESET.choices:
-        raise ValueError("preset = {!r}: wanted {}".format(preset, PRESET.wanted()))
-    return preset
 
 
 def behind_rosaria(scenario):
@@ -57,6 +46,16 @@ class Drivers:
         for row in range(n):
             if row not in self._motors and row not in self._absent:
                 self._motors[row] = Motors(row, self._switch, self._requests)
+
+    def taken(self, rows, twists):
+        """Return the Twists (m, 6) that robots ``rows`` obey: all."""
+        return twists
+
+    def advance(self):
+        """Nothing is due before a step."""
+
+    def tell(self, stamp, rows):
+        """Nothing is told but odometry."""
 
     def command(self, rows, commands):
         """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""

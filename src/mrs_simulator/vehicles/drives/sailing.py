@@ -47,18 +47,29 @@ def responses(numbers):
     return (inertia + _gain(numbers, 3)) / (linear + _gain(numbers, 1))
 
 
-def told(afloat, wanted, numbers):
+def told(afloat, wanted, numbers, efforts=None):
     """Return the commands (m, 2) that the controllers give thrusters for ``wanted`` (m, 2) u and r, and
-    where, (2, m) bool, they ask for more than there is."""
+    where, (2, m) bool, they ask for more than there is.
+
+    ``efforts`` (m, 4): commands of the left and right thruster, force ahead [N] and torque [N m] that
+    are told instead of what controllers ask for, nan where they are not; None: nowhere.
+    """
     error = (wanted - afloat.velocity[:, [0, 2]]).T
     effort = _gain(numbers, 0) * wanted.T + _gain(numbers, 1) * error
     effort += _gain(numbers, 2) * afloat.integral.T - _gain(numbers, 3) * afloat.slope.T
+    if efforts is not None:
+        effort = np.where(np.isnan(efforts[:, 2:].T), effort, efforts[:, 2:].T)
     given = thrusters.allocated(effort[0], effort[1], numbers)
     left, right = given.T
     short = np.empty(effort.shape, dtype=bool)
     short[0] = np.abs(left + right - effort[0]) > SHORT
     short[1] = np.abs(numbers.arm * (right - left) - effort[1]) > SHORT
-    return thrusters.command_for(given, numbers), short
+    command = thrusters.command_for(given, numbers)
+    if efforts is not None:  # integrals wait where controllers do not act
+        direct = ~np.isnan(efforts[:, :2])
+        command = np.where(direct, efforts[:, :2], command)
+        short |= ~np.isnan(efforts[:, 2:].T) | direct.any(axis=1)
+    return command, short
 
 
 def thrust_force(afloat, numbers):
@@ -69,12 +80,13 @@ def thrust_force(afloat, numbers):
     return result.T
 
 
-def sailed(afloat, force, numbers, duration, wanted):
+def sailed(afloat, force, numbers, duration, wanted, efforts=None):
     """Return the ``Afloat`` after ``duration`` [s], at most ``SUBSTEP``, and the mean velocity (m, 3).
 
-    ``force`` (m, 3) [N, N, N m]: of wind and waves; ``wanted`` (m, 2): u and r for the controllers.
+    ``force`` (m, 3) [N, N, N m]: of wind and waves; ``wanted`` (m, 2): u and r for the controllers;
+    ``efforts`` as of :func:`told`.
     """
-    command, short = told(afloat, wanted, numbers)
+    command, short = told(afloat, wanted, numbers, efforts)
     error = wanted - afloat.velocity[:, [0, 2]]
     integral = afloat.integral + duration * np.where(short.T, 0.0, error)
     afloat = afloat._replace(
@@ -90,10 +102,10 @@ def sailed(afloat, force, numbers, duration, wanted):
     return after, 0.5 * (velocity + afloat.velocity)
 
 
-def voyage(pose, afloat, wanted, numbers, felt, step):
+def voyage(pose, afloat, wanted, numbers, felt, step, efforts=None):
     """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces, towards u and r ``wanted`` (m, 2).
 
-    ``felt``: the ``core.environment.Felt`` of these robots.
+    ``felt``: the ``core.environment.Felt`` of these robots; ``efforts`` as of :func:`told`.
     """
     count = max(1, int(np.ceil(step / SUBSTEP - 1e-9)))
     waves = wave_force(felt.waves, numbers)
@@ -101,7 +113,7 @@ def voyage(pose, afloat, wanted, numbers, felt, step):
         ground = hydrodynamics.over_ground(afloat.velocity, pose[:, 2], felt.current)
         air = hydrodynamics.into_body(felt.wind, pose[:, 2]) - ground[:, :2]
         force = hydrodynamics.wind_force(air, numbers) + waves
-        afloat, mean = sailed(afloat, force, numbers, step / count, wanted)
+        afloat, mean = sailed(afloat, force, numbers, step / count, wanted, efforts)
         pose = hydrodynamics.drifted(pose, mean, felt.current, step / count)
     return pose, afloat
 

@@ -171,12 +171,13 @@ def followed(inner, wanted, limits, numbers, step):
     return (wanted.T - np.copysign(left, error)).T, (wanted.T - np.copysign(mean, error)).T
 
 
-def forced(pose, afloat, command, limits, numbers, felt, step):
+def forced(pose, afloat, command, limits, numbers, felt, step, efforts=None):
     """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces under ``command`` (m, 2).
 
-    ``felt``: the ``core.environment.Felt`` of these robots.
+    ``felt``: the ``core.environment.Felt`` of these robots; ``efforts`` (m, 4): what thrusters are told
+    past the controllers, as of ``sailing.told``.
     """
-    return voyage(pose, afloat, _possible(command, limits, numbers), numbers, felt, step)
+    return voyage(pose, afloat, _possible(command, limits, numbers), numbers, felt, step, efforts)
 
 
 def blocked(inner, moved):

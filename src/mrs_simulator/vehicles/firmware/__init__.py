@@ -1,0 +1,1 @@
+"""What vehicles' own firmware makes of the commands that its users know, as functions of arrays."""

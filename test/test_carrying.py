@@ -24,7 +24,7 @@ def scenario(**changes):
         "gain": 0.8,
         "coupling": 0.3,
         "speed": 0.25,
-        "waypoints": "0 0 0.63 0, 1 0 0.7 0.2",
+        "waypoints": "0 0 0.51 0, 1 0 0.6 0.2",
     }
     content["control"]["parameters"] = parameters
     return dict(content, duration=8.0, **changes)

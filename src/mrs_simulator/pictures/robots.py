@@ -5,6 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.spatial import rotated
+from mrs_simulator.pictures.arms import ABOVE as OVER
+from mrs_simulator.pictures.arms import load_tile
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Polygons, ranges, taken, with_opacity
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
@@ -152,8 +155,11 @@ def numbers(view, robots, names):
     return view.texts(places, tuple(str(names[row]) for row in rows))
 
 
-def things(view, robots, obstacles):
-    """Return the faces of robots and obstacles that look at the eye, the farthest thing's first."""
+def things(view, robots, obstacles, arms=(), load=None):
+    """Return the faces of robots and obstacles that look at the eye, the farthest thing's first.
+
+    ``arms``: ``pictures.arms.Placed``s of the robots; ``load``: a ``Load`` and its ``Carried``, or None.
+    """
     large = robots.inside & (robots.size >= COARSE)
     small = robots.inside & (robots.size >= LEAST_SEEN) & ~large
     found = []
@@ -162,6 +168,10 @@ def things(view, robots, obstacles):
             where = robots.place[rows], robots.turn[rows], robots.shades[rows], robots.away[rows]
             found.append(_faces(view, kind_model(kind, coarse), *where, not coarse))
             found.append(_noses(view, kind, *where))
+    for each in arms:
+        found += _arm_faces(view, robots, each)
+    if load is not None:
+        found.append(_load_faces(view, *load))
     for obstacle in obstacles:
         found += _tiles(view, obstacle)
     found = [each for each in found if len(each.counts)]
@@ -170,6 +180,29 @@ def things(view, robots, obstacles):
     points, counts, colours, rims, away = (np.concatenate(each) for each in zip(*found))
     order = np.argsort(-away, kind="stable")
     return Polygons(taken(points, counts, order), counts[order], colours[order], rims[order])
+
+
+def _arm_faces(view, robots, arms):
+    """Yield the faces of the ``arms`` of those robots that are large enough in the picture."""
+    chosen = (robots.inside & (robots.size >= LEAST_SEEN))[arms.rows]
+    rows, links = arms.rows[chosen], arms.links[chosen]
+    for link, model in enumerate(arms.models):
+        place, turn = links[:, link, :3, 3], links[:, link, :3, :3]
+        middle = place + turn @ model.vertices.mean(axis=0)
+        away = np.linalg.norm(middle - view.eye, axis=1)
+        away = np.minimum(away, robots.away[rows] - OVER)  # it stands on its base
+        yield _faces(view, model, place, turn, robots.shades[rows], away)
+
+
+def _load_faces(view, load, carried):
+    """Return the faces of the ``load``, tile by tile."""
+    model, middles = load_tile(tuple(load.size))
+    turns = np.broadcast_to(carried.orientation, (len(middles), 4))
+    place = carried.place + rotated(turns, middles)
+    ahead = view.seen(place)[:, 2] > NEAR + model.reach
+    place, shades = place[ahead], np.zeros((int(ahead.sum()), 3))
+    away = np.linalg.norm(place - view.eye, axis=1)
+    return _faces(view, model, place, rotations(turns[ahead]), shades, away)
 
 
 def _tiles(view, obstacle):

@@ -6,6 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.pictures import ground, robots
+from mrs_simulator.pictures.arms import load_corners, placed_arms
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
 from mrs_simulator.pictures.look import LIGHT
@@ -33,6 +34,8 @@ class Scene(NamedTuple):
     edges: Any = ()  # pairs of rows of robots
     obstacles: Tuple[Any, ...] = ()
     numbered: bool = True
+    joints: Any = None  # (n, 1 + k) [rad] of robots with arms, None: at home
+    load: Any = None  # a ``core.load.Load`` and its ``Carried``
 
     @property
     def place(self):
@@ -60,6 +63,10 @@ def framed(scene, camera, width, height):
     points = [_room_of_robots(scene), *(trail for trail in scene.trails if len(trail))]
     if scene.targets is not None:
         points.append(scene.targets)
+    if scene.load is not None:
+        points.append(load_corners(*scene.load))
+    for arms in _arms(scene):
+        points.append(arms.links[:, :, :3, 3].reshape(-1, 3))
     for obstacle in scene.obstacles:
         if is_flat(obstacle):  # a coast may be far longer than the team's way
             continue
@@ -70,6 +77,13 @@ def framed(scene, camera, width, height):
     # In a low picture, too, there is room for the numbers.
     room = min(ROOM, max(LEAST_ROOM, 1.0 - 2.0 * NUMBERS / height))
     return camera.framed(points, width, height, room)
+
+
+def _arms(scene):
+    """Return the arms of the scene's robots, a list of ``pictures.arms.Placed``."""
+    if all(kind.arm is None for kind in set(scene.kinds)):
+        return []
+    return placed_arms(scene.kinds, scene.place, scene.turn, scene.joints)
 
 
 def _room_of_robots(scene):
@@ -95,7 +109,13 @@ def drawn(scene, camera, width, height, look=LIGHT):
         _trails(view, scene),
         _targets(view, scene),
         robots.marks(team),
-        robots.things(view, team, [each for each in scene.obstacles if not is_flat(each)]),
+        robots.things(
+            view,
+            team,
+            [each for each in scene.obstacles if not is_flat(each)],
+            _arms(scene),
+            scene.load,
+        ),
         ground.unit(view),
         robots.numbers(view, team, scene.numbers) if scene.numbered else None,
     )

@@ -122,7 +122,7 @@ def kind_model(kind, coarse=False):
     if coarse:
         least = SMALL * max(max(part.size) for part in parts)
         parts = [part for part in parts if max(part.size) >= least]
-    return _model(parts)
+    return model_of(parts)
 
 
 def _model_parts(kind):
@@ -143,13 +143,13 @@ def obstacle_models(obstacle, colour):
     if isinstance(obstacle, Cylinder):
         size = (obstacle.radius, obstacle.height)
         part = Part("cylinder", size, (0.0, 0.0, middle, 0.0, 0.0, 0.0), colour)
-        yield _model([part]), (obstacle.x, obstacle.y, 0.0)
+        yield model_of([part]), (obstacle.x, obstacle.y, 0.0)
         return
     along, across = (max(1, math.ceil(side / TILE)) for side in (obstacle.length, obstacle.width))
     size = (obstacle.length / along, obstacle.width / across, obstacle.height)
     part = Part("box", size, (0.0, 0.0, middle, 0.0, 0.0, 0.0), colour)
     # Where tiles meet there is no edge.
-    model = _model([part])._replace(crisp=np.zeros(6, dtype=bool))
+    model = model_of([part])._replace(crisp=np.zeros(6, dtype=bool))
     cos, sin = math.cos(obstacle.yaw), math.sin(obstacle.yaw)
     for i in range(along):
         for j in range(across):
@@ -208,7 +208,7 @@ def _sphere(radius):
 _FORMS = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}
 
 
-def _model(parts):
+def model_of(parts):
     """Return the ``Model`` of ``Part``s."""
     solids = [solid_of(part) for part in parts]
     begins = np.cumsum([0] + [len(solid.vertices) for solid in solids])

@@ -32,6 +32,7 @@ from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.obstacles import corners, is_flat, with_obstacles
+from mrs_simulator.core.run_columns import ARM
 from mrs_simulator.core.writing import write_bytes
 from mrs_simulator.study.look import WIDTHS, Look, check_formats
 
@@ -54,7 +55,7 @@ MOST_NUMBERED = 200  # above it the numbers at the starts would hide each other
 
 WIDTH = WIDTHS["page"]  # [in]
 STATES_HEIGHT = 3.4  # [in]
-INPUTS_HEIGHT = 4.4  # [in]
+INPUTS_HEIGHT, INPUT_HEIGHT = 4.4, 1.05  # [in], and of each input where there are many
 TRAJECTORIES_HEIGHT = (3.2, 5.8)  # [in], least and most
 
 MOST_POINTS_PER_LINE = 2000
@@ -157,7 +158,7 @@ def _drawings(run, prediction, look):
         ),
         ("x_states", lambda figure: draw_states(figure, run, "x", prediction), states),
         ("y_states", lambda figure: draw_states(figure, run, "y", prediction), states),
-        ("inputs", lambda figure: draw_inputs(figure, run), look.scaled(INPUTS_HEIGHT)),
+        ("inputs", lambda figure: draw_inputs(figure, run), look.scaled(inputs_height(run))),
     )
     if run.spatial is not None:
         draw = functools.partial(draw_states, run=run, component="z", prediction=prediction)
@@ -321,6 +322,8 @@ def _emptied(figure, rows):
 def _input_label(axis, axes):
     """Return the label of one of the ``axes`` of commands: symbol and unit."""
     part, component = axis.split(".")
+    if part + "." == ARM:
+        return r"$\dot q_{}$ [rad/s]".format(component)
     if part == "linear":
         return "$v$ [m/s]" if axes == UNICYCLE_AXES else "$v_{}$ [m/s]".format(component)
     return r"$\omega$ [rad/s]" if component == "z" else r"$\omega_{}$ [rad/s]".format(component)
@@ -558,6 +561,11 @@ def _extent(run, prediction):
     side = max(LEAST_EXTENT, np.max(high - low))
     lacking = (side - np.max(high - low)) / 2.0
     return with_obstacles(low - lacking, high + lacking, _obstacles(run), REACH * side)
+
+
+def inputs_height(run):
+    """Return the height [in] of the figure of the inputs of ``run``, of the usual width."""
+    return max(INPUTS_HEIGHT, INPUT_HEIGHT * len(run.axes))
 
 
 def trajectories_height(run, prediction=None, page=WIDTH):

@@ -52,20 +52,33 @@ class Film:
             targets=self._targets(row),
             edges=self._edges,
             obstacles=obstacles_of(run.scenario) if run.scenario is not None else (),
+            joints=None if run.joints is None or run.joints.ndim < 3 else run.joints[row],
+            load=self._load(row),
         )
+
+    def _load(self, row):
+        """Return the load and where it is at sample ``row``, None where robots carry none."""
+        run = self.run
+        if run.load is None or run.scenario is None or run.scenario.load is None:
+            return None
+        return run.scenario.load, run.load.at(row)
 
     def _targets(self, row):
         """Return the targets (n, 3) [m] at sample ``row``, planar ones at the robots' heights, or None."""
-        hand = self.run.hand[row]
-        found = None
+        hand, found = self.run.hand[row], None
         if self._control is not None:
+            hand = self.run.in_space(self._control.dimension).hand[row]
             self._control.time = float(
                 self.run.time[row] - self.run.time[0]
             )  # of a team that marches
             found = self._control.targets(hand)
         if found is None or np.shape(found) != hand.shape:
             return None
-        return np.column_stack([found, self._places[row, :, 2]])
+        if hand.shape[1] == 3:
+            return found
+        of_tools = self._kinds[0].arm is not None and self.run.point_z is not None
+        height = self.run.point_z[row] if of_tools else self._places[row, :, 2]
+        return np.column_stack([found, height])
 
     def camera(self, width, height, camera=FROM):
         """Return ``camera``, looking as it does, with the whole run in view."""

@@ -103,7 +103,7 @@ class StudyRun:
         def draw(figure, run, prediction, axes):
             return figures.draw_inputs(figure, run, axes)
 
-        return self._drawn(draw, figures.INPUTS_HEIGHT, ax, width, style)
+        return self._drawn(draw, figures.inputs_height(self.run), ax, width, style)
 
     def _drawn(self, draw, height, ax, width, style):
         from mrs_simulator.study import figures

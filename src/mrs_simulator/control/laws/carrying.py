@@ -31,7 +31,7 @@ from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spatial import headings
 
 DECAY = "decay rate of the internal force over the exact solution's [-]"
-FAINT = 0.05  # [N] down to which their decay is looked at: tools on bends hold it up
+FAINT = 0.2  # [N] down to which their decay is looked at: tools on bends hold it up
 REST = 2.0  # [N] of internal force that a run may end with, without forces of motion
 SHARE = 0.1  # [-] of the largest internal force, by which a run may be off theory
 

@@ -1,0 +1,69 @@
+"""Arms and loads in pictures: where their parts are, and that they are seen."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.load import Carried, Load
+from mrs_simulator.pictures.arms import arm_models, load_corners, load_tile, placed_arms
+from mrs_simulator.pictures.camera import Camera
+from mrs_simulator.pictures.drawing import Polygons
+from mrs_simulator.pictures.robots import about_z
+from mrs_simulator.pictures.scene import Scene, drawn, framed
+from mrs_simulator.vehicles import kind
+from mrs_simulator.vehicles.arms.models import MODELS
+from mrs_simulator.vehicles.arms.team import ArmedTeamInSpace
+
+POSE = np.array([[0.0, 0.0, 0.5], [3.0, 1.0, -2.0]])
+
+
+def scene(**more):
+    kinds = (kind("husky_panda"), kind("husky_xarm6"))
+    return Scene(kinds, (1, 2), POSE, np.full((2, 3), 0.4), **more)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_each_link_is_drawn(model):
+    models = arm_models(model)
+    assert len(models) == len(model.joints) + 1
+    for each in models:
+        assert not each.own.any() and 0.02 < each.reach < 0.6
+
+
+def test_links_are_where_the_joints_are_and_the_last_ends_at_the_tool():
+    team = ArmedTeamInSpace(["husky_panda", "husky_xarm6"])
+    joints = team.rest_joints + 0.1 * (np.arange(8) > 0)
+    place = np.column_stack([POSE[:, :2], np.zeros(2)])
+    arms = placed_arms(team.kinds, place, about_z(POSE[:, 2]), joints)
+    tools = team.point(POSE, joints, 0.1)
+    for each in arms:
+        (row,) = each.rows
+        last = each.links[0, -1]
+        end = team.kinds[row].arm.chain.tool[:3, 3]
+        np.testing.assert_allclose(last[:3, :3] @ end + last[:3, 3], tools[row], atol=1e-12)
+        np.testing.assert_allclose(each.links[0, 0, 2, 3], 0.32)  # the root, on the top plate
+
+
+def faces(drawing):
+    return sum(len(each.counts) for each in drawing.layers if isinstance(each, Polygons))
+
+
+def test_arms_and_load_are_in_the_picture():
+    load = Load(6.0, (0.3, 3.4, 0.1), ((0.0, 1.0, 0.0), (0.1, 0.0, 0.0), (0.0, -1.0, 0.0)))
+    carried = Carried(np.array([1.5, 0.5, 0.6]), np.array([0.0, 0.0, 0.0, 1.0]), np.zeros((3, 3)))
+    bare = Scene((kind("husky"),) * 2, (1, 2), POSE, np.full((2, 3), 0.4))
+    camera = framed(scene(load=(load, carried)), Camera(yaw=30.0, pitch=-30.0), 640, 400)
+    count = [
+        faces(drawn(each, camera, 640, 400))
+        for each in (bare, scene(), scene(load=(load, carried)))
+    ]
+    assert count[0] + 100 < count[1] < count[2]
+
+
+def test_a_long_load_is_painted_in_tiles_that_make_up_the_whole():
+    model, middles = load_tile((0.3, 3.4, 0.1))
+    assert len(middles) == 7
+    low = (middles[:, np.newaxis] + model.vertices).min(axis=(0, 1))
+    np.testing.assert_allclose(low, [-0.15, -1.7, -0.05])
+    turned = Carried(np.ones(3), np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]), None)
+    corners = load_corners(Load(1.0, (0.3, 3.4, 0.1), ()), turned)
+    np.testing.assert_allclose(np.ptp(corners, axis=0), [3.4, 0.3, 0.1])

@@ -79,7 +79,9 @@ def _construction(scenario, protocol):
         parameters=scenario.control.parameters,
         period=1.0 / scenario.control.rate,
         # Wheel odometry drifts by centimetres, as wheels that slip in the dynamics do.
-        fidelity="dynamic" if scenario.odometry == "wheel" else scenario.fidelity,
+        fidelity="dynamic"
+        if scenario.odometry == "wheel" or scenario.estimates
+        else scenario.fidelity,
         safety=team.reach if safety else 0.0,
         **more,
     )

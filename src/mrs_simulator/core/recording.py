@@ -82,6 +82,7 @@ class Run(NamedTuple):
     spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
     point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
     load: Optional[Carried] = None  # (m, ...), what the robots carry
+    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], poses that the control knew
 
     @property
     def points(self):
@@ -150,13 +151,14 @@ class Recorder:
         spatial=None,
         point_z=None,
         load=None,
+        estimate=None,
     ):
         """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
 
         ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
         ``joints`` (n,) or (n, k), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default
-        ``spatial.z``, and ``load``, a ``Carried``: needed where the file's columns have them, else left
-        out.  Numbers are written with the fewest digits that read back to the same value.
+        ``spatial.z``, ``load``, a ``Carried``, and ``estimate`` (n, 3): needed where the file's columns
+        have them, else left out.  Numbers are written with the fewest digits that read back to the same.
         """
         hand = hand_points(pose, self._hand_length) if points is None else points
         blocks, columns = [pose, hand, command], self.columns
@@ -171,6 +173,8 @@ class Recorder:
         if columns.load:
             lies = np.concatenate([load.place, load.orientation])
             blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
+        if columns.estimate:
+            blocks.append(estimate)
         self._stamp, rows = float(stamp), np.concatenate(blocks, axis=1)
         if self._samples < len(self._table):
             table = self._table[self._samples]
@@ -337,6 +341,8 @@ def _more_of(table, columns):
     if columns.load:
         block = table[:, :, at["load"]]
         result["load"] = Carried(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
+    if columns.estimate:
+        result["estimate"] = table[:, :, at["estimate"]]
     return result
 
 
@@ -433,7 +439,7 @@ def closest_approach(pose, z=None):
 
 def part_of(run, rows):
     """Return the ``rows``, a slice, of ``run``."""
-    names = ("time", "pose", "hand", "command", "twist", "joints", "point_z")
+    names = ("time", "pose", "hand", "command", "twist", "joints", "point_z", "estimate")
     kept = {name: getattr(run, name) for name in names}
     kept = {name: value[rows] for name, value in kept.items() if value is not None}
     if run.spatial is not None:

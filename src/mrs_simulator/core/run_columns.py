@@ -19,6 +19,7 @@ SPATIAL = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.
 SPATIAL += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
 LOAD = ("force.x", "force.y", "force.z", "load.x", "load.y", "load.z")
 LOAD += ("load.orientation.x", "load.orientation.y", "load.orientation.z", "load.orientation.w")
+ESTIMATE = ("estimate.x", "estimate.y", "estimate.theta")  # the pose that the control knew
 KIND = ("kind",)
 
 
@@ -31,6 +32,7 @@ class Columns(NamedTuple):
     spatial: bool = False  # height, orientation, the points' height, the rest of the twist
     kinds: Tuple[str, ...] = ()  # of the robots, () for a file without that column
     load: bool = False  # each robot's force on what they carry, and where that is
+    estimate: bool = False  # the poses that the control knew
 
     @property
     def names(self):
@@ -42,6 +44,7 @@ class Columns(NamedTuple):
             (self.joints, joint_names(self.joints)),
             (self.spatial, SPATIAL),
             (self.load, LOAD),
+            (self.estimate, ESTIMATE),
             (self.kinds, KIND),
         ):
             names += more if wanted else ()
@@ -53,7 +56,7 @@ class Columns(NamedTuple):
         return len(self.names) - bool(self.kinds)
 
     def slices(self):
-        """Return where in a row the blocks of numbers are: command, twist, joints, spatial, load."""
+        """Return where in a row the blocks of numbers are, by name, from the command on."""
         begin, result = len(PLACE), {}
         for name, there, width in (
             ("command", True, len(self.axes)),
@@ -61,6 +64,7 @@ class Columns(NamedTuple):
             ("joints", True, self.joints),
             ("spatial", self.spatial, len(SPATIAL)),
             ("load", self.load, len(LOAD)),
+            ("estimate", self.estimate, len(ESTIMATE)),
         ):
             result[name] = slice(begin, begin + width * there)
             begin = result[name].stop
@@ -82,6 +86,7 @@ def columns_in(names):
         spatial=SPATIAL[0] in more,
         kinds=("",) if KIND[0] in more else (),
         load=LOAD[0] in more,
+        estimate=ESTIMATE[0] in more,
     )
     return found if found.names == tuple(names) else None
 

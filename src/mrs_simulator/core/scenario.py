@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 
 from mrs_simulator.core.environment import CALM, Environment, read_environment
+from mrs_simulator.core.estimates import Estimates, read_estimates
 from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.incidents import Event, of_first, read_events
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
@@ -125,6 +126,7 @@ class Scenario(NamedTuple):
     sensors: Tuple[SensorChange, ...] = ()  # against those of the kinds
     odometry_errors: Optional[OdometryErrors] = None  # None: those built in, of the wheels
     map: Optional[Map] = None  # of walls: ``core.maps.obstacles_of``
+    estimates: Optional[Estimates] = None  # None: the control knows what odometry tells
     events: Tuple[Event, ...] = ()  # faults that befall robots
     takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
     load: Optional[Load] = None  # that the robots carry together
@@ -271,6 +273,8 @@ class Scenario(NamedTuple):
             result["altitude"] = self.altitude.tolist()
         if self.odometry_errors is not None:
             result["odometry_errors"] = self.odometry_errors.to_plain()
+        if self.estimates is not None:
+            result["estimates"] = self.estimates.to_plain()
         if self.map is not None:
             result["map"] = self.map.to_plain()
         if self.load is not None:
@@ -349,6 +353,7 @@ def scenario_from_dict(content, where="scenario"):
         sensors=sensors,
         odometry_errors=read_odometry_errors(top),
         map=read_map(top),
+        estimates=read_estimates(top),
         events=read_events(top, len(poses)),
         takeoff=top.flag("takeoff", False),
         load=read_load(top, len(poses)),

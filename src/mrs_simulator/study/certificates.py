@@ -7,6 +7,7 @@ from mrs_simulator.core.claims import Claim, NothingDecays
 from mrs_simulator.core.curves import Curve
 from mrs_simulator.core.spectra import ZERO, algebraic_connectivity
 from mrs_simulator.study.energy_balance import MOST_ROBOTS, balance_of
+from mrs_simulator.study.estimation import estimation_curves
 
 BALANCE = "energy off its predicted change [-]"
 CONNECTED = "least connectivity lambda_2 of the graph of places"
@@ -54,7 +55,7 @@ def _balance_claim(control, energy, run):
 
 def certificate_curves(control, run):
     """Return the curves of ``run`` beside theory: those of the protocol, its energy, its connectivity."""
-    curves, energy = list(control.curves(run)), _energy(control, run)
+    curves, energy = list(control.curves(run)) + estimation_curves(run), _energy(control, run)
     if energy is not None:
         curves.append(_energy_drawn(control, energy, run))
     if control.graph_at(run.hand[0], run.hand[0]) is not None:

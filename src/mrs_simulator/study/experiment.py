@@ -14,6 +14,7 @@ from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.core.spatial import upright
+from mrs_simulator.sensors.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
@@ -36,7 +37,9 @@ class Experiment:
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, protocol)
         self.sensors = Suite.of_scenario(scenario, self.world.team, self.world.obstacles)
-        self.sensors.listen(dict.fromkeys(range(scenario.n), self.control.SENSORS))
+        self.estimator = Estimator.of_scenario(scenario, self.world.team)
+        asked = scenario.estimates.asked if scenario.estimates else ()
+        self.sensors.listen(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
         self.collisions, self.incidents = [], []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
@@ -56,6 +59,8 @@ class Experiment:
         for step in range(steps + 1):
             if not self.sensors.is_idle:
                 self.sensors.update(step, world.sensed)
+            if self.estimator is not None:
+                self.estimator.update(world.estimate(), self.sensors.readings(world.time))
             if step % scenario.steps_per_command == 0:
                 world.set_commands(EVERY, self._command(self._known()))
             if step % scenario.steps_per_record == 0:
@@ -73,10 +78,18 @@ class Experiment:
             return None
         return self.world.team.point(pose, self.world.joints, control.l)[:, :2]
 
+    @property
+    def columns(self):
+        """Return the ``Columns`` that a recording of this needs."""
+        columns = self.control.team.record_columns
+        return columns if self.estimator is None else columns._replace(estimate=True)
+
     def more(self):
         """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
         world, columns = self.world, self.control.team.record_columns
         told = {"twist": world.twist} if columns.twist else {}
+        if self.estimator is not None:
+            told["estimate"] = self.estimator.pose
         if world.team.has_arms:
             points = world.team.tools(world.pose, world.joints, self.control.l)
             told["spatial"], told["point_z"] = upright(world.pose[:, 2]), points[:, 2]
@@ -96,6 +109,7 @@ class Experiment:
     def _known(self):
         """Return what odometry tells, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
         pose, z = self.world.estimate(), self.world.estimate_z()
+        pose = pose if self.estimator is None else self.estimator.pose
         return pose if z is None else np.column_stack([pose, z])
 
     def _joints(self):
@@ -139,7 +153,7 @@ def perform(scenario, out, protocol=None, progress=False):
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    columns = experiment.control.team.record_columns._replace(load=scenario.load is not None)
+    columns = experiment.columns._replace(load=scenario.load is not None)
     kept = {"columns": columns, "kept": _samples_of(scenario)}
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         try:

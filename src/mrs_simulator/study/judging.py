@@ -17,11 +17,12 @@ from mrs_simulator.control.laws.exactness import (
 from mrs_simulator.control.laws.published import Resumed
 from mrs_simulator.control.laws.slipped_runs import slipped_run
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.claims import Claim, Condition, without_theorem
 from mrs_simulator.core.recording import part_of
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.verdict import FEWEST_SAMPLES, Late, Theory, judge
 from mrs_simulator.study.certificates import certificate_claims
+from mrs_simulator.study.estimation import estimation_measures
 from mrs_simulator.study.possible_runs import impossibilities
 from mrs_simulator.study.safety_claims import safety_claims
 
@@ -31,6 +32,7 @@ NARROWER = 0.1  # [-] of the tolerance of points, where the cost is known
 CLOSE = 1e-6  # [m] to where theory has a point, within which it is there
 LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which is judged
 FILTERED = "the safety filter acted"
+ESTIMATED = "the law knew estimates of the poses"
 
 
 def judged(run, control=None, foretold=None):
@@ -57,6 +59,7 @@ def judged(run, control=None, foretold=None):
         foretold(track)
     with _keeping(faults, "measures"):
         measures = call(control.measures, run)
+    measures.update(estimation_measures(run))
     with _keeping(faults, "stability"):
         measures.update(call(stability_measures, control, run))
     if not run.meta.get("lockstep"):
@@ -110,6 +113,8 @@ def _claims(control, run, faults, followed=None):
         claims = _checked(call(control.all_claims, run.hand[0]), faults)
     with _keeping(faults, "energy"):
         claims = claims + call(certificate_claims, control, run)
+    if run.estimate is not None:
+        claims = without_theorem(claims, ESTIMATED)
     with _keeping(faults, "published"):
         exact = call(exact_run, control, run)
         followed = call(robots_run, control, run) if followed is None else followed

@@ -106,16 +106,28 @@ def _commands(control, law, run, followed):
     tolerance = ROUNDING
     if control.fidelity != "point_mass" and law.SEES in ("next", "past"):
         tolerance = REBUILT
-    if run.scenario is not None and run.scenario.odometry != "world":
+    if run.estimate is not None:  # what the law saw is known
+        followed = None
+    elif run.scenario is not None and run.scenario.odometry != "world":
         tolerance = ESTIMATED
     return Claim(
         COMMANDS,
         0.0,
         tolerance,
-        lambda run: command_error(control, law, run, followed),
+        lambda run: command_error(control, law, _as_known(control, run), followed),
         own=True,
         motion=False,
     )
+
+
+def _as_known(control, run):
+    """Return ``run`` with the poses that the control knew, where they were recorded."""
+    if run.estimate is None:
+        return run
+    points = control.team.point(
+        run.estimate, run.joints if run.joints is not None else 0.0, control.l
+    )
+    return run._replace(pose=run.estimate, hand=points)
 
 
 def _late_commands(control, law, run):

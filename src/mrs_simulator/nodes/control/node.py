@@ -180,6 +180,9 @@ class ControlNode:
 
     def _open_sensors(self, real):
         """Return the inbox of the sensors that the law asks for, None if it asks for none."""
+        if self.scenario.estimates is not None:
+            text = "estimates: {}, but over ROS poses come from odometry; wanted a scenario without"
+            raise ValueError(text.format(self.scenario.estimates.source))
         if not self.law.sensors:
             return None
         scenario = self.scenario

@@ -112,6 +112,16 @@ def geodetic(place, origin):
     return latitude, longitude, origin[2] + place[:, 2]
 
 
+def local_place(reading, origin):
+    """Return east, north, up [m] of a ``GpsReading`` from the ``origin``: undoes :func:`geodetic`."""
+    north, east = radii(origin[0])
+    return (
+        east * math.cos(origin[0]) * (math.radians(reading.longitude) - origin[1]),
+        north * (math.radians(reading.latitude) - origin[0]),
+        reading.altitude - origin[2],
+    )
+
+
 def radii(latitude):
     """Return the radii of curvature [m] of the ellipsoid along the meridian and across it."""
     inner = 1.0 - SQUARE * math.sin(latitude) ** 2

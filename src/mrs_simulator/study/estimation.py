@@ -1,0 +1,36 @@
+"""How far estimates of poses were from the truth in a run: numbers and curves."""
+
+import numpy as np
+
+from mrs_simulator.core.curves import Curve
+from mrs_simulator.core.kinematics import wrap_angle
+
+
+def estimation_errors(run):
+    """Return the errors (m, n) [m] of positions and (m, n) [rad] of headings that the control knew."""
+    off = run.estimate - run.pose
+    return np.hypot(off[..., 0], off[..., 1]), np.abs(wrap_angle(off[..., 2]))
+
+
+def estimation_measures(run):
+    """Return root mean square and largest errors of a run's estimates by name; {} where none were."""
+    if run.estimate is None:
+        return {}
+    place, heading = estimation_errors(run)
+    return {
+        "estimation_error": float(np.sqrt((place**2).mean())),  # [m]
+        "largest_estimation_error": float(place.max()),  # [m]
+        "heading_error": float(np.sqrt((heading**2).mean())),  # [rad]
+        "largest_heading_error": float(heading.max()),  # [rad]
+    }
+
+
+def estimation_curves(run):
+    """Return the root mean square errors over the team against time, [] where nothing was estimated."""
+    if run.estimate is None:
+        return []
+    place, heading = (np.sqrt((each**2).mean(axis=1)) for each in estimation_errors(run))
+    return [
+        Curve("position off its estimate [m]", run.time, place),
+        Curve("heading off its estimate [rad]", run.time, heading),
+    ]

@@ -80,6 +80,28 @@ def gui(ros, tmp_path):
     return run
 
 
+def quiet_study(scenario):
+    """Return the whole GUI with nothing behind it, and timers that stand."""
+    from unittest.mock import MagicMock
+
+    from python_qt_binding.QtCore import QTimer  # not for the tests without widgets
+
+    from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+
+    connection, processes = MagicMock(master_online=False), MagicMock()
+    connection.snapshot.return_value = connection.newest.return_value = None
+    connection.is_fresh.return_value, connection.silence.return_value = False, None
+    connection.registered = frozenset()
+    for take in (connection.take_samples, connection.take_results, connection.take_collisions):
+        take.return_value = []
+    processes.is_running.return_value, processes.age.return_value = False, 0.0
+    processes.take_ended.return_value = []
+    widget = StudyWidget(connection, processes, scenario)
+    for timer in widget.findChildren(QTimer):
+        timer.stop()
+    return widget
+
+
 def shown(widget, width, height):
     """Return the widget, shown in this size and active, so that keys reach it."""
     from python_qt_binding.QtTest import QTest  # not for the tests without widgets

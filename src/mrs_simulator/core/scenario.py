@@ -566,6 +566,12 @@ def _limits_to_plain(limits):
     return {name: value for name, value in limits._asdict().items() if value != math.inf}
 
 
+def checked_obstacles(obstacles):
+    """Return ``obstacles`` as they are read from a file; ``ScenarioError`` says what is wrong with them."""
+    plain = [_obstacle_to_plain(obstacle) for obstacle in obstacles]
+    return _read_obstacles(Section({"obstacles": plain}, "scenario"))
+
+
 def _obstacle_to_plain(obstacle):
     plain = {"name": obstacle.name, "center": [obstacle.x, obstacle.y], "height": obstacle.height}
     if is_flat(obstacle):

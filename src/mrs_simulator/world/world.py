@@ -841,6 +841,11 @@ def refuse_overlaps(kinds, poses, obstacles, mirrored=(), z=None):
                 i + 1, j + 1, np.linalg.norm(poses[i, :2] - poses[j, :2]), depth[0]
             )
         )
+    refuse_in_obstacles(bodies, poses, z)
+
+
+def refuse_in_obstacles(bodies, poses, z=None):
+    """Raise ``WorldError`` that names the first robot and obstacle of ``bodies`` that overlap."""
     for obstacle, rows, _, _ in bodies.obstacle_overlaps(poses, z):
         raise WorldError(
             "robot{} overlaps obstacle {}; wanted them apart".format(rows[0] + 1, obstacle.name)

@@ -137,7 +137,7 @@ def draw_land(painter, look, frame, obstacles):
     painter.setPen(QPen(look.mixed(0.3), look.unit))
     painter.setBrush(look.mixed(0.08))
     for obstacle in filter(is_flat, obstacles):
-        _draw_outline(painter, frame, obstacle)
+        draw_outline(painter, frame, obstacle)
 
 
 def draw_obstacles(painter, look, frame, obstacles):
@@ -146,10 +146,11 @@ def draw_obstacles(painter, look, frame, obstacles):
     painter.setBrush(look.mixed(0.25))
     for obstacle in obstacles:
         if not is_flat(obstacle):
-            _draw_outline(painter, frame, obstacle)
+            draw_outline(painter, frame, obstacle)
 
 
-def _draw_outline(painter, frame, obstacle):
+def draw_outline(painter, frame, obstacle):
+    """Draw a box or a cylinder with the painter's pen and brush."""
     if isinstance(obstacle, Cylinder):
         middle = QPointF(*frame.to_screen((obstacle.x, obstacle.y)))
         radius = obstacle.radius * frame.scale

@@ -9,6 +9,7 @@ from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, 
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.look import MANY_ROBOTS, Look
+from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
 from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -37,6 +38,7 @@ class PaintedMap(MapScene):
             painter.setRenderHint(QPainter.Antialiasing)
             painter.setClipRect(self._frame.area)
             axes.draw_scale_bar(painter, look, self._frame)
+            self._paint_edited(painter, look)
             remark = self._paint_edges(painter, look)
             if self._shown["targets"] and self._targets is not None:
                 team = self._targets, self._numbers
@@ -59,8 +61,17 @@ class PaintedMap(MapScene):
         trails = self._trails if self._shown["trails"] else None
         now = None if self._begin_anew else self._pose[:, :2]  # robots may have been put elsewhere
         obstacles, hint, numbers = self._obstacles, HINTS[self._mode], self._numbers
+        if self.editor.draft is not None:  # which lies on top
+            obstacles = tuple(o for o in obstacles if o.name != self.editor.draft.name)
         arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
         self._ground.draw(painter, self, look, self._frame, *arguments)
+
+    def _paint_edited(self, painter, look):
+        """Paint the obstacle under the user's hands, with the marks by which it is gripped."""
+        obstacle = self.editor.current if self._mode == "obstacles" else None
+        if obstacle is not None:
+            refused = self.editor.is_dragging and self.touches_robot(obstacle)
+            draw_edited(painter, look, self._frame, obstacle, refused)
 
     def _paint_edges(self, painter, look):
         """Paint the edges; return a remark where some are left out."""

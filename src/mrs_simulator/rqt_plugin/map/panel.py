@@ -9,20 +9,18 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 
+from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
+from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
 from mrs_simulator.rqt_plugin.map.view import MapView
+from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-# What the mouse does is one of a row of joined buttons, a layer is a box to tick.  Some styles hardly
-# tell a pressed button from another in a dark theme.
-CHECKED = (
-    "QToolButton:checked { background: palette(highlight); color: palette(highlighted-text);"
-    " border: 1px solid palette(highlight); border-radius: 2px; }"
-)
 MODES = (
     ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
     ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
     ("edges", "Edges", "Drag from robot i to robot j: j hears i. Click an edge to delete it"),
+    ("obstacles", "Obstacles", "Draw, move, resize, turn and delete obstacles.\n" + HELP),
 )
 SHOWN = (
     ("trails", "Trails", "trajectories so far"),
@@ -31,7 +29,7 @@ SHOWN = (
     ("numbers", "Numbers", "the robots' numbers"),
     ("legend", "Legend", "what the signs mean"),
 )
-POSES_TIP = MODES[1][2]
+TIPS = {mode: tip for mode, _, tip in MODES}
 
 
 class MapPanel(QWidget):
@@ -42,6 +40,9 @@ class MapPanel(QWidget):
         self._chosen, self._hidden = 0, set()  # the robot clicked, and those without a trail
         self.map, self.modes, self.shown = MapView(), {}, {}
         self._row = FlowLayout()
+        self.obstacles = ObstacleFields(self.map)
+        self.obstacles.hide()
+        self.map.changed.connect(self._on_changed)
         self._build_modes()
         self._build_shown()
         self._build_trail()
@@ -53,6 +54,7 @@ class MapPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(self._row)
+        layout.addWidget(self.obstacles)
         layout.addWidget(self.map, 1)
 
     def _build_modes(self):
@@ -60,13 +62,13 @@ class MapPanel(QWidget):
         row = QHBoxLayout(group)
         row.setContentsMargins(0, 0, 12, 0)
         row.setSpacing(0)
-        row.addWidget(QLabel("Mouse "))
+        self._row.addWidget(QLabel("Mouse"))
         self._row.addWidget(group)
         for mode, text, tip in MODES:
             button = _tool(text, tip)
             button.setAutoExclusive(True)
             row.addWidget(button)
-            button.toggled.connect(guarded(lambda on, m=mode: on and self.map.set_mode(m)))
+            button.toggled.connect(guarded(lambda on, m=mode: on and self._set_mode(m)))
             self.modes[mode] = button
         self.modes["look"].setChecked(True)
 
@@ -88,13 +90,23 @@ class MapPanel(QWidget):
         self._trail.toggled.connect(self._on_trail)
         self.map.robot_clicked.connect(self._on_robot)
 
-    def set_poses_editable(self, editable, why=""):
-        """Let robots be dragged to their initial poses or not; ``why`` not, in the tooltip."""
-        poses = self.modes["poses"]
-        poses.setEnabled(editable)
-        poses.setToolTip(POSES_TIP if editable else "{}\nNot now: {}".format(POSES_TIP, why))
-        if not editable and poses.isChecked():
+    def _set_mode(self, mode):
+        self.map.set_mode(mode)
+        self.obstacles.setVisible(mode == "obstacles")
+        if self.isVisible():
+            self.map.setFocus()  # which takes the keys of the mode
+
+    def set_editable(self, mode, editable, why=""):
+        """Let poses or obstacles be edited or not; ``why`` not, in the tooltip."""
+        button, tip = self.modes[mode], TIPS[mode]
+        button.setEnabled(editable)
+        button.setToolTip(tip if editable else "{}\nNot now: {}".format(tip, why))
+        if not editable and button.isChecked():
             self.modes["look"].setChecked(True)
+
+    @guarded
+    def _on_changed(self):
+        self.obstacles.show_selected()
 
     @guarded
     def _on_robot(self, number):

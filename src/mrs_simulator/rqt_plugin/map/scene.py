@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.frame import Frame
 from mrs_simulator.rqt_plugin.map.look import Look
 from mrs_simulator.rqt_plugin.map.marks import FLASH
+from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -27,6 +28,7 @@ HINTS = {
     "look": "",
     "poses": "Drag a robot to move it, with Shift or the right button to turn it",
     "edges": "Drag from robot i to robot j: j hears i.  Click on an edge to remove it",
+    "obstacles": "Drag on free floor to draw, on an obstacle to move it, on its marks to resize or turn it",
 }
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
 REACH = 10.0  # [m] about a small team within which obstacles are brought into view
@@ -45,6 +47,7 @@ class MapScene(QWidget):
         self._shown = dict.fromkeys(LAYERS, True)
         self._hidden_trails, self._selected = set(), 0
         self._targets, self._target_z, self._obstacles = None, None, ()
+        self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
         self._edges = Edges()
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
         self._untouched = True  # the view is still the one that fit() chose
@@ -180,10 +183,26 @@ class MapScene(QWidget):
         self._edges = Edges(edges, directed)
         self.update()
 
-    def show_obstacles(self, obstacles):
-        """Show ``obstacles``, ``Box`` and ``Cylinder``."""
+    def show_obstacles(self, obstacles, own=0):
+        """Show ``obstacles``, ``Box`` and ``Cylinder``, the first ``own`` of which may be edited."""
         self._obstacles = tuple(obstacles)
+        self.editor.show(self._obstacles, own)
+
+    def _on_obstacles(self, own):
+        """Hand on the obstacles as they were edited."""
+
+    def _on_edit(self):
+        """Show what an edit under way makes of an obstacle."""
         self.update()
+
+    def touches_robot(self, obstacle):
+        """Return whether ``obstacle`` overlaps a robot."""
+        rows = np.flatnonzero(self._known)
+        if not len(rows):
+            return False
+        z = None if self._z is None else self._z[rows]
+        among = self._bodies(rows, (obstacle,))
+        return next(among.obstacle_overlaps(self._pose[rows], z), None) is not None
 
     def flash_collision(self, x, y):
         """Show for two seconds that there was a collision at (x, y) [m]."""
@@ -239,11 +258,12 @@ class MapScene(QWidget):
         self.update()
 
     def set_mode(self, mode):
-        """Choose what the mouse does: ``look``, edit ``poses`` or edit ``edges``."""
+        """Choose what the mouse does: ``look``, or edit ``poses``, ``edges`` or ``obstacles``."""
         if mode not in HINTS:
             raise ValueError("mode {!r}: wanted one of {}".format(mode, ", ".join(HINTS)))
         if mode != self._mode:
             self._mode, self._drag = mode, None
+            self.editor.cancel()
             self._measure()
             self.update()
 
@@ -265,8 +285,9 @@ class MapScene(QWidget):
             self._overlapping = {self._numbers[row] for row in hit}
         return self._overlapping
 
-    def _bodies(self, rows):
-        return Bodies([self._shapes.distinct[which] for which in self._shapes.which[rows].tolist()])
+    def _bodies(self, rows, obstacles=()):
+        which = self._shapes.which[rows].tolist()
+        return Bodies([self._shapes.distinct[place] for place in which], obstacles)
 
     # The view ------------------------------------------------------------------------------------
 

@@ -7,6 +7,11 @@ import numpy as np
 from python_qt_binding.QtCore import QEvent, Qt, Signal
 from python_qt_binding.QtWidgets import QToolTip
 
+from mrs_simulator.rqt_plugin.map.frame import nice_step
+from mrs_simulator.rqt_plugin.map.geometry import GRIP
+from mrs_simulator.rqt_plugin.map.look import Look
+from mrs_simulator.rqt_plugin.map.obstacle_keys import ObstacleKeys
+from mrs_simulator.rqt_plugin.map.obstacle_shapes import described, obstacle_at
 from mrs_simulator.rqt_plugin.map.painted import PaintedMap
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -17,7 +22,7 @@ ZOOM = 1.2  # [-] of one notch of the wheel
 class Drag(NamedTuple):
     """What the mouse does while a button is down."""
 
-    kind: str  # pan, move, turn or edge
+    kind: str  # pan, move, turn, edge or obstacle
     row: int  # of the robot pressed, -1 for none
     press: np.ndarray  # (2,) [px]
     grip: np.ndarray  # (2,) [m] from the cursor to the robot
@@ -31,11 +36,23 @@ class MapView(PaintedMap):
     edge_added = Signal(int, int)  # i hears j
     edge_removed = Signal(int, int)
     robot_clicked = Signal(int)
+    obstacles_edited = Signal(object)  # all that may be edited, a tuple
+    changed = Signal()  # of the obstacle that is edited
+    undo_asked = Signal()
+    redo_asked = Signal()
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.setFocusPolicy(Qt.StrongFocus)
         self.setMouseTracking(True)
+        self._keys = ObstacleKeys(self)
+
+    def _on_obstacles(self, own):
+        self.obstacles_edited.emit(own)
+
+    def _on_edit(self):
+        self.changed.emit()
+        self.update()
 
     @guarded
     def mousePressEvent(self, event):
@@ -47,6 +64,9 @@ class MapView(PaintedMap):
         self._drag = Drag(kind, row, at, grip, event.button()) if kind else None
         if kind == "turn":
             self._drag_to(at)
+        elif kind == "obstacle":
+            other = bool(event.modifiers() & Qt.ShiftModifier)
+            self.editor.press(self._frame.to_plane(at), self.reach, other)
 
     def _kind_of_drag(self, event, row):
         """Return what a press on the robot ``row`` begins, None for nothing."""
@@ -56,6 +76,8 @@ class MapView(PaintedMap):
             return "turn" if turns else "move"
         if row >= 0 and self._mode == "edges" and button == Qt.LeftButton:
             return "edge"
+        if self._mode == "obstacles" and button == Qt.LeftButton:
+            return "obstacle"
         return "pan" if button in (Qt.LeftButton, Qt.MiddleButton) else None
 
     @guarded
@@ -64,12 +86,28 @@ class MapView(PaintedMap):
         if self._drag is not None:
             self._moved = self._moved or np.hypot(*(at - self._drag.press)) > CLICK
             if self._moved:
-                self._drag_to(at)
+                self._drag_to(at, bool(event.modifiers() & Qt.ShiftModifier))
         else:
-            self.setCursor(Qt.ArrowCursor if self._robot_at(at) < 0 else Qt.PointingHandCursor)
+            self.setCursor(self._cursor_at(at))
         self._cursor = at
 
-    def _drag_to(self, at):
+    def _cursor_at(self, at):
+        """Return the shape of the cursor that tells what a press at ``at`` would do."""
+        if self._mode == "obstacles":
+            return self._keys.cursor_at(self._frame.to_plane(at))
+        return Qt.ArrowCursor if self._robot_at(at) < 0 else Qt.PointingHandCursor
+
+    @property
+    def reach(self):
+        """Return the distance [m] from the cursor within which something is gripped."""
+        return GRIP * Look.of(self).unit / self._frame.scale
+
+    @property
+    def grain(self):
+        """Return a round length [m] of about a pixel, of which what is drawn has whole multiples."""
+        return nice_step(1.0 / self._frame.scale)
+
+    def _drag_to(self, at, shifted=False):
         kind, row, press, grip, _ = self._drag
         if kind == "pan":
             self._frame.pan(at - self._cursor)
@@ -80,6 +118,8 @@ class MapView(PaintedMap):
             toward = self._frame.to_plane(at) - self._pose[row, :2]
             if np.hypot(*toward) * self._frame.scale > CLICK:
                 self._edit(row, self._pose[row, :2], math.atan2(toward[1], toward[0]))
+        elif kind == "obstacle":
+            self.editor.drag(self._frame.to_plane(at), self.grain, shifted)
         self.update()
 
     def _edit(self, row, position, theta):
@@ -97,6 +137,8 @@ class MapView(PaintedMap):
         at, self._drag = _place(event), None
         if drag.kind == "edge":
             self._join(drag.row, self._robot_at(at))
+        elif drag.kind == "obstacle":
+            self.editor.release()
         elif drag.kind == "pan" and drag.button == Qt.LeftButton and not self._moved:
             self._click(drag.row, at)
         self.update()
@@ -121,7 +163,9 @@ class MapView(PaintedMap):
     def mouseDoubleClickEvent(self, event):
         at = _place(event)
         on_edge = self._mode == "edges" and self._edge_at(at) is not None
-        if event.button() == Qt.LeftButton and self._robot_at(at) < 0 and not on_edge:
+        if self._mode == "obstacles":
+            self.mousePressEvent(event)
+        elif event.button() == Qt.LeftButton and self._robot_at(at) < 0 and not on_edge:
             self.fit()
         else:
             self.mousePressEvent(event)
@@ -141,18 +185,32 @@ class MapView(PaintedMap):
             self.fit()
         elif self._escapes(event):
             self._drag = None
-            self.update()
+            self.editor.cancel()
+        elif self._mode == "obstacles" and self._keys.press(event):
+            event.accept()
         else:
             super().keyPressEvent(event)
 
     def _escapes(self, event):
-        """Return whether the key gives up the edge that is being drawn."""
-        drawing_edge = self._drag is not None and self._drag.kind == "edge"
-        return event.key() == Qt.Key_Escape and drawing_edge
+        """Return whether the key gives up the edge or the obstacle that is being drawn."""
+        drawing = self._drag is not None and self._drag.kind in ("edge", "obstacle")
+        return event.key() == Qt.Key_Escape and drawing
+
+    def _takes(self, event):
+        """Return whether the key is the map's, whatever shortcut it may be elsewhere."""
+        return self._escapes(event) or (self._mode == "obstacles" and self._keys.knows(event))
+
+    @guarded
+    def contextMenuEvent(self, event):
+        """Offer what can be done to the obstacle there."""
+        if self._mode == "obstacles":
+            self._keys.open_menu(event)
+        else:
+            super().contextMenuEvent(event)
 
     def event(self, event):
         """Answer the question for a tooltip, keep a key from being a shortcut; all else as usual."""
-        if event.type() == QEvent.ShortcutOverride and self._escapes(event):
+        if event.type() == QEvent.ShortcutOverride and self._takes(event):
             event.accept()
             return True
         if event.type() == QEvent.ToolTip:
@@ -177,9 +235,12 @@ class MapView(PaintedMap):
             )
         else:
             edge = self._edge_at(at)
+            found = obstacle_at(self._obstacles, self._frame.to_plane(at), 0.0)
             if edge is not None:
                 how = "hears robot" if self._edges.directed else "and robot"
                 text = "Robot {0} {3} {1}, weight a({0}, {1}) = {2:g}".format(*edge, how)
+            elif found >= 0:
+                text = described(self._obstacles[found])
         QToolTip.showText(event.globalPos(), text, self)
 
 

@@ -107,6 +107,13 @@ class ControlRun:
         if self._processes.is_running("control") and not self.fits():
             self.end()
 
+    def follow_obstacles(self):
+        """End a controller started here, which has the old obstacles; return a message, or ""."""
+        if not self._processes.is_running("control"):
+            return ""
+        self.end()
+        return "controller ended: start it with the new obstacles"
+
     def follow_protocol(self):
         """Let a controller started here, if one runs, follow the scenario; return a message, or ""."""
         if not self._processes.is_running("control"):

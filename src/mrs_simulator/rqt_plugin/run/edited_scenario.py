@@ -6,11 +6,15 @@ import numpy as np
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.scenario import checked_obstacles
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
 from mrs_simulator.vehicles import Team, kind
+from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.world import refuse_in_obstacles
 
 SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
@@ -66,6 +70,22 @@ class EditedScenario:
                 poses=poses, kinds=tuple(kinds), altitude=altitude, topology=topology
             )
         )
+
+    def set_obstacles(self, obstacles):
+        """Take other obstacles of the scenario's own; return what is wrong with them, or ""."""
+        try:
+            obstacles = checked_obstacles(obstacles)
+            obstacles_of(self.scenario._replace(obstacles=obstacles))  # names beside those of walls
+            if self.scenario.fidelity != "point_mass":  # others have bodies
+                bodies = Bodies(self.team(), obstacles)
+                refuse_in_obstacles(bodies, self.scenario.poses, self._heights())
+        except ValueError as error:
+            return Trouble("not taken up: {}".format(error))
+        return self.try_out(self.scenario._replace(obstacles=obstacles))
+
+    def _heights(self):
+        """Return the heights (n,) [m] at which robots begin, None on the ground."""
+        return None if self.scenario.takeoff else self.scenario.altitude
 
     def kind(self, name):
         """Return the ``Kind`` that ``name`` means in the scenario."""

@@ -220,6 +220,16 @@ class StudyState:
             return "the robots are real, they stand where they stand; a scenario can be opened"
         return ""
 
+    def obstacles_locked(self):
+        """Return why obstacles cannot be changed now, or ""."""
+        if self.is_controlled():
+            return "stop the controller to change the obstacles"
+        if self.connection.is_fresh("stage") or self.processes.is_running("stage"):
+            return "the simulation has its obstacles from its start: end it to change them"
+        if self.started_elsewhere():
+            return "the controller was started elsewhere, with obstacles of its own: end it first"
+        return ""
+
     def poses_locked(self, n):
         """Return why the robots of a scenario of ``n`` cannot be dragged now, or ""."""
         heard = len(self.connection.snapshot().numbers) if self.connection.is_fresh("state") else n

@@ -13,6 +13,12 @@ STEPS = 24  # [-] distinct colours of a team with more than ``MOST_IN_LEGEND`` r
 ON_LIGHT, ON_DARK = (0.0, 0.92), (0.3, 1.0)
 DARK = 0.5  # [-] lightness, below which a ground is dark
 BRIGHTENED = 0.25  # [-] share of white in the colours of a small team on a dark ground
+# A mode is one of a row of joined buttons.  Some styles hardly tell a pressed button from another in a
+# dark theme.
+CHECKED = (
+    "QToolButton:checked { background: palette(highlight); color: palette(highlighted-text);"
+    " border: 1px solid palette(highlight); border-radius: 2px; }"
+)
 DIM = 0.4  # [-] lightness, below which a colour is brightened there
 
 

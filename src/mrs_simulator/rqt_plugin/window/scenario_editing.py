@@ -2,6 +2,7 @@
 
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.window.obstacle_editing import ObstacleEditing
 
 
 class ScenarioEditing:
@@ -11,6 +12,7 @@ class ScenarioEditing:
         """``live``: the ``LiveRun``, which is put away as soon as the team is another one."""
         self._panels, self._study, self._live = panels, study, live
         self._team, self._graph = pending_team, pending_graph
+        self.obstacles = ObstacleEditing(panels, study, self._on_obstacles)
         panels.team.team_changed.connect(self._on_team)
         panels.team.arranged.connect(self._on_arranged)
         panels.protocol.protocol_chosen.connect(self._on_protocol)
@@ -35,7 +37,7 @@ class ScenarioEditing:
         """Show the scenario in force."""
         scenario = self._study.scenario
         self._show_team()
-        self._panels.map.show_obstacles(obstacles_of(scenario))
+        self.obstacles.begin()
         self._panels.map.fit()
         self._panels.bar.set_speed(scenario.speed)
         self._show_protocol()
@@ -107,6 +109,10 @@ class ScenarioEditing:
             self._show_team()
             return
         self._team.changed()
+        self._live.put_away()
+        self._show_derived()
+
+    def _on_obstacles(self):
         self._live.put_away()
         self._show_derived()
 

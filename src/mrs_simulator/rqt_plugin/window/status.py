@@ -53,7 +53,9 @@ class Status:
         panels.team.set_editable(not why, why, may_open=may_open)
         panels.team.set_real(state.real())
         why = state.poses_locked(self._study.scenario.n)
-        panels.map_panel.set_poses_editable(not why, why)
+        panels.map_panel.set_editable("poses", not why, why)
+        why = state.obstacles_locked()
+        panels.map_panel.set_editable("obstacles", not why, why)
 
     def show_alarm(self):
         """Say across the window that the emergency stop is latched, and how it is released."""

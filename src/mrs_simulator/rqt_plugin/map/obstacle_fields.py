@@ -1,0 +1,148 @@
+"""A row that draws, undoes and deletes obstacles, and has the numbers of the one selected."""
+
+import math
+
+from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtWidgets import QButtonGroup, QHBoxLayout, QLabel, QToolButton, QWidget
+
+from mrs_simulator.core.obstacles import is_flat
+from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
+from mrs_simulator.rqt_plugin.widgets.fields import TextField
+from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+# Of each field: its label, unit, and which numbers of an obstacle it may have.
+NUMBERS = {
+    "x": ("x", "m", ("x",)),
+    "y": ("y", "m", ("y",)),
+    "size": ("length", "m", ("length", "radius")),
+    "width": ("width", "m", ("width",)),
+    "yaw": ("\u03b8", "\u00b0", ("yaw",)),
+    "height": ("height", "m", ("height",)),
+}
+ABOVE_0 = ("length", "radius", "width", "height")
+SHAPES = (
+    ("box", "Box", "A drag on free floor draws a box, with Shift a cylinder (B places one)"),
+    (
+        "cylinder",
+        "Cylinder",
+        "A drag on free floor draws a cylinder, with Shift a box (C places one)",
+    ),
+)
+WIDE = 6  # [average characters] of a field
+DIGITS = 6  # [-] after the point of what is shown
+
+
+class ObstacleFields(QWidget):
+    """Shows what is selected in the ``ObstacleEditor`` of a ``MapView``, and edits it.
+
+    It has the same size whatever is selected, lest the map moves under the mouse.
+    """
+
+    refused = Signal(str)  # what was wrong with a number
+
+    def __init__(self, view, parent=None):
+        super().__init__(parent)
+        self._view, self._editor = view, view.editor
+        row = FlowLayout(self)
+        self.shapes, self.fields, self._labels, self._names = {}, {}, {}, {}
+        self._build_shapes(row)
+        self._build_buttons(row)
+        for name in NUMBERS:
+            row.addWidget(self._build_field(name))
+        self.show_selected()
+
+    def _build_shapes(self, row):
+        chosen = QButtonGroup(self)
+        for shape, text, tip in SHAPES:
+            button = _tool(text, tip)
+            button.setCheckable(True)
+            button.setStyleSheet(CHECKED)
+            chosen.addButton(button)
+            button.toggled.connect(guarded(lambda on, s=shape: on and self._choose(s)))
+            row.addWidget(button)
+            self.shapes[shape] = button
+        self.shapes["box"].setChecked(True)
+
+    def _choose(self, shape):
+        self._editor.shape = shape
+
+    def _build_buttons(self, row):
+        editor, view = self._editor, self._view
+        self.buttons = {}
+        for name, text, tip, action in (
+            ("undo", "\u21b6", "Undo the last edit (Ctrl+Z)", view.undo_asked.emit),
+            ("redo", "\u21b7", "Redo what was undone (Ctrl+Shift+Z)", view.redo_asked.emit),
+            ("delete", "Delete", "Delete the obstacle selected (Del)", editor.delete),
+        ):
+            button = self.buttons[name] = _tool(text, tip)
+            button.setAccessibleName(name)
+            button.clicked.connect(guarded(lambda *_, do=action: do()))
+            row.addWidget(button)
+        self.set_undoable(False, False)
+
+    def _build_field(self, name):
+        text, unit, _ = NUMBERS[name]
+        group, field = QWidget(), TextField(is_number=True)
+        inner = QHBoxLayout(group)
+        inner.setContentsMargins(5, 0, 0, 0)
+        inner.setSpacing(3)
+        label = self._labels[name] = QLabel(text)
+        label.setBuddy(field)
+        field.setFixedWidth(int(WIDE * self.fontMetrics().averageCharWidth()))
+        field.setToolTip("of the obstacle selected [{}]".format(unit))
+        field.finished.connect(guarded(lambda: self._on_finished(name)))
+        field.given_up.connect(guarded(lambda: self._show_number(name)))
+        inner.addWidget(label)
+        inner.addWidget(field)
+        self.fields[name] = field
+        return group
+
+    def set_undoable(self, undo, redo):
+        """Offer to undo and to redo, or not."""
+        self.buttons["undo"].setEnabled(undo)
+        self.buttons["redo"].setEnabled(redo)
+
+    def show_selected(self):
+        """Show the obstacle that is selected now."""
+        found = self._editor.current
+        self.buttons["delete"].setEnabled(found is not None)
+        for name, (text, _, numbers) in NUMBERS.items():
+            held = [number for number in numbers if hasattr(found, number)]
+            if name == "height" and found is not None and is_flat(found):
+                held = []  # land has none
+            self._names[name] = held[0] if held else ""
+            self.fields[name].setEnabled(bool(held))
+            self._labels[name].setText(held[0] if name == "size" and held else text)
+            self._show_number(name)
+
+    def _show_number(self, name):
+        field, number = self.fields[name], self._names[name]
+        if not number:
+            field.clear()
+            return
+        value = getattr(self._editor.current, number)
+        field.show_value(round(math.degrees(value) if number == "yaw" else value, DIGITS))
+
+    @guarded
+    def _on_finished(self, name):
+        field, number = self.fields[name], self._names[name]
+        if not number or not field.isModified():
+            return
+        value, text = field.read(), field.text()
+        field.settle()
+        least = 0.0 if number in ABOVE_0 else -math.inf
+        if isinstance(value, float) and least < value < math.inf:
+            self._editor.change(**{number: math.radians(value) if number == "yaw" else value})
+        else:
+            wanted = "a number above 0" if number in ABOVE_0 else "a number"
+            told = number, self._editor.current.name, text, wanted
+            self.refused.emit("{} of {}: {!r}, wanted {}".format(*told))
+        self._show_number(name)
+
+
+def _tool(text, tip):
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(tip)
+    return button

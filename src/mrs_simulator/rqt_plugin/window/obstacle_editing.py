@@ -1,0 +1,74 @@
+"""Obstacles edited on the map: handed to the study, which may refuse them, and undone."""
+
+from mrs_simulator.core.maps import obstacles_of
+from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+MOST_UNDONE = 200  # [-] edits that can be taken back
+
+
+class ObstacleEditing:
+    """The edits so far, those taken back, and the obstacles as they are in force."""
+
+    def __init__(self, panels, study, changed):
+        """``changed()`` is called after each edit that was taken up."""
+        self._panels, self._study, self._changed = panels, study, changed
+        self._done, self._undone = [], []  # obstacles as they were before, and after
+        panels.map.obstacles_edited.connect(self._on_edited)
+        panels.map.undo_asked.connect(self._on_undo)
+        panels.map.redo_asked.connect(self._on_redo)
+        panels.map_panel.obstacles.refused.connect(self._on_refused)
+
+    def begin(self):
+        """Begin with the scenario in force: nothing can be taken back."""
+        self._done, self._undone = [], []
+        self.show()
+
+    def show(self):
+        """Show the obstacles in force, and whether edits can be taken back."""
+        scenario = self._study.scenario
+        self._panels.map.show_obstacles(obstacles_of(scenario), len(scenario.obstacles))
+        self._panels.map_panel.obstacles.set_undoable(bool(self._done), bool(self._undone))
+        self._panels.map_panel.obstacles.show_selected()
+
+    def _take(self, obstacles):
+        """Take ``obstacles`` up; return whether they are in force."""
+        wrong = self._study.state.obstacles_locked()
+        wrong = Trouble(wrong) if wrong else self._study.edited.set_obstacles(obstacles)
+        if self._panels.say(wrong):
+            self.show()
+            return False
+        self._panels.say(self._study.control.follow_obstacles())
+        return True
+
+    @guarded
+    def _on_edited(self, obstacles):
+        before = self._study.scenario.obstacles
+        if self._take(obstacles):
+            self._done = [*self._done[1 - MOST_UNDONE :], before]
+            self._undone = []
+            self._show_taken()
+
+    @guarded
+    def _on_undo(self):
+        self._exchange(self._done, self._undone)
+
+    @guarded
+    def _on_redo(self):
+        self._exchange(self._undone, self._done)
+
+    def _exchange(self, source, target):
+        """Take up the last of ``source``; what was in force goes to ``target``."""
+        before = self._study.scenario.obstacles
+        if source and self._take(source[-1]):
+            source.pop()
+            target.append(before)
+            self._show_taken()
+
+    def _show_taken(self):
+        self.show()
+        self._changed()
+
+    @guarded
+    def _on_refused(self, text):
+        self._panels.say(Trouble(text))

@@ -127,7 +127,7 @@ def test_an_obstacle_is_moved_resized_and_turned_by_its_marks(study):
     drag(study, (-1.0, 2.5), (0.0, 2.5))
     assert named(study)["crate"] == Box("crate", -1.5, 2.5, 0.0, 3.0, 1.0, 0.5)
     turn = shapes.grips(named(study)["crate"], study.map.reach)["turn"]
-    drag(study, turn, (-1.5, 4.5))
+    drag(study, turn, (-1.5, 4.5), SHIFT)
     assert named(study)["crate"].yaw == pytest.approx(np.pi / 2)
     assert study.map_panel.obstacles.fields["yaw"].text() == "90"
 

@@ -569,6 +569,10 @@ def test_the_launch_file_drives_them(team, tmp_path):
     checks = {check["name"]: check for check in verdict["checks"]}
     assert checks["collisions"]["passed"] is None
     assert checks["final gap, the worst [m]"]["passed"], verdict
+    # Commands follow from poses of some time before, and keep to the law all the same.
+    commands = checks["commands off the published law [-]"]
+    assert commands["passed"] and commands["tolerance"] == 0.05, commands
+    assert 0.0 <= verdict["command_delay"] < 0.5
     files = set(os.listdir(str(tmp_path / "run")))
     assert {"scenario.yaml", "trajectories.png", "inputs.pdf"} <= files
 

@@ -25,7 +25,7 @@ RADIUS = Parameter(
     "radius", 3.0, "m", low=0.0, open_low=True, meaning="robots closer than this are neighbours"
 )
 # A command is held for a period: a step of that length may add this share of the start.
-ENERGY = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-2}  # [-]
+ENERGY = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-]
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
 STATISTICS = 0.05  # [-] by which a mean over some hundred samples may differ
 

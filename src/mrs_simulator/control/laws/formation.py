@@ -20,7 +20,11 @@ SETTLE_STEPS = 20  # [-] steps T by which settling may differ in any case
 
 
 class Tolerances(NamedTuple):
-    """How far a run may be from theory, by what moves the robots."""
+    """How far a run may be from theory, by what moves the robots.
+
+    On full dynamics: what slip may cost at most.  The worst of the shipped runs, for each: 0.028 m,
+    0.014 m and 0.031 m with wheel odometry, and 0.028.
+    """
 
     gap: float  # [m]
     spread: float  # [m]
@@ -31,7 +35,7 @@ class Tolerances(NamedTuple):
 TOLERANCES = {
     "point_mass": Tolerances(1e-3, 1e-3, 1e-2, 0.05),
     "kinematic": Tolerances(0.01, 0.01, 0.1, 0.05),
-    "dynamic": Tolerances(0.05, 0.02, 0.1, 0.05),
+    "dynamic": Tolerances(0.05, 0.02, 0.05, 0.05),
 }
 
 

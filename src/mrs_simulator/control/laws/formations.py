@@ -64,18 +64,23 @@ SIZE = Parameter(
 
 
 class Tolerances(NamedTuple):
-    """How far a run may be from theory, by what moves the robots."""
+    """How far a run may be from theory, by what moves the robots.
 
-    place: float  # [m]
-    drift: float  # [m]
+    On full dynamics: what slip may cost at most.  The worst of the shipped runs, for each: 0.11 m, 0.12 m,
+    0.036 m, 0.025 and 0.01.
+    """
+
+    place: float  # [m] of a limit or a path, which slip at the start may move
+    drift: float  # [m] of an invariant
+    rest: float  # [m], [rad] of what is zero at the end, wherever that is
     share: float  # [-] of a bearing, a scale
     rate: float  # [-]
 
 
 TOLERANCES = {
-    "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.02),
-    "kinematic": Tolerances(0.05, 0.05, 0.02, 0.05),
-    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.05),
+    "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.01, 0.02),
+    "kinematic": Tolerances(0.05, 0.05, 0.05, 0.02, 0.05),
+    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.05, 0.05),
 }
 
 
@@ -206,7 +211,7 @@ class DisplacementFormation(Shaped):
             return np.einsum("i,mid->md", weights, hand)
 
         claims = [
-            displacement_error(places, self.topology, allowed.place),
+            displacement_error(places, self.topology, allowed.rest),
             converges_to(limit, allowed.place, "distance from d + w^T (p(0) - d) [m]", free=True),
             invariant(weighted_mean, allowed.drift, "drift of w^T p [m]"),
             rate(
@@ -315,7 +320,7 @@ class DistanceFormation(Shaped):
 
         claims = [
             decreases(by_sample(potential), "growth of the potential [-]"),
-            ends_at(self._worst_length, 0.0, allowed.place, "worst length error at the end [m]"),
+            ends_at(self._worst_length, 0.0, allowed.rest, "worst length error at the end [m]"),
             invariant(centroid, allowed.drift, "drift of the centroid [m]"),
             Claim("decay rate over theory's [-]", 1.0, allowed.rate, self._rate, free=True),
         ]

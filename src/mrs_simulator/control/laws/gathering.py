@@ -36,8 +36,8 @@ from mrs_simulator.core.stability import Stability
 GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of the law")
 PRESENT = 1e-6  # [-] of the largest mode, below which a mode is not in the start
 FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
-EXACT = {"point_mass": 1e-6, "kinematic": 0.02, "dynamic": 0.05}  # [-] of the team's size
-ROUNDING = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-2}  # [-] of a growth, by fidelity
+EXACT = {"point_mass": 1e-6, "kinematic": 0.02, "dynamic": 0.02}  # [-] of the team's size
+ROUNDING = {"point_mass": 1e-6, "kinematic": 1e-4, "dynamic": 1e-3}  # [-] of a growth, by fidelity
 
 
 class Containment(PioneerControl):

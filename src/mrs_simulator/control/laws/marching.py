@@ -243,16 +243,16 @@ class Marching(Shaped):
             error = self._errors(run)[:, leader]
             return float(np.linalg.norm(error - error[0], axis=1).max())
 
-        last, allowed = int(np.argmax(lag)), self.tolerance.place
+        last, allowed = int(np.argmax(lag)), self.tolerance
         return [
             Claim(
                 "lag of robot {} [m]".format(self.numbers[last]),
                 float(lag[last]),
-                allowed,
+                allowed.rest,
                 lambda run: float(lags(run)[-1, last]),
             ),
-            Claim("worst difference from the lags [m]", 0.0, allowed, off),
-            Claim("drift of the leader from its path [m]", 0.0, allowed, drift, free=True),
+            Claim("worst difference from the lags [m]", 0.0, allowed.rest, off),
+            Claim("drift of the leader from its path [m]", 0.0, allowed.place, drift, free=True),
         ]
 
     def _no_error(self):
@@ -272,7 +272,7 @@ class Marching(Shaped):
             return float(np.linalg.norm(self._errors(run)[-1], axis=1).max())
 
         claims = [
-            Claim("steady displacement error [m]", 0.0, allowed.place, displacement),
+            Claim("steady displacement error [m]", 0.0, allowed.rest, displacement),
             Claim("drift of the centre from the path [m]", 0.0, allowed.place, drift, free=True),
         ]
         if self.anchor > 0.0:
@@ -415,7 +415,7 @@ class LeaderFollower(Shaped):
         for column, (name, unit, gain) in enumerate(names):
             worst = functools.partial(self._worst, column=column)
             text = "worst {} error at the end [{}]".format(name, unit)
-            claims.append(Claim(text, 0.0, allowed.place, worst))
+            claims.append(Claim(text, 0.0, allowed.rest, worst))
             decay = float(-np.log(max(abs(1.0 - gain * self.period), 1e-300)) / self.period)
             measured = functools.partial(self._rate, column=column)
             text = "decay rate of the {} error [1/s]".format(name)

@@ -382,7 +382,7 @@ def test_a_shipped_scenario_is_found_by_its_name_from_anywhere(tmp_path, monkeyp
             "poses: [[0, 0, 0]]\ncontrol: {parameters: {kk: 1}}",
             "wrong.yaml: Formation: unknown 'kk'",
         ),
-        ("poses: [[0, 0, 0]]\nlimts: none", "limits, links, map, mismatch"),
+        ("poses: [[0, 0, 0]]\nlimts: none", "unknown 'limts'; did you mean 'limits'"),
     ],
 )
 def test_what_is_wrong_names_the_scenario(tmp_path, capsys, content, said):

@@ -21,12 +21,13 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, TeamState
+from mrs_simulator.ros.defined_types import DiagnosticArray
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 newest, counts, transforms, collisions = {}, {}, {}, []
 markers, marker_repeated = {}, False
 clock_went_back = False
-driven, gates, unstamped = {}, {}, set()
+driven, gates, unstamped, diagnostics = {}, {}, set(), {}
 
 
 def keep(message, name):
@@ -44,6 +45,17 @@ def on_clock(message):
 def on_transforms(message):
     for move in message.transforms:
         transforms[move.child_frame_id] = move
+
+
+def on_diagnostics(message):
+    for status in message.status:
+        values = {each.key: each.value for each in status.values}
+        diagnostics[status.name] = [status.level, status.message, values]
+
+
+def watch_diagnostics():
+    subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, on_diagnostics))
+    return True
 
 
 def on_collision(message):

@@ -104,6 +104,7 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     assert "Traceback" not in log_of(stage) + log_of(control)
     # Each sensor has a frame of its own, and what nobody asks for is not published.
     probe = ros.probe()
+    probe.ask("watch_diagnostics()")
     probe.ask("listen('/map', OccupancyGrid) and listen('/map_metadata', MapMetaData)")
     probe.wait("'robot2/laser' in transforms and 'robot1/gps' in transforms")
     laser = probe.ask("transforms['robot2/laser'].transform.translation.x")
@@ -117,3 +118,9 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     info = probe.wait("'/map_metadata' in newest and str(newest['/map_metadata'])")
     assert "resolution: 0.05000000074505806" in info
     assert probe.ask("newest['/map'].header.frame_id") == "world"
+    # Rates, lateness and faults of both nodes.
+    assert probe.wait("diagnostics.get('pioneer_control')")[:2] == [0, "running"]
+    level, message, values = probe.wait("diagnostics.get('stage: sensors')")
+    assert (level, message) == (1, said) and {"sonar [Hz]", "laser [Hz]"} <= set(values)
+    assert probe.ask("diagnostics['stage'][2]['robots']") == "2"
+    assert len(probe.wait("diagnostics.get('pioneer_control: sensors')")[2]) >= 2 * len(MOUNTS)

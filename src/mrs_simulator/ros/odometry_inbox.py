@@ -80,6 +80,7 @@ class Inbox:
         self._repeated, self._said = set(), {}
         self._changed = threading.Condition()
         self.arrived = -math.inf  # [s] of wall time, when the newest came
+        self.heard = 0  # messages so far that were believed
         self._fresh = np.zeros(n, dtype=bool)
         self._news = False
 
@@ -148,6 +149,7 @@ class Inbox:
 
     def _note_arrival(self, rows):
         self.arrived = time.monotonic()
+        self.heard += 1
         self._fresh[rows] = True
         self._tell()
 

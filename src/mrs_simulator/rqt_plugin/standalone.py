@@ -16,6 +16,7 @@ from python_qt_binding.QtWidgets import QApplication, QMainWindow
 
 from mrs_simulator.core.pages import with_page
 from mrs_simulator.ros.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
+from mrs_simulator.ros.diagnostics import OK, Diagnostics, Health
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
@@ -91,6 +92,7 @@ def main():
     try:
         scenario = scenario_from(arguments)
         rospy.init_node("mrs_gui", anonymous=True, disable_signals=True)
+        Diagnostics(lambda: [Health("", OK, "open", {})])
         settings = QSettings("mrs_simulator", "mrs_gui")
         if arguments.fresh:
             settings.clear()

@@ -36,6 +36,13 @@ from mrs_simulator.nodes.stage.lockstep import lockstep_wanted
 from mrs_simulator.ros import lifecycle
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.clock_watch import ClockWatch
+from mrs_simulator.ros.diagnostics import (
+    Diagnostics,
+    Rates,
+    control_health,
+    sensors_health,
+    too_slow,
+)
 from mrs_simulator.ros.messages import ControlStatus, control_status
 from mrs_simulator.ros.node_parameters import (
     AUTOSTART,
@@ -121,6 +128,8 @@ class ControlNode:
         self._acted = 0.0  # [s] the time of the last command
         self._id = random.SystemRandom().getrandbits(32)
         self._told = None  # what the last status said of the controller itself
+        self._facts, self._sent = None, 0  # all that it said; commands so far
+        self._rates, self._sensor_rates = Rates(), Rates(rospy.get_time)
         self._warnings, self._jump = [], ""
         self._awaiting = None  # [s] of wall time since when a reading is waited for in lockstep
         self._held = ()  # the last deadlock that was logged
@@ -173,6 +182,7 @@ class ControlNode:
             rospy.Service("~set_topology", SetTopology, self._on_set_topology),
         ]
         self._reconfigure = ParameterServer(self.law)
+        self._diagnostics = Diagnostics(self._health)
         self._emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop)
         rospy.on_shutdown(self._on_shutdown)
         if real and not self.dry_run:
@@ -432,6 +442,7 @@ class ControlNode:
 
     def _send(self, command):
         self.outlet.send(command)
+        self._sent += 1
         self._latency = time.monotonic() - self.inbox.arrived
 
     # Services and events -------------------------------------------------------------------------
@@ -539,11 +550,7 @@ class ControlNode:
         self._last["status"], self._told = time.monotonic(), told
         topology = self.law.topology
         refused, refusal = self.frame.refused()
-        message = control_status(
-            self.outlet.command,
-            self._axes,
-            topology.edges,
-            self._targets(),
+        facts = dict(
             refused=refused,
             refusal=refusal,
             controller=self._id,
@@ -560,6 +567,9 @@ class ControlNode:
             latency=self._latency,
             missed_periods=self._missed,
         )
+        self._facts = facts
+        edges, targets = topology.edges, self._targets()
+        message = control_status(self.outlet.command, self._axes, edges, targets, **facts)
         message.header.stamp = rospy.get_rostime()
         self._status.publish(message)
 
@@ -571,6 +581,23 @@ class ControlNode:
             more = {self.law.numbers[row] for row in self.sensors.stale(now)}
             stale = sorted(more.union(stale))
         return stale
+
+    def _health(self):
+        """Return how the control and what it hears are, for ``/diagnostics``."""
+        if self._facts is None:
+            return []
+        counts = dict(commands=self._sent, odometry=self.inbox.heard)
+        rates = self._rates.of(counts)
+        own = control_health(self._facts)
+        own.values.update({"{} [Hz]".format(name): rate for name, rate in rates.items()})
+        if self.sensors is None:
+            return [own]
+        told = self.sensors.rates()
+        heard = self._sensor_rates.of({topic: count for topic, _, count, _ in told})
+        late = self.sensors.missing(rospy.get_time())
+        wanted = {topic: rate for topic, rate, _, _ in told}
+        slow = too_slow(heard, wanted, self._sensor_rates.window)
+        return [own, sensors_health(heard, [late] * bool(late) + slow)]
 
     def _waited_for(self):
         """Return for how long the law has been waited for, in words, or ""."""

@@ -14,6 +14,7 @@ from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.pictures.camera import Camera as Pinhole
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.ros.arguments import parse
+from mrs_simulator.ros.diagnostics import OK, Diagnostics, Health, Rates
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
 from mrs_simulator.ros.node_parameters import PICTURES
@@ -42,6 +43,15 @@ class CameraNode:
             rospy.Subscriber("~look", Camera, self._on_look, queue_size=1),
         ]
 
+        self._shown, self._rates = 0, Rates()
+        self._diagnostics = Diagnostics(self._health)
+
+    def _health(self):
+        """Return how many pictures there are, for ``/diagnostics``."""
+        rates = self._rates.of({"pictures [Hz]": self._shown})
+        known = self._newest is not None and self._told is not None
+        return [Health("", OK, "ready" if known else "no stage was heard", rates)]
+
     def _on_state(self, message):
         self._newest = message
 
@@ -67,6 +77,7 @@ class CameraNode:
             poses = seen.pose
             if self._publisher.get_num_connections() and len(poses) == told[0].n:
                 begun = time.monotonic()
+                self._shown += 1
                 self._publisher.publish(self._picture(seen, state.header, told))
                 # At most half of a core, however slow the renderer is here.
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)

@@ -17,6 +17,7 @@ from mrs_simulator.core.spatial import upright
 from mrs_simulator.nodes.display.descriptions import Descriptions
 from mrs_simulator.nodes.display.solids import model, solids
 from mrs_simulator.ros.arguments import parse
+from mrs_simulator.ros.diagnostics import OK, Diagnostics, Health, Rates
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import TeamState, read_state
 from mrs_simulator.ros.node_parameters import HAND_LENGTH
@@ -51,6 +52,8 @@ class Markers:
         self._trails, self._lock = Trails(), threading.Lock()
         self._descriptions = Descriptions()
         self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
+        self._told, self._rates = 0, Rates()
+        self._diagnostics = Diagnostics(self._health)
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._keep, queue_size=1),
             rospy.Subscriber("stage/scenario", String, self._begin, queue_size=1),
@@ -78,12 +81,18 @@ class Markers:
             self._trails.add(state, hand, z)
             self._newest, self._header = state, message.header
 
+    def _health(self):
+        """Return how often robots are drawn, for ``/diagnostics``."""
+        rates = self._rates.of({"pictures [Hz]": self._told})
+        return [Health("", OK, "no stage was heard" if self._newest is None else "ready", rates)]
+
     def spin(self):
         """Run until ROS shuts down; naps are of wall time, a display does not stop with the clock."""
         while not rospy.is_shutdown():
             time.sleep(1.0 / RATE)
             if self._newest is not None and self._publisher.get_num_connections():
                 self._publisher.publish(MarkerArray(markers=self._markers()))
+                self._told += 1
 
     def _markers(self):
         with self._lock:

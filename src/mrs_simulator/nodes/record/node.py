@@ -18,6 +18,7 @@ from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.diagnostics import OK, WARN, Diagnostics, Health, Rates
 from mrs_simulator.ros.last_words import print_last
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import ControlStatus, read_control_status
@@ -55,6 +56,8 @@ class RunRecorder:
         self.elapsed = 0.0
         self.controller = Interruptions()
         self._deadlock = ()  # by the controller's newest status
+        self.samples, self._rates = 0, Rates()  # that were written
+        self._diagnostics = Diagnostics(self._health)
         self._subscriber = rospy.Subscriber(
             "pioneer_control/status", ControlStatus, self._on_status, tcp_nodelay=True
         )
@@ -64,6 +67,14 @@ class RunRecorder:
         self.controller.note(told.stamp, told.running, told.trouble)
         found = [deadlock_in(warning) for warning in told.warnings]
         self._deadlock = next(filter(None, found), ())
+
+    def _health(self):
+        """Return how the recording is, for ``/diagnostics``."""
+        rate = self._rates.of({"samples": self.samples})["samples"]
+        values = {"samples": self.samples, "elapsed [s]": float(self.elapsed), "samples [Hz]": rate}
+        message = "waiting for the first command" if self._start is None else "recording"
+        warnings = self._file.warnings()
+        return [Health("", WARN if warnings else OK, (warnings or [message])[0], values)]
 
     def spin(self):
         """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
@@ -112,6 +123,7 @@ class RunRecorder:
         points = self.control.team.point(sample.pose, sample.joints, self.control.l)[:, :2]
         more = sample.twist, sample.joints, sample.spatial
         self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
+        self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
 
     def _begin(self, sample):

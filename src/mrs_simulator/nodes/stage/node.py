@@ -26,6 +26,7 @@ from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
 from mrs_simulator.ros import node_parameters as declared
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.diagnostics import Diagnostics, Rates, sensors_health, stage_health
 from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import StageStatus, read_robot_specs, stage_status
 from mrs_simulator.ros.parameters import is_given, read
@@ -116,6 +117,8 @@ class Stage:
         self._follow_team()
         self._map = MapTopics(scenario, self.frames.world, self.topics.stamp())
         self._open_services()
+        self._facts, self._sensor_rates = None, Rates()  # what the last status told
+        self._diagnostics = Diagnostics(self._health)
         self.view = None
         if read(declared.VIEW):
             self._open_view()
@@ -465,9 +468,7 @@ class Stage:
         self._say_what_changed()
         waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
         states = world.flight_states()
-        message = stage_status(
-            self.topics.stamp(),
-            self.round_trips.median_and_p99(),
+        facts = dict(
             fidelity=self.scenario.fidelity,
             stage=self.id,
             run=self.run,
@@ -490,7 +491,17 @@ class Stage:
             closest_approach=world.measure_closest_approach(),
             slow_sensors=self.sensors.slow(self.pacer.speed, self.pacer.real_time_factor),
         )
+        self._facts = facts
+        message = stage_status(self.topics.stamp(), self.round_trips.median_and_p99(), **facts)
         self._status.publish(message)
+
+    def _health(self):
+        """Return how the stage and the sensors are, for ``/diagnostics``."""
+        if self._facts is None:
+            return []
+        rates = self._sensor_rates.of(dict(self.sensors.counts))
+        slow = self._facts["slow_sensors"]
+        return [stage_health(self._facts), sensors_health(rates, slow)]
 
 
 def odometry_rate(scenario, usual):

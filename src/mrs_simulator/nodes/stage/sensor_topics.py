@@ -1,5 +1,8 @@
 """Topics of the simulated robots' sensors, each read and published only while somebody listens."""
 
+import math
+import time
+
 import rospy
 from std_msgs.msg import Header
 
@@ -10,6 +13,7 @@ from mrs_simulator.sensors.suite import Suite
 
 OWN_TOPICS = ("base_link", "cmd_vel", "motors_state", "odom")  # of a robot, or its frames
 KEPT = 0.9  # [-] of its rate that a sensor keeps without a word
+LATELY = 5.0  # [s] of wall time
 MOST_TOLD = 8  # [-] texts in one status
 
 
@@ -24,6 +28,7 @@ class SensorTopics(rospy.SubscribeListener):
         self._suite = None
         self._changed = False  # whether who listens has changed
         self._told = {}  # reading that was published last, by sensor
+        self.counts = {}  # readings that were published so far, by the sensors' names
 
     def follow_team(self, scenario, world):
         """Open or withdraw topics, so that every robot of ``world`` has those of its sensors."""
@@ -91,6 +96,7 @@ class SensorTopics(rospy.SubscribeListener):
             reading = sensor.known(world.time)
             if reading is not None and reading is not self._told.get(sensor):
                 self._told[sensor] = reading
+                self.counts[sensor.mount.name] = self.counts.get(sensor.mount.name, 0) + 1
                 self._publish(sensor, reading)
 
     def _heed_listeners(self, world):
@@ -139,7 +145,7 @@ class SensorTopics(rospy.SubscribeListener):
                 text.format(name, rate * factor, rate * speed) for name, rate in rates.items()
             ]
         for (name, _), topic in self._topics.items():
-            lost = topic.newly_left_out() if topic.is_heard else 0
+            lost = topic.lately_left_out() if topic.is_heard else 0
             if lost:
                 texts.append("{}: a listener was too slow for {} messages".format(name, lost))
         return texts[:MOST_TOLD]
@@ -150,7 +156,7 @@ class _Topic:
 
     def __init__(self, name, kind, listener):
         self.form, self.frame, self.is_heard = None, "", False
-        self._newest, self._left_out = None, 0
+        self._newest, self._left_out, self._lost = None, 0, -math.inf
         self._publisher = prompt_publisher(name, kind, lambda: self._newest, listener)
 
     def tells(self, form, frame):
@@ -169,12 +175,14 @@ class _Topic:
         self._newest = message
         self._publisher.publish(message)
 
-    def newly_left_out(self):
-        """Return how many messages did not reach a listener since the last call."""
+    def lately_left_out(self):
+        """Return how many messages so far did not reach a listener, 0 if none lately."""
         connections = list(self._publisher.impl.connections)
-        total = sum(getattr(each, "left_out", 0) for each in connections)
-        before, self._left_out = self._left_out, total
-        return max(0, total - before)
+        total, now = sum(getattr(each, "left_out", 0) for each in connections), time.monotonic()
+        if total > self._left_out:
+            self._lost = now
+        self._left_out = total
+        return total if now - self._lost < LATELY else 0
 
     def close(self):
         """Withdraw the topic."""

@@ -13,7 +13,6 @@ from mrs_simulator.__main__ import COMMANDS, main
 from mrs_simulator.core.maps import read_map
 from mrs_simulator.core.reading import Section
 from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS
 from mrs_simulator.ros.unknown_parameters import PARAMETERS
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.vehicles.drives import DRIVES
@@ -21,7 +20,7 @@ from mrs_simulator.vehicles.registry import kind
 
 BLOCK = re.compile(r"^```(\w+)(?: [^\n]*)?\n(.*?)^```$", re.M | re.S)
 NAMES = sorted(name for name in os.listdir(DOCS) if name.endswith(".md")) + ["README.md"]
-OWN = ("my_law.py", "my_lab.yaml", "ours.yaml", "square.py", "square.yaml", "FILE", "SCENARIO")
+OWN = re.compile(r"my_\w+\.\w+|(ours|square)\.\w+|FILE|SCENARIO")
 
 
 def blocks(*languages):
@@ -102,7 +101,7 @@ def programs(words):
 @pytest.mark.parametrize("name, words", COMMAND_LINES, ids=lambda value: " ".join(value)[:40])
 def test_commands_name_what_there_is(name, words, capsys):
     if words[0] == "python3" and words[1].endswith(".py"):
-        assert words[1] in OWN or os.path.exists(os.path.join(ROOT, words[1]))
+        assert OWN.match(words[1]) or os.path.exists(os.path.join(ROOT, words[1]))
     if words[0].startswith("./"):
         assert os.path.exists(os.path.join(ROOT, words[0]))
     if words[:2] == ["roslaunch", "mrs_simulator"]:
@@ -117,7 +116,7 @@ def test_commands_name_what_there_is(name, words, capsys):
                 assert word.partition("=")[0] in told, word
             elif word.startswith("_"):
                 assert word[1:].partition(":=")[0] in PARAMETERS, word
-            elif word.endswith(".yaml") and word not in OWN:
+            elif word.endswith(".yaml") and not OWN.match(word):
                 assert scenario_path(word.replace("scenarios/", ""))
 
 
@@ -125,7 +124,7 @@ def help_of(program, capsys):
     """Return what ``program`` says of its options."""
     if program not in COMMANDS:  # nodes
         assert os.path.exists(os.path.join(ROOT, "src", "mrs_simulator", "scripts", program))
-        return ["--" + argument for argument in RUN_ARGUMENTS] + ["--help"]
+        return ["--" + argument for argument in PARAMETERS] + ["--help"]
     with pytest.raises(SystemExit):
         main([program, "--help"])
     return re.findall(r"--[a-z_]+", capsys.readouterr().out)

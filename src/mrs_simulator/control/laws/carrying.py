@@ -187,7 +187,7 @@ class Carrying(PioneerControl):
             ]
             return rates[0] / rates[1] if all(rates) else None
 
-        return Claim(DECAY, 1.0, 0.05, share, free=True)
+        return Claim(DECAY, 1.0, 0.02, share, free=True)
 
     def _points(self, run):
         """Return the tools of ``run`` in space, (m, n, 3) [m], at their grasps where no height is told."""

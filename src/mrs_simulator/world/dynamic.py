@@ -115,7 +115,7 @@ class DynamicMotion:
         if not kind.model:
             text = "kind {}: no model given, wanted one for motion with forces"
             raise ValueError(text.format(kind.name))
-        body = add_robot(self._client, kind, pose)
+        body = self._loaded(kind, pose)
         model = self._models.get(kind)
         if model is None:
             model = self._models[kind] = self._learned(kind, body)
@@ -138,6 +138,10 @@ class DynamicMotion:
         )
         self._names[body] = "robot{}".format(row + 1)
         return body
+
+    def _loaded(self, kind, pose):
+        """Return the new body of a robot of a ``kind`` at ``pose``."""
+        return add_robot(self._client, kind, pose)
 
     def _learned(self, kind, body):
         """Return the ``Model`` of a ``kind`` whose first robot is ``body``."""
@@ -273,6 +277,7 @@ class DynamicMotion:
         for _ in range(self._substeps):
             for forces in pushed:
                 self._push(forces)
+            self._before_substep()
             pybullet.stepSimulation(physicsClientId=self._client)
         self._read()
         self.place(self._mirrored, *mirrored)
@@ -286,6 +291,13 @@ class DynamicMotion:
         still = not (len(self._mirrored) or np.any(speeds)) and np.abs(self.twist).max() < STILL
         self._stood = self._stood + 1 if still else 0
         return self._stood > STANDING
+
+    def _before_substep(self):
+        """Let what else pulls at bodies do so; here nothing does."""
+
+    def add_name(self, body, name):
+        """Let contacts of a further ``body`` be told by ``name``."""
+        self._names[body] = name
 
     def _rates(self, index, group):
         """Return the turn rates, (m, 2) [rad/s], of wheels that roll in the solver; aim the others."""

@@ -174,9 +174,11 @@ class World:
             self._to, z, self._takeoff = z, np.zeros(team.n), False
         else:
             self._to = None
+        self._check_load(team, poses)
         motion = self._new_motion(team, poses, z)
         if self._motion is not None:
             self._motion.close()
+        self.load = None  # its body has gone with the motion
         self._motion, self.team, self._start, self._start_z = motion, motion.team, poses, z
         self._aloft = np.flatnonzero(self.team.airborne)
         self._mishaps = getattr(motion, "mishaps", None)
@@ -195,6 +197,8 @@ class World:
         mirrored = {"mirrored": self.mirrored}
         if team.has_arms:
             refuse_armed(team, self.fidelity)
+            if self.fidelity == "dynamic":
+                return self._armed_dynamics(team, poses)
             return ArmedMotion(team, self._new_motion(team.bases, poses, z), **mirrored)
         if self.fidelity == "point_mass":
             team = Team(team.kinds, None)
@@ -234,6 +238,14 @@ class World:
                 raise
             raise WorldError(NO_SOLVER) from None
         return DynamicMotion(*bodies, **mirrored)
+
+    def _armed_dynamics(self, team, poses):
+        if not is_available():
+            raise WorldError(NO_SOLVER)
+        from mrs_simulator.world.dynamic_arms import ArmedDynamicMotion  # pybullet, as above
+
+        bodies = poses, self.obstacles, self._limits, self.step_size
+        return ArmedDynamicMotion(team, *bodies, mirrored=self.mirrored)
 
     def _new_odometry(self):
         # Wheels that roll in pybullet slip by themselves.
@@ -291,15 +303,28 @@ class World:
         self._begun, self._estimate = self._step, self._newest_estimate().copy()
         self._estimate_z = None if self.z is None else self.z.copy()
 
+    def _check_load(self, team, poses):
+        """Raise ``WorldError`` if a ``team`` at ``poses`` (n, 3) cannot take hold of the load."""
+        load = self._given_load
+        if load is None:
+            return
+        if not team.has_arms or any(each.arm is None for each in team.kinds):
+            raise WorldError("load: wanted robots that all have an arm")
+        if team.n != len(load.grasps):
+            raise WorldError("load: {} grasps, wanted one for each of {} robots".format(
+                len(load.grasps), team.n
+            ))  # fmt: skip
+        try:
+            CarriedLoad(load, team.tools(poses, team.rest_joints, self._hand_length))
+        except LoadError as error:
+            raise WorldError(str(error)) from None
+
     def _take_load(self):
         if self._given_load is None:
             return
-        if not self.team.has_arms or any(each.arm is None for each in self.kinds):
-            raise WorldError("load: wanted robots that all have an arm")
-        try:
-            self.load = CarriedLoad(self._given_load, self._tools())
-        except LoadError as error:
-            raise WorldError(str(error)) from None
+        if self.load is not None:
+            self.load.remove()
+        self.load = getattr(self._motion, "carry", CarriedLoad)(self._given_load, self._tools())
 
     def _tools(self):
         return self.team.tools(self.pose, self._motion.joints(), self._hand_length)
@@ -764,7 +789,8 @@ def refuse_forceless(team):
 
 def refuse_armed(team, fidelity):
     """Raise ``WorldError`` that names the first robot whose arm has no motion of this ``fidelity``."""
-    if fidelity == "kinematic":
+    media = {group.drive.MEDIUM for group in team.groups}
+    if fidelity == "kinematic" or (fidelity == "dynamic" and media == {"ground"}):
         return
     for row, each in enumerate(team.kinds):
         if each.arm is not None:

@@ -14,18 +14,22 @@ from mrs_simulator.core.verdict import Theory, judge
 DRIFT, WORST = "drift of w^T p", "worst displacement error"
 
 
-def slipping(weaker=1.0):
-    """Return a run of points, 40 % too slow and ``weaker`` under displacements, and its control."""
+def slipping(weaker=1.0, off=0.0):
+    """Return a run of points, 40 % too slow and ``weaker`` under displacements, and its control.
+
+    The law sees them ``off`` by so much [m].
+    """
     free = {"v_max": 100.0, "omega_max": 1000.0}
     scenario = shipped("displacement_formation", odometry="world", limits=free)
     control = make_control(scenario._replace(fidelity="kinematic"))
     time = control.period * np.arange(60)
     hand, pose, command = [control.points(np.array(scenario.poses))], [], []
+    away = off * np.array([[k, -k] for k in range(scenario.n)])
     for _ in time:
         heading = np.array(scenario.poses)[:, 2]
         arm = control.l * np.column_stack([np.cos(heading), np.sin(heading)])
         pose.append(np.column_stack([hand[-1] - arm, heading]))
-        wanted = weaker * control.pointMassLaw(hand[-1])
+        wanted = weaker * control.pointMassLaw(hand[-1] + away)
         command.append(
             control.saturated(control.commands_for(wanted, pose[-1]), control.saturation)
         )
@@ -36,12 +40,22 @@ def slipping(weaker=1.0):
     facts = {"lockstep": True}
     robots = np.arange(1, scenario.n + 1)
     arrays = map(np.array, (pose, hand[:-1], command))
-    return control, Run(time, robots, *arrays, [], scenario, facts)
+    run = Run(time, robots, *arrays, [], scenario, facts)
+    if off:
+        run = run._replace(estimate=run.pose + np.pad(away, [(0, 0), (0, 1)]))
+    return control, run
 
 
 def test_a_right_law_with_the_slip_of_a_run_goes_the_way_of_that_run():
     control, run = slipping()
     np.testing.assert_allclose(slipped_run(control, run).hand, run.hand, atol=1e-12)
+
+
+def test_what_a_law_took_for_poses_is_known_where_it_was_recorded():
+    control, run = slipping(off=0.1)
+    wheels = run._replace(scenario=run.scenario._replace(odometry="wheel"))
+    np.testing.assert_allclose(slipped_run(control, wheels).hand, run.hand, atol=1e-12)
+    assert np.abs(slipped_run(control, run._replace(estimate=None)).hand - run.hand).max() > 0.05
 
 
 def test_a_weak_law_does_not_even_with_its_slip():

@@ -114,13 +114,13 @@ def _commands(control, law, run, followed):
         COMMANDS,
         0.0,
         tolerance,
-        lambda run: command_error(control, law, _as_known(control, run), followed),
+        lambda run: command_error(control, law, as_known(control, run), followed),
         own=True,
         motion=False,
     )
 
 
-def _as_known(control, run):
+def as_known(control, run):
     """Return ``run`` with the poses that the control knew, where they were recorded."""
     if run.estimate is None:
         return run

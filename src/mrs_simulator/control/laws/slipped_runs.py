@@ -7,6 +7,7 @@ much is known wherever poses and commands were recorded together, and need not b
 import numpy as np
 
 from mrs_simulator.control.laws.exact_runs import published_law
+from mrs_simulator.control.laws.exactness import as_known
 from mrs_simulator.control.laws.published import MOST_PAIRS
 from mrs_simulator.control.laws.published_robots import Robots, are_stated
 
@@ -21,24 +22,29 @@ def slipped_run(control, run):
 
         q+ = q + h f(q) + s,
 
-    f the published law, as these robots' limits let it pass at the recorded poses.  Of several commands
-    between two samples the velocities are taken from a straight line, in u and in f alike.
+    f the published law, as these robots' limits let it pass at the recorded poses; of poses that were
+    estimated it sees q as far off as the recorded estimates were.  Of several commands between two samples
+    the velocities are taken from a straight line, in u and in f alike.
 
     None where that cannot be told: of laws that see more than places and time, over faulty edges, of
-    samples beside commands or not in lockstep, of estimated poses, and where it is too long to compute.
+    samples beside commands or not in lockstep, of odometry that was not recorded, and where it is too long
+    to compute.
     """
     law, counts = published_law(control), _commands_between(control, run)
     if law is None or counts is None or not _is_told(control, run, law):
         return None
-    time, memory = run.time - run.time[0], law.begin(run.hand[0])
+    time, memory, known = run.time - run.time[0], law.begin(run.hand[0]), as_known(control, run)
     robots = Robots(control.team, control.l, control.period, control.saturation)
 
     def asked(row, points=None):
         """Return the velocities (n, d) [m/s] of the recorded command, or of the law at ``points``."""
+        command = run.command[row]
+        if points is not None:
+            seen = points + known.hand[row] - run.hand[row]
+            robots.be(known.pose[row], known.hand[row])
+            command = robots.commands(law.velocity(seen, time[row], memory)[0])
         robots.be(run.pose[row], run.hand[row])
-        if points is None:
-            return robots.velocities(run.command[row])
-        return robots.velocities(robots.commands(law.velocity(points, time[row], memory)[0]))
+        return robots.velocities(command)
 
     points, went = run.hand[0], np.diff(run.hand, axis=0)
     track = [points]
@@ -68,7 +74,7 @@ def _is_told(control, run, law):
         law.SEES == "now"
         and bool(run.meta.get("lockstep"))
         and run.scenario is not None
-        and run.scenario.odometry == "world"
+        and (run.scenario.odometry == "world" or run.estimate is not None)
         and not control.links.faults
         and are_stated(control.team)
         and not np.any(control.safety)

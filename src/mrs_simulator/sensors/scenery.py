@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core import compiling
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.obstacles import Cylinder
 
@@ -96,7 +97,15 @@ def cast(shapes, rays, reach, cone=0.0, unseen=None):
 
     ``cone`` [rad]: half of an opening angle below pi/2, within which the nearest point counts, as for the
     echo of a sonar.  A shape around the origin is at 0.  ``unseen`` (m,): rows of further robots not met.
+    With ``MRS_SIMULATOR_COMPILED=1`` loops that numba compiles do the same.
     """
+    if compiling.is_wanted():
+        from mrs_simulator.sensors.compiled_rays import (  # numba is optional
+            cast_by,
+            compiled_kernel,
+        )
+
+        return cast_by(compiled_kernel(), shapes, rays, reach, cone, unseen)
     m, k = rays.direction.shape[:2]
     result = np.full((m, k), np.inf)
     ray, shape = _near(shapes, rays, reach, unseen)

@@ -82,3 +82,17 @@ def test_collisions_that_the_simulator_tells_of_are_left_to_it():
     run = run_of(*track(n=7, apart=0.1), collisions_unknown=True)
     assert impossibilities(run._replace(scenario=scenario)) == []
     assert impossibilities(run._replace(scenario=None)) == []
+
+
+def test_a_jump_up_is_a_jump_and_bodies_above_each_other_are_apart():
+    time, pose = 0.1 * np.arange(10), np.zeros((10, 2, 3))
+    z = np.zeros((10, 2))
+    z[:, 1], z[6:, 1] = 1.0, 2.0
+    assert first_jump(time, pose, 0.75) is None
+    assert first_jump(time, pose, 0.75, z) == (6, 1, pytest.approx(1.0))
+    pose[6:, 1] = np.nan  # it falls
+    assert first_jump(time, pose, 0.75, z) is None
+    pose[:] = 0.0
+    assert first_overlap(pose, 0.2)[:3] == (0, 0, 1)
+    assert first_overlap(pose, 0.2, z, np.array([0.5, 0.5])) is None
+    assert first_overlap(pose, 0.2, z, np.array([1.1, 0.5]))[:3] == (0, 0, 1)

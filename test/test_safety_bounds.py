@@ -232,3 +232,14 @@ def test_a_scenario_says_what_is_kept_and_says_it_again():
     ):
         with pytest.raises(ScenarioError, match=said):
             scenario_from_dict({**blocked().to_dict(), "control": {"safety": safety}})
+
+
+def test_land_keeps_boats_off_and_nobody_else():
+    land = Box("beach", 5.0, 0.0, 0.0, 2.0, 20.0, 0.0)
+    points, reach = np.array([[3.0, 0.0], [3.0, 1.0], [3.5, 2.0]]), np.full(3, 0.2)
+    room = Surroundings((land, DRUM), (-9.0, -9.0, 9.0, 9.0))
+    mixed = room._replace(afloat=np.array([True, False, False])).bounds(points, reach)
+    whole = room.bounds(points, reach)
+    assert len(whole.robot) == len(mixed.robot) + 2
+    assert mixed.least(3)[0] == whole.least(3)[0] == pytest.approx(0.8)
+    assert (mixed.least(3)[1:] > whole.least(3)[1:]).all()

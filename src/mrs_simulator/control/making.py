@@ -93,10 +93,11 @@ def _surroundings(scenario):
     caps = None if speed is None else np.broadcast_to(np.asarray(speed, dtype=float), scenario.n)
     kept = obstacles_of(scenario) if obstacles else ()
     team = Team.from_scenario(scenario)
-    if not team.afloat.all():  # land is none to robots that stand on it
+    if not team.afloat.any():  # land is none to robots that stand on it
         kept = tuple(obstacle for obstacle in kept if not is_flat(obstacle))
+    afloat = None if team.afloat.all() else team.afloat
     if not sensed:
-        return Surroundings(kept, arena, caps)
+        return Surroundings(kept, arena, caps, afloat=afloat)
     types = {mount.name: mount.type for mount in fitted_mounts(team, scenario.sensors)[0]}
     sees = any(types.get(name) == "range_bearing" for name in sensed)
-    return Surroundings(kept, arena, caps, sensed, sees)
+    return Surroundings(kept, arena, caps, sensed, sees, afloat)

@@ -4,7 +4,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.obstacles import clearance
+from mrs_simulator.core.obstacles import clearance, is_flat
 
 
 class Bounds(NamedTuple):
@@ -35,6 +35,7 @@ class Surroundings(NamedTuple):
         str, ...
     ] = ()  # sensors that tell of others and obstacles; () where these are known
     sees: bool = False  # whether robots are seen one by one, by one of these sensors
+    afloat: Optional[np.ndarray] = None  # (n,) bool, whom land keeps off; None: all
 
     def bounds(self, points, reach):
         """Return the :class:`Bounds` of robots whose ``points`` (n, d) stay ``reach`` (n,) [m] away.
@@ -56,7 +57,13 @@ class Surroundings(NamedTuple):
         gap = np.concatenate([far - reach for far, _ in found])
         way_out = np.concatenate([out for _, out in found])
         robot = np.tile(np.arange(len(points)), len(found))
-        return Bounds(robot, way_out, gap, np.tile(reach, len(found)))
+        bounds = Bounds(robot, way_out, gap, np.tile(reach, len(found)))
+        land = [is_flat(obstacle) for obstacle in self.obstacles]
+        if self.afloat is None or not any(land):
+            return bounds
+        land = np.array(land + [False] * len(borders))
+        kept = ~land[:, np.newaxis] | self.afloat
+        return Bounds(*(each[kept.ravel()] for each in bounds))
 
 
 def _with_top(far, out, z, top):

@@ -21,14 +21,16 @@ def jump(before, after, dt, speeds):
     return (row, float(moved[row])) if len(excess) and excess[row] > 0.0 else None
 
 
-def first_jump(time, pose, speeds):
+def first_jump(time, pose, speeds, z=None):
     """Return ``(sample, row, distance)`` of the first jump in a run, None if there is none.
 
-    ``time`` (m,) [s], ``pose`` (m, n, 3) and ``speeds`` as for :func:`jump`.
+    ``time`` (m,) [s], ``pose`` (m, n, 3) and ``speeds`` as for :func:`jump`; ``z`` (m, n) [m]: heights,
+    None for robots that all stand.  Where a place is nan, nobody jumps.
     """
     if len(time) < 2:
         return None
-    moved = _lengths(np.diff(pose[:, :, :2], axis=0))
+    places = pose[:, :, :2] if z is None else np.dstack([pose[:, :, :2], z])
+    moved = _lengths(np.diff(places, axis=0))
     reach = SLACK + MARGIN * np.asarray(speeds) * np.diff(time)[:, np.newaxis]
     found = np.argwhere(moved > reach)
     if not len(found):
@@ -37,10 +39,11 @@ def first_jump(time, pose, speeds):
     return sample + 1, row, float(moved[sample, row])
 
 
-def first_overlap(pose, inner):
+def first_overlap(pose, inner, z=None, tall=0.0):
     """Return ``(sample, i, j, distance)`` where two bodies first were in one place, or None.
 
-    ``pose`` (m, n, 3); ``inner`` (n,) [m]: radii about the robots' points that their bodies fill.
+    ``pose`` (m, n, 3); ``inner`` (n,) [m]: radii about the robots' points that their bodies fill; ``z``
+    (m, n) [m]: heights from which on they are ``tall`` (n,) [m], None for robots that all stand.
     """
     inner = np.broadcast_to(np.asarray(inner, dtype=float), pose.shape[1:2])
     largest = 2.0 * float(inner.max()) - PRESSED if len(inner) > 1 else 0.0
@@ -51,7 +54,12 @@ def first_overlap(pose, inner):
             continue
         first, second = close_pairs(points, largest)
         apart = _lengths(points[second] - points[first])
-        wrong = np.flatnonzero(apart < inner[first] + inner[second] - PRESSED)
+        near = apart < inner[first] + inner[second] - PRESSED
+        if z is not None:
+            low, high = z[sample], z[sample] + tall
+            shared = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
+            near &= shared > PRESSED
+        wrong = np.flatnonzero(near)
         if len(wrong):
             pair = wrong[np.argmin(apart[wrong])]
             return sample, int(first[pair]), int(second[pair]), float(apart[pair])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.claims import Condition
+from mrs_simulator.core.incidents import SATURATED
 from mrs_simulator.core.possible import first_jump, first_overlap
 from mrs_simulator.vehicles import Team
 
@@ -24,7 +25,8 @@ def impossibilities(run):
 
 
 def _jumps(run, team):
-    found = first_jump(run.time, run.pose, team.speeds[:, 0])
+    z = None if run.spatial is None else run.spatial.z
+    found = first_jump(run.time, _standing(run), team.speeds[:, 0], z)
     if found is None:
         return None
     sample, row, distance = found
@@ -34,11 +36,23 @@ def _jumps(run, team):
     return Condition("no robot jumps", False, why, necessary=True)
 
 
+def _standing(run):
+    """Return the poses (m, n, 3) of ``run``, nan where robots fall, which nothing holds to top speeds."""
+    fallen = [each for each in run.meta.get("incidents", ()) if each.what != SATURATED]
+    names = ["robot{:g}".format(number) for number in run.robots]
+    pose = run.pose.copy() if fallen else run.pose
+    for each in fallen:
+        if each.robot in names:
+            pose[run.time >= each.time, names.index(each.robot)] = np.nan
+    return pose
+
+
 def _overlaps(run, team):
     outline = team.outlines
     inner = np.minimum(np.minimum(outline.front, outline.rear), 0.5 * np.asarray(outline.width))
     inner = np.broadcast_to(inner, (team.n,))
-    found = first_overlap(run.pose, inner)
+    tall = np.array([kind.body.height for kind in team.kinds])
+    found = first_overlap(run.pose, inner, None if run.spatial is None else run.spatial.z, tall)
     if found is None:
         return None
     sample, i, j, distance = found

@@ -2,7 +2,8 @@
 
 Flight stays where it is: from one substep to the next, a body is put where it was and given the velocities
 that flight gives it, weight and rotors included; the solver moves it on and lets it touch the ground,
-obstacles and others of its drive.  Nobody within reach costs a few comparisons, and no solver.
+obstacles and others of its drive.  Who touches nothing flies on as without it.  Nobody within reach costs a
+few comparisons, and no solver.
 """
 
 import importlib.util
@@ -166,7 +167,9 @@ class Touching:
             pybullet.resetBaseVelocity(body, *how, **client)
         pybullet.setPhysicsEngineParameter(fixedTimeStep=duration, numSubSteps=0, **client)
         pybullet.stepSimulation(**client)
-        self._note(rows)
+        rows = self._touched(rows)
+        if not len(rows):
+            return after
         parts = [part.copy(order="F") for part in after[:4]]
         for row in rows.tolist():
             body = self._bodies[row]
@@ -179,19 +182,24 @@ class Touching:
         parts[3][rows] = rotated(back, parts[3][rows])
         return after._replace(place=parts[0], velocity=parts[1], attitude=parts[2], rates=parts[3])
 
-    def _note(self, rows):
-        """Keep which bodies touch now."""
+    def _touched(self, rows):
+        """Return which of ``rows`` touch something now, and keep what they touch but for the ground.
+
+        All others fly on as if there were no solver, to the last bit.
+        """
         import pybullet
 
-        names = {self._bodies[row]: self._names[row] for row in rows.tolist()}
+        names, touched = {self._bodies[row]: self._names[row] for row in rows.tolist()}, set()
         names.update(self._fixed)
         for point in pybullet.getContactPoints(physicsClientId=self._client):
-            first, second = names.get(point[1]), names.get(point[2])
-            if first is None or second is None or "ground" in (first, second):
+            if point[1] not in names or point[2] not in names:
                 continue
             if point[9] > FEW or point[8] < -DEEP:
-                pair = tuple(sorted((first, second), key=self._order))
-                self._found.setdefault(pair, (*pair, *point[5]))
+                touched.update(point[1:3])
+                first, second = sorted((names[point[1]], names[point[2]]), key=self._order)
+                if "ground" not in (first, second):
+                    self._found.setdefault((first, second), (first, second, *point[5]))
+        return np.array([row for row in rows.tolist() if self._bodies[row] in touched], dtype=int)
 
     def _order(self, name):
         return (0, self._names.index(name)) if name in self._names else (1, 0)

@@ -130,6 +130,7 @@ class Scenario(NamedTuple):
     events: Tuple[Event, ...] = ()  # faults that befall robots
     takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
     load: Optional[Load] = None  # that the robots carry together
+    record: Tuple[str, ...] = ()  # names of sensors whose readings are recorded
 
     @property
     def n(self):
@@ -281,6 +282,8 @@ class Scenario(NamedTuple):
             result["load"] = self.load.to_plain()
         if self.sensors:
             result["sensors"] = [change.to_plain() for change in self.sensors]
+        if self.record:
+            result["record"] = list(self.record)
         if self.takeoff:
             result["takeoff"] = True
         if self.events:
@@ -351,6 +354,7 @@ def scenario_from_dict(content, where="scenario"):
         own_kinds=own_kinds,
         altitude=altitude,
         sensors=sensors,
+        record=_read_record(top),
         odometry_errors=read_odometry_errors(top),
         map=read_map(top),
         estimates=read_estimates(top),
@@ -515,6 +519,17 @@ def _probability(section):
 
 
 @explained_by("docs/scenarios.md#obstacles")
+def _read_record(top):
+    """Return the names of the sensors under ``record``."""
+    names, where = top.take("record", []), top.at("record")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ScenarioError("{}: {}, wanted a list of sensors' names".format(where, shown(names)))
+    for name in names:
+        if names.count(name) > 1:
+            raise ScenarioError("{}: {} twice".format(where, shown(name)))
+    return tuple(names)
+
+
 def _read_obstacles(top):
     given = top.take("obstacles", [])
     if not isinstance(given, list):

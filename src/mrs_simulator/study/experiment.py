@@ -18,6 +18,7 @@ from mrs_simulator.sensors.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
+from mrs_simulator.study.sensor_files import SensorRecorder, recorded_sensors
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -40,10 +41,25 @@ class Experiment:
         self.estimator = Estimator.of_scenario(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
         self.sensors.listen(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
+        mounts, kinds = self.sensors.mounts, self.world.team.kinds
+        self._recorded = recorded_sensors(scenario.record, mounts, kinds)
+        self._recorder = None  # of these sensors
         self.collisions, self.incidents = [], []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
         self.warnings += call(self.control.warnings, scenario.starts)
+
+    def record_sensors(self, out, tell):
+        """Write the sensors that the scenario's ``record`` names to the directory ``out``.
+
+        ``tell`` is called beforehand with a text on each file's size.  Return the ``SensorFiles``, or None.
+        """
+        if not self._recorded:
+            return None
+        for each in self._recorded:
+            tell(each.told(self.scenario.duration))
+        self._recorder = SensorRecorder(self._recorded, self.scenario, self.world, out)
+        return self._recorder.files
 
     def samples(self):
         """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
@@ -59,6 +75,8 @@ class Experiment:
         for step in range(steps + 1):
             if not self.sensors.is_idle:
                 self.sensors.update(step, world.sensed)
+            if self._recorder is not None:
+                self._recorder.update(step, world)
             if self.estimator is not None:
                 self.estimator.update(world.estimate(), self.sensors.readings(world.time))
             if step % scenario.steps_per_command == 0:
@@ -156,6 +174,7 @@ def perform(scenario, out, protocol=None, progress=False):
     columns = experiment.columns._replace(load=scenario.load is not None)
     kept = {"columns": columns, "kept": _samples_of(scenario)}
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
+        sensors = experiment.record_sensors(out, _tell)
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
                 more = experiment.more()
@@ -172,12 +191,17 @@ def perform(scenario, out, protocol=None, progress=False):
             if error.__cause__:
                 cause = error.__cause__
                 traceback.print_exception(type(cause), cause, cause.__traceback__)
+        finally:
+            if sensors is not None:
+                sensors.close()
     wall = time.monotonic() - started
     deadlock = experiment.control.safety_deadlock
     meta = {
         "real_time_factor": experiment.world.time / wall,
         "closest_approach": experiment.world.closest_approach,
-        "warnings": experiment.warnings + recorder.warnings(),
+        "warnings": experiment.warnings
+        + recorder.warnings()
+        + (sensors.warnings() if sensors is not None else []),
         "deadlock": [list(each) for each in deadlock],
         "ended": ended,
         "lockstep": True,

@@ -29,6 +29,7 @@ from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.judging import judged, proved
 from mrs_simulator.study.look import add_look, look_of
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.sensor_files import FILE
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.video import add_video, check_video, write_video
 
@@ -54,7 +55,8 @@ def begin_run(scenario, out, robots=None, tell=None, columns=None, kept=0):
     for name in os.listdir(out):
         stem, _, kind = name.partition(".")
         drawn = stem in (*FIGURES, VIEW) and kind in ("png", "pdf", "svg")
-        if name == VERDICT_FILE or drawn or name in VIDEOS:
+        readings = stem.startswith(FILE.partition("{}")[0]) and kind == "csv"
+        if name == VERDICT_FILE or drawn or readings or name in VIDEOS:
             os.remove(os.path.join(out, name))
     write_scenario(scenario, out)
     return recorder

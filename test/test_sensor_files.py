@@ -1,0 +1,120 @@
+"""Readings that a scenario has recorded beside run.csv."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.study.experiment import Experiment, perform
+from mrs_simulator.study.sensor_files import FILE, recorded_sensors
+from mrs_simulator.world.world import World
+
+MOUNTS = {
+    "laser": {"range": [0.1, 5.0], "rays": 31},
+    "seen": {"type": "range_bearing", "noise": {"range": {"stddev": 0.02}}},
+    "bumper": {"type": "bumper"},
+    "encoders": {"type": "encoders"},
+    "imu": {"type": "imu"},
+    "compass": {"type": "compass"},
+    "altimeter": {"type": "altimeter"},
+    "gps": {"type": "gps", "origin": [49.1, 12.3, 400.0], "noise": {"dropout": 0.3}},
+    "mocap": {"type": "motion_capture", "noise": {"position": {"latency": 0.1}}},
+}
+
+
+def scenario(**more):
+    content = {
+        "poses": [[0.0, 0.0, 0.0], [-2.0, 0.3, 0.4], [3.0, -1.0, 2.0]],
+        "obstacles": [{"type": "box", "name": "w", "center": [6.0, 0.0], "size": [0.2, 9.0]}],
+        "sensors": [{"mounts": MOUNTS}, {"robots": 3, "mounts": {"laser": None}}],
+        "control": {"protocol": "consensus"},
+        "duration": 1.0,
+        "record": ["sonar", *MOUNTS],
+    }
+    return scenario_from_dict(dict(content, **more))
+
+
+def rows_of(out, name):
+    with open(out / FILE.format(name), newline="") as file:
+        header, *rows = csv.reader(file)
+    return header, np.array(rows, dtype=float)
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    """The directory of a recorded run, and what was said of it beforehand."""
+    directory = tmp_path_factory.mktemp("run")
+    (directory / FILE.format("old")).write_text("of an earlier run")
+    perform(scenario(), str(directory))
+    return directory
+
+
+def test_every_sample_is_recorded_as_it_was_measured(out):
+    header, rows = rows_of(out, "laser")
+    assert header == ["time", "robot", *("range{}".format(k + 1) for k in range(31))]
+    assert rows[:, 1].tolist() == [1.0, 2.0] * 11  # the third robot has none
+    assert rows[::2, 0] == pytest.approx(0.1 * np.arange(11))
+    world = World.from_scenario(scenario())
+    suite = Suite.of_scenario(scenario(), world.team, world.obstacles)
+    suite.listen({0: ["laser"]})
+    suite.update(0, world.sensed)
+    np.testing.assert_allclose(rows[:2, 2:], suite.active[0].newest.ranges, rtol=1e-8)
+
+
+def test_files_have_the_columns_of_their_readings(out):
+    wanted = {
+        "seen": ["seen", "range", "bearing"],
+        "bumper": ["front1", "front2", "front3", "front4", "front5"]
+        + ["rear1", "rear2", "rear3", "rear4", "rear5"],
+        "encoders": ["travel1", "travel2"],
+        "imu": ["acceleration1", "acceleration2", "acceleration3", "rate1", "rate2", "rate3"],
+        "compass": ["heading"],
+        "altimeter": ["height"],
+        "gps": ["latitude", "longitude", "altitude"],
+        "mocap": ["x", "y", "theta"],
+    }
+    for name, columns in wanted.items():
+        header, rows = rows_of(out, name)
+        assert header == ["time", "robot", *columns]
+        assert set(rows[:, 1]) == {1.0, 2.0, 3.0}
+    assert np.isnan(rows_of(out, "gps")[1]).any()
+    _, seen = rows_of(out, "seen")
+    assert ((seen[:, 2] != seen[:, 1]) & (seen[:, 3] > 0.0)).all()
+    assert rows_of(out, "mocap")[1][-1, 0] == 1.0  # also what was known only later
+    assert not (out / FILE.format("old")).exists()
+
+
+def test_recording_changes_no_run(out, tmp_path):
+    perform(scenario(record=[]), str(tmp_path))
+    assert (tmp_path / "run.csv").read_bytes() == (out / "run.csv").read_bytes()
+    assert not list(tmp_path.glob("sensor_*"))
+
+
+def test_sizes_are_told_beforehand(out, tmp_path):
+    said = []
+    long = scenario(duration=600.0)
+    experiment = Experiment(long)
+    experiment.record_sensors(str(tmp_path), said.append).close()
+    assert said[1].startswith(
+        "sensor_laser.csv: 2 robots, 31 values at 10 Hz for 600 s: about 4.2 MB"
+    )
+    sensors = {
+        each.name: each
+        for each in recorded_sensors(long.record, experiment.sensors.mounts, experiment.world.kinds)
+    }
+    for name in ("laser", "sonar", "seen"):
+        size = (out / FILE.format(name)).stat().st_size
+        assert 0.4 < size / sensors[name].size(1.0) < 2.0, name
+
+
+def test_what_nobody_has_is_refused():
+    with pytest.raises(ScenarioError, match="record: unknown 'lasr'"):
+        Experiment(scenario(record=["lasr"]))
+    with pytest.raises(ScenarioError, match="record: 'laser' twice"):
+        scenario(record=["laser", "laser"])
+    with pytest.raises(ScenarioError, match="record: 'laser', wanted a list"):
+        scenario(record="laser")
+    assert scenario_from_dict(scenario().to_dict()).record == ("sonar", *MOUNTS)

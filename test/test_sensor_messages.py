@@ -19,7 +19,7 @@ from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.world.world import World
 
 # [m, rad] by which values may differ on their way
-FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7}
+FLOAT32 = {"battery": 1e-6, "sonar": 4e-7, "front": 4e-7, "laser": 4e-7}
 ROUNDED = dict.fromkeys(("compass", "mocap", "encoders"), 1e-15)
 ALL = {
     "laser": {"range": [0.1, 5.0]},
@@ -29,6 +29,7 @@ ALL = {
     "imu": {"type": "imu", "noise": {"rate": {"stddev": 0.01}}},
     "compass": {"type": "compass", "noise": {"stddev": "1 deg"}},
     "altimeter": {"type": "altimeter"},
+    "battery": {"type": "battery", "rate": 10},
     "gps": {"type": "gps", "origin": [49.1, 12.3, 400.0], "noise": {"dropout": 0.5}},
     "mocap": {"type": "motion_capture", "noise": {"position": {"stddev": "1 mm"}}},
     "front": {"type": "sonar", "transducers": [["0.1 m", 0.0, 0.0]]},

@@ -222,3 +222,35 @@ def test_a_gps_tells_degrees_of_the_earth(latitude, north, east):
 def test_impossible_numbers_are_refused(mount, wanted):
     with pytest.raises(ScenarioError, match=wanted.replace("gps.origin", "x.origin")):
         suite({"x": mount})
+
+
+# Battery -----------------------------------------------------------------------------------------
+
+CELL = {"type": "battery", "rate": 1.0, "capacity": "1 Wh", "idle": 20, "drive": 40, "turn": 10}
+
+
+def test_a_battery_drains_with_use_though_nobody_listens():
+    mount = dict(CELL, voltage=[10.0, 12.0], charge=0.5)
+    _, found = suite({"battery": mount}, step=0.02, control={"rate": 1})
+    assert not found.is_idle
+    for step in range(0, 151, 50):  # at 0.5 m/s and 0.2 rad/s, 20 + 20 + 2 W
+        found.update(step, lambda step=step: state([[0.0] * 3], [[0.5, 0.0, -0.2]], 0.02 * step))
+    found.heed({0: ["battery"]}, 150, lambda: state([[0.0] * 3], time=3.0))
+    reading = found.readings(3.0)[0]["battery"]
+    assert reading.stamp == 3.0 and reading.charge == pytest.approx(0.5 - 3 * 42.0 / 3600.0)
+    assert reading.voltage == pytest.approx(10.0 + 2.0 * reading.charge)
+    for step in range(200, 20001, 50):
+        found.update(step, lambda step=step: state([[0.0] * 3], time=0.02 * step))
+    assert found.readings(400.0)[0]["battery"].charge == 0.0
+    found.begin()
+    found.update(0, lambda: state([[0.0] * 3]))
+    assert found.readings(0.0)[0]["battery"].charge == 0.5
+
+
+def test_a_battery_says_what_it_wants():
+    with pytest.raises(
+        ScenarioError, match=r"voltage: \[3, 2\], wanted that of the empty one first"
+    ):
+        suite({"battery": dict(CELL, voltage=[3, 2])})
+    with pytest.raises(ScenarioError, match="voltage: 3, wanted"):
+        suite({"battery": dict(CELL, voltage=3)})

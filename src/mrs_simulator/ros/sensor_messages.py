@@ -12,6 +12,7 @@ import genpy
 import numpy as np
 from geometry_msgs.msg import PointStamped, PoseStamped
 from sensor_msgs.msg import (
+    BatteryState,
     Imu,
     JointState,
     LaserScan,
@@ -34,6 +35,7 @@ from mrs_simulator.ros.messages import (
     read_range_bearing,
 )
 from mrs_simulator.sensors.types import TYPES
+from mrs_simulator.sensors.types.battery import BatteryReading
 from mrs_simulator.sensors.types.bumper import BumperReading
 from mrs_simulator.sensors.types.encoders import EncoderReading
 from mrs_simulator.sensors.types.inertial import AltimeterReading, CompassReading, ImuReading
@@ -457,8 +459,32 @@ def _diagonal(variance):
 
 
 # Of each type of sensor; the first is the one that is listened to.
+class Charge(Form):
+    """BatteryState with voltage and charge alone."""
+
+    MESSAGE = BatteryState
+
+    def message(self, item, header):
+        """Return the ``BatteryState`` at a voltage [V] and a charge [-]."""
+        voltage, charge = item
+        return BatteryState(
+            header=header,
+            voltage=voltage,
+            percentage=charge,
+            current=math.nan,
+            capacity=math.nan,
+            design_capacity=math.nan,
+            present=True,
+        )
+
+    def reading(self, message, stamp):
+        """Return the ``BatteryReading``."""
+        return BatteryReading(stamp, message.voltage, message.percentage)
+
+
 FORMS = {
     "altimeter": (Height,),
+    "battery": (Charge,),
     "bumper": (Bumpers,),
     "compass": (Heading,),
     "encoders": (Wheels,),

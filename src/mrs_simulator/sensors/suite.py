@@ -30,6 +30,7 @@ class Suite:
         self._obstacles, self._scenery = tuple(obstacles), None
         self._fitted = [_Fitted(*each, team, seed, step) for each in _alike(team, mounts)]
         self._active, self._looking_back = [], []
+        self._running = [fitted for fitted in self._fitted if fitted.keeps]
         self._begun, self._told = 0, None
 
     @classmethod
@@ -49,8 +50,8 @@ class Suite:
 
     @property
     def is_idle(self):
-        """Return whether nobody listens."""
-        return not self._active
+        """Return whether there is nothing to be read."""
+        return not self._running
 
     def listen(self, wanted):
         """Read from now on the sensors ``wanted``, ``{row: names}``, and no others.
@@ -64,6 +65,7 @@ class Suite:
                 fitted.mount.name in wanted.get(row, ()) for row in fitted.rows.tolist()
             )
         self._active = [fitted for fitted in self._fitted if fitted.is_listened_to]
+        self._running = [f for f in self._fitted if f.is_listened_to or f.keeps]
         self._told = None
         self._looking_back = [fitted for fitted in self._active if fitted.looks_back]
         if self._active and self._scenery is None:
@@ -79,7 +81,8 @@ class Suite:
         self.listen(wanted)
         for fitted in self._active:
             if fitted not in before:
-                fitted.begin()
+                if not fitted.keeps:
+                    fitted.begin()
                 fitted.take(step - self._begun, state(), self._scenery)
 
     @property
@@ -96,7 +99,7 @@ class Suite:
     def update(self, step, state):
         """Read what is due at the world's ``step``; ``state()`` returns the ``State`` then."""
         elapsed = step - self._begun
-        due = [fitted for fitted in self._active if elapsed % fitted.steps == 0]
+        due = [fitted for fitted in self._running if elapsed % fitted.steps == 0]
         if due:
             now = state()
             for fitted in due:
@@ -104,7 +107,7 @@ class Suite:
         for fitted in self._looking_back:
             if (elapsed + 1) % fitted.steps == 0:
                 fitted.before = elapsed, state()
-        return due
+        return [fitted for fitted in due if fitted.is_listened_to]
 
     def readings(self, time):
         """Return what is known at ``time`` [s], ``{row: {name: reading}}``; a name is absent at first.
@@ -149,6 +152,7 @@ class _Fitted:
         self.sensor = TYPES[mount.type](mount, rows, team)
         self.steps = steps_between(mount, step)
         self.is_listened_to = False
+        self.keeps = getattr(self.sensor, "KEEPS", False)
         self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
         streams = Streams(seed, (rows + 1).tolist(), mount.name)
         self._draws = Draws(dict(mount.noise), streams, self.steps * step)
@@ -157,6 +161,8 @@ class _Fitted:
     def begin(self):
         self._late = deque()
         self.newest = self._known = self.before = self._taken = None
+        if self.keeps:
+            self.sensor.begin()
 
     def take(self, elapsed, state, environment):
         """Read the sample at ``elapsed`` steps, once."""

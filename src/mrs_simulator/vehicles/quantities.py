@@ -32,7 +32,24 @@ UNITS["kg"] = {"kg": _times(1.0), "g": _per(1000.0)}
 # Of a rotor, per speed squared.
 UNITS["N s^2"] = {"N s^2": _times(1.0), "N/rpm^2": _per((2.0 * math.pi / 60.0) ** 2)}
 UNITS["N m s^2"] = {"N m s^2": _times(1.0), "N m/rpm^2": _per((2.0 * math.pi / 60.0) ** 2)}
-PLAIN = ("Hz", "N", "N m", "kg m", "kg m^2", "N/m", "1/s", "N s/m", "N m s", "N s^2/m^2", "N s^2/m")
+UNITS["J"] = {"J": _times(1.0), "kJ": _times(1e3), "Wh": _times(3600.0)}
+PLAIN = (
+    "V",
+    "W",
+    "J/m",
+    "J/rad",
+    "Hz",
+    "N",
+    "N m",
+    "kg m",
+    "kg m^2",
+    "N/m",
+    "1/s",
+    "N s/m",
+    "N m s",
+    "N s^2/m^2",
+    "N s^2/m",
+)
 UNITS.update({name: {name: _times(1.0)} for name in PLAIN})
 
 

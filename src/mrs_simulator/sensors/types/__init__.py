@@ -13,10 +13,12 @@ A reading is a NamedTuple whose first field is ``stamp`` [s]; ``PER_ROBOT`` name
 each robot; one that has ``of(k)`` tells itself what its k-th robot has.
 
 Optional are ``check(kind, where)``, which raises ``ScenarioError`` where robots of a kind cannot have the
-sensor, and ``LOOKS_BACK = True`` for one whose ``read`` takes a fourth argument, the ``State`` one step
-before.
+sensor; ``LOOKS_BACK = True`` for one whose ``read`` takes a fourth argument, the ``State`` one step before;
+``KEEPS = True`` for one that is read at all its samples though nobody listens, with ``begin()``, which
+makes it forget.
 """
 
+from mrs_simulator.sensors.types.battery import Battery
 from mrs_simulator.sensors.types.bumper import Bumper
 from mrs_simulator.sensors.types.encoders import Encoders
 from mrs_simulator.sensors.types.inertial import Altimeter, Compass, Imu
@@ -27,6 +29,7 @@ from mrs_simulator.sensors.types.sonar import Sonar
 
 TYPES = {
     "altimeter": Altimeter,
+    "battery": Battery,
     "bumper": Bumper,
     "compass": Compass,
     "encoders": Encoders,

@@ -1,0 +1,88 @@
+"""Batteries, which drain with use."""
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.vehicles.quantities import quantity
+
+MOST = 1e9  # [J]
+
+
+class Numbers(NamedTuple):
+    """Of a battery and of what drains it."""
+
+    capacity: float  # [J]
+    charge: float  # [-] at the beginning of a run
+    idle: float  # [W] at rest
+    drive: float  # [J/m] besides, of the way of the centre
+    turn: float  # [J/rad] besides, of turning
+    voltage: Tuple[float, float]  # [V] empty and full
+
+
+class BatteryReading(NamedTuple):
+    """Charge and voltage."""
+
+    stamp: float  # [s]
+    voltage: float  # (...) [V]
+    charge: float  # (...) [-] from 0, empty, to 1
+
+    PER_ROBOT = ("voltage", "charge")
+
+
+class Battery:
+    """A charge that falls by ``idle + drive |v| + turn |omega|`` [W] over the capacity, down to 0.
+
+    Speeds are those at the samples.  The voltage is on a straight line between empty and full, and noisy;
+    the charge is not.  An empty battery stops no robot.
+    """
+
+    QUANTITIES = {"": "V"}
+    RATE = 1.0
+    KEEPS = True  # it drains whether or not somebody listens
+
+    @staticmethod
+    def settings(section):
+        """Return the ``Numbers`` in a mount's ``section``; defaults are chosen, about those of a P3-DX."""
+        given, where = section.take("voltage", [11.5, 13.0]), section.at("voltage")
+        if not isinstance(given, list) or len(given) != 2:
+            raise ScenarioError("{}: {}, wanted [empty, full]".format(where, shown(given)))
+        low, high = (quantity(each, "V", where, low=0.0) for each in given)
+        if low > high:
+            raise ScenarioError(
+                "{}: {}, wanted that of the empty one first".format(where, shown(given))
+            )
+        return Numbers(
+            section.quantity("capacity", "J", 9.0e5, above=0.0, high=MOST),
+            section.quantity("charge", "", 1.0, low=0.0, high=1.0),
+            section.quantity("idle", "W", 20.0, low=0.0),
+            section.quantity("drive", "J/m", 40.0, low=0.0),
+            section.quantity("turn", "J/rad", 10.0, low=0.0),
+            (low, high),
+        )
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._numbers, self._rows = mount.numbers, rows
+        self.begin()
+
+    def begin(self):
+        """Begin with the charge of the beginning."""
+        self._charge, self._time = np.full(len(self._rows), self._numbers.charge), None
+
+    def read(self, state, environment, rng):
+        """Return the ``BatteryReading`` of all robots in ``rows``."""
+        if self._time is not None:
+            self._drain(state)
+        self._time = state.time
+        low, high = self._numbers.voltage
+        voltage = rng.noisy(low + (high - low) * self._charge)
+        return BatteryReading(state.time, voltage, self._charge.copy())
+
+    def _drain(self, state):
+        twist, numbers = np.abs(state.twist[self._rows]), self._numbers
+        power = numbers.idle + numbers.drive * np.hypot(twist[:, 0], twist[:, 1])
+        power += numbers.turn * twist[:, 2]
+        used = power * (state.time - self._time) / numbers.capacity
+        self._charge = np.maximum(self._charge - used, 0.0)

@@ -550,6 +550,16 @@ def test_fit_brings_near_obstacles_into_view_and_leaves_the_team_its_scale(view)
     assert everything_in_view(view, POSES[:, :2])
 
 
+def test_the_first_view_of_a_scenario_holds_all_obstacles(view):
+    view.show_obstacles([Cylinder("far", 70.0, -40.0, 1.0, 1.0)])
+    view.fit(whole=True)
+    view.resize(700, 500)
+    view.grab()
+    assert everything_in_view(view, np.vstack([POSES[:, :2], [[71.0, -41.0]]]))
+    view.fit()
+    assert not everything_in_view(view, np.array([[70.0, -40.0]]))
+
+
 def test_a_team_of_7_3_and_100_and_back(view):
     for n in (7, 3, 100, 1, 300, 2):
         poses = team(n)

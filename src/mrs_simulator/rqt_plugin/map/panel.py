@@ -48,7 +48,7 @@ class MapPanel(QWidget):
         self._build_trail()
         fit = QToolButton()
         fit.setText("Fit")
-        fit.setToolTip("Bring the whole team into view (F)")
+        fit.setToolTip("Bring the whole team and what is near it into view (F)")
         fit.clicked.connect(guarded(lambda *_: self.map.fit()))
         self._row.addWidget(fit)
         layout = QVBoxLayout(self)

@@ -51,6 +51,7 @@ class MapScene(QWidget):
         self._edges = Edges()
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
         self._untouched = True  # the view is still the one that fit() chose
+        self._whole = True  # and that one holds all obstacles
         self._kinds = ()
         self.revision = 0  # of what is shown: it grows with each change
         self._begin_team((), np.empty((0, 3)))
@@ -127,7 +128,7 @@ class MapScene(QWidget):
         numbers = tuple(range(1, len(poses) + 1))
         if numbers != self._numbers:
             self._begin_team(numbers, poses)
-            self.fit()
+            self.fit(whole=True)
         elif not np.allclose(poses, self._pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
         spatial = None if altitude is None else upright(poses[:, 2], altitude)
@@ -150,7 +151,7 @@ class MapScene(QWidget):
         self._place(poses, fresh, snapshot.real, snapshot.spatial)
         self._trails.add(poses[:, :2], self._z)
         if changed:
-            self.fit()
+            self.fit(whole=True)
         self._follow()
         self.update()
 
@@ -291,9 +292,12 @@ class MapScene(QWidget):
 
     # The view ------------------------------------------------------------------------------------
 
-    def fit(self):
-        """Bring the whole team, its targets and trails, and obstacles not far from them into view."""
-        self._untouched = True
+    def fit(self, whole=False):
+        """Bring the whole team, its targets and trails, and obstacles not far from them into view.
+
+        ``whole``: all obstacles, however far away, but for land.
+        """
+        self._untouched, self._whole = True, whole
         self._look_at(self._bounds(everything=True), self._shapes.farthest)
 
     def _bounds(self, everything):
@@ -307,7 +311,7 @@ class MapScene(QWidget):
         if not everything or not len(points):
             return points
         low, high = points.min(axis=0), points.max(axis=0)
-        reach = max(REACH, np.max(high - low))
+        reach = np.inf if self._whole else max(REACH, np.max(high - low))
         return np.stack(with_obstacles(low, high, self._obstacles, reach))
 
     def _look_at(self, points, room):
@@ -356,4 +360,4 @@ class MapScene(QWidget):
     def _measure(self):
         self._frame.area = axes.plot_area(self, HINTS[self._mode])
         if self._untouched:
-            self.fit()
+            self.fit(self._whole)

@@ -38,7 +38,7 @@ class ScenarioEditing:
         scenario = self._study.scenario
         self._show_team()
         self.obstacles.begin()
-        self._panels.map.fit()
+        self._panels.map.fit(whole=True)
         self._panels.bar.set_speed(scenario.speed)
         self._show_protocol()
 

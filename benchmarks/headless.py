@@ -3,16 +3,19 @@
 
     python3 benchmarks/headless.py [--quick] [--keep]
 
-The world has no obstacles, steps of 20 ms, a command at each step, collisions checked; in the crowd
-robots touch all the time.  Beside them pybullet writes poses of massless bodies, a load known from
-other simulators' figures.  With ``--keep`` the figures go to benchmarks/history.csv.
+The world has no obstacles, steps of 20 ms, a command at each step, collisions checked, watchdogs on;
+"recorded": at 10 Hz to run.csv, by orjson where it is installed.  In the crowd robots touch all the time.
+Beside them pybullet writes poses of massless bodies, a load known from other simulators' figures.  With
+``--keep`` the figures go to benchmarks/history.csv.
 """
 
 import argparse
+import contextlib
 import itertools
 import math
 import os
 import statistics
+import tempfile
 import time
 import tracemalloc
 from importlib.util import find_spec
@@ -23,7 +26,9 @@ from history import Report
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist
 from mrs_simulator.control.laws.formation import Formation
+from mrs_simulator.core import edge_terms
 from mrs_simulator.core.layouts import make_layout
+from mrs_simulator.core.recording import Recorder
 from mrs_simulator.core.scenario import DEFAULT_KIND, Control, Scenario
 from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.world.world import EVERY, World
@@ -70,18 +75,31 @@ def scenario_of(n, fidelity, kinds=()):
     return Scenario(poses, kinds, fidelity=fidelity, limits="top", control=Control(), duration=1e6)
 
 
-def real_time_factor(n, fidelity, protocol):
-    """Return simulated over processor time of one experiment."""
+def real_time_factor(n, fidelity, protocol, recorded=False):
+    """Return simulated over processor time of one experiment, ``recorded`` as a user's or not at all."""
     experiment = Experiment(scenario_of(n, fidelity), protocol)
-    samples = experiment.samples()
-    next(samples)
-    begin, simulated = time.process_time(), experiment.world.time
-    while time.process_time() - begin < WALL:
-        next(samples)
-    elapsed = time.process_time() - begin
-    factor = (experiment.world.time - simulated) / elapsed
-    experiment.world.close()
-    return factor
+    with contextlib.ExitStack() as stack:
+        stack.callback(experiment.world.close)
+        samples = experiment.samples()
+        if recorded:
+            samples = recorded_ones(experiment, samples, stack)
+        next(samples), next(samples)  # whatever is compiled is so by then
+        begin, simulated = time.process_time(), experiment.world.time
+        while time.process_time() - begin < WALL:
+            next(samples)
+        elapsed = time.process_time() - begin
+        return (experiment.world.time - simulated) / elapsed
+
+
+def recorded_ones(experiment, samples, stack):
+    """Yield ``samples`` as they are written to a run.csv, until ``stack`` is left."""
+    folder = stack.enter_context(tempfile.TemporaryDirectory())
+    numbers, columns = experiment.control.numbers, experiment.control.team.record_columns
+    path = os.path.join(folder, "run.csv")
+    recorder = stack.enter_context(Recorder(path, numbers, columns=columns))
+    for stamp, pose, command in samples:
+        recorder.sample(stamp, pose, command, experiment.points(pose), **experiment.more())
+        yield
 
 
 def reference(n):
@@ -141,13 +159,19 @@ def _run(world, command, steps):
         world.step()
 
 
+def use_compiled(wanted):
+    """Let what is made from here on be compiled, or not."""
+    os.environ[COMPILED] = str(int(wanted))
+    edge_terms.compiled.cache_clear()
+
+
 HOOK, ARRAYS = "kinematic, by calculateControlLaw", "kinematic, by arrays"
 CASES = (
     (HOOK, "kinematic", ByHook, (7, 100, 1000)),
     (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
     ("dynamic, by arrays", "dynamic", Formation, (7, 100)),
 )
-COMPILED = "MRS_SIMULATOR_COMPILED"
+COMPILED, RECORDED = "MRS_SIMULATOR_COMPILED", ", recorded"
 
 
 def main():
@@ -163,20 +187,24 @@ def main():
         value = statistics.median(measure(n, *how) for _ in range(repeats))
         return report.note(case, n, value, "x real time")
 
-    os.environ[COMPILED] = "0"
+    use_compiled(False)
     for n in (7, 100, 1000):
         note("reference: pybullet writes poses", n, reference)
     factors = {}
     for case, fidelity, protocol, sizes in CASES:
         for n in sizes:
             factors[case, n] = note(case, n, real_time_factor, fidelity, protocol)
+            if fidelity == "kinematic":
+                note(case + RECORDED, n, real_time_factor, fidelity, protocol, True)
     for n in (100, 1000):
         note("kinematic, a crowd in contact", n, crowd_factor)
     if find_spec("numba"):
-        os.environ[COMPILED] = "1"
+        use_compiled(True)
         for n in (7, 100, 1000, 10000):
-            note(ARRAYS + ", compiled", n, real_time_factor, "kinematic", Formation)
-        os.environ[COMPILED] = "0"
+            for recorded in (False, True):
+                case = ARRAYS + ", compiled" + (RECORDED if recorded else "")
+                note(case, n, real_time_factor, "kinematic", Formation, recorded)
+        use_compiled(False)
     costs = {n: 0.02e6 / (factors[ARRAYS, n] * n) for n in (100, 1000, 10000)}
     for n, cost in costs.items():
         report.note("cost of a robot-step", n, cost, "us")

@@ -10,6 +10,7 @@ from mrs_simulator.version import __version__
 _HOMES = {
     "PioneerControl": "mrs_simulator.control.pioneer_control",
     "Position": "mrs_simulator.control.pioneer_control",
+    "array_law": "mrs_simulator.control.array_law",
     "make_twist": "mrs_simulator.control.twists",
     "Twist": "mrs_simulator.control.twist_message",
     "Parameter": "mrs_simulator.core.parameters",

@@ -357,6 +357,13 @@ class PioneerControl:
         return type(self).calculateControlLaw is not PioneerControl.calculateControlLaw
 
     @property
+    def is_bare(self):
+        """Return whether ``pointMassLaw`` and limits alone decide on commands."""
+        loop = ("commands", "wanted_commands", "saturated", "calculateControlLaw", "neighbourLaw")
+        replaced = any(getattr(type(self), n) is not getattr(PioneerControl, n) for n in loop)
+        return not (replaced or self._network or self._is_filtered or self.SENSORS)
+
+    @property
     def dimension(self):
         """Return d, how many coordinates the controlled points have: 2 on the ground."""
         return self.team.dimension

@@ -47,10 +47,16 @@ def kernel(term, loops, compile_, compile_kept):
     ``compile_`` is what terms and their helpers go through, ``compile_kept`` what the loops do.
     """
     name = "{}_{}_{}".format(loops.__name__, term.__name__, digest(term))
-    scope = dict(globals(), term=linked(term, compile_))
+    scope = dict(loops.__globals__, term=linked(term, compile_))
     function = types.FunctionType(loops.__code__, scope, name)
     function.__qualname__ = name
     return compile_kept(function)
+
+
+def flow_law(term):
+    """Return the law ``(points, places, gain, first, second, *given)`` of a ``Flow`` with that term."""
+    scope = dict(globals(), term=term)
+    return types.FunctionType(of_flow.__code__, scope, "{}_{}".format("flow", term.__name__))
 
 
 def linked(function, compile_):
@@ -96,6 +102,22 @@ def of_edges(values, first, second, *given):
         for edge in range(m):
             total[axis, first[edge]] += flow[axis, edge]
     return total.T
+
+
+def of_flow(points, places, gain, first, second, *given):
+    """Return ``gain`` times the sums (n, d) of the term over edges of ``points - places`` (n, d)."""
+    (n, d), m = points.shape, len(first)
+    apart = np.empty((d, m))
+    for axis in range(d):
+        for edge in range(m):
+            i, j = first[edge], second[edge]
+            here = points[i, axis] - places[i, axis]
+            apart[axis, edge] = (points[j, axis] - places[j, axis]) - here
+    flow, total = term(apart, *given), np.zeros((d, n))
+    for axis in range(d):
+        for edge in range(m):
+            total[axis, first[edge]] += flow[axis, edge]
+    return gain * total.T
 
 
 def of_pairs(values, first, second, *given):

@@ -9,6 +9,7 @@ are nor how they are summed: what evaluates it is free to choose.
 """
 
 import functools
+from typing import Any, Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -79,6 +80,45 @@ def weighted_differences(weight, points, values, *given):
     columns = np.asarray(points).T
     weights = weight(columns[:, np.newaxis, :] - columns[:, :, np.newaxis], *given)
     return weights @ values - weights.sum(axis=1)[:, np.newaxis] * values
+
+
+class Flow(NamedTuple):
+    """A law that is one sum over edges: ``u_i = gain sum_j term(x_j - x_i, *given)``, ``x = p - places``.
+
+    ``summed(x)`` is numpy's sum of the terms, (n, d); loops take ``term``, ``arcs`` and ``given``.
+    """
+
+    gain: float
+    term: Callable
+    arcs: Tuple[np.ndarray, ...]  # rows i (m,) and j (m,), i hears j
+    given: Tuple[Any, ...]
+    summed: Callable
+    places: Optional[np.ndarray] = None  # (n, d) [m]
+
+    def velocity(self, points):
+        """Return the velocities u (n, d) at ``points`` p (n, d) [m]."""
+        return self.gain * self.summed(points if self.places is None else points - self.places)
+
+
+def edge_flow(gain, term, arcs, *given, places=None):
+    """Return the ``Flow`` of any term, as :func:`edge_sum` sums it."""
+
+    def summed(values):
+        return edge_sum(term, arcs, values, *given)
+
+    return Flow(gain, term, arcs[:2], given, summed, places)
+
+
+def difference_flow(gain, topology, places=None):
+    """Return the ``Flow`` of ``-gain L x``, as :func:`difference_sum` sums it."""
+    summed = functools.partial(difference_sum, topology=topology)
+    return Flow(gain, weighted, topology.arcs[:2], (topology.arcs[2],), summed, places)
+
+
+def flow_to_mean(gain, topology, places=None):
+    """Return the ``Flow`` of ``-gain (x_i - sum_j a_ij x_j / sum_j a_ij)``, see :func:`from_mean`."""
+    summed = functools.partial(from_mean, topology=topology)
+    return Flow(-gain, weighted, topology.arcs[:2], (-topology.shares,), summed, places)
 
 
 def weighted(apart, weight):

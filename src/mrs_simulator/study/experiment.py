@@ -7,9 +7,11 @@ import traceback
 
 import numpy as np
 
+from mrs_simulator.control.array_law import form_of
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call, raised
+from mrs_simulator.core import compiling
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import FARTHEST
@@ -72,6 +74,10 @@ class Experiment:
         world.rise()
         self._asked(self.control.start)
         steps = int(round(scenario.duration / scenario.step))
+        leaps = self._leaps()
+        if leaps is not None:
+            yield from self._leaping(leaps, steps)
+            return
         for step in range(steps + 1):
             if not self.sensors.is_idle:
                 self.sensors.update(step, world.sensed)
@@ -80,7 +86,7 @@ class Experiment:
             if self.estimator is not None:
                 self.estimator.update(world.estimate(), self.sensors.readings(world.time))
             if step % scenario.steps_per_command == 0:
-                world.set_commands(EVERY, self._command(self._known()))
+                self._command_all()
             if step % scenario.steps_per_record == 0:
                 self._check_near(world)
                 yield world.time, world.pose.copy(), world.command.copy()
@@ -88,6 +94,47 @@ class Experiment:
                 world.step()
                 self.collisions.extend(world.take_collisions())
                 self.incidents.extend(world.take_incidents())
+
+    def _leaps(self):
+        """Return the ``Leaps`` that take the world from sample to sample, None where none are made."""
+        scenario, control = self.scenario, self.control
+        every = scenario.steps_per_command
+        if not compiling.is_wanted() or self._recorder is not None or self.estimator is not None:
+            return None
+        form = form_of(control)
+        if form is None or not self.sensors.is_idle or not self.world.can_leap(every):
+            return None
+        from mrs_simulator.world.leaping import Leaps  # numba only where it is wanted
+
+        return Leaps(self.world, *form, every, control.l, control.saturation)
+
+    def _leaping(self, leaps, steps):
+        """:meth:`samples` of ``steps`` steps, of which ``leaps`` makes all that it can."""
+        from mrs_simulator.world.leaping import NEAR
+
+        world, step = self.world, 0
+        every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
+        self._command_all()
+        while True:
+            if step % every == 0:
+                self._check_near(world)
+                yield world.time, world.pose.copy(), world.command.copy()
+            if step == steps:
+                return
+            end = min(steps, step + every - step % every)
+            while step < end:
+                done, why = leaps.advance(end - step)
+                step += done
+                if why == NEAR:
+                    world.step()
+                    self.collisions.extend(world.take_collisions())
+                    self.incidents.extend(world.take_incidents())
+                    step += 1
+                if why and step % command_every == 0:
+                    self._command_all()
+
+    def _command_all(self):
+        self.world.set_commands(EVERY, self._command(self._known()))
 
     def points(self, pose):
         """Return the controlled points (n, 2) [m] of robots now at ``pose``; None for hand points."""

@@ -88,12 +88,14 @@ def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apar
     os.makedirs(out, exist_ok=True)
     if apart is not None and apart.takes(run):
         return _write_at_once(run, out, formats, control, look, apart)
-    from mrs_simulator.study.figures import figures  # matplotlib is slow to import
-
     verdict, prediction = judged(run, control)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))
+    if not formats:
+        return verdict
+    from mrs_simulator.study.figures import figures  # matplotlib is slow to import
+
     figures(run, out, formats, prediction, look)
-    curves = _certificates(run, control, formats)
+    curves = _certificates(run, control)
     if curves:
         from mrs_simulator.study.certificate_figure import save_certificates
 
@@ -109,17 +111,17 @@ def _write_at_once(run, out, formats, control, look, apart):
 
     verdict, _ = judged(run, control, draw)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))
-    curves = _certificates(run, control, formats)
+    curves = _certificates(run, control)
     if curves:
         apart.certificates(curves, out, formats, look)
     apart.finish()
     return verdict
 
 
-def _certificates(run, control, formats):
+def _certificates(run, control):
     """Return the curves that the protocol shows beside theory; a fault of its is printed, and no more."""
     try:
-        return call(certificate_curves, control, run) if control is not None and formats else []
+        return call(certificate_curves, control, run) if control is not None else []
     except Exception:
         traceback.print_exc()
         return []

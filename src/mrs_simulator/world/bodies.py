@@ -60,7 +60,7 @@ class Bodies:
         self._list.clear()
         self._looked = None  # where robots were (n, 2) when they were last looked at
         self._free = 0.0  # [m] that each may be from there before any two bodies can touch
-        self._room = 0.0  # [m] that each may still move, by what is known without looking
+        self.room = 0.0  # [m] that each may still move, by what is known without looking
 
     def near_pairs(self, pose):
         """Return the rows of all pairs of robots that may touch soon."""
@@ -163,13 +163,13 @@ class Bodies:
         the last call, ``inf`` where that is not known; while no two bodies can have come together since
         they were last looked at, none is looked at.
         """
-        self._room -= travel
-        if self._room <= 0.0 < self._free:
-            self._room = self._free - np.sqrt(squared(pose[:, :2] - self._looked).max())
-        if self._room > 0.0:
+        self.room -= travel
+        if self.room <= 0.0 < self._free:
+            self.room = self._free - np.sqrt(squared(pose[:, :2] - self._looked).max())
+        if self.room > 0.0:
             return []
         contacts = self._pushed_apart(pose, z)
-        self._free = self._room = 0.0 if contacts else self._room_to_move(pose)
+        self._free = self.room = 0.0 if contacts else self._room_to_move(pose)
         self._looked = pose[:, :2].copy(order="F")
         return contacts
 

@@ -16,6 +16,7 @@ from mrs_simulator.core.kinematics import (
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.drives import differential
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.bodies import Bodies
 
@@ -85,7 +86,7 @@ class KinematicMotion:
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         # [m] that nobody exceeds in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
-        self._encoders = encoders
+        self._encoders, self._bounds = encoders, None
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
         self._mirrored = np.array(mirrored, dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
@@ -158,6 +159,28 @@ class KinematicMotion:
         self._contacts = self._separate()
         if self._contacts:
             self._feel_contacts(before, free)
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these robots: unicycles that nothing but their wheels moves."""
+        drives = [group.drive for group in self.team.groups]
+        carried = self._current is not None or len(self._mirrored) or self._encoders
+        return type(self) is KinematicMotion and drives == [differential] and not carried
+
+    def leap(self, steps, until, every, command, function, *given):
+        """Move by up to ``steps`` steps by ``leaping.stretch``; return how many, and why it ended.
+
+        ``command`` (n, 2), which is changed in place, after ``until`` steps and ``every`` from then on.
+        """
+        bounds = self._least, self._greatest, self._most.up, self._most.both
+        if self._bounds is None:
+            top = self.team.limits.of_all(self.team.n).top
+            self._bounds = np.concatenate([*bounds, top], axis=1)
+        pose, inner = self.pose.copy(order="F"), self._inner.copy(order="F")
+        moved = pose, inner, command, self._bounds, self.step, self._reach, self._bodies.room
+        done, self._bodies.room, why = function(steps, until, every, *moved, *given)
+        self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
+        return done, why
 
     def _separate(self):
         """Push overlapping bodies apart; return the contacts."""

@@ -689,6 +689,24 @@ class World:
             for row in self.load.update(self._tools()):
                 self._report(row, LET_GO if self.load.held.any() else FELL)
 
+    def can_leap(self, every):
+        """Return whether :meth:`leap` moves these robots, of which each hears a command ``every`` steps."""
+        acts = self._own_stops, self._events, self._mishaps, self._manoeuvres.busy, self._is_direct
+        other = self._obedience or self._schedule is not None or self.team.has_arms or any(acts)
+        heard = every * self.step_size <= self._shortest_timeout
+        plain = self.fidelity == "kinematic" and self._odometry_kind == "world"
+        return bool(plain and heard and not other and self._motion.can_leap)
+
+    def leap(self, steps, every, function, *given):
+        """Advance by up to ``steps`` steps in one compiled call, see ``leaping.Leaps.advance``."""
+        until = every - self._step % every
+        done, why = self._motion.leap(steps, until, every, self._target, function, *given)
+        self._step += done
+        if done >= until:
+            self._heard[:] = self._step - (done - until) % every
+            self.commanded[:] = True
+        return done, why
+
     def _watch(self):
         if self._step % self._steps_per_watch:
             return

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.laws.common import (
     AGREED,
     DECAY,
@@ -11,7 +12,6 @@ from mrs_simulator.control.laws.common import (
     spanning_tree,
 )
 from mrs_simulator.control.laws.consensus_equations import (
-    consensus,
     discrete_consensus,
     has_simple_modes,
     largest_step,
@@ -28,6 +28,7 @@ from mrs_simulator.core.claims import (
     invariant,
     rate,
 )
+from mrs_simulator.core.edge_terms import difference_flow
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, sampled_rate
 from mrs_simulator.core.stability import Stability, share_left
@@ -88,9 +89,10 @@ class Consensus(PioneerControl):
         """Return the law as published."""
         return Averaging(weights_of(self.topology), self.gain)
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, d) [m/s]."""
-        return self.gain * consensus(hand, self.topology)
+        return difference_flow(self.gain, self.topology)
 
     def energy(self, start):
         """Return ``p^T L p/2``, over a directed graph that of the disagreement."""

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.laws import formation_equations as formation
 from mrs_simulator.control.laws.common import below, commands_by
 from mrs_simulator.control.laws.energies import disagreement_energy
@@ -85,9 +86,10 @@ class Formation(PioneerControl):
         super().set_topology(topology)
         self.set_parameters(dict(self.parameters, closure="topology"))
 
-    def pointMassLaw(self, hand):
-        """Return ``u``, shape (n, d) [m/s], of law (6) for hand points ``hand`` (n, d) [m]."""
-        return formation.formation_velocity(hand, self._offsets, self.topology, self.k, self.T)
+    @flow_law
+    def pointMassLaw(self):
+        """Return ``u``, shape (n, d) [m/s], of law (6) for hand points (n, d) [m]."""
+        return formation.formation_flow(self._offsets, self.topology, self.k, self.T)
 
     def targets(self, hand):
         """Return ``alpha_i*``, (n, d) [m]."""

@@ -11,7 +11,7 @@ which is ``alpha_{i+1} + (c, 0)`` where i hears only i+1.  A robot that hears no
 
 import numpy as np
 
-from mrs_simulator.core.edge_terms import from_mean
+from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
 from mrs_simulator.core.neighbours import squared
@@ -90,7 +90,12 @@ def formation_velocity(hand, offsets, topology, k, T):
 
     With step ``T`` [s] it gives (5), ``alpha+ = (1-k) alpha + k alpha*``.
     """
-    return (-k / T) * target_errors(hand, offsets, topology)
+    return formation_flow(offsets, topology, k, T).velocity(hand)
+
+
+def formation_flow(offsets, topology, k, T):
+    """Return the ``Flow`` of law (6), as :func:`formation_velocity` has it."""
+    return flow_to_mean(k / T, topology, offsets)
 
 
 def predict(hand, offsets, topology, k, steps):

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.laws import formations_equations as laws
 from mrs_simulator.control.laws.common import (
     all_hold,
@@ -182,9 +183,10 @@ class DisplacementFormation(Shaped):
         """Return the law as published."""
         return Averaging(weights_of(self.topology), self.gain, self.published_places())
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, d) [m/s]."""
-        return self.gain * laws.displacement_formation(hand, self.places(), self.topology)
+        return laws.displacement_flow(self.gain, self.places(), self.topology)
 
     def targets(self, hand):
         """Return ``d + w^T (hand - d)``, (n, d) [m]: where the law ends from here."""
@@ -289,9 +291,10 @@ class DistanceFormation(Shaped):
         """Return the law as published."""
         return Distances(weights_of(self.topology), self.gain, self.published_places())
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, d) [m/s]."""
-        return self.gain * laws.distance_formation(hand, self.places(), self.topology)
+        return laws.distance_flow(self.gain, self.places(), self.topology)
 
     def targets(self, hand):
         """Return the shape, (n, d) [m], turned, mirrored and moved to lie closest to ``hand``."""
@@ -369,9 +372,10 @@ class BearingFormation(Shaped):
         """Return the law as published."""
         return Bearings(weights_of(self.topology), self.gain, self.published_places())
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, d) [m/s]."""
-        return self.gain * laws.bearing_formation(hand, self.places(), self.topology)
+        return laws.bearing_flow(self.gain, self.places(), self.topology)
 
     def targets(self, hand):
         """Return the shape, (n, d) [m], with the centroid and the scale of ``hand``."""

@@ -7,7 +7,14 @@ Edges (i, j) say that i hears j, ``p_ij = p_i - p_j`` and ``g_ij = (p_j - p_i)/|
 import numpy as np
 
 from mrs_simulator.control.laws.common import level
-from mrs_simulator.core.edge_terms import apart, difference_sum, edge_sum, inner, unit
+from mrs_simulator.core.edge_terms import (
+    apart,
+    difference_flow,
+    edge_flow,
+    edge_sum,
+    inner,
+    unit,
+)
 
 SHAPES = ("line", "circle", "vee", "grid")
 
@@ -51,7 +58,12 @@ def displacement_formation(points, places, topology):
     With a spanning tree ``p -> d + w^T (p(0) - d)``, ``w`` the left null vector of L; on an
     undirected graph the centroid stays and the error decays at ``lambda_2``.  Oh, Park, Ahn, 2015.
     """
-    return difference_sum(points - places, topology)
+    return displacement_flow(1.0, places, topology).velocity(points)
+
+
+def displacement_flow(gain, places, topology):
+    """Return the ``Flow`` of ``gain`` times :func:`displacement_formation`."""
+    return difference_flow(gain, topology, places)
 
 
 def distance_formation(points, places, topology):
@@ -61,8 +73,13 @@ def distance_formation(points, places, topology):
     Where the target is infinitesimally rigid (at least 2n - 3 edges, in space 3n - 6) its lengths are
     reached from nearby, exponentially.  Krick, Broucke, Francis, 2009.
     """
+    return distance_flow(1.0, places, topology).velocity(points)
+
+
+def distance_flow(gain, places, topology):
+    """Return the ``Flow`` of ``gain`` times :func:`distance_formation`."""
     wanted = apart(places, topology.arcs)
-    return edge_sum(spring, topology.arcs, points, topology.arcs[2], inner(wanted, wanted))
+    return edge_flow(gain, spring, topology.arcs, topology.arcs[2], inner(wanted, wanted))
 
 
 def spring(apart, weight, wanted):
@@ -109,8 +126,13 @@ def bearing_formation(points, places, topology):
     infinitesimally bearing rigid the bearings converge to ``g*`` from almost everywhere.  Zhao, Zelazo,
     2016.
     """
+    return bearing_flow(1.0, places, topology).velocity(points)
+
+
+def bearing_flow(gain, places, topology):
+    """Return the ``Flow`` of ``gain`` times :func:`bearing_formation`."""
     wanted = unit(apart(places, topology.arcs))
-    return edge_sum(off_bearing, topology.arcs, points, topology.arcs[2], wanted)
+    return edge_flow(gain, off_bearing, topology.arcs, topology.arcs[2], wanted)
 
 
 def off_bearing(apart, weight, wanted):

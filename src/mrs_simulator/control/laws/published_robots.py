@@ -112,19 +112,27 @@ class Robots:
         """Return who has not reached the speeds of ``command`` (n, a) yet, (n,) bool."""
         return self._values(lambda g, part: part.lags(g.of(command))) > 0.0
 
+    # Of one drive alone the whole team is its part.
+
     def _values(self, of_part):
+        if len(self.parts) == 1:
+            return of_part(*self.parts[0])
         result = np.empty(self.team.n)
         for g, part in self.parts:
             result[g.rows] = of_part(g, part)
         return result
 
     def _pairs(self, of_part):
+        if len(self.parts) == 1:
+            return of_part(*self.parts[0]).view(float).reshape(-1, 2)
         result = np.empty(self.team.n, dtype=complex)
         for g, part in self.parts:
             result[g.rows] = of_part(g, part)
         return result.view(float).reshape(-1, 2)
 
     def _columns(self, of_part):
+        if len(self.parts) == 1:
+            return of_part(*self.parts[0])
         result = np.zeros((self.team.n, len(self.team.axes)))
         for g, part in self.parts:
             g.put(result, of_part(g, part))

@@ -1,0 +1,77 @@
+"""Laws in a form that can be compiled with the motion of the robots, whole stretches of a run at once.
+
+``pointMassLaw`` is then a function of arrays alone, without ``self``:
+
+    class Gather(PioneerControl):
+        PARAMETERS = (Parameter("gain", 0.5, "1/s"),)
+
+        @array_law
+        def pointMassLaw(hand, gain):
+            return gain * (hand.mean(axis=0) - hand)
+
+or, of a law that is one sum over edges, a method that returns its ``core.edge_terms.Flow``:
+
+        @flow_law
+        def pointMassLaw(self):
+            return difference_flow(self.gain, self.topology)
+"""
+
+import functools
+import inspect
+
+import numpy as np
+
+ARCS = ("first", "second", "weight")  # of the topology: who hears, whom, how much, (m,) each
+
+
+def array_law(function):
+    """Return ``pointMassLaw`` of a ``function`` of the points and of attributes, called by their names.
+
+    ``function(points, ...)`` takes the points (n, d) [m] and returns their velocities (n, d) [m/s]; each
+    further argument is the attribute of the control of that name, or one of ``first``, ``second`` and
+    ``weight``, the topology's arcs.  It is written with what numba compiles, and keeps nothing.
+    """
+    names = list(inspect.signature(function).parameters)[1:]
+
+    @functools.wraps(function)
+    def pointMassLaw(self, hand):
+        return function(hand, *_values(self, names))
+
+    if "time" not in names:  # which stands still within a stretch
+        pointMassLaw.form = lambda self: (function, _values(self, names))
+    return pointMassLaw
+
+
+def flow_law(method):
+    """Return ``pointMassLaw`` of a ``method`` that returns the law's ``core.edge_terms.Flow``."""
+
+    @functools.wraps(method)
+    def pointMassLaw(self, hand):
+        return method(self).velocity(hand)
+
+    def form(self):
+        from mrs_simulator.core.compiled_terms import flow_law as loops
+
+        flow = method(self)
+        n, d = len(self.numbers), self.dimension
+        places = np.zeros((n, d)) if flow.places is None else np.ascontiguousarray(flow.places)
+        rows = map(np.ascontiguousarray, flow.arcs)
+        return loops(flow.term), (places, float(flow.gain), *rows, *flow.given)
+
+    pointMassLaw.form = form
+    return pointMassLaw
+
+
+def form_of(control):
+    """Return ``(function, arguments)`` of the law of ``control``, None where it has no such form.
+
+    ``function(points, *arguments)`` is what numba compiles.  Nothing but the law may decide on commands:
+    no faults of edges, no safety filter, no method of the loop that a class replaced.
+    """
+    form = getattr(type(control).pointMassLaw, "form", None)
+    return None if form is None or not control.is_bare else form(control)
+
+
+def _values(control, names):
+    arcs = dict(zip(ARCS, control.topology.arcs))
+    return tuple(arcs[name] if name in arcs else getattr(control, name) for name in names)

@@ -1,0 +1,111 @@
+"""Unicycles moved over several steps in one compiled call: law, saturation, ramps, arcs, room to move.
+
+The numbers are those of ``KinematicMotion`` and ``Team`` in their order, but for sines and cosines, which
+are the C library's here and differ from numpy's in the last bit.  Trajectories agree to rounding as long
+as robots do not touch: tests hold them to 1e-9 m.
+"""
+
+import functools
+import math
+
+import numpy as np
+
+from mrs_simulator.core.compiled_terms import kernel
+from mrs_simulator.core.compiling import jit
+
+PI, TURN = np.pi, 2.0 * np.pi
+FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
+DONE, NEAR, ODD = 0, 1, 2  # why a stretch ended: complete; bodies may touch; no usable command
+SCOPES = ("none", "robot", "team")  # of saturation
+DIAGONAL = math.sqrt(2.0)  # [-] of a velocity by its greater component, at most
+
+term = None  # the law, compiled
+
+
+def stretch(steps, until, every, pose, inner, command, limits, step, reach, room, l, scope, *given):
+    """Move robots by up to ``steps`` steps, in place; return ``(steps done, room left, why it ended)``.
+
+    ``pose`` (n, 3); ``inner`` (n, 2), speeds; ``command`` (n, 2), in force.  The law, ``term(points,
+    *given)``, is asked after ``until`` steps and after every ``every`` from then on.  ``limits`` (n, 10):
+    least and greatest target, most change, twice that, and limit of commands, of v and omega each.
+    ``reach`` [m]: what nobody exceeds in a step of ``step`` [s]; ``room`` [m]: how far robots may move
+    before bodies can touch; ``l`` [m]; ``scope``: saturation, a row of ``SCOPES``.  A step in which bodies
+    may touch (``NEAR``) is not made; a command that nobody could follow (``ODD``) is not given.
+    """
+    n = len(pose)
+    after, mean, points = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
+    cos, sin = np.empty(n), np.empty(n)
+    for count in range(steps):
+        fastest = 0.0
+        for row in range(n):
+            for axis in range(2):
+                target = min(max(command[row, axis], limits[row, axis]), limits[row, 2 + axis])
+                most = limits[row, 4 + axis]
+                change = min(max(target - inner[row, axis], -most), most)
+                after[row, axis] = inner[row, axis] + change
+                lost = abs(change) * change / limits[row, 6 + axis]
+                mean[row, axis] = after[row, axis] - lost
+                fastest = max(fastest, abs(mean[row, axis]))
+        travel = min(reach, step * DIAGONAL * fastest)
+        if room <= travel:
+            return count, room, NEAR
+        room -= travel
+        for row in range(n):
+            half = 0.5 * step * mean[row, 1]
+            along = step * mean[row, 0] * (np.sin(half) / half if half != 0.0 else 1.0)
+            middle = pose[row, 2] + half
+            pose[row, 0] += along * np.cos(middle)
+            pose[row, 1] += along * np.sin(middle)
+            theta = middle + half
+            if theta < -PI or theta >= PI:
+                theta = (theta + PI) % TURN - PI
+            pose[row, 2] = theta
+            inner[row, 0], inner[row, 1] = after[row, 0], after[row, 1]
+        if count + 1 < until or (count + 1 - until) % every != 0:
+            continue
+        for row in range(n):
+            cos[row], sin[row] = np.cos(pose[row, 2]), np.sin(pose[row, 2])
+            points[row, 0] = pose[row, 0] + l * cos[row]
+            points[row, 1] = pose[row, 1] + l * sin[row]
+        u = term(points, *given)
+        worst = 1.0
+        for row in range(n):
+            x, y = u[row, 0], u[row, 1]
+            v, omega = cos[row] * x + sin[row] * y, (cos[row] * y - sin[row] * x) / l
+            if not (abs(v) <= FASTEST and abs(omega) <= FASTEST):
+                return count + 1, room, ODD
+            after[row, 0], after[row, 1] = v, omega
+            excess = max(abs(v) / limits[row, 8], abs(omega) / limits[row, 9], 1.0)
+            worst = max(worst, excess)
+            mean[row, 0] = excess if scope == 1 else 1.0
+        for row in range(n):
+            factor = worst if scope == 2 else mean[row, 0]
+            command[row, 0], command[row, 1] = after[row, 0] / factor, after[row, 1] / factor
+    return steps, room, DONE
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_stretch(law):
+    """Return :func:`stretch` under the function ``law`` of the points, compiled."""
+    return kernel(law, stretch, jit(), jit(cache=True))
+
+
+class Leaps:
+    """A ``World`` of unicycles that moves by several steps at once under a law that is asked meanwhile."""
+
+    def __init__(self, world, law, given, every, l, saturation):
+        """``law(points, *given)`` returns velocities (n, 2); it is asked every ``every`` steps.
+
+        ``l`` [m] is the hand length, ``saturation`` one of ``SCOPES``.
+        """
+        self._world, self._every = world, every
+        self._function = compiled_stretch(law)
+        self._given = l, SCOPES.index(saturation), *given
+
+    def advance(self, steps):
+        """Move by up to ``steps`` steps; return how many were made, and why it ended.
+
+        ``NEAR``: the next step is to be made by ``World.step``; ``ODD``: a command is due that the law
+        is to be asked for.  A command due after the last step is given, too, but for these.
+        """
+        return self._world.leap(steps, self._every, self._function, *self._given)

@@ -139,3 +139,65 @@ def test_unequal_wheels_are_of_robots_with_a_left_and_a_right_one():
         with pytest.raises(WorldError, match="Ed = 1.01, Eb = 1, but a .* has no left and right"):
             world({"Ed": 1.01}, model=model)
     world({"alpha": [0.1] * 6}, model="robotino3")
+
+
+# A gyro, and factors drawn once ----------------------------------------------------------------
+
+
+def test_a_gyro_takes_the_place_of_the_wheels_turns():
+    """A wrong track is not felt: the gyro tells the true turn, the wheels the true way of the centre."""
+    moved = world({"Eb": 1.1, "gyro": {}})
+    drive(moved, 0.4, 0.5, 5.0)
+    assert moved.estimate()[0] == pytest.approx(moved.pose[0], abs=1e-5)  # arcs bend otherwise
+    wrong = world({"Eb": 1.1})
+    drive(wrong, 0.4, 0.5, 5.0)
+    assert wrong.odometry()[0, 2] == pytest.approx(2.5 * 1.1, abs=1e-9)
+
+
+def test_a_gyros_bias_turns_the_odometry():
+    moved = world({"gyro": {"bias": 0.01}})
+    drive(moved, 0.0, 0.0, 10.0)
+    assert moved.odometry()[0] == pytest.approx([0.0, 0.0, 0.1], abs=1e-9)
+    moved.reset()
+    drive(moved, 0.0, 0.0, 1.0)
+    assert moved.odometry()[0, 2] == pytest.approx(0.01, abs=1e-9)
+
+
+def test_a_gyros_angle_walks_by_the_root_of_time():
+    moved = world({"gyro": {"walk": 0.02}}, n=300)
+    drive(moved, 0.0, 0.0, 4.0)
+    assert moved.odometry()[:, 2].std() == pytest.approx(0.04, rel=0.15)
+
+
+def test_factors_are_even_and_kept():
+    moved = world({"factor": 0.1}, n=400)
+    drive(moved, 0.5, 0.0, 1.0)
+    first = moved.odometry()[:, 0] / 0.5 - 1.0
+    assert np.abs(first).max() <= 0.1 and np.abs(first.mean()) < 0.01
+    assert first.std() == pytest.approx(0.1 / math.sqrt(3.0), rel=0.1)
+    drive(moved, 0.5, 0.0, 1.0)
+    assert moved.odometry()[:, 0] == pytest.approx(1.0 + first, abs=1e-9)
+    drive(moved, 0.0, 0.5, 1.0)
+    turned = moved.odometry()[:, 2] / 0.5 - 1.0
+    assert abs(np.corrcoef(first, turned)[0, 1]) < 0.2 and np.abs(turned).max() <= 0.1
+
+
+@pytest.mark.parametrize(
+    "wrong, said",
+    [
+        ({"factor": 0.6}, "factor: 0.6"),
+        ({"gyro": {"drift": 1}}, "unknown 'drift'"),
+        ({"gyro": {"walk": -1}}, "walk"),
+    ],
+)
+def test_wrong_factors_and_gyros_are_named(wrong, said):
+    with pytest.raises(ScenarioError, match=said):
+        world(wrong)
+
+
+def test_they_are_written_as_they_are_read():
+    given = {"factor": 0.01, "gyro": {"bias": 0.001, "walk": 0.002}}
+    content = {"poses": [[0, 0, 0]], "odometry": "wheel", "odometry_errors": given}
+    errors = scenario_from_dict(content).odometry_errors
+    again = scenario_from_dict(dict(content, odometry_errors=errors.to_plain()))
+    assert again.odometry_errors == errors == OdometryErrors(factor=0.01, gyro=(0.001, 0.002))

@@ -19,7 +19,7 @@ from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.world.world import World
 
 # [m, rad] by which values may differ on their way
-FLOAT32 = {"battery": 1e-6, "sonar": 4e-7, "front": 4e-7, "laser": 4e-7}
+FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7}
 ROUNDED = dict.fromkeys(("compass", "mocap", "encoders"), 1e-15)
 ALL = {
     "laser": {"range": [0.1, 5.0]},
@@ -29,7 +29,6 @@ ALL = {
     "imu": {"type": "imu", "noise": {"rate": {"stddev": 0.01}}},
     "compass": {"type": "compass", "noise": {"stddev": "1 deg"}},
     "altimeter": {"type": "altimeter"},
-    "battery": {"type": "battery", "rate": 10},
     "gps": {"type": "gps", "origin": [49.1, 12.3, 400.0], "noise": {"dropout": 0.5}},
     "mocap": {"type": "motion_capture", "noise": {"position": {"stddev": "1 mm"}}},
     "front": {"type": "sonar", "transducers": [["0.1 m", 0.0, 0.0]]},
@@ -81,6 +80,16 @@ def test_what_is_told_is_what_is_read(sensors, name):
         assert type(read) is type(wanted)
         for a, b in zip(wanted, read):
             np.testing.assert_allclose(b, a, rtol=0.0, atol={**FLOAT32, **ROUNDED}.get(name, 0.0))
+
+
+def test_a_battery_tells_charge_and_voltage():
+    world = World.from_scenario(scenario(sensors=[{"mounts": {"battery": {"type": "battery"}}}]))
+    (mount,) = [each for each in Suite.of_scenario(
+        scenario(sensors=[{"mounts": {"battery": {"type": "battery"}}}]), world.team
+    ).mounts[0] if each.type == "battery"]  # fmt: skip
+    form = forms_of(mount, world.team.kinds[0])[0]
+    read = form.reading(sent(form, [12.25, 0.5]), 2.0)
+    assert read == (2.0, 12.25, 0.5)
 
 
 def test_echoes_are_points_in_the_robots_axes():

@@ -1,10 +1,12 @@
 """What is wrong with wheel odometry, as a scenario says it: unequal wheels, a wrong track, noise."""
 
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import Section, number_list
 
+GYRO = ("bias", "walk")
+MOST_FACTOR = 0.5  # [-]
 MOST_RATIO = 2.0  # [-] of two wheels' diameters, and of tracks
 
 
@@ -15,6 +17,10 @@ class OdometryErrors(NamedTuple):
     Probabilistic Robotics, table 5.3): over a time T [s] at speed v and turn rate w the variance of the
     distance is (a1 v^2 + a2 w^2) T, of the turn (a3 v^2 + a4 w^2) T, of the heading besides
     (a5 v^2 + a6 w^2) T.
+    ``factor``: of what is told of distances and turns, 1 + e each, e drawn once for each robot and evenly
+    between -factor and factor, as MobileSim and Stage have it.
+    ``gyro``: the turn comes from a gyro instead of the wheels: its bias [rad/s] and random walk of the
+    angle [rad/sqrt(s)]; None for none.
     ``Ed``, ``Eb``: the wheels' diameters, right over left, and the actual track over the nominal one
     (Borenstein and Feng, UMBmark, 1994).
     """
@@ -22,6 +28,8 @@ class OdometryErrors(NamedTuple):
     alpha: Tuple[float, ...] = (0.0,) * 6
     Ed: float = 1.0
     Eb: float = 1.0
+    factor: float = 0.0
+    gyro: Optional[Tuple[float, float]] = None
 
     @property
     def wheels(self):
@@ -30,7 +38,12 @@ class OdometryErrors(NamedTuple):
 
     def to_plain(self):
         """Return the mapping that a scenario holds."""
-        return {"alpha": list(self.alpha), "Ed": self.Ed, "Eb": self.Eb}
+        plain = {"alpha": list(self.alpha), "Ed": self.Ed, "Eb": self.Eb}
+        if self.factor:
+            plain["factor"] = self.factor
+        if self.gyro is not None:
+            plain["gyro"] = dict(zip(GYRO, self.gyro))
+        return plain
 
 
 @explained_by("docs/sensors.md#odometry")
@@ -48,9 +61,19 @@ def read_odometry_errors(top):
     section.take("alpha")
     low = 1.0 / MOST_RATIO
     ratios = (section.number(key, 1.0, low=low, high=MOST_RATIO) for key in ("Ed", "Eb"))
-    errors = OdometryErrors(alpha, *ratios)
+    factor = section.number("factor", 0.0, low=0.0, high=MOST_FACTOR)
+    errors = OdometryErrors(alpha, *ratios, factor, _read_gyro(section))
     section.done()
     return errors
+
+
+def _read_gyro(section):
+    if not section.has("gyro"):
+        return section.take("gyro")
+    gyro = Section(section.take("gyro"), section.at("gyro"))
+    numbers = gyro.number(GYRO[0], 0.0), gyro.number(GYRO[1], 0.0, low=0.0)
+    gyro.done()
+    return numbers
 
 
 def step_deviations(alpha, v, w, step):

@@ -184,6 +184,7 @@ class World:
         self._mishaps = getattr(motion, "mishaps", None)
         self._own_stops = [g for g in self.team.groups if hasattr(g.drive, "silent")]
         self._odometry = self._new_odometry()
+        self._odometry.begin_at(poses[:, 2])
         if self._odometry_rate is not None:
             steps = odometry_steps(self.team, self._odometry_rate, self.step_size)
             self._schedule = Schedule(steps)
@@ -640,7 +641,7 @@ class World:
         if self._odometry_kind == "wheel":
             joints = self._motion.joints()
             drives = joints if joints.ndim == 1 else joints[:, 0]
-            self._odometry.update(self._motion.wheel_travel, drives)
+            self._odometry.update(self._motion.wheel_travel, drives, self.pose[:, 2])
             if len(self._aloft):  # robots without encoders know how they have moved
                 moved = relative(self._start[self._aloft], self.pose[self._aloft])
                 self._odometry.pose[self._aloft] = moved

@@ -9,6 +9,7 @@ import rospy
 from std_msgs.msg import Header
 
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.nodes.record.bag import command_of
 from mrs_simulator.nodes.stage import sensor_topics
 from mrs_simulator.nodes.stage.robot_topics import Frames
 from mrs_simulator.ros import defined_types
@@ -287,3 +288,20 @@ def test_rates_that_are_not_kept_are_said(topics, monkeypatch):
     monkeypatch.setattr(sensor_topics, "LATELY", 0.0)
     assert topics.slow(1.0, 0.95) == []  # the three are long gone
     assert topic_of(3, forms_of(topics._suite.mounts[0][0], world.kinds[0])[0]) == "/robot3/sonar"
+
+
+def test_a_bag_holds_what_the_scenario_has_recorded():
+    command = command_of(scenario(record=["bumper", "laser"]), "/some/where", ["__name:=rosbag"])
+    assert command[:6] == [
+        "rosrun",
+        "rosbag",
+        "record",
+        "--tcpnodelay",
+        "-O",
+        "/some/where/run.bag",
+    ]
+    assert command[-1] == "__name:=rosbag" and "/stage/state" in command
+    topics = ["/robot{}/{}".format(k, name) for name in ("bumper_state", "laser") for k in (1, 2)]
+    assert command[-6:-1] == ["/map", *topics]
+    plain = command_of(scenario(), ".")
+    assert not any("robot" in topic or topic == "/map" for topic in plain)

@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 import yaml
-from ros_fixtures import log_of, wait_until
+from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.experiment import perform
+from mrs_simulator.study.sensor_files import FILE
 
 FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7}  # [m]
 COMMANDS = 26  # [-] that are compared: half a second
@@ -61,6 +62,7 @@ def scenario(tmp_path):
         "obstacles": [wall],
         "sensors": [{"mounts": MOUNTS}],
         "limits": "top",
+        "record": ["laser", "gps"],
         "duration": 0.02 * (COMMANDS - 1),
     }
     path = tmp_path / "scenario.yaml"
@@ -82,14 +84,15 @@ def lines(path):
 
 def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     file, wanted = law(tmp_path, "without")
-    for _ in Experiment(
-        load_scenario(str(scenario)), load_protocol("{}:Tells".format(file))
-    ).samples():
-        pass
+    law_alone = load_protocol("{}:Tells".format(file))
+    perform(load_scenario(str(scenario)), str(tmp_path / "alone"), law_alone)
     file, heard = law(tmp_path, "over_ros")
     given = ["--scenario", scenario, "_lockstep:=true"]
-    stage = ros.node("stage", *given, "_speed:=0", "_wait_for_control:=true")
-    control = ros.node("pioneer_control", *given, "--protocol", "{}:Tells".format(file))
+    waits = "_wait_for_control:=true", "_wait_for_recorders:=1"
+    stage = ros.node("stage", *given, "_speed:=0", *waits)
+    law_there = "--protocol", "{}:Tells".format(file)
+    control = ros.node("pioneer_control", *given, *law_there)
+    record = ros.node("record", "--scenario", scenario, *law_there, "--out", tmp_path / "over")
     wait_until(lambda: len(lines(heard)) > COMMANDS)
     assert len(lines(wanted)) == COMMANDS
     for (time, robots), (said, over_ros) in zip(lines(wanted), lines(heard)):
@@ -102,6 +105,16 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
                     within = FLOAT32.get(name, 1e-12)
                     np.testing.assert_allclose(b, a, rtol=0.0, atol=within, err_msg=error)
     assert "Traceback" not in log_of(stage) + log_of(control)
+    # What the scenario has recorded is the same, too.
+    record.wait(PATIENCE)
+    for name, within in (("laser", 4e-7), ("gps", 1e-9)):
+        found, alone = (
+            np.genfromtxt(tmp_path / out / FILE.format(name), delimiter=",", skip_header=1)
+            for out in ("over", "alone")
+        )
+        found = found[np.lexsort((found[:, 1], found[:, 0]))]
+        np.testing.assert_allclose(found, alone, rtol=0.0, atol=within, err_msg=name)
+    assert "sensor_laser.csv: 2 robots, 31 values at 10 Hz" in log_of(record)
     # Each sensor has a frame of its own, and what nobody asks for is not published.
     probe = ros.probe()
     probe.ask("watch_diagnostics()")

@@ -437,7 +437,7 @@ NODES = {
         *POSES,
         REAL,
     ),
-    "record": (SILENCE, *POSES, CMD_VEL_TOPIC, V_MAX, OMEGA_MAX),
+    "record": (SILENCE, *POSES, CMD_VEL_TOPIC, SENSOR_TOPIC, V_MAX, OMEGA_MAX),
     "markers": (HAND_LENGTH,),
     "camera": (PICTURES,),
 }

@@ -12,7 +12,7 @@ from mrs_simulator.ros.node_parameters import SENSOR_TIMEOUT, SENSOR_TOPIC
 from mrs_simulator.ros.odometry_inbox import clock_at, silence
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.senders import Senders
-from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.ros.sensor_messages import forms_of, listened_topic
 from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.sensors.types import TYPES
 
@@ -30,10 +30,6 @@ class SensorInbox:
         whenever a reading has come.  Raises ``ValueError`` for an impossible ``~sensor_topic``.
         """
         pattern, self._least = read(SENSOR_TOPIC), read(SENSOR_TIMEOUT)
-        if pattern.count("*") != 1:
-            name = rospy.resolve_name("~" + SENSOR_TOPIC.name)
-            text = "parameter {} = {!r}: wanted one * for the sensor's name"
-            raise ValueError(text.format(name, pattern))
         self._wake, self._lock, self._senders = wake, threading.Lock(), Senders()
         self._told = None  # the last answer of ``readings``
         self._inlets = [
@@ -51,7 +47,7 @@ class SensorInbox:
 
     def _subscribed(self, inlet, pattern):
         form = inlet.form
-        name = pattern.replace("{}", str(inlet.row + 1)).replace("*", form.mount.name + form.SUFFIX)
+        name = listened_topic(pattern, inlet.row + 1, form)
         inlet.topic = rospy.resolve_name(name)
         return rospy.Subscriber(
             name, form.MESSAGE, self.put, callback_args=inlet, queue_size=1, tcp_nodelay=True

@@ -10,6 +10,7 @@ import struct
 
 import genpy
 import numpy as np
+import rospy
 from geometry_msgs.msg import PointStamped, PoseStamped
 from sensor_msgs.msg import (
     BatteryState,
@@ -508,3 +509,14 @@ def forms_of(mount, kind):
 def topic_of(number, form):
     """Return the name of the topic of ``form`` of the robot ``number``."""
     return "/robot{}/{}{}".format(number, form.mount.name, form.SUFFIX)
+
+
+def listened_topic(pattern, number, form):
+    """Return the topic of ``form`` of the robot ``number`` by ``pattern``: {} its number, * the sensor.
+
+    Raises ``ValueError`` for a pattern without the latter.
+    """
+    if pattern.count("*") != 1:
+        text = "parameter {} = {!r}: wanted one * for the sensor's name"
+        raise ValueError(text.format(rospy.resolve_name("~sensor_topic"), pattern))
+    return pattern.replace("{}", str(number)).replace("*", form.mount.name + form.SUFFIX)

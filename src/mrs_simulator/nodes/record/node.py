@@ -17,6 +17,7 @@ from mrs_simulator.core.controller_log import Interruptions, deadlock_in
 from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
+from mrs_simulator.nodes.record.sensor_source import SensorSource
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.diagnostics import OK, WARN, Diagnostics, Health, Rates
 from mrs_simulator.ros.last_words import print_last
@@ -46,9 +47,12 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
-        self.source = make_source(scenario)
         columns = self.control.team.record_columns
         self._file = begin_run(scenario, out, tell=_tell, columns=columns)
+        self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
+        if self.sensors:
+            self.sensors.wait()  # a stage may begin as soon as somebody listens to its state
+        self.source = make_source(scenario)
         self._start, self._next = None, 0.0
         self._moved = False  # whether any robot was told to
         self._wall_start = None
@@ -70,8 +74,9 @@ class RunRecorder:
 
     def _health(self):
         """Return how the recording is, for ``/diagnostics``."""
-        rate = self._rates.of({"samples": self.samples})["samples"]
-        values = {"samples": self.samples, "elapsed [s]": float(self.elapsed), "samples [Hz]": rate}
+        readings = self.sensors.count if self.sensors else 0
+        rates = self._rates.of({"samples [Hz]": self.samples, "readings [Hz]": readings})
+        values = dict(rates, samples=self.samples, readings=readings, elapsed=float(self.elapsed))
         message = "waiting for the first command" if self._start is None else "recording"
         warnings = self._file.warnings()
         return [Health("", WARN if warnings else OK, (warnings or [message])[0], values)]
@@ -129,6 +134,8 @@ class RunRecorder:
     def _begin(self, sample):
         self._start, self._wall_start = sample.stamp, time.monotonic()
         self.source.begin()
+        if self.sensors:
+            self.sensors.begin(sample.stamp)
         begun = sample.pose[:, :2]
         if len(begun) == self.scenario.n:
             away = np.max(np.abs(begun - self.scenario.poses[:, :2]))
@@ -139,6 +146,7 @@ class RunRecorder:
     def finish(self):
         """Write figures and verdict of what was recorded; return the verdict, None if nothing was."""
         self._file.close()
+        missing = self.sensors.close() if self.sensors else []
         if self._start is None:
             return None
         wall = time.monotonic() - self._wall_start
@@ -147,7 +155,7 @@ class RunRecorder:
         meta["warnings"] = self.control.team.notes
         meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
-        meta["warnings"] += self._file.warnings()
+        meta["warnings"] += self._file.warnings() + missing
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
         incidents = [i._replace(time=i.time - self._start) for i in self.source.incidents]

@@ -1,0 +1,43 @@
+"""Records a rosbag of the stage and of the sensors that the scenario's ``record`` names."""
+
+import os
+import sys
+
+from mrs_simulator.nodes.record.sensor_source import recorded_of
+from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.sensor_messages import topic_of
+from mrs_simulator.study.programs import refusing_bad_input
+
+STAGE = ("/clock", "/tf", "/tf_static")
+STAGE += tuple("/stage/" + name for name in ("state", "status", "collisions", "scenario"))
+LOCAL = dict(RUN_ARGUMENTS, out="directory for run.bag")
+
+
+def command_of(scenario, directory, more=()):
+    """Return the command line of rosbag that records ``scenario`` to ``directory``; ``more``: arguments.
+
+    Topics by name: rosbag looks for patterns by simulated time, which waits for it.
+    """
+    _, forms = recorded_of(scenario)
+    topics = [topic_of(number, form) for (_, number), form in sorted(forms.items())]
+    if scenario.map is not None or scenario.obstacles:
+        topics = ["/map", *topics] if topics else topics
+    to = os.path.join(directory, "run.bag")
+    given = ["rosrun", "rosbag", "record", "--tcpnodelay", "-O", to]
+    return [*given, *STAGE, *topics, *more]
+
+
+def main():
+    """Become ``rosbag record``; exits with 2 for bad input."""
+    with refusing_bad_input("bag"):
+        arguments = parse("Record a bag of the stage and of sensors.", LOCAL)
+        directory = os.path.abspath(arguments.out or ".")
+        scenario = scenario_from(arguments)
+        own = [argument for argument in sys.argv[1:] if argument.startswith("__")]
+        command = command_of(scenario, directory, own)
+        os.makedirs(directory, exist_ok=True)
+    os.execvp(command[0], command)
+
+
+if __name__ == "__main__":
+    main()

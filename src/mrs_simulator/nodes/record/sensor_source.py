@@ -1,0 +1,110 @@
+"""Readings of robots' sensors as they come over ROS, written beside the run."""
+
+import threading
+import time
+from collections import deque
+
+import rospy
+
+from mrs_simulator.ros.messages import MessageError
+from mrs_simulator.ros.node_parameters import SENSOR_TOPIC
+from mrs_simulator.ros.parameters import read
+from mrs_simulator.ros.sensor_messages import forms_of, listened_topic
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.study.sensor_files import SensorFiles, recorded_sensors
+from mrs_simulator.vehicles import Team
+
+CONNECTED, NAP = 2.0, 0.02  # [s] of wall time
+KEPT = 4  # [-] newest messages of each sensor before the run begins
+REFUSED = 5.0  # [s] of wall time between two reports of messages that cannot be read
+ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
+
+
+def recorded_of(scenario):
+    """Return the ``Recorded`` of ``scenario``, and ``{(name, number): form}`` of what is listened to."""
+    team = Team.from_scenario(scenario)
+    mounts = fitted_mounts(team, scenario.sensors)
+    sensors = recorded_sensors(scenario.record, mounts, team.kinds)
+    forms = {
+        (mount.name, row + 1): forms_of(mount, team.kinds[row])[0]
+        for row, own in enumerate(mounts)
+        for mount in own
+        if mount.name in scenario.record
+    }
+    return sensors, forms
+
+
+class SensorSource:
+    """Listens to the sensors that a scenario's ``record`` names; real robots' by the time of arrival."""
+
+    def __init__(self, scenario, out, tell):
+        """Write to the directory ``out``; ``tell`` is called with a text on each file's size."""
+        sensors, forms = recorded_of(scenario)
+        for each in sensors:
+            tell(each.told(scenario.duration))
+        self._files = SensorFiles(sensors, out)
+        self._duration, self._simulated = scenario.duration, rospy.get_param("/use_sim_time", False)
+        self._start, self._lock = None, threading.Lock()
+        self._early = {key: deque(maxlen=KEPT) for key in forms}
+        self._last = {}  # stamp [s] by sensor: a new listener hears the newest again
+        self.count = 0  # readings that were written
+        self._subscribers = [
+            rospy.Subscriber(
+                listened_topic(read(SENSOR_TOPIC), number, form),
+                form.MESSAGE,
+                self._put,
+                callback_args=(name, number, form),
+                tcp_nodelay=True,
+            )
+            for (name, number), form in forms.items()
+        ]
+
+    def wait(self, limit=CONNECTED):
+        """Wait until every sensor is heard of, at most ``limit`` [s] of wall time: none is missed then."""
+        end = time.monotonic() + limit
+        while time.monotonic() < end and not rospy.is_shutdown():
+            if all(each.get_num_connections() for each in self._subscribers):
+                return
+            time.sleep(NAP)
+
+    def begin(self, start):
+        """Write what was measured from the time ``start`` [s] on, by the clock of the run."""
+        with self._lock:
+            self._start = start
+            for (name, number), early in self._early.items():
+                for stamp, reading in early:
+                    self._write(name, number, stamp, reading)
+                early.clear()
+
+    def _put(self, message, which):
+        name, number, form = which
+        stamp = message.header.stamp.to_sec() if self._simulated else rospy.get_time()
+        try:
+            reading = form.reading(message, stamp)
+        except MessageError as error:
+            text = "record: {} of robot{} is not recorded: {}".format(name, number, error)
+            rospy.logerr_throttle(REFUSED, text)
+            return
+        with self._lock:
+            if self._last.get((name, number)) == stamp:
+                return
+            self._last[name, number] = stamp
+            if self._start is None:
+                self._early[name, number].append((stamp, reading))
+            else:
+                self._write(name, number, stamp, reading)
+
+    def _write(self, name, number, stamp, reading):
+        since = stamp - self._start
+        if self._files is not None and -ROUNDING <= since <= self._duration + ROUNDING:
+            self._files.add(name, number, max(0.0, since), reading)
+            self.count += 1
+
+    def close(self):
+        """Stop to listen, write what waits, and return what is missing, a list of texts."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        with self._lock:
+            files, self._files = self._files, None
+        files.close()
+        return files.warnings()

@@ -8,6 +8,7 @@ import pytest
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.study.experiment import Experiment, perform
 from mrs_simulator.study.sensor_files import FILE, recorded_sensors
 from mrs_simulator.world.world import World
@@ -22,6 +23,7 @@ MOUNTS = {
     "altimeter": {"type": "altimeter"},
     "gps": {"type": "gps", "origin": [49.1, 12.3, 400.0], "noise": {"dropout": 0.3}},
     "mocap": {"type": "motion_capture", "noise": {"position": {"latency": 0.1}}},
+    "battery": {"type": "battery", "rate": 5.0},
 }
 
 
@@ -75,6 +77,7 @@ def test_files_have_the_columns_of_their_readings(out):
         "altimeter": ["height"],
         "gps": ["latitude", "longitude", "altitude"],
         "mocap": ["x", "y", "theta"],
+        "battery": ["voltage", "charge"],
     }
     for name, columns in wanted.items():
         header, rows = rows_of(out, name)
@@ -108,6 +111,13 @@ def test_sizes_are_told_beforehand(out, tmp_path):
     for name in ("laser", "sonar", "seen"):
         size = (out / FILE.format(name)).stat().st_size
         assert 0.4 < size / sensors[name].size(1.0) < 2.0, name
+
+
+def test_every_type_of_sensor_can_be_recorded():
+    assert {*TYPES} == {mount["type"] for mount in MOUNTS.values() if "type" in mount} | {
+        "laser",
+        "sonar",
+    }
 
 
 def test_what_nobody_has_is_refused():

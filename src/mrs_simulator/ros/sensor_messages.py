@@ -25,7 +25,7 @@ from sensor_msgs.msg import (
     PointField,
     Range,
 )
-from std_msgs.msg import Header
+from std_msgs.msg import Float32, Float64, Header
 
 from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.ros.defined_types import BumperState
@@ -459,7 +459,6 @@ def _diagonal(variance):
     return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
 
 
-# Of each type of sensor; the first is the one that is listened to.
 class Charge(Form):
     """BatteryState with voltage and charge alone."""
 
@@ -483,9 +482,32 @@ class Charge(Form):
         return BatteryReading(stamp, message.voltage, message.percentage)
 
 
+class Voltage(Form):
+    """The voltage [V] alone, as RosAria tells it."""
+
+    SUFFIX = "_voltage"
+    MESSAGE = Float64
+
+    def message(self, item, header):
+        """Return the ``Float64``, which has no header."""
+        return Float64(item[0])
+
+
+class StateOfCharge(Form):
+    """The charge alone, from 0 to 1, as RosAria tells it."""
+
+    SUFFIX = "_state_of_charge"
+    MESSAGE = Float32
+
+    def message(self, item, header):
+        """Return the ``Float32``, which has no header."""
+        return Float32(item[1])
+
+
+# Of each type of sensor; the first is the one that is listened to.
 FORMS = {
     "altimeter": (Height,),
-    "battery": (Charge,),
+    "battery": (Charge, Voltage, StateOfCharge),
     "bumper": (Bumpers,),
     "compass": (Heading,),
     "encoders": (Wheels,),

@@ -175,6 +175,8 @@ class _Fitted:
                 return  # nobody listened then
             more = (self.before[1],)
         self.newest, self._taken = self.sensor.read(state, environment, rng, *more), elapsed
+        if not self.is_listened_to:
+            self._late.clear()  # one that keeps on without anybody
         self._late.append(self.newest)
 
     def known(self, time):

@@ -72,6 +72,7 @@ def columns_of(mount, kind):
     numbers = mount.numbers
     fields = {
         "altimeter": {"height": 1},
+        "battery": {"voltage": 1, "charge": 1},
         "bumper": {"front": getattr(numbers, "front", 0), "rear": getattr(numbers, "rear", 0)},
         "compass": {"heading": 1},
         "encoders": {"travel": kind.module.ENCODERS},

@@ -7,12 +7,14 @@ import subprocess
 import sys
 import threading
 import time
+from multiprocessing import Pipe
 
 import numpy as np
 import pytest
 from ros_fixtures import wait_until
 
 from mrs_simulator import PioneerControl, make_twist
+from mrs_simulator.control import processes_apart
 from mrs_simulator.control.law_apart import Law, LawService, is_shipped, speaks_ros, where_to_run
 from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.making import make_control
@@ -295,3 +297,13 @@ def test_a_law_that_exits_when_it_is_made_is_bad_input():
     scenario = load_scenario(scenario_path("paper.yaml"))
     with pytest.raises(ProtocolError, match="not made"):
         make_control(scenario, kind)
+
+
+@pytest.mark.parametrize("requests", [1, 2])
+def test_a_process_whose_asker_has_gone_ends_without_a_word(requests):
+    asker, server = Pipe()
+    for _ in range(requests):
+        asker.send(("a",))
+    asker.close()
+    with server:
+        processes_apart._serve_all(server, str.upper)

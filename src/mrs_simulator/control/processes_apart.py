@@ -94,12 +94,10 @@ def _end_with(parent):
 
 
 def _serve_all(connection, serve):
-    while True:
-        try:
-            request = connection.recv()
-        except EOFError:
-            return
-        connection.send(outcome(serve, request))
+    # Who asked may have ended meanwhile, with requests or answers on their way.
+    with contextlib.suppress(EOFError, ConnectionError):
+        while True:
+            connection.send(outcome(serve, connection.recv()))
 
 
 class Nursery:

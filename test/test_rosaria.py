@@ -613,4 +613,7 @@ def test_a_law_stops_by_rosarias_sonar_and_never_moves_on_a_stale_one(team):
     team.at_rest((1, 2))
     assert team.probe.ask("control('stale')") == [2]
     assert team.probe.ask("control('running')") is False  # real robots go on when they are told to
+    check = team.node("preflight", "--protocol", team.law, sonars, "_time_limit:=1", n=2)
+    assert check.wait(PATIENCE) == 1
+    assert "sensors heard" in log_of(check) and "no fresh sonar of robot2" in log_of(check)
     assert "robots stopped: no fresh sonar of robot2" in log_of(control)

@@ -435,6 +435,8 @@ NODES = {
         V_MAX,
         OMEGA_MAX,
         *POSES,
+        SENSOR_TOPIC,
+        SENSOR_TIMEOUT,
         REAL,
     ),
     "record": (SILENCE, *POSES, CMD_VEL_TOPIC, SENSOR_TOPIC, V_MAX, OMEGA_MAX),

@@ -45,6 +45,11 @@ def hearing_checks(numbers, ages, timeout, topics):
     return checks
 
 
+def sensor_check(names, missing):
+    """Return whether every robot's sensors ``names`` are heard; ``missing``: which are not, in words."""
+    return Check("sensors heard", not missing, missing or ", ".join(names))
+
+
 def place_checks(numbers, pose, wanted, tolerance=PLACE_TOLERANCE):
     """Return whether each robot that is known stands at its pose in ``wanted`` (n, 3).
 

@@ -11,16 +11,21 @@ import numpy as np
 import rosgraph
 import rospy
 
+from mrs_simulator.control.making import make_control
 from mrs_simulator.core.guards import checked_fence
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.control.guards import slower, top_speeds
+from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.lifecycle import start_node
 from mrs_simulator.ros.node_parameters import GEOFENCE, LEAST_DISTANCE, PLACE_TOLERANCE, TIME_LIMIT
 from mrs_simulator.ros.parameters import read
+from mrs_simulator.ros.sensor_inbox import SensorInbox
+from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.study import preflight
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.vehicles import Team
 
 LISTENING = 2.0  # [s] of wall time in which silences are measured
 NAP = 0.02  # [s] of wall time
@@ -40,6 +45,14 @@ class Preflight:
         self.time_limit = read(TIME_LIMIT)
         self.slowed, self.speeds = slower(scenario), top_speeds(scenario.n)
         self.frame = make_common_frame(scenario)
+        self.asked, self.sensors = (), None  # names of the sensors that the law asks for
+        with contextlib.suppress(ValueError):  # a law that cannot be made is told by its prediction
+            self.asked = make_control(self.slowed).SENSORS
+        if self.asked:
+            team = Team.from_scenario(scenario)
+            mounts = fitted_mounts(team, scenario.sensors)
+            known = self.asked, mounts, team.kinds, real_among(scenario.n), scenario.step
+            self.sensors = SensorInbox(*known)
 
     def checks(self):
         """Listen, then return a list of ``Check``."""
@@ -47,6 +60,9 @@ class Preflight:
         frame, numbers = self.frame, self.frame.numbers
         checks = preflight.hearing_checks(numbers, ages, frame.odom_timeout, frame.inbox.names())
         trouble = frame.missing(rospy.get_time())
+        if self.sensors is not None:
+            missing = self.sensors.missing(rospy.get_time())
+            checks.append(preflight.sensor_check(self.asked, missing))
         pose = frame.pose()
         if trouble and np.isfinite(ages).all():
             checks.append(preflight.Check("poses", False, trouble))
@@ -78,7 +94,7 @@ class Preflight:
         return np.where(late, LISTENING, ages)
 
     def _silent(self, now):
-        return bool(self.frame.missing(now))
+        return bool(self.frame.missing(now) or (self.sensors and self.sensors.missing(now)))
 
     @staticmethod
     def _nap():

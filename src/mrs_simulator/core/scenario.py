@@ -518,7 +518,6 @@ def _probability(section):
     return section.number("probability", 0.3, low=0.0, high=1.0)
 
 
-@explained_by("docs/scenarios.md#obstacles")
 def _read_record(top):
     """Return the names of the sensors under ``record``."""
     names, where = top.take("record", []), top.at("record")
@@ -530,6 +529,7 @@ def _read_record(top):
     return tuple(names)
 
 
+@explained_by("docs/scenarios.md#obstacles")
 def _read_obstacles(top):
     given = top.take("obstacles", [])
     if not isinstance(given, list):

@@ -53,12 +53,14 @@ class LawService:
         self._control.start()
         return [str(text) for text in self._control.warnings(pose)]
 
-    def commands(self, pose, time, readings=None):
+    def commands(self, pose, time, readings=None, joints=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].
 
-        ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``.
+        ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``; ``joints`` (n, k)
+        [rad] of robots with arms.
         """
         more = {} if readings is None else {"readings": readings}
+        more = more if joints is None else dict(more, joints=joints)
         return self._control.commands(pose, time, **more)
 
     def targets(self, pose):
@@ -152,14 +154,17 @@ class Law:
         """Begin anew from ``pose`` (n, 3); return theory's warnings."""
         return self._call("begin", pose, meanwhile=meanwhile)
 
-    def commands(self, pose, time, limit, meanwhile=None, readings=None):
+    def commands(self, pose, time, limit, meanwhile=None, readings=None, joints=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].
 
         ``limit`` [s] of wall time; ``meanwhile()`` is called again and again while it is waited for.
         ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks.
+        ``joints`` (n, k) [rad] of robots with arms, where they are told.
         """
         # What it has been given it keeps: nothing need be sent to another process twice.
         known = () if readings is None or readings is self._given else (readings,)
+        if joints is not None:
+            known = (*(known or (None,)), joints)
         self._given = readings
         return self._call("commands", pose, time, *known, limit=limit, meanwhile=meanwhile)
 

@@ -16,6 +16,7 @@ from mrs_simulator.core.incidents import WORDS
 from mrs_simulator.core.incidents import Incident as RunIncident
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.recording import Collision as RunCollision
+from mrs_simulator.core.run_columns import ARM, arm_axes
 from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.msg import (
     Camera,
@@ -139,6 +140,24 @@ def read_commands(message, n, prefix=""):
     return axes, np.array([columns[axis] for axis in axes], dtype=float).reshape(len(axes), n).T
 
 
+def _arms_of(command, axes):
+    """Return the rates of arms in ``command`` (n, a), of whose axes they are the last, as a list."""
+    count = sum(axis.startswith(ARM) for axis in axes)
+    return np.asarray(command, dtype=float)[:, len(axes) - count :].ravel().tolist()
+
+
+def _with_arms(axes, command, told):
+    """Return ``axes`` and ``command`` (n, a) with the rates of arms ``told``, as many of each robot."""
+    if not len(told):
+        return axes, command
+    n = len(command)
+    if not n or len(told) % n:
+        text = "{} robots, {} rates of arms; wanted as many of each robot"
+        raise MessageError(text.format(n, len(told)))
+    rates = np.array(told, dtype=float).reshape(n, -1)
+    return axes + arm_axes(rates.shape[1]), np.column_stack([command, rates])
+
+
 def _array(message, name):
     """Return the array ``name``; an empty one where the message's version has none."""
     return getattr(message, name, ())
@@ -154,6 +173,7 @@ def team_state(world, stamp, frame, run):
     _put_spatial(message, world.spatial)
     for name, column in commands_of(world.command, team.axes, "command_").items():
         setattr(message, name, column)
+    message.command_arm = _arms_of(world.command, team.axes)
     message.joint = world.joints.ravel().tolist() if team.has_joints else []
     message.commanded = world.commanded.tolist()
     message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
@@ -219,6 +239,7 @@ def read_state(message):
     n = len(message.robot)
     pose, twist = read_planar(message)
     axes, command = read_commands(message, n, "command_")
+    axes, command = _with_arms(axes, command, _array(message, "command_arm"))
     kinds, all_joints = tuple(_array(message, "kind")), _joints(_array(message, "joint"), n)
     return State(
         stamp=message.header.stamp.to_sec(),
@@ -266,12 +287,14 @@ def read_odometry(message):
     return message.robot, pose, twist, read_spatial(message, pose[:, 2])
 
 
-def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None):
+def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None, joints=None):
     """Return the ``TeamOdometry`` of the robots ``numbers`` at ``pose`` (n, 3), with ``twist`` (n, 3).
 
-    ``spatial``: their ``Spatial``, None for robots on the ground.
+    ``spatial``: their ``Spatial``, None for robots on the ground; ``joints`` (n, k) [rad] of robots with
+    arms, else None.
     """
     message = TeamOdometry(robot=list(numbers))
+    message.joint = [] if joints is None else joints.ravel().tolist()
     if stamp is not None:
         message.header.stamp = stamp
     _put_planar(message, pose, np.zeros_like(pose) if twist is None else twist)
@@ -281,7 +304,8 @@ def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None):
 
 def team_command(numbers, command, axes=UNICYCLE_AXES):
     """Return the ``TeamCommand`` of the robots ``numbers``: ``command`` (n, a)."""
-    return TeamCommand(robot=list(numbers), **commands_of(command, axes))
+    arm = _arms_of(command, axes)
+    return TeamCommand(robot=list(numbers), arm=arm, **commands_of(command, axes))
 
 
 def read_team_command(message):
@@ -291,7 +315,13 @@ def read_team_command(message):
     """
     if 0 in message.robot:
         raise MessageError("robot 0, wanted robots numbered from 1")
-    return (message.robot, *read_commands(message, len(message.robot)))
+    axes, command = read_commands(message, len(message.robot))
+    return (message.robot, *_with_arms(axes, command, message.arm))
+
+
+def read_joints(message):
+    """Return the joints (n, k) [rad] in a ``TeamOdometry``, None where it tells none."""
+    return _joints(message.joint, len(message.robot)) if len(message.joint) else None
 
 
 def stage_status(stamp, round_trips, **facts):

@@ -304,7 +304,7 @@ TEAM_TOPICS = NodeParameter(
     TEXT,
     "auto",
     "`always`, `never`: use `stage/odometry` and `stage/command` instead of each robot's topics; `auto`: "
-    "from 50 simulated robots on, if a stage offers them",
+    "from 50 simulated robots on, and with [arms](manipulators.md#over-ros), if a stage offers them",
     choices=("auto", "always", "never"),
 )
 ENABLE_MOTORS = NodeParameter(

@@ -13,7 +13,7 @@ from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.core.spatial import Spatial, upright
-from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
+from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_joints, read_odometry
 from mrs_simulator.ros.node_parameters import ODOM_FRAME, ODOM_TOPIC
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.planar_messages import PlanarOdometry
@@ -27,12 +27,13 @@ CLOCK_PATIENCE = 0.5  # [s] of wall time for /clock to come to a message that ha
 NAP = 0.002  # [s] of wall time
 
 
-def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True):
+def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True, together=False):
     """Return the inbox of the robots' odometry: from one topic for all, or from one for each.
 
-    ``frames``: whether it matters in which frame a robot's own topic tells its pose.
+    ``frames``: whether it matters in which frame a robot's own topic tells its pose; ``together`` as in
+    ``team_topics_wanted``.
     """
-    if team_topics_wanted(len(numbers)):
+    if team_topics_wanted(len(numbers), together):
         return TeamInbox(numbers, bounds, real, timeout)
     return OdometryInbox(numbers, bounds, real, timeout, frames=frames)
 
@@ -295,6 +296,7 @@ class TeamInbox(Inbox):
         """``numbers``, ``bounds``, ``real``, ``timeout``: as of ``Inbox``."""
         super().__init__(numbers, bounds, real, timeout)
         self._rows = {number: row for row, number in enumerate(self._numbers)}
+        self.joints = None  # (n, k) [rad] of robots with arms, as they were told last
         self._age = Intake([False], timeout)  # one stamp holds for all
         self._subscriber = rospy.Subscriber(
             ODOMETRY, TeamOdometry, self.put, queue_size=1, tcp_nodelay=True
@@ -304,8 +306,11 @@ class TeamInbox(Inbox):
         """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
         try:
             numbers, poses, twists, spatial = read_odometry(message)
+            joints = read_joints(message)
         except MessageError:
             return
+        if joints is not None and len(joints) == len(self._numbers):
+            self.joints = joints
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
         ours = rows >= 0
         poses, twists, rows = poses[ours], twists[ours], rows[ours]

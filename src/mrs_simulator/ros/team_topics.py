@@ -20,18 +20,19 @@ PATIENCE = 15.0  # [s] of wall time to wait for a simulator before each robot ge
 NAP = 0.2  # [s] of wall time between two looks
 
 
-def team_topics_wanted(n):
+def team_topics_wanted(n, together=False):
     """Return whether the control of n robots is to use them: ``~team_topics``: auto, always or never.
 
     auto: from ``TEAM_FROM`` simulated robots on, if a stage offers them; without any simulator for
-    ``PATIENCE`` [s] of wall time it does not.
+    ``PATIENCE`` [s] of wall time it does not.  ``together``: whether commands of some robots are more
+    than a Twist, so that a stage is always told all at once.
     """
     choice = read(TEAM_TOPICS)
     if choice != "auto":
         return choice == "always"
     named = is_given(ODOM_TOPIC) or is_given(CMD_VEL_TOPIC)
     simulated = rospy.get_param("/use_sim_time", False) and not named
-    return bool(simulated) and n >= TEAM_FROM and _stage_offers()
+    return bool(simulated) and (together or n >= TEAM_FROM) and _stage_offers()
 
 
 def _stage_offers():

@@ -28,9 +28,10 @@ from mrs_simulator.ros.messages import (
     read_stage_status,
     read_state,
 )
-from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.vehicles.team_in_space import team_of
 
 # As the stage has them, and as RosAria and p2os drivers in namespaces do.
 ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
@@ -59,6 +60,8 @@ def read_bag(path, scenario=None):
             scenario = scenario or _scenario_in(bag)
             team = _team_of(scenario)
             reader = _from_states if STATE in topics else _from_robots
+            if reader is _from_robots and team is not None and team.has_arms:
+                raise ScenarioError("robots with arms: wanted a bag with {}".format(STATE))
             taken = reader(bag, topics, team.axes if team else UNICYCLE_AXES)
             if reader is _from_robots:
                 taken = taken._replace(pose=_in_common_frame(taken.pose, scenario))
@@ -99,7 +102,7 @@ def read_bag(path, scenario=None):
         twist=kept.twist,
         joints=kept.joints if team and team.has_joints else None,
         spatial=kept.spatial,
-        point_z=None if kept.spatial is None else kept.spatial.z,
+        point_z=_heights(team, kept, l),
     )
 
 
@@ -149,7 +152,7 @@ def _degraded(bag, topics, time):
 
 
 def _refuse_impossible(path, taken):
-    numbers = [taken.pose, taken.command, taken.joints[:, :, np.newaxis]]
+    numbers = [taken.pose, taken.command, taken.joints.reshape(*taken.joints.shape[:2], -1)]
     numbers += [] if taken.twist is None else [taken.twist]
     if taken.spatial is not None:
         numbers += [taken.spatial.z[:, :, np.newaxis], *taken.spatial[1:]]
@@ -176,9 +179,10 @@ def _team_of(scenario):
     if scenario is None:
         return None
     if scenario.path:
-        return Team.from_scenario(scenario)
+        return team_of(scenario)
     try:
-        return told_team(scenario)
+        team = told_team(scenario)
+        return ArmedTeam(team.kinds) if has_arms(team.kinds) else team
     except ScenarioError as error:
         text = "{}: {}: wanted the scenario's file, by --scenario"
         raise ScenarioError(text.format(SCENARIO, error)) from None
@@ -191,6 +195,13 @@ def _points(team, pose, joints, l):
     if not team.has_joints:
         return team.point(pose, joints[0] if len(joints) else joints, l)
     return np.array([team.point(*sample, l) for sample in zip(pose, joints)])
+
+
+def _heights(team, kept, l):
+    """Return the heights (m, n) [m] of the controlled points, None on the ground."""
+    if team is not None and team.has_arms:
+        return np.array([team.tools(*each, l)[:, 2] for each in zip(kept.pose, kept.joints)])
+    return None if kept.spatial is None else kept.spatial.z
 
 
 def _from_states(bag, _topics, axes):
@@ -208,12 +219,24 @@ def _from_states(bag, _topics, axes):
         time=np.array([state.stamp for state in states]),
         robots=list(states[0].robots) if states else [],
         pose=_stacked([state.pose for state in states], (n, 3)),
-        command=_stacked([on_axes(s.command, s.axes, axes) for s in states], (n, len(axes))),
+        command=_stacked([_command_of(state, axes) for state in states], (n, len(axes))),
         twist=_stacked([state.twist for state in states], (n, 3)),
-        joints=_stacked([state.joints for state in states], (n,)),
+        joints=_joints_of(states, n),
         spatial=_stacked_spatial(states),
         kinds=states[0].kinds if states else (),
     )
+
+
+def _command_of(state, axes):
+    return state.command if state.axes == axes else on_axes(state.command, state.axes, axes)
+
+
+def _joints_of(states, n):
+    """Return the drives' inner joints (m, n) [rad], with those of arms after them (m, n, 1 + k)."""
+    count = states[0].all_joints.shape[1] if states else 1
+    if count == 1:
+        return _stacked([state.joints for state in states], (n,))
+    return _stacked([state.all_joints for state in states], (n, count))
 
 
 def _stacked(samples, shape):

@@ -598,6 +598,12 @@ class World:
         self._motion.efforts[rows[fits]] = efforts[fits]
         self._heard[rows[fits]], self.commanded[rows[fits]] = self._step, True
 
+    def set_arm_rates(self, row, rates):
+        """Let the arm of robot ``row`` turn at ``rates`` (k,) [rad/s], whatever its base does."""
+        rates = np.asarray(rates, dtype=float)
+        if np.abs(rates).max() <= FASTEST:  # nor is nan
+            self._target[row, -len(rates) :] = rates
+
     def stop(self, rows):
         """Make the commands in force of robots ``rows`` zero, as if they had been told to stop."""
         self._target[rows] = 0.0

@@ -23,6 +23,7 @@ from mrs_simulator.ros.node_parameters import (
 from mrs_simulator.ros.odometry_inbox import OdometryInbox, make_inbox, silence
 from mrs_simulator.ros.parameters import is_given, read
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.team_in_space import team_of
 
 DEFAULT_SOURCES = {"world": "odometry", "wheel": "scenario"}
 RESTART = 0.5  # [s] of silence that a driver's restart takes at least
@@ -63,7 +64,10 @@ class CommonFrame:
         bounds = self._bounds if self.WATCHES_ODOMETRY else None
         make = make_inbox if rows is None else OdometryInbox
         frames = self.WATCHES_ODOMETRY
-        self.inbox = make(self.numbers, bounds, self._real, self.odom_timeout, frames=frames)
+        more = {"frames": frames}
+        if make is make_inbox:
+            more["together"] = team_of(scenario).has_arms
+        self.inbox = make(self.numbers, bounds, self._real, self.odom_timeout, **more)
 
     def begin_at(self, poses):
         """Take in other initial poses of the whole team, (n, 3)."""

@@ -64,6 +64,7 @@ from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
+from mrs_simulator.vehicles.team_in_space import team_of
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 STATUS_PERIOD = 0.5  # [s] of wall time
@@ -92,6 +93,7 @@ class Job(NamedTuple):
     readings: Any = (
         None  # of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks for any
     )
+    joints: Any = None  # (n, k) [rad] of robots with arms
 
 
 class ControlNode:
@@ -109,9 +111,7 @@ class ControlNode:
         apart = where_to_run(protocol, nursery)
         self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = read(DRY_RUN)
-        self.guards = Guards(
-            self.law.numbers, saturation, self.dry_run, Team.from_scenario(scenario).axes
-        )
+        self.guards = Guards(self.law.numbers, saturation, self.dry_run, team_of(scenario).axes)
         self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real, scenario.speed)
         self.resumes = read(RESUME, not real)
@@ -160,9 +160,12 @@ class ControlNode:
         self.inbox = self.frame.inbox
         self.sensors = self._open_sensors(real)
         topics, numbers, self.rivals = None, self.law.numbers, None
-        team = Team.from_scenario(self.scenario)
+        team = team_of(self.scenario)
         self._axes, landing = team.axes, team.landing
         axes = team.axes
+        if team.has_arms and not isinstance(self.inbox, TeamInbox):
+            text = "robots with arms without a stage: commands of arms go to a stage alone so far"
+            raise ValueError(text)
         if not self.dry_run:
             team = isinstance(self.inbox, TeamInbox)
             names = command_topics(numbers)
@@ -333,6 +336,7 @@ class ControlNode:
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
         pose = self.frame.pose()
         job = Job(self._epoch, pose, self.frame.with_heights(pose), now, since, begins)
+        job = job._replace(joints=getattr(self.inbox, "joints", None))
         if self.sensors:
             job = job._replace(readings=self.sensors.readings(now if begins else self._begun))
         return job
@@ -357,7 +361,7 @@ class ControlNode:
         warnings = self.law.begin(job.known, self._meanwhile) if job.begins else None
         limit = max(patience, self.law_limit)
         known = job.known, job.time, limit, self._meanwhile, job.readings
-        command = self.law.commands(*known)
+        command = self.law.commands(*known, joints=job.joints)
         return warnings, command
 
     def _take(self, job, warnings, command, took):

@@ -14,6 +14,7 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core import recording
 from mrs_simulator.core.controller_log import Interruptions, deadlock_in
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
@@ -125,8 +126,12 @@ class RunRecorder:
                 "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
-        points = self.control.team.point(sample.pose, sample.joints, self.control.l)[:, :2]
+        team = self.control.team
+        points = team.point(sample.pose, sample.joints, self.control.l)[:, :2]
         more = sample.twist, sample.joints, sample.spatial
+        if team.has_arms:
+            height = team.tools(sample.pose, sample.joints, self.control.l)[:, 2]
+            more = (*more[:2], upright(sample.pose[:, 2]), height)
         self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))

@@ -26,8 +26,8 @@ from mrs_simulator.ros.messages import (
     read_state,
 )
 from mrs_simulator.ros.planar_messages import QuickTwist
-from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.vehicles.team_in_space import team_of
 
 
 class Sample(NamedTuple):
@@ -44,7 +44,7 @@ class Sample(NamedTuple):
 
 def make_source(scenario):
     """Return the stage in simulated time, else the real robots."""
-    team = Team.from_scenario(scenario)
+    team = team_of(scenario)
     simulated = rospy.get_param("/use_sim_time", False)
     return StageSource(team) if simulated else RobotsSource(scenario, team)
 
@@ -57,6 +57,7 @@ class StageSource:
     def __init__(self, team):
         """Listen to the stage of the robots of ``team``."""
         self._axes, self._speeds = team.axes, team.speeds[:, 0]
+        self._has_arms = team.has_arms
         self._newest, self._part, self._broken = None, None, ""  # since the run began
         self.collisions, self.incidents, self._closest = [], [], math.inf
         self._counting = self._lockstep = False
@@ -76,9 +77,12 @@ class StageSource:
         except queue.Empty:
             return None
         state = read_state(state)
-        command = on_axes(state.command, state.axes, self._axes)
+        command = state.command
+        if state.axes != self._axes and not self._has_arms:
+            command = on_axes(command, state.axes, self._axes)
         commanded = bool(state.commanded.any())
-        more = state.joints, state.twist, state.spatial
+        joints = state.all_joints if self._has_arms else state.joints
+        more = joints, state.twist, state.spatial
         sample = Sample(state.stamp, state.pose, command, commanded, *more)
         part = (*state.part, len(state.pose))
         self._broken = self._broken or self._break(sample, part)

@@ -14,6 +14,7 @@ from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
+from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.map_topics import MapTopics
@@ -96,6 +97,7 @@ class Stage:
         self._real_silent, self._jumped = [], frozenset()
         self._last = {"status": 0.0, "view": 0.0, "report": time.monotonic()}
         self.inbox, self.unobeyed = Inbox(), Unobeyed()
+        self.arms = ArmTopics(self.world, self.inbox)
         self.requests = Requests()
         self.flight = FlightServices(self.world, self.requests, absent=real)
         self.drivers = preset and preset.drivers(self.world, self.requests, absent=real)
@@ -153,6 +155,7 @@ class Stage:
     def _follow_team(self):
         self.sensors.follow_team(self.scenario, self.world)
         self.topics.follow_team()
+        self.arms.follow_team()
         self.flight.follow_team()
         if self.drivers:
             self.drivers.follow_team()
@@ -281,7 +284,7 @@ class Stage:
         if len(rows):
             if self.drivers:
                 twists = self.drivers.taken(rows, twists)
-            commands = self.unobeyed.taken(rows, twists)
+            commands = self.arms.joined(rows, self.unobeyed.taken(rows, twists))
             if self.trouble:
                 commands = np.zeros_like(commands)
             (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
@@ -294,6 +297,8 @@ class Stage:
         self.mirror.place(self.world)
         if self.drivers and not self.trouble:
             self.drivers.advance()
+        if not self.trouble:
+            self.arms.advance()
         self.world.step()
         self._step += 1
         self.pacer.stepped(self.world.step_size)
@@ -338,6 +343,7 @@ class Stage:
             # Commands to all robots follow from any odometry, and each comes by itself.
             self.lockstep.expect(range(self.world.n))
         self.round_trips.sent(rows)
+        self.arms.publish(self.topics.stamp())
         self.topics.publish_odometry(rows)
         if self.drivers:
             self.drivers.tell(self.topics.stamp(), rows.tolist())

@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, TransformStamped
 
+from mrs_simulator.core.kinematics import TWIST_AXES
 from mrs_simulator.ros.messages import (
     MessageError,
     TeamCommand,
@@ -33,6 +34,7 @@ class Inbox:
     def __init__(self):
         self._lock = threading.Lock()
         self._commands, self._senders = {}, Senders()
+        self._arms = {}  # rates of arms by row
 
     def put(self, twist, row):
         """Keep ``twist``, a ``QuickTwist``, as the newest command of robot ``row``."""
@@ -44,12 +46,22 @@ class Inbox:
         """Return ``{topic: [nodes]}`` of the commands that several nodes publish."""
         return self._senders.doubled()
 
-    def put_all(self, rows, commands, message=None):
-        """Keep ``commands`` (m, 6) of the robots ``rows``, which came in ``message``."""
+    def put_all(self, rows, commands, message=None, arms=()):
+        """Keep ``commands`` (m, 6) of the robots ``rows``, which came in ``message``.
+
+        ``arms`` (m, k) [rad/s]: rates of their arms' joints, or empty.
+        """
         self._senders.note("stage/command", message)
         now = time.monotonic()
         with self._lock:
             self._commands.update((row, (values, now)) for row, values in zip(rows, commands))
+            self._arms.update(zip(rows, arms))
+
+    def take_arms(self):
+        """Return the newest rates of arms by row, and forget them."""
+        with self._lock:
+            taken, self._arms = self._arms, {}
+        return taken
 
     def take(self, n):
         """Return ``(rows, commands, times)`` of the first n robots, ascending, and forget all.
@@ -154,12 +166,15 @@ class TeamTopics(Link):
             "~command", TeamCommand, self._on_command, queue_size=1, tcp_nodelay=True
         )
 
-    def publish(self, stamp, poses, twists, rows, spatial=None):
-        """Publish ``poses`` and body ``twists``, (m, 3) each, of robots ``rows`` if anybody listens."""
+    def publish(self, stamp, poses, twists, rows, spatial=None, joints=None):
+        """Publish ``poses`` and body ``twists``, (m, 3) each, of robots ``rows`` if anybody listens.
+
+        ``joints`` (m, k) [rad] of robots with arms.
+        """
         if not self.listened_to:
             return
         numbers = [row + 1 for row in rows]
-        self._publisher.publish(team_odometry(numbers, poses, twists, stamp, spatial))
+        self._publisher.publish(team_odometry(numbers, poses, twists, stamp, spatial, joints))
 
     def _on_command(self, message):
         try:
@@ -169,7 +184,10 @@ class TeamTopics(Link):
             rospy.logerr_throttle(5.0, "stage: refused a command on {}: {}".format(name, error))
             return
         rows = [number - 1 for number in numbers]
-        self._inbox.put_all(rows, on_all_axes(command, axes).tolist(), message)
+        planar = tuple(axis for axis in axes if axis in TWIST_AXES)  # those of arms come after them
+        arms = command[:, len(planar) :] if len(planar) < len(axes) else ()
+        twists = on_all_axes(command[:, : len(planar)], planar)
+        self._inbox.put_all(rows, twists.tolist(), message, arms)
 
 
 class Frames:

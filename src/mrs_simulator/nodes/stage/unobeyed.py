@@ -15,6 +15,7 @@ class Unobeyed:
 
     def begin(self, team):
         """Count anew, for the robots of ``team``."""
+        team = team.bases if team.has_arms else team  # arms obey no Twist
         self._team, self.counts, self._said = team, np.zeros(team.n, dtype=int), set()
         self._columns = [TWIST_AXES.index(axis) for axis in team.axes]
         self._obeyed = np.zeros((team.n, len(TWIST_AXES)), dtype=bool)

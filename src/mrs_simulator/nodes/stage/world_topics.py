@@ -103,7 +103,8 @@ class WorldTopics:
             poses, twists = poses[rows], twists[rows]
             spatial = None if spatial is None else spatial.of(rows)
         if self.team_topics:
-            self.team_topics.publish(stamp, poses, twists, rows, spatial)
+            joints = self._world.joints[rows] if self._world.team.has_arms else None
+            self.team_topics.publish(stamp, poses, twists, rows, spatial, joints)
         poses, raised = poses.tolist(), lifts(spatial, len(rows))
         for row, pose, twist, lift in zip(rows, poses, twists.tolist(), raised):
             self.robots[row].publish(stamp, pose, twist, lift)

@@ -267,6 +267,6 @@ def _from_state(message, fresh, silent=()):
         np.array([fresh and number not in silent for number in state.robots], dtype=bool),
         frozenset(number for number, real in zip(state.robots, state.real) if real),
         state.axes,
-        state.joints,
+        state.joints if state.all_joints.shape[1] == 1 else state.all_joints,
         state.spatial,
     )

@@ -25,8 +25,10 @@ class Snapshot(NamedTuple):
     command: np.ndarray  # (n, a) [m/s, rad/s]
     fresh: np.ndarray  # (n,) bool, whether the robot was heard lately
     real: FrozenSet[int] = frozenset()  # numbers of the robots that are not simulated
-    axes: Tuple[str, ...] = UNICYCLE_AXES  # the components of Twist that commands have
-    joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]
+    axes: Tuple[str, ...] = (
+        UNICYCLE_AXES  # the components of Twist that commands have, those of arms last
+    )
+    joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]; (n, 1 + k) of robots with arms
     spatial: Optional[Spatial] = None  # None for a team on the ground
 
 
@@ -44,7 +46,7 @@ class History:
             self.before_clearing()
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
-        self.axes, self._in_space = UNICYCLE_AXES, False
+        self.axes, self._in_space, self._arm_joints = UNICYCLE_AXES, False, 0
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
@@ -59,7 +61,9 @@ class History:
         newest = self._time[self._filled - 1] if self._filled else -np.inf
         team = snapshot.numbers, snapshot.axes, snapshot.spatial is not None
         if team != (self.numbers, self.axes, self._in_space) or snapshot.time < newest:
-            self._begin(*team)
+            self._begin(
+                *team, np.shape(snapshot.joints)[1] - 1 if np.ndim(snapshot.joints) > 1 else 0
+            )
         if np.any(snapshot.command):
             self.begun = snapshot.time if self.begun is None else self.begun
             self.moved = snapshot.time
@@ -79,17 +83,22 @@ class History:
 
     def _put(self, place, snapshot):
         row = self._table[place]
-        row[:, :3], row[:, 3:6], row[:, 6] = snapshot.pose, snapshot.twist, snapshot.joints
+        row[:, :3], row[:, 3:6] = snapshot.pose, snapshot.twist
+        if self._arm_joints:
+            row[:, 6], row[:, -self._arm_joints :] = snapshot.joints[:, 0], snapshot.joints[:, 1:]
+        else:
+            row[:, 6] = snapshot.joints
         end = STATE + len(self.axes)
         row[:, STATE:end] = snapshot.command
         if self._in_space:
             row[:, end], row[:, end + 1 : end + 5] = snapshot.spatial[:2]
-            row[:, end + 5 :] = snapshot.spatial.twist
+            row[:, end + 5 : end + IN_SPACE] = snapshot.spatial.twist
 
-    def _begin(self, numbers, axes, in_space):
+    def _begin(self, numbers, axes, in_space, arm_joints=0):
         self.clear()
         self.numbers, self.axes, self._in_space = numbers, axes, in_space
-        columns = STATE + len(axes) + IN_SPACE * in_space
+        self._arm_joints = arm_joints
+        columns = STATE + len(axes) + IN_SPACE * in_space + arm_joints
         most = max(FEWEST_SAMPLES, MOST_VALUES // (columns * max(1, len(numbers))))
         self._time = np.empty(min(most, 40000))
         self._table = np.empty((len(self._time), len(numbers), columns))
@@ -126,8 +135,11 @@ class History:
 
     @property
     def joints(self):
-        """Return the drives' inner joints (m, n) [rad]."""
-        return self._table[: self._filled, :, 6]
+        """Return the drives' inner joints (m, n) [rad], with those of arms after them (m, n, 1 + k)."""
+        table = self._table[: self._filled]
+        if not self._arm_joints:
+            return table[:, :, 6]
+        return np.concatenate([table[:, :, 6:7], table[:, :, -self._arm_joints :]], axis=2)
 
     @property
     def command(self):
@@ -140,4 +152,4 @@ class History:
         if not self._in_space:
             return None
         block = self._table[: self._filled, :, STATE + len(self.axes) :]
-        return Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 5:])
+        return Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 5:IN_SPACE])

@@ -7,10 +7,11 @@ import threading
 import time
 
 from mrs_simulator.core.recording import write_facts
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.study.report import VERDICT_FILE, begin_run
-from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.vehicles.team_in_space import team_of
 
 CANCELLED = "cancelled; what was written is in {}"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
@@ -100,17 +101,21 @@ class RunFiles:
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
         if heights is not None:
             scenario = scenario._replace(altitude=heights.z[0])
-        team = Team.from_scenario(scenario._replace(kinds=_kinds_of(scenario, numbers)))
+        team = team_of(scenario._replace(kinds=_kinds_of(scenario, numbers)))
 
         def write():
             columns = team.record_columns
-            columns = columns._replace(spatial=columns.spatial and heights is not None)
+            kept = columns.spatial and (heights is not None or team.has_arms)
+            columns = columns._replace(spatial=kept)
             with begin_run(scenario, directory, numbers, columns=columns) as file:
                 samples = zip(when - when[0], pose, command, joints, twist)
                 for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
                     points = team.point(poses, inner, scenario.hand_length)
-                    given = on_axes(given, axes, team.axes)
+                    given = given if axes == team.axes else on_axes(given, axes, team.axes)
                     more = speeds, inner, None if heights is None else heights.of(row)
+                    if team.has_arms:
+                        tools = team.tools(poses, inner, scenario.hand_length)
+                        more = speeds, inner, upright(poses[:, 2]), tools[:, 2]
                     file.sample(round(float(stamp), 9), poses, given, points, *more)
             write_facts(file.path, collisions, meta)
             return file.path

@@ -1,0 +1,118 @@
+"""Robots with arms over ROS: a load carried in lockstep, joint states and trajectories."""
+
+import importlib.util
+import json
+
+import numpy as np
+import pytest
+from ros_fixtures import log_of, ros  # noqa: F401  a fixture
+from test_carrying import scenario
+
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.study.bag import read_bag
+from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.vehicles.arms.models import PANDA, chain_of
+from mrs_simulator.vehicles.arms.path import JointPath, PathError
+
+BEND = """
+import json, sys, rospy
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+rospy.init_node("bend")
+names = json.loads(sys.argv[1])
+wanted = [0.1, 0.4, 0.0, -1.8, 0.0, 2.2, 0.785]
+out = rospy.Publisher("/robot2/arm_controller/command", JointTrajectory, queue_size=1)
+heard = []
+rospy.Subscriber("/robot2/joint_states", JointState, heard.append)
+while not out.get_num_connections() or not heard:
+    rospy.rostime.wallsleep(0.01)
+wrong = JointTrajectory(joint_names=names[:3])
+out.publish(wrong)
+point = JointTrajectoryPoint(positions=wanted[::-1], time_from_start=rospy.Duration(1.0))
+rospy.rostime.wallsleep(0.3)
+out.publish(JointTrajectory(joint_names=names[::-1], points=[point]))
+end = rospy.rostime.wallsleep
+for _ in range(3000):
+    last = dict(zip(heard[-1].name, heard[-1].position))
+    if max(abs(last[n] - w) for n, w in zip(names, wanted)) < 1e-6:
+        break
+    rospy.rostime.wallsleep(0.01)
+print(json.dumps([list(heard[0].position), [last[n] for n in names]]))
+"""
+
+
+def test_a_path_is_passed_on_straight_lines_and_refused_where_it_cannot_be():
+    chain, begin = chain_of(PANDA), np.array(PANDA.home)
+    path = JointPath(chain, begin, chain.joints, [begin + 0.2, begin + 0.1], [1.0, 3.0])
+    assert path.end == 3.0
+    np.testing.assert_allclose(path.at(0.5), begin + 0.1)
+    np.testing.assert_allclose(path.at(2.0), begin + 0.15)
+    np.testing.assert_allclose(path.at(9.0), begin + 0.1)
+    turned = JointPath(chain, begin, chain.joints[::-1], [(begin + 0.2)[::-1]], [1.0])
+    np.testing.assert_allclose(turned.at(1.0), begin + 0.2)
+    assert JointPath(chain, begin, chain.joints, [], []).end == 0.0
+    for names, points, times, words in (
+        (chain.joints[:2], [begin[:2]], [1.0], "joints panda_joint1, panda_joint2, wanted"),
+        (chain.joints, [begin[:3]], [1.0], "wanted 7 positions each"),
+        (chain.joints, [begin + 9.0], [1.0], "beyond an end"),
+        (chain.joints, [begin * np.nan], [1.0], "beyond an end"),
+        (chain.joints, [begin, begin], [1.0, 1.0], "wanted ascending"),
+    ):
+        with pytest.raises(PathError, match=words):
+            JointPath(chain, begin, names, points, times)
+
+
+def test_a_load_is_carried_alike_over_ros(ros, tmp_path):  # noqa: F811
+    content = scenario(speed=0.0)
+    content["duration"] = 1.2
+    given = scenario_from_dict(content)
+    path = tmp_path / "team.yaml"
+    path.write_text(given.to_yaml())
+    ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=2")
+    bag = ros.start("bag", ["rosbag", "record", "-O", str(tmp_path / "run.bag"), "/stage/state"])
+    ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
+    record = ros.node("record", "--scenario", path, "--out", tmp_path / "out")
+    assert record.wait(90) in (0, 1), log_of(record)
+    ros.stop(bag)
+    run_experiment(given, str(tmp_path / "headless"), formats=())
+    runs = [read_run_csv(str(tmp_path / name / "run.csv"), given) for name in ("out", "headless")]
+    runs.append(read_bag(str(tmp_path / "run.bag"), given))
+    samples = min(len(run.time) for run in runs)
+    assert samples > 10 and runs[0].axes == runs[1].axes
+    assert np.abs(np.diff(runs[0].joints[:samples, :, 1:], axis=0)).max() > 1e-3
+    for name in ("points", "joints", "command", "pose"):
+        mine, theirs, bagged = (getattr(run, name)[:samples] for run in runs)
+        np.testing.assert_allclose(mine, theirs, atol=1e-6, err_msg=name)
+        np.testing.assert_allclose(bagged, theirs, atol=1e-6, err_msg=name)
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("trajectory_msgs") is None, reason="trajectory_msgs is not installed"
+)
+def test_an_arm_follows_a_trajectory_and_tells_its_joints(ros, tmp_path):  # noqa: F811
+    content = scenario()
+    del content["load"]
+    content["control"] = {"protocol": "consensus", "rate": 20}
+    path = tmp_path / "team.yaml"
+    path.write_text(scenario_from_dict(content).to_yaml())
+    stage = ros.node("stage", "--scenario", path, "_speed:=5", "_wait_for_control:=false")
+    first, last = json.loads(ros.python(BEND, json.dumps(PANDA.joints)))
+    np.testing.assert_allclose(first, PANDA.home)
+    np.testing.assert_allclose(last, [0.1, 0.4, 0.0, -1.8, 0.0, 2.2, 0.785], atol=1e-6)
+    assert "refused a trajectory of robot2's arm: joints panda_joint1" in log_of(stage)
+
+
+def test_a_history_keeps_the_joints_of_arms():
+    from mrs_simulator.core.run_columns import arm_axes
+    from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+
+    history, axes = History(), ("linear.x", "angular.z", *arm_axes(3))
+    joints = np.arange(8.0).reshape(2, 4)
+    command = np.arange(10.0).reshape(2, 5)
+    for time in (0.0, 0.1):
+        here = np.zeros((2, 3)), np.zeros((2, 3)), command + time, np.ones(2, dtype=bool)
+        history.append(Snapshot(time, (1, 2), *here, axes=axes, joints=joints + time))
+    np.testing.assert_array_equal(history.joints, [joints, joints + 0.1])
+    np.testing.assert_array_equal(history.command[0], command)
+    assert history.spatial is None

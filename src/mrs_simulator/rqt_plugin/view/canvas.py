@@ -17,7 +17,8 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 TURN = 0.4  # [deg] of the camera for a pixel of the mouse
 ZOOM = 1.15  # [-] for a notch of the wheel
 CLOSE = 12.0  # [-] of its reach: how far from a robot one is that follows it
-LEAST_RIM = 16.0  # [px], for the robots' numbers
+LEAST_RIM = 16.0  # [px]
+NUMBER = 34.0  # [px] from a robot up to its number's upper edge
 RIM = 0.03  # [-] of the picture, in which a robot counts as having left it
 ROOM = 1.25  # [-] of the distance from which the team is just in view, once a robot has left
 
@@ -84,7 +85,8 @@ class Canvas(QWidget):
         size = np.array([self.width(), self.height()])
         at = on_screen(seen, *size)
         rim = np.maximum(RIM * size, LEAST_RIM)
-        return bool(((at >= rim) & (at <= size - rim)).all())
+        low = np.maximum(rim, (0.0, NUMBER))
+        return bool(((at >= low) & (at <= size - rim)).all())
 
     @guarded
     def paintEvent(self, _):

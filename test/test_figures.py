@@ -118,7 +118,7 @@ def test_global_style_is_left_alone(tmp_path):
     assert matplotlib.rcParams.copy() == before
 
 
-@pytest.mark.parametrize("n", [1, 7, 100])
+@pytest.mark.parametrize("n", [1, 7, report.MOST_LINES])
 def test_trajectories_are_dashed_green_and_are_the_runs(n):
     run = make_run(n)
     axes = report.draw_trajectories(report.new_figure(), run)
@@ -192,7 +192,7 @@ def test_land_is_named_and_drawn_beneath_what_stands_on_it():
 
 
 @pytest.mark.parametrize("component, column", [("x", 0), ("y", 1)])
-@pytest.mark.parametrize("n", [1, 7, 100])
+@pytest.mark.parametrize("n", [1, 7, report.MOST_LINES])
 def test_states_are_the_runs_against_time(n, component, column):
     run = make_run(n)
     axes = report.draw_states(report.new_figure(), run, component)
@@ -235,11 +235,12 @@ def test_a_large_team_has_a_colour_bar_from_first_to_last_robot():
     (bar,) = [other for other in figure.axes if other is not axes]
     assert bar.get_ylabel() == "Robot"
     assert list(bar.get_ylim()) == [1, 100]
-    assert len({tuple(line.get_color()) for line in axes.lines}) == 100
+    (curves,) = axes.collections
+    assert len({tuple(colour) for colour in curves.get_color()}) == 100
 
 
-def test_a_team_of_hundreds_is_drawn_by_few_artists():
-    n = report.MOST_LINES + 1
+def test_a_large_team_is_drawn_by_few_artists():
+    n = report.MOST_NUMBERED + 1
     run = make_run(n)
     theory = run.hand + 0.1
     axes = report.draw_states(report.new_figure(), run, "y", theory)

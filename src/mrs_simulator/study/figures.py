@@ -50,7 +50,9 @@ MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
 MOST_IN_LEGEND = 12  # above it robots are told apart by a colour bar
 MOST_IN_LEGEND_ROW = 6
 ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
-MOST_LINES = 200  # above it one artist draws all: each artist costs milliseconds in every file
+MOST_LINES = (
+    MOST_IN_LEGEND  # above it one artist draws all: each artist costs milliseconds in every file
+)
 MOST_NUMBERED = 200  # above it the numbers at the starts would hide each other
 
 WIDTH = WIDTHS["page"]  # [in]
@@ -59,7 +61,7 @@ INPUTS_HEIGHT, INPUT_HEIGHT = 4.4, 1.05  # [in], and of each input where there a
 TRAJECTORIES_HEIGHT = (3.2, 5.8)  # [in], least and most
 
 MOST_POINTS_PER_LINE = 2000
-MOST_POINTS = 120000  # over all lines of one panel
+MOST_POINTS = 60000  # over all lines of one panel
 ROBOT_LENGTH = 0.5  # [m], of the robot drawn at its final pose
 ROBOT_SHARE = (0.012, 0.022)  # its least length as a share of the drawing: always, and with room
 ROBOT_SHAPE = ((0.6, 0.0), (-0.4, 0.38), (-0.2, 0.0), (-0.4, -0.38))  # of length 1, heading along x

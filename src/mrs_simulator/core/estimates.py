@@ -2,6 +2,7 @@
 
 from typing import NamedTuple, Optional, Tuple
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, number_list, shown
 
 ODOMETRY, EKF = "odometry", "ekf"
@@ -39,6 +40,7 @@ class Estimates(NamedTuple):
         return plain if self.alpha is None else dict(plain, alpha=list(self.alpha))
 
 
+@explained_by("docs/sensors.md#estimated-poses")
 def read_estimates(top):
     """Return the ``Estimates`` under ``estimates``, None where nothing is said."""
     given = top.take("estimates")

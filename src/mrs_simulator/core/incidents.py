@@ -6,6 +6,7 @@ and of what it notices by itself; neither ends a run.
 
 from typing import NamedTuple, Optional
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, shown
 
 ROTORS = 4
@@ -53,6 +54,7 @@ class Incident(NamedTuple):
         return "{} {}".format(self.robot, WORDS[self.what].format(self.rotor))
 
 
+@explained_by("docs/scenarios.md#faults-in-the-air")
 def read_events(top, n):
     """Return the ``events`` of a scenario with n robots, a tuple in the order of their times."""
     given = top.take("events", [])

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core import grasps
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError, Section, number_list, shown
 
 GRAVITY = 9.81  # [m/s^2]
@@ -58,6 +59,7 @@ class Carried(NamedTuple):
         return Carried(*(each[rows] for each in self))
 
 
+@explained_by("docs/manipulators.md#carrying-together")
 def read_load(top, n):
     """Return the ``Load`` of a scenario's ``Section``, None without one; ``ScenarioError``."""
     if not top.has("load"):

@@ -43,6 +43,17 @@ def test_links_are_where_the_joints_are_and_the_last_ends_at_the_tool():
         np.testing.assert_allclose(each.links[0, 0, 2, 3], 0.32)  # the root, on the top plate
 
 
+def test_joints_of_another_team_are_left_out():
+    bent = scene(joints=np.ones((2, 8)))
+    for joints in (np.ones((3, 8)), np.ones((2, 2)), None):
+        arms = [
+            placed_arms(each.kinds, each.place, each.turn, each.joints)[0].links
+            for each in (bent._replace(joints=joints), scene(), bent)
+        ]
+        np.testing.assert_array_equal(arms[0], arms[1])
+        assert np.abs(arms[0] - arms[2]).max() > 0.1
+
+
 def faces(drawing):
     return sum(len(each.counts) for each in drawing.layers if isinstance(each, Polygons))
 

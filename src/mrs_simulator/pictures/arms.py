@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.pictures.solids import TILE, model_of
 from mrs_simulator.vehicles.arms.chain import frames
@@ -32,7 +33,8 @@ class Placed:
 def placed_arms(kinds, place, turn, joints):
     """Return the arms, a list of ``Placed``, of robots at ``place`` (n, 3), turned by ``turn`` (n, 3, 3).
 
-    ``joints`` (n, 1 + k) [rad], None: at home.
+    ``joints`` (n, 1 + k) [rad]; None, or of another team: at home.  None are drawn of which no description
+    is to be had.
     """
     rows_of = {}
     for row, kind in enumerate(kinds):
@@ -40,10 +42,15 @@ def placed_arms(kinds, place, turn, joints):
             rows_of.setdefault(kind.arm.model, []).append(row)
     found = []
     for model, rows in rows_of.items():
-        arms, chain = [kinds[row].arm for row in rows], chain_of(model)
+        arms = [kinds[row].arm for row in rows]
+        try:
+            chain = chain_of(model)
+        except ScenarioError:
+            continue
         q = np.array([arm.home for arm in arms])
-        if joints is not None:
-            q = np.asarray(joints)[rows, 1 : 1 + q.shape[1]]
+        told = np.zeros((0, 0)) if joints is None else np.asarray(joints)
+        if len(told) == len(kinds) and told.shape[1] > q.shape[1]:
+            q = told[rows, 1 : 1 + q.shape[1]]
         bases = np.tile(np.eye(4), (len(rows), 1, 1))
         bases[:, :3, :3], bases[:, :3, 3] = turn[rows], place[rows]
         roots = bases @ np.array([arm.placed for arm in arms])

@@ -90,6 +90,7 @@ class CameraNode:
             pose=seen.pose,
             shades=robot_colours(range(1, team.n + 1))[:, :3],
             spatial=seen.spatial,
+            joints=seen.all_joints if seen.all_joints.shape[1] > 1 else None,
             obstacles=obstacles,
         )
         look, width, height = self._wanted, *SIZE

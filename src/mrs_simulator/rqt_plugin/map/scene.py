@@ -81,6 +81,7 @@ class MapScene(QWidget):
             pose=self._pose,
             shades=shades.reshape(-1, 3),
             spatial=self._spatial,
+            joints=self._joints,
             trails=tuple(np.asarray(trail, dtype=float).reshape(-1, 3) for trail in trails),
             targets=self._targets_in_space() if on["targets"] else None,
             edges=edges if on["edges"] else (),
@@ -149,6 +150,7 @@ class MapScene(QWidget):
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
         fresh = np.array(snapshot.fresh, dtype=bool)
         self._place(poses, fresh, snapshot.real, snapshot.spatial)
+        self._joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
         self._trails.add(poses[:, :2], self._z)
         if changed:
             self.fit(whole=True)
@@ -165,6 +167,7 @@ class MapScene(QWidget):
 
     def _place(self, poses, fresh, real=frozenset(), spatial=None):
         self._pose, self._fresh, self._overlapping, self._real = poses, fresh, None, real
+        self._joints = None  # [rad] of arms, None: at home
         fits = spatial is not None and len(spatial.z) == len(poses)
         self._spatial = spatial if fits else None  # None: on the ground
         self._z = spatial.z if fits else None  # [m]

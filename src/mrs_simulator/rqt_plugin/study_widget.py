@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.window.pending import PendingGraph, PendingTeam
 from mrs_simulator.rqt_plugin.window.results import Results
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
+from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.status import Status
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
 
@@ -41,6 +42,7 @@ class StudyWidget(StudyPanels):
         self.editing = ScenarioEditing(self, self.study, self.live, *pending)
         self.files = ScenarioFiles(self, self.study, self.editing, self.live, self.pending_team)
         self.load, self.save_scenario = self.files.load, self.files.save
+        self.sensing = Sensing(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
         self.history.before_clearing = guarded(self.results.keep_unsaved)
@@ -132,6 +134,7 @@ class StudyWidget(StudyPanels):
         if self.study.state.is_emergency():
             self.study.preflight.cancel()
         self.live.follow_control()
+        self.sensing.show()
         self.status_line.show()
         self.edits.keep()
 

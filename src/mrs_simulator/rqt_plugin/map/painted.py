@@ -11,6 +11,7 @@ from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.look import MANY_ROBOTS, Look
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
 from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
+from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -39,6 +40,7 @@ class PaintedMap(MapScene):
             painter.setClipRect(self._frame.area)
             axes.draw_scale_bar(painter, look, self._frame)
             self._paint_edited(painter, look)
+            self._paint_sensors(painter, look)
             remark = self._paint_edges(painter, look)
             if self._shown["targets"] and self._targets is not None:
                 team = self._targets, self._numbers
@@ -72,6 +74,20 @@ class PaintedMap(MapScene):
         if obstacle is not None:
             refused = self.editor.is_dragging and self.touches_robot(obstacle)
             draw_edited(painter, look, self._frame, obstacle, refused)
+
+    def _paint_sensors(self, painter, look):
+        """Paint what robots sense, below the robots."""
+        if not self._shown["sensors"] or not self._readings:
+            return
+        rows, shapes = {number: row for row, number in enumerate(self._numbers)}, self._shapes
+        for (number, _), heard in self._readings.items():
+            row = rows.get(number)
+            if row is None or not self._known[row]:
+                continue
+            body = shapes.reach[row], 0.5 * (shapes.front[row] - shapes.rear[row])
+            team = self._pose[row], body, look.shade(number)
+            whole = number == self._selected  # of others it would cover the map
+            draw_reading(painter, look, self._frame, *team, heard.reading, whole)
 
     def _paint_edges(self, painter, look):
         """Paint the edges; return a remark where some are left out."""

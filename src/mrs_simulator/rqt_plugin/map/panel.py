@@ -11,6 +11,7 @@ from python_qt_binding.QtWidgets import (
 
 from mrs_simulator.rqt_plugin.map.obstacle_fields import ObstacleFields
 from mrs_simulator.rqt_plugin.map.obstacle_keys import HELP
+from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
@@ -28,7 +29,13 @@ SHOWN = (
     ("edges", "Graph", "who hears whom"),
     ("numbers", "Numbers", "the robots' numbers"),
     ("legend", "Legend", "what the signs mean"),
+    (
+        "sensors",
+        "Sensors",
+        "what robots sense; of more than {} robots that of the one clicked".format(MOST_ROBOTS),
+    ),
 )
+HIDDEN = ("sensors",)  # at first: nobody listens to what is not shown
 TIPS = {mode: tip for mode, _, tip in MODES}
 
 
@@ -76,7 +83,7 @@ class MapPanel(QWidget):
         for name, text, tip in SHOWN:
             button = QCheckBox(text)
             button.setToolTip("Show or hide " + tip)
-            button.setChecked(True)
+            button.setChecked(name not in HIDDEN)
             self._row.addWidget(button)
             setter = getattr(self.map, "set_{}_shown".format(name))
             button.toggled.connect(guarded(lambda on, s=setter: s(on)))
@@ -110,6 +117,10 @@ class MapPanel(QWidget):
 
     @guarded
     def _on_robot(self, number):
+        self.choose(number)
+
+    def choose(self, number):
+        """Highlight the robot ``number``, 0 for none, and offer its trail."""
         self._chosen = number
         self.map.select(number)
         self._trail.setText("Trail of {}".format(number))

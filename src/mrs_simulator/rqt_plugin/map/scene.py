@@ -44,7 +44,8 @@ class MapScene(QWidget):
         super().__init__(parent)
         self._frame = Frame()
         self._mode, self._drag = "look", None
-        self._shown = dict.fromkeys(LAYERS, True)
+        self._shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
+        self._readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self._selected = set(), 0
         self._targets, self._target_z, self._obstacles = None, None, ()
         self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
@@ -232,6 +233,12 @@ class MapScene(QWidget):
         self._selected = int(number)
         self.update()
 
+    def show_readings(self, heard):
+        """Show what sensors read, ``{(number, name): Heard}``."""
+        if heard or self._readings:
+            self._readings = heard
+            self.update()
+
     def set_trails_shown(self, shown):
         """Show or hide all trails."""
         self._set_shown("trails", shown)
@@ -256,6 +263,10 @@ class MapScene(QWidget):
     def set_legend_shown(self, shown):
         """Show or hide what the signs mean."""
         self._set_shown("legend", shown)
+
+    def set_sensors_shown(self, shown):
+        """Show or hide what robots sense."""
+        self._set_shown("sensors", shown)
 
     def _set_shown(self, what, shown):
         self._shown[what] = bool(shown)

@@ -25,6 +25,7 @@ from mrs_simulator.ros.messages import (
 )
 from mrs_simulator.rqt_plugin.ros_side import service_calls
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
+from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, ServiceCalls
 from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
 from mrs_simulator.rqt_plugin.run.history import Snapshot
@@ -34,6 +35,7 @@ AT_ONCE = 20  # [-] states of a fast simulation that may come together, and none
 MOST_WAITING = 4000  # [-] samples kept while the GUI is busy
 SILENCE = 1.5  # [s] of wall time after which the stage, the controller or a robot counts as silent
 LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
+LEAST_PERIOD = 0.1  # [s] of it when other sensors are looked at in between
 END_LIMIT = 2.0  # [s] of wall time that the last requests have
 
 BEGINNINGS = ("reset", "set_team", "start")  # services after which another run begins
@@ -58,6 +60,8 @@ class RosConnection:
             RobotsConnection(),
             StopTopic(),
         )
+        self._sensors = SensorsConnection()
+        self.watch_sensors = self._sensors.watch
         self.controller = Interruptions()
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.first_stamp = self._robots.first_stamp
@@ -129,6 +133,12 @@ class RosConnection:
             self._told = state, fresh, silent, _from_state(state, fresh, silent)
         return self._told[3]
 
+    def heard_sensors(self):
+        """Return the ``Heard`` of each sensor that is looked at, ``{(number, name): Heard}``."""
+        snapshot = self.snapshot()
+        now = snapshot.time if snapshot is not None and self.is_fresh("state") else None
+        return self._sensors.heard(now, snapshot.real if snapshot is not None else ())
+
     def begin_run(self):
         """Count what is heard from now on as another run."""
         with self._lock:
@@ -197,7 +207,9 @@ class RosConnection:
                     self._follow_master()
             except Exception as error:  # a master on its way out
                 rospy.logdebug("gui: looking at the master: %s", error)
-            self._ended.wait(LOOK_PERIOD)
+            self._sensors.changed.wait(LOOK_PERIOD)
+            self._sensors.changed.clear()
+            self._ended.wait(LEAST_PERIOD)
         self._withdraw()
 
     def _join(self):
@@ -221,17 +233,24 @@ class RosConnection:
         self.registered = frozenset(
             name for name, _, _ in KEPT if published.get(self._subscribers[name].resolved_name)
         )
-        if not self.is_fresh("state"):
-            state, control = (self._subscribers[n].resolved_name for n in ("state", "control"))
-            kinds = dict(master.getTopicTypes())
-            self._robots.follow(
-                published, subscribed, kinds, published.get(state), published.get(control)
-            )
+        stages, controllers = (
+            published.get(self._subscribers[name].resolved_name) for name in ("state", "control")
+        )
+        alone, looked_at = not self.is_fresh("state"), not self._sensors.is_idle
+        kinds = dict(master.getTopicTypes()) if alone or looked_at else {}
+        if alone:
+            self._robots.follow(published, subscribed, kinds, stages, controllers)
+        if looked_at:
+            self._sensors.follow(published, subscribed, kinds, controllers)
 
     def _register_again(self, published, subscribed):
         """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
         known = {Registration.PUB: published, Registration.SUB: subscribed}
-        topics = [*self._subscribers.values(), *self._robots.subscribers()]
+        topics = [
+            *self._subscribers.values(),
+            *self._robots.subscribers(),
+            *self._sensors.subscribers(),
+        ]
         for topic in (*topics, self._emergency.publisher):
             if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
                 get_registration_listeners().notify_added(
@@ -245,6 +264,7 @@ class RosConnection:
         """
         end = time.monotonic() + END_LIMIT
         self._ended.set()
+        self._sensors.changed.set()  # wakes the one that looks
         self._calls.close(end)
         self._looking.join(max(0.0, end - time.monotonic()))
 
@@ -252,6 +272,7 @@ class RosConnection:
         for subscriber in self._subscribers.values():
             subscriber.unregister()
         self._robots.forget()
+        self._sensors.close()
         if self._emergency.publisher is not None:
             self._emergency.publisher.unregister()
 

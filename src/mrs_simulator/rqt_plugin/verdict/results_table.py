@@ -52,6 +52,14 @@ class ResultsTable(QTableWidget):
         self._paint_tints()
         self._fit_columns()
 
+    def change_texts(self, rows, tips):
+        """Show other texts in the same cells, whose columns stay as wide as they are."""
+        for row, (cells, tip) in enumerate(zip(rows, tips)):
+            for column, text in enumerate(cells):
+                item = self.item(row, column)
+                item.setText(text)
+                item.setToolTip(tip)
+
     def _paint_tints(self):
         for row, column, kind in self._tints:
             item, font = self.item(row, column), self.font()

@@ -17,6 +17,7 @@ from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.run.bar import RunBar
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
 from mrs_simulator.rqt_plugin.verdict.panel import VerdictPanel
@@ -95,6 +96,7 @@ class StudyPanels(QWidget):
         self.curves = CurvesPanel()
         self.view = ViewPanel(self.map.in_space, lambda: self.map.revision)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
+        self.sensors = SensorsPanel()
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)
         self.results_tabs = QTabWidget()
@@ -103,6 +105,7 @@ class StudyPanels(QWidget):
             (self.view, "3D view"),
             (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
+            (self.sensors, "Sensors"),
             (self.messages, "Messages"),
         ):
             self.results_tabs.addTab(widget, title)

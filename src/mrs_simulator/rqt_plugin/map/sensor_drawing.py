@@ -1,0 +1,108 @@
+"""Draws what robots sense: cones of sonar, rays of lasers, lines to robots seen, and bumpers pressed.
+
+Each ``draw_`` function gets a painter, the ``Look`` of the widget, the ``Frame``, a robot's pose (3,), its
+colour, and the reading.
+"""
+
+import math
+
+import numpy as np
+from python_qt_binding.QtCore import QPointF, QRectF, Qt
+from python_qt_binding.QtGui import QColor, QPainterPath, QPen
+
+from mrs_simulator.rqt_plugin.map.look import faded, polygon
+from mrs_simulator.rqt_plugin.map.marks import ALARM
+from mrs_simulator.sensors.types.bumper import BumperReading
+from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
+from mrs_simulator.sensors.types.ranging import RangeReading
+
+DRAWN = ("sonar", "laser", "range_bearing", "bumper")  # types of sensors that are drawn
+MOST_ROBOTS = 12  # [-] whose sensors are drawn; of larger teams only those of the robot selected
+FELT, SILENT = 0.15, 0.04  # opacities of where something was met, and of where nothing was
+HIT = 1.6  # [px] radius of a point that a ray has met
+
+
+def draw_reading(painter, look, frame, pose, body, shade, reading, whole=True):
+    """Draw one ``reading``; ``body``: reach of the robot and how far ahead its middle lies [m].
+
+    ``whole``: where nothing was met, too.
+    """
+    if isinstance(reading, RangeReading):
+        draw = draw_cones if reading.cone > 0.0 else draw_rays
+        draw(painter, look, frame, pose, shade, reading, whole)
+    elif isinstance(reading, RangeBearingReading):
+        draw_seen(painter, look, frame, pose, shade, reading)
+    elif isinstance(reading, BumperReading):
+        draw_pressed(painter, look, frame, pose, body, reading)
+
+
+def draw_cones(painter, look, frame, pose, shade, reading, whole):
+    """Draw the cone of each transducer, up to its echo with an arc there; paler where it hears nothing."""
+    origins = frame.to_screen(in_plane(pose, reading.places[:, :2]))
+    headings = np.degrees(pose[2] + reading.places[:, 2])
+    half = math.degrees(reading.cone)
+    for (x, y), heading, far in zip(origins.tolist(), headings.tolist(), reading.ranges.tolist()):
+        heard = math.isfinite(far)
+        if math.isnan(far) or not (heard or whole):
+            continue
+        radius = (far if heard else reading.most) * frame.scale
+        box = QRectF(x - radius, y - radius, 2.0 * radius, 2.0 * radius)
+        cone = QPainterPath(QPointF(x, y))
+        cone.arcTo(box, heading - half, 2.0 * half)
+        cone.closeSubpath()
+        painter.fillPath(cone, faded(shade, FELT if heard else SILENT))
+        if heard:
+            painter.setPen(QPen(shade, 1.6 * look.unit))
+            painter.drawArc(box, round(16 * (heading - half)), round(32 * half))
+
+
+def draw_rays(painter, look, frame, pose, shade, reading, whole):
+    """Draw the area that rays have crossed, and a point where each has met something."""
+    ranges = np.asarray(reading.ranges, dtype=float)
+    met = np.isfinite(ranges)
+    free = reading.most if whole else 0.0
+    reached = np.where(met, ranges, np.where(np.isnan(ranges), 0.0, free))
+    points = frame.to_screen(in_plane(pose, reading._replace(ranges=reached).points))
+    origin = frame.to_screen(in_plane(pose, reading.places[:1, :2]))
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(faded(shade, 2.0 * SILENT))
+    painter.drawPolygon(polygon(np.concatenate([origin, points])))
+    painter.setBrush(shade)
+    radius = HIT * look.unit
+    for x, y in points[met].tolist():
+        painter.drawEllipse(QPointF(x, y), radius, radius)
+
+
+def draw_seen(painter, look, frame, pose, shade, reading):
+    """Draw a line to where each of the robots seen is said to be, and a ring there."""
+    begin = QPointF(*frame.to_screen(in_plane(pose, np.array([reading.place])))[0].tolist())
+    painter.setPen(QPen(shade, 1.2 * look.unit, Qt.DotLine))
+    painter.setBrush(Qt.NoBrush)
+    for x, y in frame.to_screen(in_plane(pose, reading.points)).tolist():
+        painter.drawLine(begin, QPointF(x, y))
+        painter.drawEllipse(QPointF(x, y), 3.0 * look.unit, 3.0 * look.unit)
+
+
+def draw_pressed(painter, look, frame, pose, body, reading):
+    """Draw a red arc about the robot at each section of its bumpers that is pressed."""
+    reach, ahead = body
+    x, y = frame.to_screen(in_plane(pose, np.array([[ahead, 0.0]])))[0].tolist()
+    radius = max(1.1 * reach * frame.scale, 9.0 * look.unit)
+    box = QRectF(x - radius, y - radius, 2.0 * radius, 2.0 * radius)
+    pen = QPen(QColor(ALARM), 3.5 * look.unit)
+    pen.setCapStyle(Qt.FlatCap)
+    painter.setPen(pen)
+    heading = math.degrees(pose[2])
+    # Front sections go clockwise from the left, those behind counterclockwise.
+    for sections, turn in ((reading.front, -1.0), (reading.rear, 1.0)):
+        for k in np.flatnonzero(sections).tolist():
+            width = 180.0 / len(sections)
+            begin = heading + 90.0 + turn * k * width
+            painter.drawArc(box, round(16 * begin), round(16 * turn * width))
+
+
+def in_plane(pose, points):
+    """Return ``points`` (k, 2) [m] of the robot's frame in the common frame, the robot at ``pose`` (3,)."""
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    x, y = np.asarray(points, dtype=float).T
+    return np.column_stack([pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y])

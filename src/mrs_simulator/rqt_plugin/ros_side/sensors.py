@@ -1,0 +1,161 @@
+"""Sensors of the robots over ROS, each subscribed to only while somebody looks at it."""
+
+import math
+import threading
+import time
+from collections import deque
+
+import rospy
+
+from mrs_simulator.ros.messages import MessageError
+from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.rqt_plugin.sensing.heard import Heard
+
+COUNTED = 20  # [-] messages over which a rate is taken
+
+
+class SensorsConnection:
+    """``watch`` says which sensors are looked at; ``follow`` and ``close`` are for one thread alone."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._wanted = {}  # (Mount, Kind) by (number, name)
+        self._ears = {}  # _Ear by (number, name)
+        self.changed = threading.Event()  # set when others are looked at than before
+
+    def watch(self, wanted):
+        """Look at the sensors ``wanted`` and no others, ``{(number, name): (Mount, Kind)}``."""
+        with self._lock:
+            if wanted != self._wanted:
+                self._wanted = dict(wanted)
+                self.changed.set()
+
+    @property
+    def is_idle(self):
+        """Return whether nothing is looked at, and nothing subscribed to."""
+        with self._lock:
+            return not self._wanted and not self._ears
+
+    def follow(self, published, subscribed, kinds, controllers):
+        """Subscribe to what is looked at, as far as somebody publishes it; leave everything else.
+
+        ``published``, ``subscribed``: the nodes by topic; ``kinds`` of message by topic; ``controllers``:
+        names of these nodes, None for none.
+        """
+        with self._lock:
+            wanted, ears = dict(self._wanted), dict(self._ears)
+        for key, ear in list(ears.items()):
+            if wanted.get(key) != ear.of:
+                ear.close()
+                del ears[key]
+        for key, of in wanted.items():
+            if key not in ears:
+                ears[key] = _Ear(*of)
+            topic = topic_in(key[0], ears[key].form, published, subscribed, kinds, controllers)
+            ears[key].listen(topic)
+        with self._lock:
+            self._ears = ears
+
+    def heard(self, now, real=()):
+        """Return the ``Heard`` of what is looked at, ``{(number, name): Heard}``.
+
+        ``now`` [s] of simulated time, None without a simulation; ``real``: numbers of the real robots.
+        """
+        with self._lock:
+            wanted, ears = set(self._wanted), dict(self._ears)
+        none = Heard()
+        return {
+            key: ears[key].told(None if key[0] in real else now) if key in ears else none
+            for key in wanted
+        }
+
+    def subscribers(self):
+        """Return the subscribers."""
+        with self._lock:
+            return [ear.subscriber for ear in self._ears.values() if ear.subscriber is not None]
+
+    def close(self):
+        """Leave all topics."""
+        with self._lock:
+            ears, self._ears, self._wanted = self._ears, {}, {}
+        for ear in ears.values():
+            ear.close()
+
+
+def topic_in(number, form, published, subscribed, kinds, controllers=None):
+    """Return the topic on which the sensor of ``form`` of the robot ``number`` is told, "" if none is.
+
+    It is of the form's type, below ``/robotN/``, and ends in the sensor's name, as in
+    ``/robot1/RosAria/sonar``; of several that to which the controller listens comes first, then the
+    shortest.  One with another name is taken only where the controller listens to it.
+    """
+    own, name = "/robot{}/".format(number), form.mount.name + form.SUFFIX
+    followed = set(controllers or ())
+    found = []
+    for topic in published:
+        if topic.startswith(own) and kinds.get(topic) == form.MESSAGE._type:
+            is_followed = bool(followed & set(subscribed.get(topic, ())))
+            is_named = topic.rpartition("/")[2] == name
+            if is_followed or is_named:
+                found.append((not is_named, not is_followed, len(topic), topic))
+    return min(found)[-1] if found else ""
+
+
+class _Ear:
+    """Listens to one sensor; what is heard is read only when it is asked for."""
+
+    def __init__(self, mount, kind):
+        self.of, self.form = (mount, kind), forms_of(mount, kind)[0]
+        self.subscriber, self._topic, self._lock = None, "", threading.Lock()
+        self._newest, self._times = None, deque(maxlen=COUNTED)
+        self._read = None, Heard()  # the message that was read last, and what it says
+
+    def listen(self, topic):
+        """Listen to ``topic``, "" to none."""
+        if topic == self._topic:
+            return
+        self.close()
+        self._topic = topic
+        if topic:
+            self.subscriber = rospy.Subscriber(
+                topic, self.form.MESSAGE, self._keep, queue_size=1, tcp_nodelay=True
+            )
+
+    def _keep(self, message):
+        stamp = message.header.stamp.to_sec()
+        with self._lock:
+            if self._times and stamp < self._times[-1]:  # another run
+                self._times.clear()
+            self._times.append(stamp)
+            self._newest = message, stamp, time.monotonic()
+
+    def told(self, now):
+        """Return the ``Heard`` at ``now`` [s], None: of a real robot, by wall time."""
+        with self._lock:
+            newest, times = self._newest, list(self._times)
+        if newest is None:
+            return Heard(topic=self._topic)
+        message, stamp, received = newest
+        if self._read[0] is not message:
+            self._read = message, self._taken(message, stamp)
+        age = time.monotonic() - received if now is None else max(0.0, now - stamp)
+        return self._read[1]._replace(age=age, rate=_rate(times))
+
+    def _taken(self, message, stamp):
+        try:
+            return Heard(self.form.reading(message, stamp), topic=self._topic)
+        except MessageError as error:
+            return Heard(topic=self._topic, trouble=str(error))
+
+    def close(self):
+        """Listen no more."""
+        if self.subscriber is not None:
+            self.subscriber.unregister()
+        with self._lock:
+            self.subscriber, self._topic, self._newest = None, "", None
+            self._times.clear()
+
+
+def _rate(times):
+    span = times[-1] - times[0]
+    return (len(times) - 1) / span if span > 0.0 else math.nan

@@ -1,0 +1,115 @@
+"""The sensors of one robot, live: what each reads, how often, and how old that is."""
+
+import math
+
+from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from mrs_simulator.rqt_plugin.sensing.texts import number, told
+from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
+from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+
+HEADERS = (
+    ("sensor", "The name of the mount"),
+    ("reading", "What it says now"),
+    ("rate", "Readings per second of its own time, and how many are wanted"),
+    ("age", "How old the reading is: in simulated time, of real robots in wall time"),
+    ("state", "Whether it is heard"),
+)
+READING, STATE = 1, 4  # columns
+CHOOSE = "Choose a robot here, or click on one on the map."
+NONE = "Robot {} has no sensors: its kind declares none, and the scenario adds none."
+
+
+class SensorsPanel(QWidget):
+    """Shows the readings of the robot chosen."""
+
+    robot_chosen = Signal(int)
+
+    def __init__(self, parent=None):
+        super().__init__(parent)
+        self.number = 0  # of the robot shown, 0 for none
+        self._shown = None
+        self._robots, self._note = PatientComboBox(), MessageLabel("aside")
+        self._robots.setToolTip("The robot whose sensors are shown")
+        self._robots.activated.connect(self._on_chosen)
+        self.table = ResultsTable(HEADERS, widest=READING)
+        row = QHBoxLayout()
+        label = QLabel("Robot")
+        label.setBuddy(self._robots)
+        self._robots.setFixedWidth(int(10 * self.fontMetrics().averageCharWidth()))
+        for widget, stretch in ((label, 0), (self._robots, 0), (self._note, 1)):
+            row.addWidget(widget, stretch)
+        row.addStretch(0)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addLayout(row)
+        layout.addWidget(self.table, 1)
+        self._note.say(CHOOSE)
+
+    def set_robots(self, numbers):
+        """Offer the robots ``numbers``."""
+        wanted = [""] + [str(number) for number in numbers]
+        if wanted != [self._robots.itemText(k) for k in range(self._robots.count())]:
+            self._robots.clear()
+            self._robots.addItems(wanted)
+            self.show_robot(self.number if self.number in numbers else 0)
+
+    def show_robot(self, number):
+        """Show the robot ``number``, 0 for none; no signal."""
+        self.number = number
+        self._robots.setCurrentIndex(max(0, self._robots.findText(str(number))))
+        self.show_sensors({}, {})
+
+    @guarded
+    def _on_chosen(self, place):
+        self.robot_chosen.emit(int(self._robots.itemText(place) or 0))
+
+    def show_sensors(self, mounts, heard, trouble=""):
+        """Show what was ``heard`` of the robot's ``mounts``, by name; ``trouble``: why there are none."""
+        rows = [_cells(mount, heard.get(name)) for name, mount in mounts.items()]
+        note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
+        self._note.say(trouble or note, "error" if trouble else "aside")
+        tints = [(k, STATE, TINTS.get(cells[STATE], "error")) for k, cells in enumerate(rows)]
+        tips = [
+            _tip(mount, heard.get(name), cells)
+            for (name, mount), cells in zip(mounts.items(), rows)
+        ]
+        fixed = [(cells[0], cells[STATE]) for cells in rows]
+        if fixed == self._shown:
+            self.table.change_texts(rows, tips)
+        else:
+            self._shown = fixed
+            self.table.set_rows(rows, tips, tints)
+
+
+TINTS = {"heard": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}
+
+
+def _cells(mount, heard):
+    """Return the texts of a row."""
+    state, name = _state(mount, heard), mount.name
+    if heard is None or heard.reading is None:
+        return name, "", "of {:g} Hz".format(mount.rate), "", state
+    rate = "" if math.isnan(heard.rate) else "{:.3g} ".format(heard.rate)
+    rate += "of {:g} Hz".format(mount.rate)
+    return name, told(heard.reading), rate, number(heard.age, 2, " s"), state
+
+
+def _tip(mount, heard, cells):
+    """Return all of a row, and where it comes from."""
+    topic = heard.topic if heard is not None else ""
+    told = "{}: {}{}".format(mount.name, mount.type, " on " + topic if topic else "")
+    return "\n".join(filter(None, (told, cells[READING], cells[STATE])))
+
+
+def _state(mount, heard):
+    if heard is None or not heard.topic:
+        return "not published"
+    if heard.trouble:
+        return "refused: {}".format(heard.trouble)
+    if heard.reading is None:
+        return "waiting"
+    return "stale" if heard.is_stale(mount) else "heard"

@@ -1,0 +1,104 @@
+"""Readings of sensors in words and numbers with units.  No Qt, no ROS."""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.sensors.types.bumper import BumperReading
+from mrs_simulator.sensors.types.encoders import EncoderReading
+from mrs_simulator.sensors.types.inertial import AltimeterReading, CompassReading, ImuReading
+from mrs_simulator.sensors.types.position import GpsReading, PoseReading
+from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
+from mrs_simulator.sensors.types.ranging import RangeReading
+
+MINUS, DEGREE = "\u2212", "\u00b0"
+MOST_SEEN = 6  # [-] robots that are told one by one
+
+
+def number(value, digits, unit=""):
+    """Return ``value`` with its unit, a dash where it is lost."""
+    if not math.isfinite(value):
+        return "\u2013" if math.isnan(value) else "\u221e"
+    return "{:.{}f}".format(value, digits).replace("-", MINUS) + unit
+
+
+def degrees(value):
+    """Return an angle [rad] in degrees."""
+    return number(math.degrees(value), 1, DEGREE)
+
+
+def told(reading):
+    """Return what ``reading`` says."""
+    for kind, text in TEXTS:
+        if isinstance(reading, kind):
+            return text(reading)
+    fields = zip(reading._fields[1:], reading[1:])
+    return ", ".join("{} {}".format(name, value) for name, value in fields)
+
+
+def _ranges(reading):
+    ranges = np.asarray(reading.ranges)
+    heard = np.isfinite(ranges)
+    counts = ["{} of {} within {:g} m".format(int(heard.sum()), len(ranges), reading.most)]
+    lost = int(np.isnan(ranges).sum())
+    if lost:
+        counts.append("{} lost".format(lost))
+    if heard.any():
+        first = int(np.argmin(np.where(heard, ranges, np.inf)))
+        near = number(ranges[first], 2, " m")
+        way = degrees(math.remainder(float(reading.places[first, 2]), 2.0 * math.pi))
+        counts.insert(0, "nearest {} at {}".format(near, way))
+    return ", ".join(counts)
+
+
+def _seen(reading):
+    if not len(reading.numbers):
+        return "sees no robot"
+    parts = [
+        "robot {}: {} at {}".format(int(k), number(far, 2, " m"), degrees(way))
+        for k, far, way in zip(reading.numbers, reading.ranges, reading.bearings)
+    ]
+    more = len(parts) - MOST_SEEN
+    return "; ".join(parts[:MOST_SEEN] + (["{} more".format(more)] if more > 0 else []))
+
+
+def _pressed(reading):
+    parts = [
+        "{} {}".format(side, ", ".join(str(k + 1) for k in np.flatnonzero(sections)))
+        for side, sections in (("front", reading.front), ("rear", reading.rear))
+        if np.any(sections)
+    ]
+    return "pressed: " + "; ".join(parts) if parts else "nothing is touched"
+
+
+def _inertia(reading):
+    force, rate = ("({})".format(", ".join(number(v, 2) for v in each)) for each in reading[1:3])
+    return "a = {} m/s\u00b2, \u03c9 = {} rad/s".format(force, rate)
+
+
+def _fix(reading):
+    if not all(map(math.isfinite, reading[1:4])):
+        return "no fix"
+    return "{}, {}, {}".format(
+        number(reading.latitude, 6, DEGREE),
+        number(reading.longitude, 6, DEGREE),
+        number(reading.altitude, 2, " m"),
+    )
+
+
+TEXTS = (
+    (RangeReading, _ranges),
+    (RangeBearingReading, _seen),
+    (BumperReading, _pressed),
+    (EncoderReading, lambda r: ", ".join(number(value, 3, " m") for value in r.travel)),
+    (ImuReading, _inertia),
+    (CompassReading, lambda r: "heading {}".format(degrees(r.heading))),
+    (AltimeterReading, lambda r: "z = {}".format(number(r.height, 3, " m"))),
+    (GpsReading, _fix),
+    (
+        PoseReading,
+        lambda r: "x = {}, y = {}, \u03b8 = {}".format(
+            number(r.x, 3, " m"), number(r.y, 3, " m"), degrees(r.theta)
+        ),
+    ),
+)

@@ -1,0 +1,74 @@
+"""Sensors of the robots: those that are looked at are listened to, on the map and in their panel."""
+
+from mrs_simulator.rqt_plugin.map.sensor_drawing import DRAWN, MOST_ROBOTS
+from mrs_simulator.rqt_plugin.run.trouble import reason
+from mrs_simulator.rqt_plugin.sensing.heard import mounts_of
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+
+class Sensing:
+    """Tells the connection what is looked at, and shows what it hears."""
+
+    def __init__(self, panels, study):
+        self._panels, self._study = panels, study
+        self._scenario, self._mounts, self._trouble = None, {}, ""
+        panels.map.robot_clicked.connect(self._on_robot)
+        panels.sensors.robot_chosen.connect(self._on_robot)
+
+    @guarded
+    def _on_robot(self, number):
+        """Show the sensors of the robot ``number``, chosen on the map or in the panel."""
+        self._panels.sensors.show_robot(number)
+        self._panels.map_panel.choose(number)
+
+    def show(self):
+        """Listen to what is looked at now, and show what was heard."""
+        self._know_mounts()
+        panels, connection = self._panels, self._study.connection
+        panels.sensors.set_robots(range(1, self._study.scenario.n + 1))
+        on_map, in_panel = self._on_map(), self._in_panel()
+        connection.watch_sensors({**on_map, **in_panel})
+        if not on_map and not in_panel and not panels.sensors.isVisible():
+            panels.map.show_readings({})
+            return
+        heard = connection.heard_sensors()
+        panels.map.show_readings(
+            {key: heard[key] for key in on_map if key in heard and not self._is_old(key, heard)}
+        )
+        if panels.sensors.isVisible():
+            mounts = {name: mount for (_, name), (mount, _) in in_panel.items()}
+            told = {name: heard.get((number, name)) for number, name in in_panel}
+            panels.sensors.show_sensors(mounts, told, self._trouble)
+
+    def _is_old(self, key, heard):
+        return heard[key].reading is None or heard[key].is_stale(self._mounts[key][0])
+
+    def _know_mounts(self):
+        """Take in which sensors the robots of the scenario have."""
+        scenario = self._study.scenario
+        if scenario is self._scenario:
+            return
+        self._scenario, self._trouble = scenario, ""
+        try:
+            self._mounts = mounts_of(scenario)
+        except ValueError as error:
+            self._mounts, self._trouble = {}, reason(error)
+
+    def _on_map(self):
+        """Return the sensors that the map shows."""
+        panels = self._panels
+        if not panels.shown["sensors"].isChecked() or not panels.map.isVisible():
+            return {}
+        few = self._study.scenario.n <= MOST_ROBOTS
+        return {
+            key: of
+            for key, of in self._mounts.items()
+            if of[0].type in DRAWN and (few or key[0] == panels.sensors.number)
+        }
+
+    def _in_panel(self):
+        """Return the sensors that the panel shows."""
+        panel = self._panels.sensors
+        if not panel.isVisible():
+            return {}
+        return {key: of for key, of in self._mounts.items() if key[0] == panel.number}

@@ -1,0 +1,276 @@
+"""Sensors in the GUI: on the map and in their panel, listened to only while somebody looks."""
+
+import os
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
+from python_qt_binding.QtGui import QColor
+from python_qt_binding.QtWidgets import QApplication
+
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
+from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
+from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of
+from mrs_simulator.rqt_plugin.sensing.texts import told
+from mrs_simulator.sensors.types.bumper import BumperReading
+from mrs_simulator.sensors.types.inertial import CompassReading, ImuReading
+from mrs_simulator.sensors.types.position import GpsReading
+from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
+from mrs_simulator.sensors.types.ranging import RangeReading
+
+NONE = float("nan")
+MORE = {"others": {"type": "range_bearing"}, "bumper": {"type": "bumper", "front": 2, "rear": 2}}
+
+
+def team_of(n):
+    poses = [[4.0 * k, 0.0, 0.0] for k in range(n)]
+    return scenario_from_dict({"poses": poses, "sensors": [{"mounts": MORE}]})
+
+
+@pytest.fixture(scope="module")
+def app():
+    return QApplication.instance() or QApplication([])
+
+
+@pytest.fixture
+def study(app, no_hidden_errors):
+    """The GUI of two robots with nothing behind it; what it looks at is in ``watched``."""
+    widget = quiet_study(team_of(2))
+    widget.watched = {}
+    widget.connection.watch_sensors.side_effect = lambda wanted: setattr(
+        widget, "watched", set(wanted)
+    )
+    widget.connection.heard_sensors.return_value = {}
+    widget.resize(1366, 768)
+    widget.show()
+    app.processEvents()
+    yield widget
+    widget.study.edited.close()
+    widget.close()
+    widget.deleteLater()
+    app.processEvents()
+
+
+def hear(study, *readings, age=0.01, number=1):
+    """Have the connection hear ``(name, reading)`` of a robot, and the GUI show them."""
+    heard = {
+        (number, name): Heard(each, age, 10.0, "/robot{}/{}".format(number, name))
+        for name, each in readings
+    }
+    study.connection.heard_sensors.return_value = heard
+    study.sensing.show()
+
+
+def shade(study, x, y):
+    return QColor(study.map.grab().toImage().pixel(*map(round, study.map.to_screen(x, y))))
+
+
+# Words
+
+
+@pytest.mark.parametrize(
+    "reading, text",
+    [
+        (
+            RangeReading(0.0, np.array([2.0, np.inf, 0.5, NONE]), np.eye(4, 3, 2), 5.0),
+            "nearest 0.50 m at 0.0\u00b0, 2 of 4 within 5 m, 1 lost",
+        ),
+        (
+            RangeReading(0.0, np.array([np.inf]), np.zeros((1, 3)), 5.0),
+            "0 of 1 within 5 m",
+        ),
+        (
+            RangeBearingReading(0.0, np.array([3]), np.array([1.25]), np.array([-np.pi / 2])),
+            "robot 3: 1.25 m at \u221290.0\u00b0",
+        ),
+        (
+            BumperReading(0.0, np.array([0, 1], dtype=bool), np.array([1, 0], dtype=bool)),
+            "pressed: front 2; rear 1",
+        ),
+        (CompassReading(0.0, np.pi), "heading 180.0\u00b0"),
+        (GpsReading(0.0, NONE, NONE, NONE), "no fix"),
+        (
+            ImuReading(0.0, np.array([0.0, NONE, 9.81]), np.zeros(3)),
+            "a = (0.00, \u2013, 9.81) m/s\u00b2, \u03c9 = (0.00, 0.00, 0.00) rad/s",
+        ),
+    ],
+)
+def test_a_reading_in_words(reading, text):
+    assert told(reading) == text
+
+
+def test_a_type_of_sensor_without_words_of_its_own_is_told_field_by_field():
+    class Strange(CompassReading):
+        __slots__ = ()
+
+    plain = SimpleNamespace(_fields=("stamp", "charge"))
+    assert told(Strange(0.0, 0.0)) == "heading 0.0\u00b0"
+    reading = type("Battery", (tuple,), {"_fields": plain._fields})((0.0, 0.75))
+    assert told(reading) == "charge 0.75"
+
+
+# What is listened to
+
+
+def test_nothing_is_listened_to_until_somebody_looks(study):
+    study.sensing.show()
+    assert not study.shown["sensors"].isChecked() and study.watched == set()
+    study.shown["sensors"].setChecked(True)
+    study.sensing.show()
+    drawn = {(number, name) for number in (1, 2) for name in ("sonar", "others", "bumper")}
+    assert study.watched == drawn
+    study.shown["sensors"].setChecked(False)
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensing.show()
+    assert study.watched == set()  # no robot is chosen yet
+    study.map.robot_clicked.emit(2)
+    study.sensing.show()
+    assert study.watched == {(2, name) for name in ("sonar", "others", "bumper")}
+    study.results_tabs.setCurrentIndex(0)
+    study.sensing.show()
+    assert study.watched == set()
+
+
+def test_of_a_large_team_the_map_shows_the_robot_chosen_alone(study):
+    study.show_scenario(team_of(MOST_ROBOTS + 1))
+    study.shown["sensors"].setChecked(True)
+    study.sensing.show()
+    assert study.watched == set()
+    study.sensors.robot_chosen.emit(5)
+    study.sensing.show()
+    assert {number for number, _ in study.watched} == {5} and study.map._selected == 5
+
+
+def topics(**published):
+    """Return what the master says, of topics by type, with ``/robot1/a`` written robot1__a."""
+    kinds = {"/" + name.replace("__", "/"): kind for name, kind in published.items()}
+    return {topic: ["driver"] for topic in kinds}, kinds
+
+
+def test_a_sensor_is_found_under_the_names_of_drivers():
+    mount, kind = mounts_of(team_of(1))[1, "sonar"]
+    form = forms_of(mount, kind)[0]
+    cloud = "sensor_msgs/PointCloud"
+    published, kinds = topics(robot1__RosAria__sonar=cloud, robot2__sonar=cloud, robot1__x=cloud)
+    assert topic_in(1, form, published, {}, kinds) == "/robot1/RosAria/sonar"
+    published["/robot1/sonar"], kinds["/robot1/sonar"] = ["stage"], cloud
+    assert topic_in(1, form, published, {}, kinds) == "/robot1/sonar"
+    heard = {"/robot1/RosAria/sonar": ["control"], "/robot1/x": ["control"]}
+    assert topic_in(1, form, published, heard, kinds, ["control"]) == "/robot1/RosAria/sonar"
+    only = {"/robot1/x": ["driver"]}
+    assert topic_in(1, form, only, heard, kinds, ["control"]) == "/robot1/x"
+    assert topic_in(1, form, only, {}, kinds) == ""
+    assert topic_in(1, form, {"/robot1/sonar": []}, {}, {"/robot1/sonar": "other/Type"}) == ""
+
+
+# The map
+
+
+def test_cones_rays_and_robots_seen_lie_where_they_were_sensed(study):
+    study.shown["sensors"].setChecked(True)
+    study.sensing._on_robot(1)
+    study.map.set_legend_shown(False)
+    study.map.set_edges_shown(False)
+    empty = {place: shade(study, *place) for place in ((1.0, 0.3), (-1.0, 0.3), (1.0, 1.7))}
+    one_cone = RangeReading(0.0, np.array([1.5]), np.array([[0.0, 0.0, 0.25]]), 5.0, 0.2)
+    hear(study, ("sonar", one_cone))
+    changed = {place for place, before in empty.items() if shade(study, *place) != before}
+    assert changed == {(1.0, 0.3)}
+    fan = RangeReading(0.0, np.full(9, 2.0), np.linspace([0, 0, 1.2], [0, 0, 2.0], 9), 5.0)
+    at = 0.9 * np.array([np.cos(1.6), np.sin(1.6)])
+    before = shade(study, *at)
+    hear(study, ("laser", fan))  # a name that this robot's kind has not fitted
+    hear(study, ("sonar", fan))
+    assert shade(study, *at) != before
+    hear(study, ("sonar", fan), age=9.0)  # stale
+    assert study.map._readings == {}
+
+
+def test_a_point_of_the_robots_frame_in_the_common_frame():
+    place = in_plane(np.array([1.0, 2.0, np.pi / 2]), [[1.0, 0.5]])
+    assert place == pytest.approx(np.array([[0.5, 3.0]]))
+
+
+def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
+    study.shown["sensors"].setChecked(True)
+    study.map.set_legend_shown(False)
+    frame = study.map._frame
+    frame.scale, frame.centre = 150.0, np.zeros(2)
+    study.map._untouched = False
+    body = study.map._shapes
+    ahead = 0.5 * (body.front[0] - body.rear[0])
+    radius = 1.1 * body.reach[0]
+    places = {
+        side: (ahead + radius * np.cos(angle), radius * np.sin(angle))
+        for side, angle in (("left", np.pi / 4), ("right", -np.pi / 4), ("behind", 3.0))
+    }
+    pressed = BumperReading(0.0, np.array([True, False]), np.array([False, False]))
+    hear(study, ("bumper", pressed))
+    red = {s for s, place in places.items() if shade(study, *place).name() == "#e01b24"}
+    assert red == {"left"}
+
+
+# The panel
+
+
+def test_the_panel_tells_state_rate_and_age(study):
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensing._on_robot(2)
+    compass = CompassReading(0.0, 0.5)
+    hear(study, ("sonar", compass), number=2)
+    table = study.sensors.table
+
+    def row(name):
+        rows = {table.text(k, 0): k for k in range(table.rowCount())}
+        return [table.text(rows[name], column) for column in range(1, 5)]
+
+    assert row("sonar") == ["heading 28.6\u00b0", "10 of 10 Hz", "0.01 s", "heard"]
+    assert row("bumper") == ["", "of 10 Hz", "", "not published"]
+    hear(study, ("sonar", compass), number=2, age=3.0)
+    assert row("sonar")[2:] == ["3.00 s", "stale"]
+    study.connection.heard_sensors.return_value = {
+        (2, "sonar"): Heard(topic="/robot2/sonar", trouble="8 echoes, but the mount has 16"),
+        (2, "bumper"): Heard(topic="/robot2/bumper_state"),
+    }
+    study.sensing.show()
+    assert row("sonar")[3] == "refused: 8 echoes, but the mount has 16"
+    assert row("bumper")[3] == "waiting"
+
+
+def test_the_panel_says_why_it_is_empty(study):
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensing.show()
+    assert "Choose a robot" in study.sensors._note.text()
+    study.show_scenario(
+        scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": {"sonar": None}}]})
+    )
+    study.sensing._on_robot(1)
+    study.sensing.show()
+    assert "has no sensors" in study.sensors._note.text()
+
+
+# Over ROS
+
+
+def test_the_stages_sensors_are_heard_while_they_are_shown(gui):  # noqa: F811
+    gui("""
+gui.sensing._on_robot(1)
+gui.results_tabs.setCurrentWidget(gui.sensors)
+click("simulate")
+table = gui.sensors.table
+until(lambda: table.rowCount() and table.text(0, 4) == "heard")
+assert table.text(0, 0) == "sonar" and " of 16 within 5 m" in table.text(0, 1)
+gui.shown["sensors"].setChecked(True)
+until(lambda: len(gui.map._readings) == 4)
+gui.shown["sensors"].setChecked(False)
+gui.results_tabs.setCurrentIndex(0)
+until(lambda: gui.connection._sensors.is_idle)
+click("end")
+until(lambda: not gui.connection.is_fresh("stage"))
+""")

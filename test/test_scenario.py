@@ -78,7 +78,7 @@ def test_everything_that_can_be_said():
     assert scenario.topology.adjacency().tolist() == [[0.0, 0.5], [0.5, 0.0]]
     assert scenario.obstacles[0] == Box("box1", 5.0, 0.0, 0.5, 1.0, 2.0, 0.5)
     assert scenario.obstacles[1] == Cylinder("tree", 0.0, 5.0, 0.3, 0.5)
-    assert scenario.obstacles[2][1:] == (0.0, -3.0, 0.0, 6.0, 0.1, 0.5)
+    assert scenario.obstacles[2][1:7] == (0.0, -3.0, 0.0, 6.0, 0.1, 0.5)
     assert (scenario.steps_per_command, scenario.steps_per_record) == (4, 4)
     assert scenario_from_dict(scenario.to_dict()).to_dict() == scenario.to_dict()
 

@@ -1,7 +1,7 @@
-"""Fixed obstacles of a scene: boxes and upright cylinders; a wall is a long thin box, land a flat one."""
+"""Obstacles of a scene: boxes and upright cylinders; a wall is a long thin box, land a flat one."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ class Box(NamedTuple):
     length: float
     width: float
     height: float
+    track: Any = None  # ``core.moving.Track`` on which it moves, None for one that stands
 
 
 class Cylinder(NamedTuple):
@@ -26,6 +27,7 @@ class Cylinder(NamedTuple):
     y: float
     radius: float
     height: float
+    track: Any = None  # ``core.moving.Track`` on which it moves, None for one that stands
 
 
 def is_flat(obstacle):

@@ -21,6 +21,7 @@ from mrs_simulator.core.links import NO_FAULTS, Links, read_links
 from mrs_simulator.core.load import Load, read_load
 from mrs_simulator.core.maps import Map, read_map
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
+from mrs_simulator.core.moving import moves, read_track
 from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
 from mrs_simulator.core.odometry_errors import OdometryErrors, read_odometry_errors
 from mrs_simulator.core.pages import explained_by
@@ -569,6 +570,8 @@ def _read_obstacle(item, where, index):
         if length <= 0.0 or width <= 0.0:
             raise ScenarioError("{}.size: {}, wanted above 0".format(where, [length, width]))
         obstacle = Box(name, x, y, section.number("yaw", 0.0), length, width, height)
+    if shape != "land":
+        obstacle = obstacle._replace(track=read_track(section, (obstacle.x, obstacle.y)))
     section.done()
     return obstacle
 
@@ -591,6 +594,8 @@ def _obstacle_to_plain(obstacle):
     plain = {"name": obstacle.name, "center": [obstacle.x, obstacle.y], "height": obstacle.height}
     if is_flat(obstacle):
         plain.pop("height")
+    if moves(obstacle):
+        plain["track"] = obstacle.track.to_plain()
     if isinstance(obstacle, Cylinder):
         return {"type": "cylinder", "radius": obstacle.radius, **plain}
     size = [obstacle.length, obstacle.width]

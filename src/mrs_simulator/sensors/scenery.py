@@ -9,6 +9,7 @@ import numpy as np
 
 from mrs_simulator.core import compiling
 from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.moving import moves
 from mrs_simulator.core.obstacles import Cylinder
 
 NOBODY = -1
@@ -39,6 +40,7 @@ class Scenery:
     def __init__(self, team, obstacles=()):
         """``team``: the ``vehicles.Team``; ``obstacles``: ``Box`` and ``Cylinder``."""
         fixed = [_of_obstacle(each) for each in obstacles]
+        self._moving = [(row, each) for row, each in enumerate(obstacles) if moves(each)]
         self._fixed = _shapes(fixed, [NOBODY] * len(fixed))
         bodies = [kind.body for kind in team.kinds]
         self._ahead = np.array([0.5 * (body.front - body.rear) for body in bodies])
@@ -58,7 +60,16 @@ class Scenery:
         axis, low = np.stack([cos, sin], axis=1), state.heights()
         centre = state.pose[:, :2] + self._ahead[:, np.newaxis] * axis
         robots = centre, axis, *self._body, low, low + self._height, np.arange(len(low))
-        return Shapes(*map(np.concatenate, zip(self._fixed, robots)))
+        return Shapes(*map(np.concatenate, zip(self._fixed_at(state.time), robots)))
+
+    def _fixed_at(self, time):
+        """Return the ``Shapes`` of the obstacles at ``time`` [s]."""
+        if not self._moving:
+            return self._fixed
+        centre = self._fixed.centre.copy()
+        for row, each in self._moving:
+            centre[row] = each.track.place((each.x, each.y), time)
+        return self._fixed._replace(centre=centre)
 
 
 def _of_obstacle(obstacle):

@@ -30,6 +30,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.maps import obstacles_of
+from mrs_simulator.core.moving import moves
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.obstacles import corners, is_flat, with_obstacles
 from mrs_simulator.core.run_columns import ARM
@@ -499,6 +500,10 @@ def _draw_obstacles(axes, run):
         patch.set_label("_nolegend_" if label in named else label)
         named.add(label)
         axes.add_patch(patch)
+        if moves(obstacle):
+            track = obstacle.track
+            way = [(obstacle.x, obstacle.y), *track.to] + [(obstacle.x, obstacle.y)] * track.closed
+            axes.plot(*zip(*way), color="#7a7a7a", linestyle=":", linewidth=1.0, zorder=1)
     for outline in _arena(run):
         style = {"edgecolor": "#7a7a7a", "linestyle": ":", "linewidth": 1.0, "label": "Arena"}
         axes.add_patch(Polygon(outline, closed=True, fill=False, zorder=1, **style))

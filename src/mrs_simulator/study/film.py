@@ -5,6 +5,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mrs_simulator.core.maps import obstacles_of
+from mrs_simulator.core.moving import obstacles_at
 from mrs_simulator.core.robots import DEFAULT_KIND
 from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.look import LIGHT
@@ -51,10 +52,14 @@ class Film:
             trails=tuple(np.moveaxis(self._places[: row + 1], 1, 0)),
             targets=self._targets(row),
             edges=self._edges,
-            obstacles=obstacles_of(run.scenario) if run.scenario is not None else (),
+            obstacles=self._obstacles(float(run.time[row])),
             joints=None if run.joints is None or run.joints.ndim < 3 else run.joints[row],
             load=self._load(row),
         )
+
+    def _obstacles(self, time):
+        run = self.run
+        return obstacles_at(obstacles_of(run.scenario), time) if run.scenario is not None else ()
 
     def _load(self, row):
         """Return the load and where it is at sample ``row``, None where robots carry none."""

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.moving import moves
 from mrs_simulator.core.neighbours import least_distance, squared
 from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.vehicles import Team
@@ -43,8 +44,8 @@ class Bodies:
         """
         team = Team.of(kinds)
         self.footprints = Footprints([kind.body for kind in team.kinds])
-        self.obstacles = tuple(obstacles)
-        self._middles = np.array([[each.x, each.y] for each in self.obstacles])
+        self._moves = any(map(moves, obstacles))
+        self._stand(tuple(obstacles))
         self._sizes = np.array([_size(each) for each in self.obstacles])
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
@@ -54,6 +55,15 @@ class Bodies:
         self.moved_elsewhere()
         self.heights = Heights(team)
         self._afloat = team.afloat  # what floats draws water, and runs aground
+
+    def _stand(self, obstacles):
+        self.obstacles = obstacles
+        self._middles = np.array([[each.x, each.y] for each in obstacles])
+
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles``, of the same number and sizes, be where they are now."""
+        self._stand(obstacles)
+        self._free = self.room = 0.0  # what was known of the room is so no more
 
     def moved_elsewhere(self):
         """To be called when robots were put to new places."""
@@ -169,6 +179,8 @@ class Bodies:
         if self.room > 0.0:
             return []
         contacts = self._pushed_apart(pose, z)
+        if self._moves:
+            return contacts
         self._free = self.room = 0.0 if contacts else self._room_to_move(pose)
         self._looked = pose[:, :2].copy(order="F")
         return contacts

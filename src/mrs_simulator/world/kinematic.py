@@ -182,6 +182,10 @@ class KinematicMotion:
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
         return done, why
 
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles`` be where they are now."""
+        self._bodies.move_obstacles(obstacles)
+
     def _separate(self):
         """Push overlapping bodies apart; return the contacts."""
         return self._bodies.separate(self.pose, self._farthest())
@@ -363,6 +367,9 @@ class PointMassMotion:
         if self.z is not None and self._climb is not None:
             self._rising = command[:, self._climb]
             self.z = self.z + self.step * self._rising
+
+    def move_obstacles(self, obstacles):
+        """Change nothing: points meet no obstacles."""
 
     def contacts(self):
         """Return no contacts: points have no bodies."""

@@ -16,6 +16,7 @@ from mrs_simulator.core.incidents import ARM_END, FELL, LET_GO, LOST, OFF, Incid
 from mrs_simulator.core.kinematics import compose, relative, wrap_angle
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
+from mrs_simulator.core.moving import moves, obstacles_at
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, FARTHEST, FIDELITIES
 from mrs_simulator.core.spatial import rotated, turned
@@ -101,7 +102,8 @@ class World:
         self.step_size = step
         self._given_load, self.load = load, None
         self.fidelity = fidelity
-        self.obstacles = tuple(obstacles)
+        self.obstacles = tuple(obstacles)  # as they begin: ``core.moving.obstacles_at``
+        self._obstacles_move = any(map(moves, self.obstacles))
         self._limits = limits
         self._cmd_vel_timeout = cmd_vel_timeout
         self._hand_length = hand_length
@@ -168,7 +170,7 @@ class World:
                 )
             )
         if self.fidelity != "point_mass":
-            refuse_overlaps(team, poses, self.obstacles, z=z)
+            refuse_overlaps(team, poses, obstacles_at(self.obstacles, self.time), z=z)
         refuse_events(team, self._events, self.fidelity)
         if self._takeoff and z is not None:
             self._to, z, self._takeoff = z, np.zeros(team.n), False
@@ -196,6 +198,12 @@ class World:
 
     def _new_motion(self, team, poses, z):
         mirrored = {"mirrored": self.mirrored}
+        if self._obstacles_move and (team.has_arms or self.fidelity == "dynamic"):
+            raise WorldError(
+                "obstacle {} moves: wanted fidelity kinematic, and robots without arms".format(
+                    next(each.name for each in self.obstacles if moves(each))
+                )
+            )
         if team.has_arms:
             refuse_armed(team, self.fidelity)
             if self.fidelity == "dynamic":
@@ -632,6 +640,9 @@ class World:
             self._stop_silent()
         if self._due and not self.rising:
             self._strike_due()
+        if self._obstacles_move:
+            then = (self._step + 1) * self.step_size
+            self._motion.move_obstacles(obstacles_at(self.obstacles, then))
         obeyed = self._obedience.obeyed(self._target) if self._obedience else self._target
         if self._manoeuvres.busy:
             obeyed = self._manoeuvres.applied(obeyed, self.z, self._climbing(), self.rising)
@@ -699,7 +710,13 @@ class World:
     def can_leap(self, every):
         """Return whether :meth:`leap` moves these robots, of which each hears a command ``every`` steps."""
         acts = self._own_stops, self._events, self._mishaps, self._manoeuvres.busy, self._is_direct
-        other = self._obedience or self._schedule is not None or self.team.has_arms or any(acts)
+        other = (
+            self._obstacles_move
+            or self._obedience
+            or self._schedule is not None
+            or self.team.has_arms
+            or any(acts)
+        )
         heard = every * self.step_size <= self._shortest_timeout
         plain = self.fidelity == "kinematic" and self._odometry_kind == "world"
         return bool(plain and heard and not other and self._motion.can_leap)

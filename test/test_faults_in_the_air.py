@@ -202,6 +202,7 @@ def test_a_state_that_is_no_number_is_told_and_stops_that_robot_alone(
     monkeypatch.setattr(drive, function, wrong)
     flown(world, 0.02, forward)
     monkeypatch.setattr(drive, function, right)
+    flown(world, 0.02, forward)  # what is wrong with a boat shows where it has come to
     assert told(world) == [("robot1", "not_finite", False)]
     np.testing.assert_allclose(world.pose[0], before[0], atol=0.01)
     flown(world, 1.5, forward)

@@ -1,5 +1,7 @@
 """Robots under forces: in the water as arrays, on wheels in a solver; kept apart as without forces."""
 
+import math
+
 import numpy as np
 
 from mrs_simulator.core.environment import CALM
@@ -45,6 +47,8 @@ class ForcedMotion(KinematicMotion):
             for group in self.team.groups
             if group.drive.MEDIUM == "water"
         }
+        groups = self.team.groups
+        self._watched = [(g, self._parts[g.drive]) for g in groups if g.drive in self._parts]
         if self._wheeled is not None:
             self._wheeled.reset(self.pose)
 
@@ -74,9 +78,8 @@ class ForcedMotion(KinematicMotion):
         """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
         return [
             (int(np.arange(self.team.n)[group.rows][member]), what)
-            for group in self.team.groups
-            if group.drive in self._parts
-            for member, what in self._parts[group.drive].watch.take()
+            for group, part in self._watched
+            for member, what in part.watch.take()
         ]
 
     def close(self):
@@ -153,7 +156,8 @@ class ForcedGroup:
             self._step,
             *(() if efforts is None else (efforts,)),
         )
-        bad = not_finite((after, *state))
+        # What is wrong with a velocity shows in the pose at once.
+        bad = None if math.isfinite(after.sum()) else not_finite((after, *state))
         if bad is not None:  # they are where they were, at rest
             at_rest = self._drive.begin(len(after))
             after = np.where(bad[:, np.newaxis], pose, after)

@@ -19,11 +19,7 @@ class Manoeuvres:
         self._groups = [g for g in team.groups if hasattr(g.drive, "climbing")]
         self._doing = np.zeros(team.n, dtype=int)
         self._height = np.zeros(team.n)
-
-    @property
-    def busy(self):
-        """Return whether any robot does not obey its commands."""
-        return bool(self._doing.any())
+        self.busy = False  # whether any robot does not obey its commands
 
     @property
     def rising(self):
@@ -32,15 +28,17 @@ class Manoeuvres:
 
     def take_off(self, rows, height):
         """Let robots ``rows`` rise to ``height`` [m], and hover."""
-        self._doing[rows], self._height[rows] = RISING, height
+        self._doing[rows], self._height[rows], self.busy = RISING, height, True
 
     def land(self, rows):
         """Let robots ``rows`` come down where they are, and stay there."""
         self._doing[rows] = np.where(self._doing[rows] == DOWN, DOWN, LANDING)
+        self.busy = True
 
     def release(self, rows):
         """Let robots ``rows`` obey their commands again."""
         self._doing[rows] = NONE
+        self.busy = bool(self._doing.any())
 
     def applied(self, command, z, climb, all_wait=False):
         """Return what robots at heights ``z`` (n,) [m] obey instead of ``command`` (n, a).
@@ -48,7 +46,7 @@ class Manoeuvres:
         ``climb`` (n,) [m/s]: how fast they rise; ``all_wait``: whether nobody obeys meanwhile.
         """
         there = self.rising & (np.abs(self._height - z) < THERE) & (np.abs(climb) < STILL)
-        self._doing[there] = NONE
+        self.release(there)
         self._doing[(self._doing == LANDING) & (z <= 0.0)] = DOWN
         result = np.array(command, order="F")
         result[slice(None) if all_wait else self._doing != NONE] = 0.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-BLOCK = 64  # [-] draws made at a time of each robot's stream
+BLOCK = 256  # [-] draws made at a time of each robot's stream
 
 
 class TeamStream:

@@ -26,6 +26,7 @@ class Gusts:
         """``deviation`` sigma [m/s]; ``time`` T [s]; ``step`` [s]; ``rows``: of the robots in the team."""
         self._deviation, self._noise = deviation, RobotStreams(seed, rows, GUSTS)
         self._share = np.exp(-step / time)
+        self._fresh = np.sqrt(1.0 - self._share**2)
         self.reset()
 
     def reset(self):
@@ -35,7 +36,7 @@ class Gusts:
 
     def advance(self):
         """Return the gusts (m,) [m/s] after a step."""
-        fresh = np.sqrt(1.0 - self._share**2) * self._noise.draw()[:, 0]
+        fresh = self._fresh * self._noise.draw()[:, 0]
         self.speed = self._share * self.speed + self._deviation * fresh
         return self.speed
 
@@ -58,16 +59,16 @@ class Waves:
     def reset(self):
         """Begin anew, as it is after a long time."""
         self._noise.begin(4)
-        self._state = self._draw() * self._spread[:, np.newaxis]
+        self._state = self._draw() * self._spread[:, np.newaxis]  # (2, 2 m)
 
     def _draw(self):
-        """Return standard normal numbers (m, 2, 2): of the filter's two states, for each force."""
-        return self._noise.draw().reshape(-1, 2, 2)
+        """Return standard normal numbers (2, 2 m): of the filter's states, for each robot's two forces."""
+        return self._noise.draw().reshape(-1, 2, 2).transpose(1, 0, 2).reshape(2, -1)
 
     def advance(self):
         """Return the forces (m, 2), standard deviation 1, after a step."""
-        self._state = self._turn @ self._state + self._fresh @ self._draw()
-        return self._state[:, 1]
+        self._state = self._turn.dot(self._state) + self._fresh.dot(self._draw())
+        return self._state[1].reshape(-1, 2)
 
 
 def _transition(omega, damping, step):
@@ -107,7 +108,8 @@ class Weather:
         """Return what is ``Felt`` in the next step."""
         felt = self._still
         if self._gusts is not None:
-            felt = felt._replace(wind=felt.wind + np.outer(self._gusts.advance(), self._along))
+            gust = self._gusts.advance()[:, np.newaxis] * self._along
+            felt = felt._replace(wind=felt.wind + gust)
         if self._waves is not None:
             felt = felt._replace(waves=self._environment.wave_height * self._waves.advance())
         return felt

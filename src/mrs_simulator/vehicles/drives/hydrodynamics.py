@@ -21,11 +21,14 @@ from mrs_simulator.core.kinematics import cos_sin, wrap_angle
 from mrs_simulator.vehicles.drives.rotors import parts
 
 
-def resistance(velocity, numbers):
-    """Return ``(C(v) + D(v)) v``, (m, 3) [N, N, N m], of ``velocity`` (m, 3) through the water."""
+def resistance(velocity, numbers, drag=None):
+    """Return ``(C(v) + D(v)) v``, (m, 3) [N, N, N m], of ``velocity`` (m, 3) through the water.
+
+    ``drag``: the :func:`damping` at ``velocity``, where it is known.
+    """
     u, v, r = velocity.T
     m1, m2, _, s = parts(numbers.inertia)
-    result = damping(velocity, numbers).T * velocity.T
+    result = (damping(velocity, numbers) if drag is None else drag).T * velocity.T
     turning = m2 * v + s * r
     result[0] -= turning * r
     result[1] += m1 * u * r
@@ -50,10 +53,11 @@ def moved(velocity, force, numbers, duration):
     """
     m1, m2, m3, s = parts(numbers.inertia)
     half = 0.5 * duration
-    d1, d2, d3 = half * damping(velocity, numbers).T
+    drag = damping(velocity, numbers)
+    d1, d2, d3 = half * drag.T
     u, v, r = velocity.T
     turning, ahead = -half * (m2 * v + s * r), half * m1 * u
-    b1, b2, b3 = duration * (force - resistance(velocity, numbers)).T
+    b1, b2, b3 = duration * (force - resistance(velocity, numbers, drag)).T
     a1, a2 = m1 + d1, m2 + d2
     to_sway, from_sway = s + ahead, s - ahead
     result = np.empty((3, len(u)))
@@ -83,9 +87,12 @@ def drifted(pose, mean, current, duration):
     return after
 
 
-def into_body(vectors, theta):
-    """Return ``vectors`` (2,) or (m, 2), of the common frame, in the bodies' frames, (m, 2)."""
-    cos, sin = cos_sin(theta)
+def into_body(vectors, theta, turn=None):
+    """Return ``vectors`` (2,) or (m, 2), of the common frame, in the bodies' frames, (m, 2).
+
+    ``turn``: cosine and sine of ``theta``, where they are known.
+    """
+    cos, sin = cos_sin(theta) if turn is None else turn
     x, y = np.asarray(vectors).T
     result = np.empty((2, len(cos)))
     result[0] = cos * x + sin * y
@@ -93,13 +100,13 @@ def into_body(vectors, theta):
     return result.T
 
 
-def over_ground(velocity, theta, current):
+def over_ground(velocity, theta, current, turn=None):
     """Return the velocities over ground in the body's frame, (m, 3), of those through the water.
 
-    ``theta`` (m,) [rad]; ``current`` (2,) or (m, 2) [m/s], common frame.
+    ``theta`` (m,) [rad]; ``current`` (2,) or (m, 2) [m/s], common frame; ``turn`` as of :func:`into_body`.
     """
     result = velocity.copy(order="F")
-    result[:, :2] += into_body(current, theta)
+    result[:, :2] += into_body(current, theta, turn)
     return result
 
 

@@ -8,10 +8,12 @@ e' of the measured velocity, behind a first-order filter of ``FILTER``; the inte
 thrusters give less than the controllers ask for.  ``numbers`` are those of ``vessel``.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.vehicles.drives import hydrodynamics, thrusters
 from mrs_simulator.vehicles.drives.rotors import parts
 
@@ -37,8 +39,13 @@ def begin(m):
 def _gain(numbers, index):
     """Return the gains ``index`` of u and r, (2, 1) or (2, m)."""
     if isinstance(numbers.gains, tuple):
-        return parts(tuple(each[index] for each in numbers.gains))
+        return _columns(numbers.gains)[index]
     return numbers.gains[:, :, index].T
+
+
+@functools.lru_cache(maxsize=None)
+def _columns(gains):
+    return np.array(gains).T.reshape(len(gains[0]), -1, 1)
 
 
 def responses(numbers):
@@ -110,8 +117,9 @@ def voyage(pose, afloat, wanted, numbers, felt, step, efforts=None):
     count = max(1, int(np.ceil(step / SUBSTEP - 1e-9)))
     waves = wave_force(felt.waves, numbers)
     for _ in range(count):
-        ground = hydrodynamics.over_ground(afloat.velocity, pose[:, 2], felt.current)
-        air = hydrodynamics.into_body(felt.wind, pose[:, 2]) - ground[:, :2]
+        turn = cos_sin(pose[:, 2])
+        ground = hydrodynamics.over_ground(afloat.velocity, pose[:, 2], felt.current, turn)
+        air = hydrodynamics.into_body(felt.wind, pose[:, 2], turn) - ground[:, :2]
         force = hydrodynamics.wind_force(air, numbers) + waves
         afloat, mean = sailed(afloat, force, numbers, step / count, wanted, efforts)
         pose = hydrodynamics.drifted(pose, mean, felt.current, step / count)

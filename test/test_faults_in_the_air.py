@@ -306,3 +306,19 @@ def test_nobody_near_needs_no_solver():
     flown(world, 0.5, [0.0, 0.0, 0.1, 0.0])
     (flight,) = world._motion._aloft.values()
     assert flight._touching._client is None
+
+
+def test_a_body_that_tumbles_freely_gains_no_energy():
+    world = World(("crazyflie2",), [[0.0, 0.0, 0.0]], z=[60.0], fidelity="dynamic")
+    world.cut_motors([0], falls=True)
+    (part,) = world._motion._aloft.values()
+    part._inner.flight.rates[0] = [40.0, 3.0, 60.0]
+    part._inner.flight.rotors[:] = 0.0
+    inertia = np.array([1.4e-5, 1.4e-5, 2.17e-5])
+
+    def energy():
+        return float(inertia @ part._inner.flight.rates[0] ** 2)
+
+    before = energy()
+    flown(world, 2.0)
+    assert 0.5 * before < energy() <= before * (1.0 + 1e-9)

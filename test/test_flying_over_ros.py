@@ -38,6 +38,24 @@ def test_a_law_of_space_is_the_same_over_ros(ros, tmp_path):  # noqa: F811
     np.testing.assert_allclose(runs[0].points[:samples], runs[1].points[:samples], atol=1e-6)
 
 
+def test_a_team_takes_off_before_its_law_and_a_lost_rotor_is_recorded(ros, tmp_path):  # noqa: F811
+    scenario = team(protocol="displacement_formation", parameters={"gain": 0.2, "shape": "grid"})
+    event = {"at": 2.0, "robot": 3, "event": "rotor_lost", "rotor": 1}
+    scenario = scenario.changed(takeoff=True, events=[event])
+    path = tmp_path / "team.yaml"
+    path.write_text(scenario.to_yaml())
+    ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
+    ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
+    record = ros.node("record", "--scenario", path, "--out", tmp_path / "out")
+    assert record.wait(90) in (0, 1), log_of(record)
+    run = read_run_csv(str(tmp_path / "out" / "run.csv"), scenario)
+    np.testing.assert_allclose(run.spatial.z[0], scenario.altitude, atol=0.02)
+    (incident,) = run.meta["incidents"]
+    assert incident.text == "robot3 lost rotor 1" and abs(incident.time - 2.0) < 0.2
+    fallen = run.spatial.z[-1] < 0.7 * scenario.altitude
+    assert fallen.tolist() == [False, False, True]
+
+
 def test_the_emergency_stop_lands_the_team(ros, tmp_path):  # noqa: F811
     path = tmp_path / "team.yaml"
     path.write_text(team(speed=5.0, protocol="consensus", parameters={"gain": 0.01}).to_yaml())

@@ -401,7 +401,7 @@ def test_a_heron_obeys_thrusters_helm_course_and_wrench(monkeypatch, vehicle_pac
     bench.run(9.0, lambda: bench.wire.topics["/robot1/cmd_wrench"](wrench))
     assert bench.world.twist[0, 0] == pytest.approx(top, rel=0.02)
     bench.run(3.0)  # told nothing more: after 1.5 s thrusters stand, nothing brakes
-    assert 0.2 < bench.world.twist[0, 0] < top
+    assert 0.5 < bench.world.twist[0, 0] < top
     np.testing.assert_allclose(bench.world.pose[1], [0.0, 90.0, 0.0], atol=1e-6)
     bench.send("/robot1/cmd_drive", Drive, left=float("nan"), right=0.0)
     bench.drivers.advance()

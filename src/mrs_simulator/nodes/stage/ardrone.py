@@ -59,7 +59,7 @@ class Drivers(PresetDrivers):
         return opened
 
     def _take_off(self, row):
-        if row in self._emergency or self.world.flight_states()[row] != "landed":
+        if self.world.flight_states()[row] != "landed":
             rospy.logwarn("stage: robot%d does not take off: it is not landed and ready", row + 1)
             return
         self.world.take_off([row], HEIGHT)

@@ -2,6 +2,9 @@
 
 import importlib.util
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -101,6 +104,93 @@ def test_an_arm_follows_a_trajectory_and_tells_its_joints(ros, tmp_path):  # noq
     np.testing.assert_allclose(first, PANDA.home)
     np.testing.assert_allclose(last, [0.1, 0.4, 0.0, -1.8, 0.0, 2.2, 0.785], atol=1e-6)
     assert "refused a trajectory of robot2's arm: joints panda_joint1" in log_of(stage)
+
+
+# Messages of the action as control_msgs has them, which few systems have: made here where genpy is.
+GENERATOR = "/usr/lib/genpy/genmsg_py.py"
+PARTS = {
+    "trajectory_msgs": {
+        "JointTrajectoryPoint": "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\n"
+        "float64[] effort\nduration time_from_start",
+        "JointTrajectory": "Header header\nstring[] joint_names\nJointTrajectoryPoint[] points",
+    },
+    "control_msgs": {
+        "JointTolerance": "string name\nfloat64 position\nfloat64 velocity\nfloat64 acceleration",
+        "FollowJointTrajectoryGoal": "trajectory_msgs/JointTrajectory trajectory\n"
+        "JointTolerance[] path_tolerance\nJointTolerance[] goal_tolerance\nduration goal_time_tolerance",
+        "FollowJointTrajectoryResult": "int32 error_code\nint32 SUCCESSFUL=0\nint32 INVALID_GOAL=-1\n"
+        "string error_string",
+        "FollowJointTrajectoryFeedback": "Header header\nstring[] joint_names\n"
+        "trajectory_msgs/JointTrajectoryPoint desired\ntrajectory_msgs/JointTrajectoryPoint actual\n"
+        "trajectory_msgs/JointTrajectoryPoint error",
+        "FollowJointTrajectoryActionGoal": "Header header\nactionlib_msgs/GoalID goal_id\n"
+        "FollowJointTrajectoryGoal goal",
+        "FollowJointTrajectoryActionResult": "Header header\nactionlib_msgs/GoalStatus status\n"
+        "FollowJointTrajectoryResult result",
+        "FollowJointTrajectoryActionFeedback": "Header header\nactionlib_msgs/GoalStatus status\n"
+        "FollowJointTrajectoryFeedback feedback",
+        "FollowJointTrajectoryAction": "FollowJointTrajectoryActionGoal action_goal\n"
+        "FollowJointTrajectoryActionResult action_result\n"
+        "FollowJointTrajectoryActionFeedback action_feedback",
+    },
+}
+WANTED = ("actionlib", "actionlib_msgs", "trajectory_msgs")
+GOALS = """
+import json, sys, actionlib, rospy
+from control_msgs.msg import FollowJointTrajectoryAction, FollowJointTrajectoryGoal
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+rospy.init_node("goals")
+names = json.loads(sys.argv[1])
+name = "/robot1/arm_controller/follow_joint_trajectory"
+client = actionlib.SimpleActionClient(name, FollowJointTrajectoryAction)
+client.wait_for_server()
+said = []
+for positions in ([0.1, 0.3, 0.0, -1.9, 0.0, 2.2, 0.785], [9.0] * 7):
+    point = JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration(0.5))
+    goal = FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=names, points=[point]))
+    client.send_goal(goal)
+    client.wait_for_result()
+    said.append([client.get_state(), client.get_result().error_code, client.get_result().error_string])
+print(json.dumps(said))
+"""
+
+
+def made_messages(directory):
+    """Make a package control_msgs in ``directory``."""
+    places = ["-I{0}:/usr/share/{0}/msg".format(name) for name in ("std_msgs", "actionlib_msgs")]
+    for package, parts in PARTS.items():
+        source = directory / "source" / package
+        source.mkdir(parents=True)
+        places.append("-I{}:{}".format(package, source))
+        for name, text in parts.items():
+            (source / (name + ".msg")).write_text(text + "\n")
+    out = directory / "made" / "control_msgs" / "msg"
+    out.mkdir(parents=True)
+    (out.parent / "__init__.py").write_text("")
+    sources = sorted(map(str, (directory / "source" / "control_msgs").iterdir()))
+    command = [sys.executable, GENERATOR, *places, "-p", "control_msgs", "-o", str(out)]
+    subprocess.run(command + sources, check=True)
+    lines = ["from ._{0} import {0}".format(name) for name in PARTS["control_msgs"]]
+    (out / "__init__.py").write_text("\n".join(lines) + "\n")
+    return str(directory / "made")
+
+
+@pytest.mark.skipif(
+    not os.path.exists(GENERATOR) or not all(map(importlib.util.find_spec, WANTED)),
+    reason="the action's packages, or genpy, are not installed",
+)
+def test_an_arm_follows_the_goals_of_an_action(ros, tmp_path):  # noqa: F811
+    made = made_messages(tmp_path)
+    ros.environment["PYTHONPATH"] = made + os.pathsep + ros.environment.get("PYTHONPATH", "")
+    content = scenario()
+    del content["load"]
+    content["control"] = {"protocol": "consensus", "rate": 20}
+    path = tmp_path / "team.yaml"
+    path.write_text(scenario_from_dict(content).to_yaml())
+    ros.node("stage", "--scenario", path, "_speed:=5", "_wait_for_control:=false")
+    reached, refused = json.loads(ros.python(GOALS, json.dumps(PANDA.joints)))
+    assert reached == [3, 0, ""]  # succeeded
+    assert refused[:2] == [4, -1] and "beyond an end of its joint" in refused[2]  # aborted
 
 
 def test_a_history_keeps_the_joints_of_arms():

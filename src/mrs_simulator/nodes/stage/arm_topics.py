@@ -11,6 +11,8 @@ from mrs_simulator.vehicles.arms.path import JointPath, PathError
 
 STATES, COMMAND = "/robot{}/joint_states", "/robot{}/arm_controller/command"
 TRAJECTORIES = "trajectory_msgs"  # the package of the messages in which trajectories come
+ACTIONS = "actionlib", "control_msgs"  # those that the action wants besides
+BROKEN_OFF = "another trajectory, or other commands, came instead"
 
 
 class ArmTopics:
@@ -22,7 +24,8 @@ class ArmTopics:
         self._world, self._inbox = world, inbox
         self._lock, self._open, self._chains = threading.Lock(), [], {}
         self._asked, self._paths = {}, {}  # by row: a message; a path and when [s] it began
-        self._can_hear = importlib.util.find_spec(TRAJECTORIES) is not None
+        self._can_hear = _are_there(TRAJECTORIES)
+        self._outcomes = {}  # by row: None while it goes on, "" when it has ended, else why it did not
 
     def follow_team(self):
         """Open the topics of the world's robots, instead of those before."""
@@ -44,6 +47,11 @@ class ArmTopics:
     def _listen(self):
         from trajectory_msgs.msg import JointTrajectory  # only where it is used: not all have it
 
+        if _are_there(*ACTIONS):
+            from mrs_simulator.nodes.stage.arm_actions import ArmAction
+
+            actions = [ArmAction(row, self.put, self._outcomes.get) for row in self._chains]
+            self._open.extend(actions)
         for row in self._chains:
             name = COMMAND.format(row + 1)
             self._open.append(
@@ -51,8 +59,12 @@ class ArmTopics:
             )
 
     def _on_command(self, message, row):
+        self.put(row, message)
+
+    def put(self, row, message):
+        """Let the arm of robot ``row`` follow a trajectory from the next step on; None stops it."""
         with self._lock:
-            self._asked[row] = message
+            self._asked[row], self._outcomes[row] = message, None
 
     def joined(self, rows, commands):
         """Return ``commands`` (m, a) of the bases of robots ``rows`` with those of their arms, (m, a + k).
@@ -68,8 +80,13 @@ class ArmTopics:
         for place, row in enumerate(rows):
             if row in told and len(told[row]) == team.arm_joints:
                 result[place, commands.shape[1] :] = told[row]
-                self._paths.pop(row, None)
+                self._break_off(row)
         return result
+
+    def _break_off(self, row):
+        """Let the arm of robot ``row`` follow its trajectory no longer."""
+        if self._paths.pop(row, None) is not None:
+            self._outcomes[row] = BROKEN_OFF
 
     def advance(self):
         """Let arms that follow trajectories go on, before the world's next step."""
@@ -88,6 +105,7 @@ class ArmTopics:
                 rates[:k] = (path.at(since + world.step_size) - q[:k]) / world.step_size
             else:
                 del self._paths[row]
+                self._outcomes[row] = ""
             world.set_arm_rates(row, rates)
 
     def _begin(self, row, message):
@@ -96,14 +114,22 @@ class ArmTopics:
         if chain is None:
             return
         begin = self._world.joints[row, 1 : 1 + len(chain.joints)]
-        points = [point.positions for point in message.points]
-        times = [point.time_from_start.to_sec() for point in message.points]
+        given = () if message is None else message.points
+        points = [point.positions for point in given]
+        times = [point.time_from_start.to_sec() for point in given]
+        names = chain.joints if message is None else message.joint_names or chain.joints
         try:
-            path = JointPath(chain, begin, message.joint_names or chain.joints, points, times)
+            path = JointPath(chain, begin, names, points, times)
         except PathError as error:
             rospy.logerr("stage: refused a trajectory of robot%d's arm: %s", row + 1, error)
+            self._outcomes[row] = str(error)
             return
         self._paths[row] = path, self._world.time
+
+    def reset(self):
+        """Let no arm follow a trajectory any longer: robots were put elsewhere."""
+        for row in list(self._paths):
+            self._break_off(row)
 
     def publish(self, stamp):
         """Publish the joints of all arms that somebody listens to."""
@@ -116,3 +142,8 @@ class ArmTopics:
                 message.position = world.joints[row, 1 : 1 + len(names)].tolist()
                 message.velocity = world.team.split(world.command)[1][row, : len(names)].tolist()
                 publisher.publish(message)
+
+
+def _are_there(*packages):
+    """Return whether all ``packages`` are installed."""
+    return all(importlib.util.find_spec(package) is not None for package in packages)

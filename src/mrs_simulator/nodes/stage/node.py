@@ -381,6 +381,7 @@ class Stage:
 
     def _on_reset(self, _):
         self.world.reset()
+        self.arms.reset()
         self._after_change()
         return "{} robots back at their initial poses".format(self.world.n)
 

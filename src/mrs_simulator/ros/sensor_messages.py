@@ -14,6 +14,8 @@ import rospy
 from geometry_msgs.msg import PointStamped, PoseStamped
 from sensor_msgs.msg import (
     BatteryState,
+    CameraInfo,
+    Image,
     Imu,
     JointState,
     LaserScan,
@@ -38,6 +40,7 @@ from mrs_simulator.ros.messages import (
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.sensors.types.battery import BatteryReading
 from mrs_simulator.sensors.types.bumper import BumperReading
+from mrs_simulator.sensors.types.camera import CameraReading
 from mrs_simulator.sensors.types.encoders import EncoderReading
 from mrs_simulator.sensors.types.inertial import AltimeterReading, CompassReading, ImuReading
 from mrs_simulator.sensors.types.placing import echoes
@@ -505,10 +508,75 @@ class StateOfCharge(Form):
 
 
 # Of each type of sensor; the first is the one that is listened to.
+class Colours(Form):
+    """Image rgb8 of a camera, whose axes are the robot's: x ahead."""
+
+    MESSAGE = Image
+
+    def message(self, item, header):
+        """Return the ``Image`` of a picture and its depth."""
+        return _image(header, "rgb8", np.ascontiguousarray(item[0]))
+
+    def reading(self, message, stamp):
+        """Return the ``CameraReading``; its depth comes by another topic, and is nan."""
+        numbers = self.mount.numbers
+        size = numbers.height, numbers.width
+        if (message.height, message.width) != size or message.encoding != "rgb8":
+            text = "{} of {} x {}, wanted rgb8 of {} x {}"
+            came = message.encoding, message.width, message.height
+            raise MessageError(text.format(*came, *size[::-1]))
+        if len(message.data) != 3 * size[0] * size[1]:
+            raise MessageError(
+                "{} bytes, wanted {}".format(len(message.data), 3 * size[0] * size[1])
+            )
+        image = np.frombuffer(message.data, np.uint8).reshape(*size, 3)
+        return CameraReading(stamp, image, np.full(size, np.nan), numbers.intrinsics)
+
+
+class Depths(Form):
+    """Image 32FC1 of depths [m]."""
+
+    MESSAGE = Image
+    SUFFIX = "_depth"
+
+    def message(self, item, header):
+        """Return the ``Image`` of a picture's depth."""
+        return _image(header, "32FC1", np.ascontiguousarray(item[1], dtype="<f4"))
+
+
+class Pinhole(Form):
+    """CameraInfo of a camera without distortion."""
+
+    MESSAGE = CameraInfo
+    SUFFIX = "_info"
+
+    def message(self, item, header):
+        """Return the ``CameraInfo``."""
+        numbers = self.mount.numbers
+        fx, fy, cx, cy = numbers.intrinsics
+        return CameraInfo(
+            header=header,
+            height=numbers.height,
+            width=numbers.width,
+            distortion_model="plumb_bob",
+            D=[0.0] * 5,
+            K=[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+            R=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            P=[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        )
+
+
+def _image(header, encoding, pixels):
+    height, width = pixels.shape[:2]
+    step = pixels.nbytes // height
+    return Image(header, height, width, encoding, 0, step, pixels.tobytes())
+
+
 FORMS = {
     "altimeter": (Height,),
     "battery": (Charge, Voltage, StateOfCharge),
     "bumper": (Bumpers,),
+    "camera": (Colours, Depths, Pinhole),
     "compass": (Heading,),
     "encoders": (Wheels,),
     "gps": (Fix,),

@@ -37,8 +37,12 @@ class Shapes(NamedTuple):
 class Scenery:
     """The obstacles of a scene and the bodies of a team."""
 
-    def __init__(self, team, obstacles=()):
-        """``team``: the ``vehicles.Team``; ``obstacles``: ``Box`` and ``Cylinder``."""
+    def __init__(self, team, obstacles=(), picture=None):
+        """``team``: the ``vehicles.Team``; ``obstacles``: ``Box`` and ``Cylinder``.
+
+        ``picture(state, eye, ahead, numbers)``: what a camera at ``eye`` (3,) sees ``ahead`` (3,).
+        """
+        self.picture = picture
         fixed = [_of_obstacle(each) for each in obstacles]
         self._moving = [(row, each) for row, each in enumerate(obstacles) if moves(each)]
         self._fixed = _shapes(fixed, [NOBODY] * len(fixed))

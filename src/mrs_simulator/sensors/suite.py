@@ -24,8 +24,12 @@ class SensorError(ValueError):
 class Suite:
     """The sensors of the robots of one run."""
 
-    def __init__(self, team, mounts, obstacles=(), seed=0, step=0.02):
-        """``mounts``: of each robot, as of ``fitted_mounts``; ``step`` [s] of the world."""
+    def __init__(self, team, mounts, obstacles=(), seed=0, step=0.02, picture=None):
+        """``mounts``: of each robot, as of ``fitted_mounts``; ``step`` [s] of the world.
+
+        ``picture``: what cameras see, as ``Scenery`` takes it.
+        """
+        self._picture = picture
         self._team, self._mounts, self._step = team, mounts, step
         self._obstacles, self._scenery = tuple(obstacles), None
         self._fitted = [_Fitted(*each, team, seed, step) for each in _alike(team, mounts)]
@@ -34,14 +38,14 @@ class Suite:
         self._begun, self._told = 0, None
 
     @classmethod
-    def of_scenario(cls, scenario, team, obstacles=None):
+    def of_scenario(cls, scenario, team, obstacles=None, picture=None):
         """Return the sensors of ``team``, the robots of ``scenario``.
 
         ``obstacles``: by default those of the scenario.  Raises ``ScenarioError`` for impossible sensors.
         """
         mounts = fitted_mounts(team, scenario.sensors)
         obstacles = scenario.obstacles if obstacles is None else obstacles
-        return cls(team, mounts, obstacles, scenario.seed, scenario.step)
+        return cls(team, mounts, obstacles, scenario.seed, scenario.step, picture)
 
     @property
     def mounts(self):
@@ -69,7 +73,7 @@ class Suite:
         self._told = None
         self._looking_back = [fitted for fitted in self._active if fitted.looks_back]
         if self._active and self._scenery is None:
-            self._scenery = Scenery(self._team, self._obstacles)
+            self._scenery = Scenery(self._team, self._obstacles, self._picture)
 
     def heed(self, wanted, step, state):
         """Listen from the world's ``step`` on as ``listen`` says; who was not heard before is read at once.

@@ -39,7 +39,7 @@ class Experiment:
         self.scenario = scenario
         self.world = World.from_scenario(scenario)
         self.control = make_control(scenario, protocol)
-        self.sensors = Suite.of_scenario(scenario, self.world.team, self.world.obstacles)
+        self.sensors = Suite.of_scenario(scenario, *self.world.senses)
         self.estimator = Estimator.of_scenario(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
         self.sensors.listen(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))

@@ -138,7 +138,7 @@ class SensorRecorder:
 
     def __init__(self, sensors, scenario, world, out):
         """``sensors``: ``Recorded`` each, of ``scenario``; ``out``: the directory."""
-        self._suite = Suite.of_scenario(scenario, world.team, world.obstacles)
+        self._suite = Suite.of_scenario(scenario, *world.senses)
         wanted = {}
         for each in sensors:
             for number in each.robots:

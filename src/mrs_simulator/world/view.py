@@ -12,6 +12,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.vehicles import Team
+from mrs_simulator.world.eyes import depths, upright_field
 from mrs_simulator.world.scene import add_looks, add_obstacle, mass_centre
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top
@@ -21,6 +22,7 @@ FRAME_MARGIN = 1.5  # [m] in view around the team
 PITCH, YAW = -45.0, 0.0  # [deg] where the camera looks from at first: the south, from above
 GROUND_COLOUR = [0.87, 0.89, 0.87, 1.0]
 GROUND_MARGIN = 4.0  # [m] of ground around robots and obstacles
+STEEP = 0.999  # [-] height of a direction from which on the vertical is no way up in a picture
 NEAR, FAR = 0.1, 1000.0  # [m] clipping planes
 
 
@@ -118,6 +120,31 @@ class View:
             physicsClientId=self._client,
         )
         return np.reshape(np.asarray(rgba, dtype=np.uint8), (height, width, 4))[:, :, :3]
+
+    def seen(self, eye, ahead, numbers):
+        """Return colours (height, width, 3) uint8 and depth (height, width) [m] from ``eye`` (3,) [m].
+
+        ``ahead`` (3,): along its axis, which is not upright; ``numbers``: of a ``sensors.types.camera``.
+        """
+        up = [0.0, 0.0, 1.0] if abs(ahead[2]) < STEEP else [*-np.sign(ahead[2]) * ahead[:2], 0.0]
+        if not np.any(up):
+            up = [1.0, 0.0, 0.0]
+        size = numbers.width, numbers.height
+        field = upright_field(numbers)
+        _, _, rgba, buffer, _ = pybullet.getCameraImage(
+            *size,
+            pybullet.computeViewMatrix(eye.tolist(), (eye + ahead).tolist(), up),
+            pybullet.computeProjectionMatrixFOV(
+                field, size[0] / size[1], numbers.least, numbers.most
+            ),
+            lightDirection=[-3.0, -5.0, 10.0],
+            shadow=0,
+            renderer=pybullet.ER_TINY_RENDERER,
+            flags=pybullet.ER_NO_SEGMENTATION_MASK,
+            physicsClientId=self._client,
+        )
+        colours = np.reshape(np.asarray(rgba, dtype=np.uint8), (size[1], size[0], 4))[:, :, :3]
+        return colours, depths(np.reshape(buffer, size[::-1]), numbers.least, numbers.most)
 
     @property
     def open(self):

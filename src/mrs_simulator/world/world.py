@@ -31,6 +31,7 @@ from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
 from mrs_simulator.world.armed import ArmedMotion
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.carrying import CarriedLoad, LoadError
+from mrs_simulator.world.eyes import Eyes
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
 from mrs_simulator.world.manoeuvres import HOVER_HEIGHT, Manoeuvres
@@ -445,6 +446,11 @@ class World:
         estimate = compose(self._start, self._odometry.pose)
         estimate[self.mirrored] = self.pose[self.mirrored]
         return estimate
+
+    @property
+    def senses(self):
+        """Return what a ``sensors.suite.Suite`` is made of: team, obstacles, and what cameras see."""
+        return self.team, self.obstacles, Eyes(self.team, self.obstacles)
 
     def sensed(self):
         """Return what sensors read now, a ``sensors.state.State``."""

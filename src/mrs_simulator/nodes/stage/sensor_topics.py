@@ -32,7 +32,7 @@ class SensorTopics(rospy.SubscribeListener):
 
     def follow_team(self, scenario, world):
         """Open or withdraw topics, so that every robot of ``world`` has those of its sensors."""
-        self._suite = Suite.of_scenario(scenario, world.team, world.obstacles)
+        self._suite = Suite.of_scenario(scenario, *world.senses)
         wanted = self._wanted(world.team)
         for key in set(self._topics).difference(wanted):
             self._topics.pop(key).close()

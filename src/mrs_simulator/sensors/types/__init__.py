@@ -20,6 +20,7 @@ makes it forget.
 
 from mrs_simulator.sensors.types.battery import Battery
 from mrs_simulator.sensors.types.bumper import Bumper
+from mrs_simulator.sensors.types.camera import Camera
 from mrs_simulator.sensors.types.encoders import Encoders
 from mrs_simulator.sensors.types.inertial import Altimeter, Compass, Imu
 from mrs_simulator.sensors.types.laser import Laser
@@ -31,6 +32,7 @@ TYPES = {
     "altimeter": Altimeter,
     "battery": Battery,
     "bumper": Bumper,
+    "camera": Camera,
     "compass": Compass,
     "encoders": Encoders,
     "gps": Gps,

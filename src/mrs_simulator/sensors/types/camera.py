@@ -1,0 +1,83 @@
+"""Cameras: colours and depth, through a pinhole."""
+
+import math
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.sensors.types.placing import carried
+from mrs_simulator.sensors.types.ranging import read_range
+
+MOST = 2048  # [-] pixels of a side
+
+
+class Numbers(NamedTuple):
+    """Of a camera."""
+
+    width: int  # [-] pixels
+    height: int
+    view: float  # [rad] field of view, from the left edge to the right
+    down: float  # [rad] by which it looks below the level
+    least: float  # [m] along its axis
+    most: float
+
+    @property
+    def intrinsics(self):
+        """Return fx, fy, cx, cy [pixels]: (x, y, z) to the right, down, ahead is at u = fx x/z + cx, v."""
+        focal = 0.5 * self.width / math.tan(0.5 * self.view)
+        return focal, focal, 0.5 * (self.width - 1), 0.5 * (self.height - 1)
+
+
+class CameraReading(NamedTuple):
+    """A picture, from the top left on, and how far what it shows is."""
+
+    stamp: float  # [s]
+    image: np.ndarray  # (..., height, width, 3) uint8, red, green, blue
+    depth: np.ndarray  # (..., height, width) [m] along the camera's axis, inf where nothing is
+    intrinsics: Tuple[float, ...]  # fx, fy, cx, cy [pixels]
+
+    PER_ROBOT = ("image", "depth")
+
+
+class Camera:
+    """Pictures of what stands in the scene, rendered when they are due and somebody listens.
+
+    The camera stands level, ``down`` apart, also on a robot that tilts; it sees its own robot's body.
+    """
+
+    QUANTITIES = {"depth": "m"}
+    RATE = 5.0
+
+    @staticmethod
+    def settings(section):
+        """Return the ``Numbers`` in a mount's ``section``."""
+        least, most = read_range(section, 0.05, 30.0)
+        return Numbers(
+            section.whole("width", 160, low=1, high=MOST),
+            section.whole("height", 120, low=1, high=MOST),
+            section.quantity(
+                "view", "rad", math.radians(60.0), above=0.0, high=math.radians(170.0)
+            ),
+            section.quantity("down", "rad", 0.0, low=-0.5 * math.pi, high=0.5 * math.pi),
+            max(least, 1e-3),
+            most,
+        )
+
+    def __init__(self, mount, rows, team):
+        """``rows`` (m,) of robots with this ``mount``."""
+        self._numbers, self._rows, self._place = mount.numbers, rows, mount.place
+
+    def read(self, state, environment, rng):
+        """Return the ``CameraReading`` of all robots in ``rows``."""
+        numbers, pose = self._numbers, state.pose[self._rows]
+        place = carried(pose, np.array([self._place[:2]]))[:, 0]
+        height = state.heights()[self._rows] + self._place[2]
+        level, up = math.cos(numbers.down), -math.sin(numbers.down)
+        cos, sin = cos_sin(pose[:, 2] + self._place[3])
+        ahead = np.stack([level * cos, level * sin, np.full(len(cos), up)], axis=1)
+        eyes = np.column_stack([place, height])
+        pictures = [environment.picture(state, *each, numbers) for each in zip(eyes, ahead)]
+        image, depth = (np.stack(each) for each in zip(*pictures))
+        depth = rng.noisy(np.where(depth < numbers.most, depth, np.inf), "depth")
+        return CameraReading(state.time, image, depth, numbers.intrinsics)

@@ -1,0 +1,141 @@
+"""Cameras: pictures and depths of a known scene, intrinsics, and when they are rendered."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+
+from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.sensors.suite import SensorError, Suite
+from mrs_simulator.world.eyes import depths
+from mrs_simulator.world.world import World
+
+pytest.importorskip("pybullet")
+WALL = {"type": "box", "name": "wall", "center": [4.05, 0.0], "size": [0.1, 2.0], "height": 1.0}
+EYE = {
+    "type": "camera",
+    "place": [0.3, 0.0, 0.5],
+    "width": 80,
+    "height": 60,
+    "rate": 5,
+    "range": [0.1, 20.0],
+}
+
+
+def sensed(mount=EYE, obstacles=(WALL,), poses=((0.0, 0.0, 0.0),), steps=1):
+    """Return the readings of the robots' camera after ``steps`` of the world, and their suite."""
+    content = {"poses": [list(pose) for pose in poses], "obstacles": list(obstacles)}
+    scenario = scenario_from_dict(dict(content, sensors=[{"mounts": {"eye": mount}}]))
+    world = World.from_scenario(scenario)
+    suite = Suite.of_scenario(scenario, *world.senses)
+    suite.listen({row: ["eye"] for row in range(len(poses))})
+    for step in range(steps):
+        suite.update(step, world.sensed)
+        world.step()
+    return [suite.readings(world.time)[row]["eye"] for row in range(len(poses))], suite
+
+
+def pixel(reading, x, y, z):
+    """Return row and column at which a point to the right, down and ahead of the camera is."""
+    fx, fy, cx, cy = reading.intrinsics
+    return int(round(fy * y / z + cy)), int(round(fx * x / z + cx))
+
+
+def test_a_wall_is_where_and_as_far_as_geometry_has_it():
+    (reading,), _ = sensed()
+    assert reading.image.shape == (60, 80, 3) and reading.image.dtype == np.uint8
+    assert reading.depth.shape == (60, 80)
+    assert reading.depth[29, 39] == pytest.approx(3.7, abs=0.01)  # 4.0 less the camera's 0.3
+    # Its edges are 1 m to the sides and 0.5 m above and below the camera; depth is along the axis.
+    assert reading.depth[pixel(reading, 0.9, -0.4, 3.7)] == pytest.approx(3.7, abs=0.01)
+    assert not reading.depth[pixel(reading, 1.1, -0.3, 3.7)] < 4.0
+    assert not reading.depth[pixel(reading, 0.0, -0.6, 3.7)] < 4.0
+    # The ground ahead, 0.5 m below: at 1.6 m.
+    assert reading.depth[pixel(reading, 0.0, 0.5, 1.6)] == pytest.approx(1.6, abs=0.06)
+
+
+def test_turned_and_lowered_it_looks_there():
+    (reading,), _ = sensed(dict(EYE, down="90 deg"))
+    assert reading.depth[30, 40] == pytest.approx(0.5, abs=0.02)
+    (left,), _ = sensed(
+        dict(EYE, yaw="90 deg"), obstacles=[dict(WALL, center=[0.3, 2.0], size=[1.0, 0.2])]
+    )
+    assert left.depth[29, 39] == pytest.approx(1.9, abs=0.01)
+
+
+def test_other_robots_are_seen_from_each():
+    given, suite = sensed(poses=((0.0, 0.0, 0.0), (2.0, 0.0, math.pi)), obstacles=())
+    for reading in given:
+        row, column = pixel(reading, 0.0, 0.3, 1.5)
+        assert reading.depth[row, column - 3 : column + 3].min() < 1.7
+    assert len(suite.mounts) == 2
+
+
+def test_the_field_of_view_sets_the_intrinsics():
+    (reading,), _ = sensed(dict(EYE, view="90 deg"))
+    assert reading.intrinsics == pytest.approx((40.0, 40.0, 39.5, 29.5))
+
+
+def test_it_is_rendered_when_due_and_listened_to_alone(monkeypatch):
+    from mrs_simulator.world.view import View
+
+    seen, plain = [], View.seen
+    monkeypatch.setattr(View, "seen", lambda *given: seen.append(1) or plain(*given))
+    sensed(steps=21)  # 0.4 s at 5 Hz: at 0, 0.2 and 0.4 s
+    assert len(seen) == 3
+    scenario = scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": EYE}}]})
+    world = World.from_scenario(scenario)
+    suite = Suite.of_scenario(scenario, *world.senses)
+    suite.update(0, world.sensed)
+    assert len(seen) == 3 and suite.is_idle
+
+
+def test_depths_are_lost_and_noisy_and_colours_are_not():
+    (plain,), _ = sensed()
+    (noisy,), _ = sensed(dict(EYE, noise={"depth": {"stddev": 0.05, "dropout": 0.1}}))
+    np.testing.assert_array_equal(plain.image, noisy.image)
+    assert np.isnan(noisy.depth).mean() == pytest.approx(0.1, abs=0.02)
+    wall = plain.depth < 3.8
+    assert np.nanstd((noisy.depth - plain.depth)[wall]) == pytest.approx(0.05, rel=0.1)
+
+
+def test_a_depth_buffer_is_undone():
+    far = np.array([0.1, 0.5, 5.0])
+    buffer = 20.0 * (far - 0.1) / (far * (20.0 - 0.1))
+    np.testing.assert_allclose(depths(buffer, 0.1, 20.0), far)
+    assert depths(np.array([1.0]), 0.1, 20.0)[0] == np.inf
+
+
+def test_what_cannot_be_shown_is_said():
+    with pytest.raises(ScenarioError, match="width: 0"):
+        sensed(dict(EYE, width=0))
+    cart = dict(WALL, track={"to": [[9.0, 0.0]], "speed": 1.0})
+    with pytest.raises(SensorError, match="obstacle wall moves, which no camera shows"):
+        sensed(obstacles=[cart])
+
+
+def test_messages_tell_picture_depth_and_intrinsics():
+    messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
+    from std_msgs.msg import Header
+
+    (reading,), suite = sensed()
+    (mount,) = [each for each in suite.mounts[0] if each.name == "eye"]
+    colours, far, pinhole = messages.forms_of(mount, None)
+    item = [reading.image, reading.depth]
+    told = colours.message(item, Header())
+    buffer = io.BytesIO()
+    told.serialize(buffer)
+    np.testing.assert_array_equal(
+        colours.reading(told.deserialize(buffer.getvalue()), 1.0).image, reading.image
+    )
+    np.testing.assert_allclose(
+        np.frombuffer(far.message(item, Header()).data, "<f4").reshape(60, 80),
+        reading.depth.astype("<f4"),
+    )
+    info = pinhole.message(item, Header())
+    assert (info.K[0], info.K[2], info.K[5]) == pytest.approx((reading.intrinsics[0], 39.5, 29.5))
+    told.width = 81
+    with pytest.raises(messages.MessageError, match="wanted rgb8 of 80 x 60"):
+        colours.reading(told, 1.0)

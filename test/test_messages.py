@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import rospy
 
+from mrs_simulator.core.incidents import Incident
 from mrs_simulator.core.recording import Collision
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.spatial import upright
@@ -150,3 +151,23 @@ def test_several_joints_of_a_robot_are_told_one_robot_after_the_other():
     message.joint = [0.1, 0.2, 0.3]
     with pytest.raises(messages.MessageError, match="2 robots, 3 joint; wanted as many of each"):
         messages.read_state(message)
+
+
+def test_targets_in_space_have_their_heights():
+    places = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    for targets in (places, places[:, :2]):
+        message = messages.control_status(np.zeros((2, 2)), PLANAR, (), targets)
+        np.testing.assert_array_equal(messages.read_control_status(message).targets, targets)
+    message = messages.control_status(np.zeros((2, 2)), PLANAR, (), places)
+    message.target_z = [3.0]
+    with pytest.raises(messages.MessageError, match="2 target_x, 2 target_y, 1 target_z"):
+        messages.read_control_status(message)
+
+
+def test_incidents_are_told_and_unknown_ones_refused():
+    incident = Incident(4.0, "robot2", "rotor_lost", 3, True)
+    message = messages.incident_message(incident, rospy.Time(4))
+    assert messages.read_incident(message) == incident
+    message.what = "exploded"
+    with pytest.raises(messages.MessageError, match="incident 'exploded', wanted one of"):
+        messages.read_incident(message)

@@ -164,6 +164,9 @@ def test_reaching_is_damped_where_the_tool_cannot_go():
     barely = np.array([[1.0, 1.0, 1.0, EASY]])
     found = reaching(jacobian[1:], wanted[1:], np.zeros((1, 4)), barely, -free[1:], free[1:])
     np.testing.assert_allclose(found[0, 3], 0.4, atol=1e-9)
+    hardly = np.array([[1.0, 1.0, 1.0, 0.02 * EASY]])
+    found = reaching(jacobian[1:], wanted[1:], np.zeros((1, 4)), hardly, -free[1:], free[1:])
+    assert 0.0 < found[0, 3] < 0.01  # instead of 400 times what it can do
 
 
 def test_others_make_up_for_an_input_at_its_bound():

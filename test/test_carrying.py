@@ -7,6 +7,7 @@ from mrs_simulator.control.laws.carrying import Carrying
 from mrs_simulator.core import grasps
 from mrs_simulator.core.load import Load
 from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.recording import part_of
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.spatial import product, rotated, turned_about_z
 from mrs_simulator.study.shipped import scenario_path
@@ -69,6 +70,12 @@ def test_a_body_is_found_where_its_grips_are():
         found, orientation = grasps.fitted(OWN, points)
         np.testing.assert_allclose(found, place, atol=1e-12)
         np.testing.assert_allclose(rotated(orientation, OWN), rotated(turn, OWN), atol=1e-12)
+    anyhow = np.random.default_rng(4).normal(size=(5, 3))
+    turn = np.array([0.5, -0.1, 0.7, 0.5])
+    found, orientation = grasps.fitted(anyhow, grasps.held_at(anyhow, place, turn))
+    np.testing.assert_allclose(found, place, atol=1e-12)
+    np.testing.assert_allclose(orientation, turn, atol=1e-12)
+    points = grasps.held_at(OWN, place, turn)
     many = np.stack([points, points + 1.0])
     places, turns = grasps.fitted(OWN, many)
     np.testing.assert_allclose(places[1] - places[0], 1.0)
@@ -126,8 +133,10 @@ def test_a_load_follows_its_path_and_internal_forces_end(tmp_path):
     assert checks["internal force at the end [N]"]["measured"] < 0.1
     again = open_run(tmp_path)
     assert again.passed
-    for mine, read in zip(run.run.load, again.run.load):
-        assert np.array_equal(mine, read)
+    part = part_of(again.run, slice(5, 20))
+    for mine, read, some in zip(run.run.load, again.run.load, part.load):
+        assert np.array_equal(mine, read) and np.array_equal(some, mine[5:20])
+    assert np.array_equal(part.joints, run.run.joints[5:20])
 
 
 def test_in_the_plane_the_load_keeps_its_height():

@@ -76,13 +76,18 @@ def drifted(pose, mean, current, duration):
     ``current`` (2,) or (m, 2) [m/s], common frame.  Exact while both hold; the heading is wrapped.
     """
     half = 0.5 * duration * mean[:, 2]
-    share = np.full(len(half), float(duration))
-    np.divide(duration * np.sin(half), half, out=share, where=half != 0.0)
+    if half.all():
+        share = duration * np.sin(half) / half
+    else:
+        share = np.full(len(half), float(duration))
+        np.divide(duration * np.sin(half), half, out=share, where=half != 0.0)
     cos, sin = cos_sin(pose[:, 2] + half)
     after = np.empty(pose.shape, order="F")
     after[:, 0] = pose[:, 0] + share * (cos * mean[:, 0] - sin * mean[:, 1])
     after[:, 1] = pose[:, 1] + share * (sin * mean[:, 0] + cos * mean[:, 1])
-    after[:, :2] += duration * np.asarray(current)
+    along, across = duration * np.asarray(current).T
+    after[:, 0] += along
+    after[:, 1] += across
     after[:, 2] = wrap_angle(pose[:, 2] + 2.0 * half)
     return after
 

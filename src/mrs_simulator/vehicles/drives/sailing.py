@@ -61,7 +61,7 @@ def told(afloat, wanted, numbers, efforts=None):
     ``efforts`` (m, 4): commands of the left and right thruster, force ahead [N] and torque [N m] that
     are told instead of what controllers ask for, nan where they are not; None: nowhere.
     """
-    error = (wanted - afloat.velocity[:, [0, 2]]).T
+    error = (wanted - afloat.velocity[:, ::2]).T
     effort = _gain(numbers, 0) * wanted.T + _gain(numbers, 1) * error
     effort += _gain(numbers, 2) * afloat.integral.T - _gain(numbers, 3) * afloat.slope.T
     if efforts is not None:
@@ -94,14 +94,14 @@ def sailed(afloat, force, numbers, duration, wanted, efforts=None):
     ``efforts`` as of :func:`told`.
     """
     command, short = told(afloat, wanted, numbers, efforts)
-    error = wanted - afloat.velocity[:, [0, 2]]
+    error = wanted - afloat.velocity[:, ::2]
     integral = afloat.integral + duration * np.where(short.T, 0.0, error)
     afloat = afloat._replace(
         command=thrusters.after_lag(afloat.command, command, numbers, duration)
     )
     total = force + thrust_force(afloat, numbers)
     velocity = hydrodynamics.moved(afloat.velocity, total, numbers, duration)
-    slope = (velocity - afloat.velocity)[:, [0, 2]] / duration
+    slope = (velocity - afloat.velocity)[:, ::2] / duration
     share = np.exp(-duration / FILTER)
     after = afloat._replace(
         velocity=velocity, integral=integral, slope=slope + share * (afloat.slope - slope)

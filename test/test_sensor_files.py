@@ -10,7 +10,7 @@ from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.study.experiment import Experiment, perform
-from mrs_simulator.study.sensor_files import FILE, recorded_sensors
+from mrs_simulator.study.sensor_files import FILE, PICTURES, recorded_sensors
 from mrs_simulator.world.world import World
 
 MOUNTS = {
@@ -113,11 +113,17 @@ def test_sizes_are_told_beforehand(out, tmp_path):
         assert 0.4 < size / sensors[name].size(1.0) < 2.0, name
 
 
-def test_every_type_of_sensor_can_be_recorded():
-    assert {*TYPES} == {mount["type"] for mount in MOUNTS.values() if "type" in mount} | {
-        "laser",
-        "sonar",
-    }
+def test_every_type_of_sensor_can_be_recorded_or_is_a_picture():
+    tabled = {mount["type"] for mount in MOUNTS.values() if "type" in mount} | {"laser", "sonar"}
+    assert {*TYPES} == {*tabled, *PICTURES}
+
+
+def test_pictures_are_left_to_bags(tmp_path):
+    said, mounts = [], {"eye": {"type": "camera"}}
+    seen = scenario(sensors=[{"robots": 2, "mounts": mounts}], record=["eye", "sonar"])
+    Experiment(seen).record_sensors(str(tmp_path), said.append).close()
+    assert said[0] == "record: pictures of eye are in bags alone"
+    assert [each.name for each in tmp_path.iterdir()] == [FILE.format("sonar")]
 
 
 def test_what_nobody_has_is_refused():

@@ -303,5 +303,7 @@ def test_a_bag_holds_what_the_scenario_has_recorded():
     assert command[-1] == "__name:=rosbag" and "/stage/state" in command
     topics = ["/robot{}/{}".format(k, name) for name in ("bumper_state", "laser") for k in (1, 2)]
     assert command[-6:-1] == ["/map", *topics]
+    seen = scenario(sensors=[{"mounts": {"eye": {"type": "camera"}}}], record=["eye"])
+    assert "/robot2/eye" in command_of(seen, ".")  # pictures are in bags alone
     plain = command_of(scenario(), ".")
     assert not any("robot" in topic or topic == "/map" for topic in plain)

@@ -16,6 +16,7 @@ from mrs_simulator.sensors.suite import Suite, of_robot
 
 FILE = "sensor_{}.csv"  # by the sensor's name
 RANGING = ("laser", "sonar")
+PICTURES = ("camera",)  # no rows of a table: they are in bags alone
 DIGITS = 15  # [-] of a value; distances of sonar and laser have 9, as float32 has no more
 SIZES = {9: 11.0, DIGITS: 17.0}  # [bytes] of a value with so many digits, about
 WHO = 10.0  # [bytes] of time and robot, about
@@ -38,6 +39,8 @@ class Recorded(NamedTuple):
 
     def told(self, duration):
         """Return in words what is recorded in ``duration`` [s], and how much it is."""
+        if not self.columns:
+            return "record: pictures of {} are in bags alone".format(self.name)
         text = "{}: {} robots, {} values at {:g} Hz for {:g} s: about {:.2g} MB"
         values, size = len(self.columns), self.size(duration) / MEGABYTE
         file, rate = FILE.format(self.name), self.rate / len(self.robots)
@@ -68,7 +71,9 @@ def recorded_sensors(names, mounts, kinds):
 
 
 def columns_of(mount, kind):
-    """Return the names of the values of a ``mount`` on a robot of ``kind``."""
+    """Return the names of the values of a ``mount`` on a robot of ``kind``, () for pictures."""
+    if mount.type in PICTURES:
+        return ()
     numbers = mount.numbers
     fields = {
         "altimeter": {"height": 1},
@@ -82,9 +87,7 @@ def columns_of(mount, kind):
         "motion_capture": {"x": 1, "y": 1, "theta": 1},
         "range_bearing": {"seen": 1, "range": 1, "bearing": 1},
         "sonar": {"range": len(getattr(numbers, "transducers", ()))},
-    }.get(mount.type)
-    if fields is None:
-        raise ScenarioError("record: {}: a {} cannot be recorded".format(mount.name, mount.type))
+    }[mount.type]
     return tuple(
         "{}{}".format(name, k + 1) if width > 1 else name
         for name, width in fields.items()
@@ -104,6 +107,7 @@ class SensorFiles:
                 ",".join(("time", "robot", *each.columns)) + "\n",
             )
             for each in sensors
+            if each.columns
         }
 
     def add(self, name, number, time, reading):
@@ -141,7 +145,7 @@ class SensorRecorder:
         self._suite = Suite.of_scenario(scenario, *world.senses)
         wanted = {}
         for each in sensors:
-            for number in each.robots:
+            for number in each.robots if each.columns else ():
                 wanted.setdefault(number - 1, set()).add(each.name)
         self._suite.listen(wanted)
         self.files = SensorFiles(sensors, out)

@@ -43,6 +43,8 @@ class SensorSource:
         for each in sensors:
             tell(each.told(scenario.duration))
         self._files = SensorFiles(sensors, out)
+        pictures = {each.name for each in sensors if not each.columns}
+        forms = {key: form for key, form in forms.items() if key[0] not in pictures}
         self._duration, self._simulated = scenario.duration, rospy.get_param("/use_sim_time", False)
         self._start, self._lock = None, threading.Lock()
         self._early = {key: deque(maxlen=KEPT) for key in forms}

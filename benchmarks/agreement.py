@@ -34,6 +34,7 @@ LEFT_OUT = (
     "paper_dynamic",
     "paper_theory",
 )  # the same law as paper, or meant to fail
+ARMED = ("carrying",)  # of robots with arms, which are never points
 DYNAMIC_CASES = (("full dynamics", "dynamic", None, None),)  # the scenario's own limits and rate
 DYNAMIC_HEADER = """## On full dynamics
 
@@ -138,6 +139,8 @@ def main():
     names = arguments.names or [name for name in paths if name not in LEFT_OUT]
     if arguments.dynamic:
         names = [name for name in names if load_scenario(paths[name]).fidelity != "point_mass"]
+    else:
+        names = [name for name in names if name not in ARMED]
     cases = DYNAMIC_CASES if arguments.dynamic else CASES
     tasks = [(paths[name],) + case[1:] for name in names for case in cases]
     print(DYNAMIC_HEADER if arguments.dynamic else HEADER)

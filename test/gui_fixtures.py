@@ -95,7 +95,9 @@ def quiet_study(scenario):
     for take in (connection.take_samples, connection.take_results, connection.take_collisions):
         take.return_value = []
     processes.is_running.return_value, processes.age.return_value = False, 0.0
-    processes.take_ended.return_value = []
+    processes.take_ended.return_value, processes.code.return_value = [], None
+    connection.diagnostics.return_value, processes.output.return_value = [], ""
+    processes.is_ending.return_value = False
     widget = StudyWidget(connection, processes, scenario)
     for timer in widget.findChildren(QTimer):
         timer.stop()

@@ -258,7 +258,7 @@ def test_the_panel_says_why_it_is_empty(study):
 # Over ROS
 
 
-def test_the_stages_sensors_are_heard_while_they_are_shown(gui):  # noqa: F811
+def test_sensors_diagnostics_and_programs_over_ros(gui):  # noqa: F811
     gui("""
 gui.sensing._on_robot(1)
 gui.results_tabs.setCurrentWidget(gui.sensors)
@@ -271,6 +271,20 @@ until(lambda: len(gui.map._readings) == 4)
 gui.shown["sensors"].setChecked(False)
 gui.results_tabs.setCurrentIndex(0)
 until(lambda: gui.connection._sensors.is_idle)
-click("end")
-until(lambda: not gui.connection.is_fresh("stage"))
+gui.results_tabs.setCurrentWidget(gui.programs)
+panel, processes, told = gui.programs, gui.study.processes, gui.connection.diagnostics
+until(lambda: any(part.name == "stage" and part.level == "good" for part in told()))
+first = processes._running["stage"].pid
+
+def press(name, action):
+    panel.select(name)
+    until(panel.buttons[action].isEnabled)
+    panel.buttons[action].click()
+
+press("stage", "restart")
+until(lambda: processes.is_running("stage") and processes._running["stage"].pid != first)
+until(lambda: gui.connection.is_fresh("stage"))
+press("stage", "end")
+until(lambda: processes.is_gone("stage"))
+assert processes.code("stage") in (0, -2, 130), processes.code("stage")
 """)

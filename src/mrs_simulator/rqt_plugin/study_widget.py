@@ -14,6 +14,7 @@ from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
 from mrs_simulator.rqt_plugin.window.live_run import LiveRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
 from mrs_simulator.rqt_plugin.window.pending import PendingGraph, PendingTeam
+from mrs_simulator.rqt_plugin.window.program_control import ProgramControl
 from mrs_simulator.rqt_plugin.window.results import Results
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
@@ -43,6 +44,7 @@ class StudyWidget(StudyPanels):
         self.files = ScenarioFiles(self, self.study, self.editing, self.live, self.pending_team)
         self.load, self.save_scenario = self.files.load, self.files.save
         self.sensing = Sensing(self, self.study)
+        self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
         self.history.before_clearing = guarded(self.results.keep_unsaved)
@@ -126,6 +128,7 @@ class StudyWidget(StudyPanels):
             self._on_result(name, success, answer)
         for text in self.study.ended_processes():
             self.say(text)
+        self.program_control.follow()
         for text in self._faults.take():
             self.say(Trouble(text))
         self.results.show_progress()

@@ -3,7 +3,6 @@
 from python_qt_binding.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
-    QLabel,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -69,7 +68,6 @@ class MapPanel(QWidget):
         row = QHBoxLayout(group)
         row.setContentsMargins(0, 0, 12, 0)
         row.setSpacing(0)
-        self._row.addWidget(QLabel("Mouse"))
         self._row.addWidget(group)
         for mode, text, tip in MODES:
             button = _tool(text, tip)

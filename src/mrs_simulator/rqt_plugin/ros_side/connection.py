@@ -24,6 +24,7 @@ from mrs_simulator.ros.messages import (
     robot_specs,
 )
 from mrs_simulator.rqt_plugin.ros_side import service_calls
+from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
 from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.service_calls import CONTROLLER, MASTER, ServiceCalls
@@ -60,8 +61,10 @@ class RosConnection:
             RobotsConnection(),
             StopTopic(),
         )
-        self._sensors = SensorsConnection()
+        self._sensors, self._diagnostics = SensorsConnection(), DiagnosticsConnection()
         self.watch_sensors = self._sensors.watch
+        self.watch_diagnostics = self._diagnostics.watch
+        self.diagnostics = self._diagnostics.parts
         self.controller = Interruptions()
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.first_stamp = self._robots.first_stamp
@@ -242,6 +245,7 @@ class RosConnection:
             self._robots.follow(published, subscribed, kinds, stages, controllers)
         if looked_at:
             self._sensors.follow(published, subscribed, kinds, controllers)
+        self._diagnostics.follow()
 
     def _register_again(self, published, subscribed):
         """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
@@ -250,6 +254,7 @@ class RosConnection:
             *self._subscribers.values(),
             *self._robots.subscribers(),
             *self._sensors.subscribers(),
+            *filter(None, [self._diagnostics.subscriber]),
         ]
         for topic in (*topics, self._emergency.publisher):
             if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
@@ -273,6 +278,7 @@ class RosConnection:
             subscriber.unregister()
         self._robots.forget()
         self._sensors.close()
+        self._diagnostics.close()
         if self._emergency.publisher is not None:
             self._emergency.publisher.unregister()
 

@@ -19,18 +19,18 @@ class ControlRun:
         """Start the controller, real robots after they were checked; return a message, or ""."""
         if not self._state.real():
             return self._start()
-        self._preflight.begin(self._written(), self._own_findings(), accepted=frozenset())
+        self._preflight.begin(self.written(), self._own_findings(), accepted=frozenset())
         return "some robots are real: they are checked before the controller starts"
 
     def start_anyway(self):
         """Start the controller in spite of what the last check found; what is new keeps it from it."""
         accepted = self._preflight.keys()
-        self._preflight.begin(self._written(), self._own_findings(), accepted)
+        self._preflight.begin(self.written(), self._own_findings(), accepted)
         return "the robots are checked again; then the controller starts unless there is more"
 
     def check(self, _=None):
         """Check the robots, and start nothing."""
-        self._preflight.begin(self._written(), self._own_findings())
+        self._preflight.begin(self.written(), self._own_findings())
         return ""
 
     def checked(self, success, answer):
@@ -70,14 +70,15 @@ class ControlRun:
     def launch(self):
         """Start a controller of the GUI's own, in place of the one before."""
         self._connection.begin_run()
-        arguments = ["--scenario", self._written()] + who_is_real(self._connection)
+        arguments = ["--scenario", self.written()] + who_is_real(self._connection)
         stage = self._connection.newest("stage")
         waits = stage.lockstep if stage is not None else self._stage.lockstep
         arguments.append(lockstep_option(waits and not self._state.real()))
         arguments.append("_autostart:=true")  # somebody pressed start, and real robots are checked
         self._processes.start("control", "pioneer_control", *arguments)
 
-    def _written(self):
+    def written(self):
+        """Write the scenario to a file for a program that is to start, and return its path."""
         return write_scenario(self._edited.scenario, self._processes.directory)
 
     def fits(self):

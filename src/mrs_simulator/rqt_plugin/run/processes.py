@@ -22,17 +22,29 @@ class Processes:
     def __init__(self):
         self.directory = tempfile.mkdtemp(prefix="mrs_simulator_gui_")
         self._running, self._jobs, self._begun = {}, {}, {}
+        self._newest = {}  # the last process of each name
         self._closing = None  # the thread that ends them all
 
     def start(self, name, script, *arguments, package="mrs_simulator"):
         """Start ``rosrun package script``; one of that name that still runs is ended first."""
+        self.launch(name, ["rosrun", package, script, *map(str, arguments)])
+
+    def launch(self, name, command):
+        """Start ``command``, a list of words; one of that name that still runs is ended first."""
         self.stop(name)
-        self._running[name] = self._open(name, package, script, arguments)
+        process = self._open(name, command)
+        self._running[name] = self._newest[name] = process
         self._begun[name] = time.monotonic()
+
+    def code(self, name):
+        """Return the exit code of the last program called ``name``, None of one that runs or never did."""
+        process = self._newest.get(name)
+        return None if process is None else process.poll()
 
     def run(self, name, script, *arguments, limit=None):
         """Run a script of this package to its end, from any thread; return ``(exit code, output)``."""
-        self._jobs[name] = process = self._open(name, "mrs_simulator", script, arguments)
+        command = ["rosrun", "mrs_simulator", script, *map(str, arguments)]
+        self._jobs[name] = process = self._open(name, command)
         try:
             code = process.wait(limit)
         except subprocess.TimeoutExpired:
@@ -46,8 +58,7 @@ class Processes:
         if process is not None:
             threading.Thread(target=_end_all, args=([process],)).start()
 
-    def _open(self, name, package, script, arguments):
-        command = ["rosrun", package, script] + [str(argument) for argument in arguments]
+    def _open(self, name, command):
         with open(os.path.join(self.directory, name + ".log"), "wb") as log:
             # A group of its own: Ctrl-C in the terminal is for the GUI, which then ends these in order.
             return subprocess.Popen(
@@ -56,7 +67,7 @@ class Processes:
                 stderr=subprocess.STDOUT,
                 stdin=subprocess.DEVNULL,
                 start_new_session=True,
-                env=dict(os.environ, **{PARENT: str(os.getpid())}),
+                env=dict(os.environ, PYTHONUNBUFFERED="1", **{PARENT: str(os.getpid())}),
             )
 
     def is_running(self, name):
@@ -72,6 +83,10 @@ class Processes:
         """Return whether one that was started as ``name`` and asked to end still runs."""
         asked = [p for n, p in self._running.items() if n.partition(" ")[0] == name and n != name]
         return any(process.poll() is None for process in asked)
+
+    def is_gone(self, name):
+        """Return whether none that was started as ``name`` runs, or has ended and is not taken in yet."""
+        return all(n.partition(" ")[0] != name for n in self._running)
 
     def take_ended(self):
         """Return ``(name, exit code, output)`` of the programs that ended by themselves."""

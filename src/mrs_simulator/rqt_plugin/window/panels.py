@@ -16,6 +16,7 @@ from mrs_simulator.rqt_plugin.map.panel import MapPanel
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.run.bar import RunBar
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
+from mrs_simulator.rqt_plugin.run.programs_panel import ProgramsPanel
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
@@ -96,7 +97,7 @@ class StudyPanels(QWidget):
         self.curves = CurvesPanel()
         self.view = ViewPanel(self.map.in_space, lambda: self.map.revision)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
-        self.sensors = SensorsPanel()
+        self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
         self.messages = MessageList()
         self.messages.unseen_changed.connect(self._on_unseen)
         self.results_tabs = QTabWidget()
@@ -106,6 +107,7 @@ class StudyPanels(QWidget):
             (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
             (self.sensors, "Sensors"),
+            (self.programs, "Programs"),
             (self.messages, "Messages"),
         ):
             self.results_tabs.addTab(widget, title)

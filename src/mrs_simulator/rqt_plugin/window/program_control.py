@@ -1,0 +1,50 @@
+"""The panel of programs, and what is asked for there."""
+
+from mrs_simulator.rqt_plugin.run.programs import Programs
+from mrs_simulator.rqt_plugin.widgets.guard import guarded
+
+
+class ProgramControl:
+    """Hands on what a person asks of programs, and shows how they are while the panel is seen."""
+
+    def __init__(self, panels, study):
+        self._panels, self._study, self.programs = panels, study, Programs(study)
+        panels.programs.asked.connect(self._on_asked)
+        panels.programs.added.connect(self._on_added)
+
+    @guarded
+    def _on_asked(self, action, name):
+        if action == "remove":
+            self.programs.remove(name)
+        elif action == "start":
+            self._panels.say(self.programs.start(name, self._panels.bar.speed()))
+        else:
+            self._panels.say(getattr(self.programs, action)(name))
+        self.show()
+
+    @guarded
+    def _on_added(self, command):
+        known = {program.name for program in self.programs.all()}
+        if self._panels.say(self.programs.add(command)):
+            return
+        self._panels.programs.command.clear()
+        self.show()
+        for program in self.programs.all():
+            if program.name not in known:
+                self._panels.programs.select(program.name)
+
+    def follow(self):
+        """Start what is to be started again; show the programs if somebody looks."""
+        for message in self.programs.follow(self._panels.bar.speed()):
+            self._panels.say(message)
+        self._study.connection.watch_diagnostics(self._panels.programs.isVisible())
+        if self._panels.programs.isVisible():
+            self.show()
+
+    def show(self):
+        """Show all programs as they are now."""
+        panel, programs = self._panels.programs, self.programs.all()
+        users = [program.name for program in programs if self.programs.is_users(program.name)]
+        panel.show_programs(programs, users)
+        panel.show_output(self.programs.output(panel.selected) if panel.selected else "")
+        panel.show_diagnostics(self._study.connection.diagnostics())

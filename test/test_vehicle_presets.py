@@ -233,12 +233,7 @@ def missing(name, *_):
     raise ModuleNotFoundError(name)
 
 
-@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-def test_a_crazyflie_takes_off_goes_follows_a_trajectory_and_lands(
-    fidelity,
-    monkeypatch,
-    vehicle_packages,  # noqa: F811
-):
+def test_a_crazyflie_takes_off_goes_follows_a_trajectory_and_lands(monkeypatch, vehicle_packages):  # noqa: F811
     from crazyswarm.msg import TrajectoryPolynomialPiece
     from crazyswarm.srv import (
         GoToRequest,
@@ -248,7 +243,7 @@ def test_a_crazyflie_takes_off_goes_follows_a_trajectory_and_lands(
         UploadTrajectoryRequest,
     )
 
-    bench = Bench(monkeypatch, "crazyswarm", ("crazyflie2",) * 2, fidelity)
+    bench = Bench(monkeypatch, "crazyswarm", ("crazyflie2",) * 2)  # with forces
     assert not bench.wire.logged
     seconds = rospy.Duration.from_sec
     bench.call("/takeoff", TakeoffRequest, height=0.5, duration=seconds(1.5))
@@ -336,13 +331,8 @@ def test_poses_and_transforms_of_crazyflies_are_told(monkeypatch):
     assert (move.header.frame_id, move.child_frame_id) == ("world", "cf1")
 
 
-@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
-def test_an_ardrone_takes_off_tilts_hovers_lands_and_is_reset(
-    fidelity,
-    monkeypatch,
-    vehicle_packages,  # noqa: F811
-):
-    bench = Bench(monkeypatch, "ardrone", ("ardrone2", "pioneer3dx"), fidelity)
+def test_an_ardrone_takes_off_tilts_hovers_lands_and_is_reset(monkeypatch, vehicle_packages):  # noqa: F811
+    bench = Bench(monkeypatch, "ardrone", ("ardrone2", "pioneer3dx"), "kinematic")
 
     def told(message):
         values = [message.linear.x, message.linear.y, message.linear.z, 0.0, 0.0, message.angular.z]
@@ -490,6 +480,8 @@ def until(there):
     while not there():
         rospy.sleep(0.05)
 
+assert rospy.ServiceProxy("/stage/reset", Trigger)().success
+rospy.wait_for_service("/cf1/go_to", 10)
 assert rospy.ServiceProxy("/robot1/takeoff", Trigger)().success
 until(lambda: states[-1:] == ["hovering"])
 cut = rospy.ServiceProxy("/robot1/cut_motors", SetBool)

@@ -229,6 +229,17 @@ def test_planar_protocols_move_tools_beside_other_robots_and_keep_their_height()
     assert height[0, 0] > 0.5
 
 
+def test_robots_that_fly_and_robots_with_arms_are_one_team():
+    control = dict(scenario()["control"], dimension=2)
+    model = ["husky_panda", "crazyflie2", "robotino3"]
+    changes = {"model": model, "control": control, "altitude": [0.0, 1.0, 0.0], "duration": 2.0}
+    run = simulate(scenario(**changes)).run
+    assert run.axes[:4] == ("linear.x", "linear.y", "linear.z", "angular.z")
+    np.testing.assert_allclose(run.point_z[-1], [run.point_z[0, 0], 1.0, 0.0], atol=1e-3)
+    assert not run.command[:, 0, [1, 2]].any() and run.command[:, 0, 4:].any()
+    assert not run.command[:, 1:, 4:].any()
+
+
 def test_what_cannot_be_is_refused():
     with pytest.raises(ValueError, match="robot2, a Pioneer 3-DX, has no arm; wanted 2"):
         simulate(scenario(model=["husky_panda", "pioneer3dx", "husky_panda"]))

@@ -157,7 +157,8 @@ class Experiment:
             told["estimate"] = self.estimator.pose
         if world.team.has_arms:
             points = world.team.tools(world.pose, world.joints, self.control.l)
-            told["spatial"], told["point_z"] = upright(world.pose[:, 2]), points[:, 2]
+            spatial = upright(world.pose[:, 2]) if world.spatial is None else world.spatial
+            told["spatial"], told["point_z"] = spatial, spatial.z + points[:, 2]
             told["load"] = world.load.state if world.load else None
         elif columns.spatial:
             told["spatial"] = world.spatial

@@ -131,7 +131,8 @@ class RunRecorder:
         more = sample.twist, sample.joints, sample.spatial
         if team.has_arms:
             height = team.tools(sample.pose, sample.joints, self.control.l)[:, 2]
-            more = (*more[:2], upright(sample.pose[:, 2]), height)
+            spatial = upright(sample.pose[:, 2]) if sample.spatial is None else sample.spatial
+            more = (*more[:2], spatial, spatial.z + height)
         self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))

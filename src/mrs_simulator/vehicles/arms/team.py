@@ -73,7 +73,9 @@ class ArmedTeam(Team):
         top = np.column_stack([limits.top, np.where(there, self.rates, np.inf)])
         never = np.full(shape, np.inf)
         self.limits = AxisLimits(top, np.column_stack([limits.acceleration, never]))
-        self._places = [PLANAR.index(axis) for axis in self.bases.axes]
+        # Which of the bases' axes are in the plane, and where they are among those of the Jacobians.
+        self._planar = [i for i, axis in enumerate(self.bases.axes) if axis in PLANAR]
+        self._places = [PLANAR.index(self.bases.axes[i]) for i in self._planar]
         own = {each: dict(zip(each.axes, each.limits["firmware"])) for each in set(self.kinds)}
         self._scale = np.array(
             [[own[each][axis].top if axis in own[each] else 0.0 for axis in PLANAR]
@@ -144,7 +146,8 @@ class ArmedTeam(Team):
             turned = heading + half * found[:, 2]
             found = self._inputs(group, velocity, turned, joints, middle, period)
             end = self._width + len(group.chain.joints)
-            result[group.rows, : self._width] = found[:, self._places]
+            result[group.rows, : self._width] = 0.0
+            result[np.ix_(group.rows, self._planar)] = found[:, self._places]
             result[group.rows, self._width : end] = found[:, 3:]
         return result
 
@@ -184,7 +187,7 @@ class ArmedTeam(Team):
             rows = group.rows
             places, inner = group.tools(joints)
             moved = np.zeros((len(rows), 3 + len(group.chain.joints)))
-            moved[:, self._places] = base[rows]
+            moved[:, self._places] = base[rows][:, self._planar]
             moved[:, 3:] = rates[rows, : len(group.chain.joints)]
             own = np.einsum("mic,mc->mi", _whole(places, inner), moved)
             result[rows] = _outwards(own, pose[rows, 2])

@@ -18,7 +18,9 @@ from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
 from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of
 from mrs_simulator.rqt_plugin.sensing.texts import told
+from mrs_simulator.sensors.types.battery import BatteryReading
 from mrs_simulator.sensors.types.bumper import BumperReading
+from mrs_simulator.sensors.types.camera import CameraReading
 from mrs_simulator.sensors.types.inertial import CompassReading, ImuReading
 from mrs_simulator.sensors.types.position import GpsReading
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
@@ -93,6 +95,7 @@ def shade(study, x, y):
             BumperReading(0.0, np.array([0, 1], dtype=bool), np.array([1, 0], dtype=bool)),
             "pressed: front 2; rear 1",
         ),
+        (BatteryReading(0.0, 12.5, 0.75), "12.50 V, 75 % charged"),
         (CompassReading(0.0, np.pi), "heading 180.0\u00b0"),
         (GpsReading(0.0, NONE, NONE, NONE), "no fix"),
         (
@@ -241,6 +244,23 @@ def test_the_panel_tells_state_rate_and_age(study):
     study.sensing.show()
     assert row("sonar")[3] == "refused: 8 echoes, but the mount has 16"
     assert row("bumper")[3] == "waiting"
+
+
+def test_the_picture_of_a_camera_is_shown_in_its_colours(app, study):
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensing._on_robot(2)
+    image = np.zeros((4, 5, 3), dtype=np.uint8)  # a width whose lines are no whole words
+    image[:2], image[2:] = (255, 0, 0), (0, 0, 255)
+    hear(study, ("sonar", CameraReading(0.0, image, np.zeros((4, 5)), ())), number=2)
+    app.processEvents()
+    picture = study.sensors.picture
+    shot = picture.grab().toImage()
+    middle, away = shot.width() // 2, shot.width() * 4 // 5 // 4  # a quarter of the image's height
+    places = (shot.height() // 2 + way * away for way in (-1, 1))
+    colours = [QColor(shot.pixel(middle, y)).getRgb()[:3] for y in places]
+    assert picture.isVisible() and colours == [(255, 0, 0), (0, 0, 255)]
+    hear(study, ("sonar", CompassReading(0.0, 0.5)), number=2)
+    assert not picture.isVisible()
 
 
 def test_the_panel_says_why_it_is_empty(study):

@@ -5,11 +5,13 @@ import math
 from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from mrs_simulator.rqt_plugin.sensing.picture import Picture
 from mrs_simulator.rqt_plugin.sensing.texts import number, told
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
+from mrs_simulator.sensors.types.camera import CameraReading
 
 HEADERS = (
     ("sensor", "The name of the mount"),
@@ -46,7 +48,10 @@ class SensorsPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addLayout(row)
-        layout.addWidget(self.table, 1)
+        below, self.picture = QHBoxLayout(), Picture()
+        below.addWidget(self.table, 1)
+        below.addWidget(self.picture)
+        layout.addLayout(below, 1)
         self._note.say(CHOOSE)
 
     def set_robots(self, numbers):
@@ -69,6 +74,7 @@ class SensorsPanel(QWidget):
 
     def show_sensors(self, mounts, heard, trouble=""):
         """Show what was ``heard`` of the robot's ``mounts``, by name; ``trouble``: why there are none."""
+        self._show_picture(heard)
         rows = [_cells(mount, heard.get(name)) for name, mount in mounts.items()]
         note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
         self._note.say(trouble or note, "error" if trouble else "aside")
@@ -84,6 +90,12 @@ class SensorsPanel(QWidget):
             self._shown = fixed
             self.table.set_rows(rows, tips, tints)
 
+    def _show_picture(self, heard):
+        """Show the picture of the first camera that has one."""
+        readings = [each.reading for each in heard.values() if each is not None]
+        pictures = [each.image for each in readings if isinstance(each, CameraReading)]
+        self.picture.show_pixels(pictures[0] if pictures else None)
+
 
 TINTS = {"heard": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}
 
@@ -93,7 +105,7 @@ def _cells(mount, heard):
     state, name = _state(mount, heard), mount.name
     if heard is None or heard.reading is None:
         return name, "", "of {:g} Hz".format(mount.rate), "", state
-    rate = "" if math.isnan(heard.rate) else "{:.3g} ".format(heard.rate)
+    rate = "" if math.isnan(heard.rate) else number(heard.rate, int(heard.rate < 9.95), " ")
     rate += "of {:g} Hz".format(mount.rate)
     return name, told(heard.reading), rate, number(heard.age, 2, " s"), state
 

@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 
+from mrs_simulator.sensors.types.battery import BatteryReading
 from mrs_simulator.sensors.types.bumper import BumperReading
+from mrs_simulator.sensors.types.camera import CameraReading
 from mrs_simulator.sensors.types.encoders import EncoderReading
 from mrs_simulator.sensors.types.inertial import AltimeterReading, CompassReading, ImuReading
 from mrs_simulator.sensors.types.position import GpsReading, PoseReading
@@ -86,7 +88,19 @@ def _fix(reading):
     )
 
 
+def _charge(reading):
+    share = number(100.0 * reading.charge, 0, " %")
+    return "{}, {} charged".format(number(reading.voltage, 2, " V"), share)
+
+
+def _picture(reading):
+    height, width = reading.image.shape[:2]
+    return "picture of {} \u00d7 {} pixels".format(width, height)
+
+
 TEXTS = (
+    (BatteryReading, _charge),
+    (CameraReading, _picture),
     (RangeReading, _ranges),
     (RangeBearingReading, _seen),
     (BumperReading, _pressed),

@@ -538,7 +538,8 @@ class World:
     def _flyers(self, rows, what):
         rows = np.arange(self.n)[rows] if isinstance(rows, slice) else np.atleast_1d(rows)
         for row in rows.tolist():
-            if not self.team.airborne[row] or row in self.mirrored.tolist():
+            able = self.team.airborne[row] and hasattr(self.kinds[row].module, "climbing")
+            if not able or row in self.mirrored.tolist():
                 kind = self.kinds[row].title
                 raise WorldError(
                     "{}: robot{} is a {}; wanted a simulated robot that flies".format(

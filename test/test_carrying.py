@@ -28,7 +28,7 @@ def scenario(**changes):
         "waypoints": "0 0 0.51 0, 1 0 0.6 0.2",
     }
     content["control"]["parameters"] = parameters
-    return dict(content, duration=8.0, **changes)
+    return dict(content, duration=5.5, **changes)
 
 
 # Statics -----------------------------------------------------------------------------------------

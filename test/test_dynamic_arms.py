@@ -107,7 +107,7 @@ def test_joints_turn_as_told_and_stop_at_their_ends():
 
 def test_a_load_is_carried_with_forces():
     content = scenario(fidelity="dynamic")
-    content["duration"] = 4.0
+    content["duration"] = 2.5
     content["control"]["parameters"]["waypoints"] = "0 0 0.51 0"
     run = simulate(content)
     checks = {check["name"]: check for check in run.verdict["checks"]}

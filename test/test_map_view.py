@@ -21,6 +21,7 @@ from python_qt_binding.QtGui import (
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
+from mrs_simulator.core.moving import Track
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map import edge_drawing, frame, geometry, marks
@@ -523,6 +524,22 @@ def test_obstacles_are_drawn_to_scale(view):
     )
     covered = [shade(view, *place) != ground for place, ground in zip(inside + outside, empty)]
     assert covered == [True] * len(inside) + [False] * len(outside)
+
+
+def test_an_obstacle_on_a_track_is_drawn_where_it_is_then(view):
+    box = Box("cart", 0.5, 1.5, 0.0, 0.6, 0.6, 1.0, Track(((3.5, 1.5),), 1.0))
+    places = (0.5, 1.45), (2.5, 1.45)
+    empty = [shade(view, *place) for place in places]
+
+    def covered():
+        return [shade(view, *place) != ground for place, ground in zip(places, empty)]
+
+    view.show_obstacles([box])
+    assert covered() == [True, False]
+    view.show_snapshot(snapshot(2.0, POSES))
+    assert covered() == [False, True] and view.in_space().obstacles[0].x == 2.5
+    view.show_obstacles([box], 1)
+    assert view.editor.own == (box,)
 
 
 def test_land_is_lighter_than_an_obstacle(view):

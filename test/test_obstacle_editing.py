@@ -132,6 +132,14 @@ def test_an_obstacle_is_moved_resized_and_turned_by_its_marks(study):
     assert study.map_panel.obstacles.fields["yaw"].text() == "90"
 
 
+def test_one_that_moves_keeps_its_track(study):
+    track = {"to": [[5.0, 3.0]], "speed": 0.5}
+    study.show_scenario(scenario_from_dict({"poses": POSES, "obstacles": [dict(BOX, track=track)]}))
+    drag(study, (0.2, 3.0), (0.2, 4.0))
+    crate = named(study)["crate"]
+    assert crate[1:3] == (0.0, 4.0) and crate.track.to == ((5.0, 3.0),)
+
+
 def test_land_stays_land(study):
     drag(study, (0.5, -4.0), (0.5, -3.0))
     shore = named(study)["shore"]

@@ -62,14 +62,20 @@ class PaintedMap(MapScene):
         """Paint the ground with the trails."""
         trails = self._trails if self._shown["trails"] else None
         now = None if self._begin_anew else self._pose[:, :2]  # robots may have been put elsewhere
-        obstacles, hint, numbers = self._obstacles, HINTS[self._mode], self._numbers
+        obstacles, hint, numbers = self._standing, HINTS[self._mode], self._numbers
         if self.editor.draft is not None:  # which lies on top
-            obstacles = tuple(o for o in obstacles if o.name != self.editor.draft.name)
+            obstacles = self._undrafted(obstacles)
         arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
         self._ground.draw(painter, self, look, self._frame, *arguments)
 
+    def _undrafted(self, obstacles):
+        """Return ``obstacles`` without the one that is being edited."""
+        draft = self.editor.draft
+        return tuple(each for each in obstacles if draft is None or each.name != draft.name)
+
     def _paint_edited(self, painter, look):
-        """Paint the obstacle under the user's hands, with the marks by which it is gripped."""
+        """Paint obstacles that move, and the one under the user's hands with the marks to grip it."""
+        axes.draw_obstacles(painter, look, self._frame, self._undrafted(self._moving))
         obstacle = self.editor.current if self._mode == "obstacles" else None
         if obstacle is not None:
             refused = self.editor.is_dragging and self.touches_robot(obstacle)

@@ -8,6 +8,7 @@ import numpy as np
 from python_qt_binding.QtCore import QEvent, QSize, QTimer
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
+from mrs_simulator.core.moving import moves, obstacles_at
 from mrs_simulator.core.obstacles import with_obstacles
 from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.core.spatial import upright
@@ -48,6 +49,7 @@ class MapScene(QWidget):
         self._readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self._selected = set(), 0
         self._targets, self._target_z, self._obstacles = None, None, ()
+        self._standing, self._movers, self._moving = (), (), ()
         self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
         self._edges = Edges()
         self._flashes = collections.deque(maxlen=MOST_FLASHES)
@@ -86,7 +88,7 @@ class MapScene(QWidget):
             trails=tuple(np.asarray(trail, dtype=float).reshape(-1, 3) for trail in trails),
             targets=self._targets_in_space() if on["targets"] else None,
             edges=edges if on["edges"] else (),
-            obstacles=self._obstacles,
+            obstacles=self._standing + self._moving,
             numbered=on["numbers"],
         )
 
@@ -151,6 +153,8 @@ class MapScene(QWidget):
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
         fresh = np.array(snapshot.fresh, dtype=bool)
         self._place(poses, fresh, snapshot.real, snapshot.spatial)
+        if len(snapshot.real) < len(numbers):  # real robots alone have another time
+            self._move_obstacles(snapshot.time)
         self._joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
         self._trails.add(poses[:, :2], self._z)
         if changed:
@@ -191,7 +195,14 @@ class MapScene(QWidget):
     def show_obstacles(self, obstacles, own=0):
         """Show ``obstacles``, ``Box`` and ``Cylinder``, the first ``own`` of which may be edited."""
         self._obstacles = tuple(obstacles)
+        self._standing = tuple(each for each in self._obstacles if not moves(each))
+        self._movers = tuple(filter(moves, self._obstacles))
+        self._move_obstacles(0.0)
         self.editor.show(self._obstacles, own)
+
+    def _move_obstacles(self, time):
+        """Have those obstacles that move where they are at ``time`` [s] of the simulation."""
+        self._moving = obstacles_at(self._movers, time)
 
     def _on_obstacles(self, own):
         """Hand on the obstacles as they were edited."""

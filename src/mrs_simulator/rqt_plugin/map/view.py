@@ -235,12 +235,13 @@ class MapView(PaintedMap):
             )
         else:
             edge = self._edge_at(at)
-            found = obstacle_at(self._obstacles, self._frame.to_plane(at), 0.0)
+            obstacles = self._standing + self._moving
+            found = obstacle_at(obstacles, self._frame.to_plane(at), 0.0)
             if edge is not None:
                 how = "hears robot" if self._edges.directed else "and robot"
                 text = "Robot {0} {3} {1}, weight a({0}, {1}) = {2:g}".format(*edge, how)
             elif found >= 0:
-                text = described(self._obstacles[found])
+                text = described(obstacles[found])
         QToolTip.showText(event.globalPos(), text, self)
 
 

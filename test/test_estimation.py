@@ -110,8 +110,8 @@ def test_commands_follow_from_what_the_law_knew_and_the_truth_is_beside_it(tmp_p
 
 
 def drifted(estimates, **more):
-    """Return the team's errors (n,) [m] after 20 s on the formation's way."""
-    scenario = shipped("estimated_formation", duration=20.0, estimates=estimates, **more)
+    """Return the team's errors (n,) [m] after 12 s on the formation's way."""
+    scenario = shipped("estimated_formation", duration=12.0, estimates=estimates, **more)
     experiment = Experiment(scenario)
     for _, pose, _ in experiment.samples():
         last = pose

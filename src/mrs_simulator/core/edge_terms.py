@@ -118,12 +118,17 @@ def difference_flow(gain, topology, places=None):
 def flow_to_mean(gain, topology, places=None):
     """Return the ``Flow`` of ``-gain (x_i - sum_j a_ij x_j / sum_j a_ij)``, see :func:`from_mean`."""
     summed = functools.partial(from_mean, topology=topology)
-    return Flow(-gain, weighted, topology.arcs[:2], (-topology.shares,), summed, places)
+    return Flow(-gain, away, topology.arcs[:2], (topology.shares,), summed, places)
 
 
 def weighted(apart, weight):
     """Return the linear term ``a_ij (x_j - x_i)``, (d, m)."""
     return weight * apart
+
+
+def away(apart, share):
+    """Return the opposite of :func:`weighted`, the term of :func:`from_mean`, (d, m)."""
+    return -share * apart
 
 
 def apart(values, arcs):

@@ -168,7 +168,7 @@ def _moved(control, law, robots, time, step):
         before = wanted.memory
         u, command = wanted.at(now)
         limited = robots.limited_now | late
-        begin, until = robots.points, (count + 1) * control.period
+        begin, until = wanted.points, (count + 1) * control.period
         while row < len(time) and time[row] < until - tiny:
             _advance(robots, command, time[row] - now, step)
             now = max(now, time[row])
@@ -207,11 +207,12 @@ class _Wanted:
     def at(self, time):
         """Return velocities (n, 2) [m/s] and commands (n, a) at ``time`` [s], which is a command's."""
         law, robots = self.law, self.robots
+        self.points = robots.points  # (n, d) [m] at that time
         if law.SEES == "pose":
             wanted, command = posed_commands(law, robots, robots.pose, time)
             return robots.velocities(wanted), command
         if self.team is not None:
-            u = self.team.velocity(robots.points, time)
+            u = self.team.velocity(self.points, time)
         else:
-            u, self.memory = law.velocity(robots.points, time, self.memory)
+            u, self.memory = law.velocity(self.points, time, self.memory)
         return u, robots.commands(u)

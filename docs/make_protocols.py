@@ -6,6 +6,7 @@ parameters: docs/protocols/NAME.md and docs/images/protocols/NAME.png.  With --t
 and pictures stay.
 """
 
+import functools
 import os
 import re
 import sys
@@ -137,13 +138,15 @@ def parameters(law):
 
 def scenarios_of(name):
     """Return the titles of the shipped scenarios that run the protocol, by name."""
-    titles = {}
-    for file in sorted(os.listdir(shipped_scenarios())):
-        if file.endswith(".yaml"):
-            scenario = load_scenario(os.path.join(shipped_scenarios(), file))
-            if scenario.control.protocol == name:
-                titles[file] = scenario.title
-    return titles
+    return {file: title for file, protocol, title in shipped_runs() if protocol == name}
+
+
+@functools.lru_cache(maxsize=None)
+def shipped_runs():
+    """Return ``(name, protocol, title)`` of each shipped scenario."""
+    files = sorted(file for file in os.listdir(shipped_scenarios()) if file.endswith(".yaml"))
+    scenarios = [load_scenario(os.path.join(shipped_scenarios(), file)) for file in files]
+    return [(file, each.control.protocol, each.title) for file, each in zip(files, scenarios)]
 
 
 def others(name):

@@ -47,16 +47,16 @@ def test_links_of_every_page_lead_somewhere(name):
         assert not anchor or anchor in anchors(there), (target, anchor)
 
 
-MAKER = importlib.util.spec_from_file_location(
+SPEC = importlib.util.spec_from_file_location(
     "make_protocols", os.path.join(DOCS, "make_protocols.py")
 )
+maker = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(maker)
 
 
 @pytest.mark.parametrize("name", sorted(HOMES))
 def test_each_protocol_has_a_page_made_from_its_docstring(name):
     """python3 docs/make_protocols.py --text writes the pages anew but for verdicts and pictures."""
-    maker = importlib.util.module_from_spec(MAKER)
-    MAKER.loader.exec_module(maker)
     text = page(os.path.join("protocols", name + ".md"))
     verdict = maker.verdict_on(name)
     assert maker.page(name, verdict) == text

@@ -5,6 +5,7 @@ import pybullet
 import pytest
 
 from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.study.simulating import open_run, simulate
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.arms.chain import frames, jacobian, read_chain
@@ -261,3 +262,22 @@ def test_what_cannot_be_is_refused():
 def test_teams_without_arms_know_of_none():
     team = Team(["pioneer3dx", "robotino3"])
     assert not team.has_arms and team.rest_joints.shape == (2,)
+
+
+def test_ramps_of_bases_fail_no_right_law_on_tools():
+    """They cost the first moments of a path, which theory does not know."""
+    scenario = {
+        "model": "husky_panda",
+        "poses": [[0, 0, 0], [8, 0, 1], [8, 8, 2], [0, 8, -1]],
+        "control": {"protocol": "consensus", "dimension": 3, "parameters": {"gain": 0.05}},
+        "topology": {"preset": "complete"},
+        "duration": 3.0,
+    }
+    drift = checks_of(scenario)["drift of w^T p [m]"]
+    assert drift["passed"] and "at its limits until" in drift["note"]
+
+
+def checks_of(scenario):
+    """Return the checks of a run's verdict by their names."""
+    checks = simulate(scenario_from_dict(scenario)).verdict["checks"]
+    return {check["name"]: check for check in checks}

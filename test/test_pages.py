@@ -9,6 +9,7 @@ from documentation import DOCS, ROOT, anchors, page
 from mrs_simulator.__main__ import main
 from mrs_simulator.core.pages import explained_by, page_of, with_page
 from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.rqt_plugin.run.trouble import reason
 
 PACKAGE = os.path.join(ROOT, "src", "mrs_simulator")
 NAMED = re.compile(r"docs/(\w+\.md)(?:#([\w-]+))?")
@@ -55,6 +56,9 @@ def test_the_nearest_page_is_kept():
         inner()
     assert page_of(caught.value) == "inner.md"
     assert with_page(ValueError("nobody knows")) == "nobody knows"
+    # The GUI's messages, too.
+    assert reason(Told("alone")) == "alone (see class.md)"
+    assert reason(KeyError("x")) == "KeyError: 'x'"
 
 
 ROBOTS = "poses: [[0, 0, 0], [3, 0, 0]]\nduration: 0.1\n"

@@ -27,6 +27,7 @@ LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at leas
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
+LAG, SLOW = 0.1, 0.01  # [-] of what is told, and [m/s, rad/s]: more than commands change meanwhile
 CLOSE = 1e-6  # [m] to where theory has a robot, within which it is there
 
 
@@ -300,12 +301,22 @@ def _next(control, law, robots, run, memory, row, after):
 def at_limit(control, run):
     """Return which robots are at a limit of theirs in the samples of ``run``, (m, n) bool.
 
-    Of speeds, and of joints' angles and rates.
+    Of speeds, and of joints' angles and rates; of robots with arms, whose drives are not stated a second
+    time, also of accelerations: their bases are slower or faster than they were told.
     """
     if run.meta.get(OF_POINTS):
         return np.zeros(run.hand.shape[:2], dtype=bool)
     recorded = run.command, run.pose, run.hand, control.l, control.period
-    return control.team.limits_in(*recorded, AT_LIMIT)
+    found = control.team.limits_in(*recorded, AT_LIMIT)
+    return found | _lags(run) if control.team.has_arms and run.twist is not None else found
+
+
+def _lags(run):
+    """Return whose base is not yet, in a sample of ``run``, about as fast as it is told, (m, n) bool."""
+    columns = {axis: k for k, axis in enumerate(("linear.x", "linear.y", "angular.z"))}
+    based = [k for k, axis in enumerate(run.axes) if axis in columns]
+    told, had = run.command[..., based], run.twist[..., [columns[run.axes[k]] for k in based]]
+    return (np.abs(told - had) > np.maximum(LAG * np.abs(told), SLOW)).any(axis=2)
 
 
 def may_sense(control, velocity, hand, bounds):

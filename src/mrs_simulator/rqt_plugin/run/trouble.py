@@ -1,5 +1,7 @@
 """Messages on what went wrong, told apart from those on what was done.  No Qt."""
 
+from mrs_simulator.core.pages import with_page
+
 
 class Trouble(str):
     """A message on something that went wrong; plain texts tell what was done."""
@@ -8,6 +10,9 @@ class Trouble(str):
 
 
 def reason(error):
-    """Return for a message why something was refused: the kind of an ``error`` that nobody worded."""
+    """Return for a message why something was refused, and the page that explains it where there is one.
+
+    Of an ``error`` that nobody worded, its kind is told.
+    """
     worded = isinstance(error, (ValueError, OSError))
-    return str(error) if worded else "{}: {}".format(type(error).__name__, error)
+    return with_page(error) if worded else "{}: {}".format(type(error).__name__, error)

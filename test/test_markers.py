@@ -10,6 +10,8 @@ import rospy
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
+from mrs_simulator.core.moving import Track
+from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.nodes.display import markers as markers_node
 from mrs_simulator.nodes.display.markers import MOST_SOLIDS, Markers, Trails
@@ -122,21 +124,35 @@ def test_each_robot_is_shown_as_its_kind_is(ros, tmp_path):
     probe.wait("{} == ''".format(told.format(3)))
 
 
-def drawn(kinds, monkeypatch, most=MOST_SOLIDS):
-    """Return the types of the markers of robots of ``kinds`` that stand, ``most`` solids together."""
-    monkeypatch.setattr(markers_node, "MOST_SOLIDS", most)
+def shown(kinds, obstacles=(), at=1):
+    """Return the markers of robots of ``kinds`` that stand, and of ``obstacles``, ``at`` a time [s]."""
     world = World(kinds, [[3.0 * row, 0.0, 0.5] for row in range(len(kinds))])
     node = Markers.__new__(Markers)
     node._lock, node._kinds, node._obstacles, node._shown = (
         threading.Lock(),
         world.team.kinds,
-        (),
+        obstacles,
         {},
     )
     node._trails = Trails()
-    message = team_state(world, rospy.Time(1), "world", (1, 0))
+    message = team_state(world, rospy.Time(at), "world", (1, 0))
     node._newest, node._header = read_state(message), message.header
-    return Counter(marker.type for marker in node._markers())
+    return node._markers()
+
+
+def drawn(kinds, monkeypatch, most=MOST_SOLIDS):
+    """Return how many markers of each type there are of robots, ``most`` solids together."""
+    monkeypatch.setattr(markers_node, "MOST_SOLIDS", most)
+    return Counter(marker.type for marker in shown(kinds))
+
+
+def test_an_obstacle_on_a_track_is_drawn_where_it_is():
+    post = Cylinder("post", 5.0, 0.0, 0.3, 1.0, Track(((5.0, 4.0),), 0.5))
+    for time, y in ((0, 0.0), (3, 1.5)):
+        markers = [
+            marker for marker in shown(("epuck",), (post,), time) if marker.ns == "obstacles"
+        ]
+        assert [marker.pose.position.y for marker in markers] == [y]
 
 
 def test_many_robots_are_drawn_as_outlines(monkeypatch):

@@ -507,7 +507,6 @@ class StateOfCharge(Form):
         return Float32(item[1])
 
 
-# Of each type of sensor; the first is the one that is listened to.
 class Colours(Form):
     """Image rgb8 of a camera, whose axes are the robot's: x ahead."""
 
@@ -572,6 +571,7 @@ def _image(header, encoding, pixels):
     return Image(header, height, width, encoding, 0, step, pixels.tobytes())
 
 
+# Of each type of sensor; the first is the one that is listened to.
 FORMS = {
     "altimeter": (Height,),
     "battery": (Charge, Voltage, StateOfCharge),

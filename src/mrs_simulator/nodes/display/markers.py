@@ -11,6 +11,7 @@ from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.core.moving import obstacles_at
 from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.core.spatial import upright
@@ -97,7 +98,8 @@ class Markers:
     def _markers(self):
         with self._lock:
             state, header, kinds = self._newest, self._header, self._kinds
-            obstacles, trails = self._obstacles, self._trails.lines()
+            obstacles = obstacles_at(self._obstacles, state.stamp)
+            trails = self._trails.lines()
         markers = []
         if len(kinds) != len(state.robots):  # the scenario of this team is still to come
             kinds = (kind(DEFAULT_KIND),) * len(state.robots)

@@ -43,6 +43,7 @@ class Robot:
     RAMP = FIRMWARE_LIMITS.accelerations()  # (2,) [m/s^2, rad/s^2]
     WATCHDOG = 0.6  # [s]
     RATE = 10.0  # [Hz] of the pose
+    _sonar = None  # other drivers have none, or another one
     last_heard = None  # (pose, velocity) at the loss of the link, repeated for ever
 
     def __init__(self):

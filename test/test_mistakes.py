@@ -15,11 +15,12 @@ from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.nodes.control.reconfigure import TellingServer
 from mrs_simulator.ros import last_words, launch_arguments
 from mrs_simulator.ros.arguments import parse, scenario_from
 from mrs_simulator.study.command import main as experiment
+from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.report import main as report
 from mrs_simulator.study.shipped import scenario_path
 
@@ -232,3 +233,15 @@ def test_an_interrupt_of_a_law_s_own_program_makes_no_traceback(tmp_path):
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert b"Traceback" not in said
+
+
+def test_a_law_of_a_wrong_shape_is_told_in_one_line_with_its_page(tmp_path, capfd):
+    class Flat(PioneerControl):
+        def pointMassLaw(self, hand):
+            return hand[:, 0]
+
+    scenario = scenario_from_dict({"poses": [[0, 0, 0], [3, 0, 0]], "duration": 1})
+    run_experiment(scenario, str(tmp_path), Flat, formats=())
+    said = capfd.readouterr().err
+    text = "experiment: pointMassLaw returned shape (2,), wanted (2, 2): a velocity for each robot"
+    assert said == text + " (see docs/troubleshooting.md#protocols)\n"

@@ -13,7 +13,7 @@ _new = object.__new__
 class ControlError(ValueError):
     """A law that did not return one finite Twist for each robot; the message says which."""
 
-    page = "docs/protocols.md"
+    page = "docs/troubleshooting.md#protocols"
 
 
 def make_twist(v, omega):

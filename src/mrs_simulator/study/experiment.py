@@ -10,9 +10,11 @@ import numpy as np
 from mrs_simulator.control.array_law import form_of
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.making import make_control
+from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.controller_log import failure
+from mrs_simulator.core.pages import with_page
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.core.spatial import upright
@@ -236,8 +238,10 @@ def perform(scenario, out, protocol=None, progress=False):
                 points = experiment.points(world.pose)
                 more = experiment.more()
                 recorder.sample(world.time, world.pose, world.command, points, **more)
-            if error.__cause__:
-                cause = error.__cause__
+            cause = error.__cause__
+            if isinstance(cause, ControlError):  # of which no line of the law tells more
+                _tell(with_page(cause))
+            elif cause:
                 traceback.print_exception(type(cause), cause, cause.__traceback__)
         finally:
             if sensors is not None:

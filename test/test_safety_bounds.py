@@ -190,7 +190,7 @@ def test_over_ros_a_deadlock_is_told_in_the_status_the_log_and_the_verdict(ros, 
     )
     path = tmp_path / "blocked.yaml"
     scenario = blocked(arena=[-9, -9, 1.5, 9], speed=[0.3, 0.3])
-    path.write_text(scenario.changed(duration=9.0).to_yaml())
+    path.write_text(scenario.changed(duration=13.0).to_yaml())
     given = ["--scenario", path]
     ros.node("stage", *given, "_speed:=4", "_lockstep:=true", "_wait_for_recorders:=1")
     probe = ros.probe()

@@ -14,7 +14,7 @@ PROCESSES = {"ros", "gui"}
 HERE = os.path.dirname(os.path.abspath(__file__))
 SLOW_LIST = os.path.join(HERE, "slow_tests.txt")
 OLD_ROSPY = rospy_fails_by_itself()
-SLOW = 0.25  # [s] of processor time from which on a test is slow
+SLOW = 0.12  # [s] of processor time from which on a test is slow
 
 
 def pytest_addoption(parser):

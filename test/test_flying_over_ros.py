@@ -21,14 +21,19 @@ def team(speed=0.0, **control):
     return scenario_from_dict(content)
 
 
-def test_a_law_of_space_is_the_same_over_ros(ros, tmp_path):  # noqa: F811
-    scenario = team(protocol="displacement_formation", parameters={"gain": 0.2, "shape": "grid"})
+def record_in_lockstep(ros, tmp_path, scenario):  # noqa: F811
+    """Run ``scenario`` over ROS in lockstep; its record is left in ``tmp_path / "out"``."""
     path = tmp_path / "team.yaml"
     path.write_text(scenario.to_yaml())
     ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
     ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
     record = ros.node("record", "--scenario", path, "--out", tmp_path / "out")
     assert record.wait(90) in (0, 1), log_of(record)
+
+
+def test_a_law_of_space_is_the_same_over_ros(ros, tmp_path):  # noqa: F811
+    scenario = team(protocol="displacement_formation", parameters={"gain": 0.2, "shape": "grid"})
+    record_in_lockstep(ros, tmp_path, scenario)
     run_experiment(scenario, str(tmp_path / "headless"), formats=())
     runs = [
         read_run_csv(str(tmp_path / name / "run.csv"), scenario) for name in ("out", "headless")
@@ -42,12 +47,7 @@ def test_a_team_takes_off_before_its_law_and_a_lost_rotor_is_recorded(ros, tmp_p
     scenario = team(protocol="displacement_formation", parameters={"gain": 0.2, "shape": "grid"})
     event = {"at": 2.0, "robot": 3, "event": "rotor_lost", "rotor": 1}
     scenario = scenario.changed(takeoff=True, events=[event])
-    path = tmp_path / "team.yaml"
-    path.write_text(scenario.to_yaml())
-    ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
-    ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
-    record = ros.node("record", "--scenario", path, "--out", tmp_path / "out")
-    assert record.wait(90) in (0, 1), log_of(record)
+    record_in_lockstep(ros, tmp_path, scenario)
     run = read_run_csv(str(tmp_path / "out" / "run.csv"), scenario)
     np.testing.assert_allclose(run.spatial.z[0], scenario.altitude, atol=0.02)
     (incident,) = run.meta["incidents"]

@@ -14,7 +14,7 @@ debian_packages=(
   python3-rosnode python3-rosparam python3-rostopic python3-rosservice python3-rosmsg python3-rospkg
   python3-std-msgs python3-std-srvs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs
   python3-rosgraph-msgs python3-tf2-msgs python3-tf2-ros
-  python3-visualization-msgs
+  python3-trajectory-msgs python3-visualization-msgs
   python3-dynamic-reconfigure python3-python-qt-binding python3-pyqt5
 )
 debian_dev_packages=(catkin-lint iproute2)
@@ -22,7 +22,7 @@ debian_dev_packages=(catkin-lint iproute2)
 noetic_packages=(
   python3-venv
   ros-noetic-ros-base ros-noetic-dynamic-reconfigure ros-noetic-python-qt-binding
-  ros-noetic-visualization-msgs ros-noetic-tf2-msgs ros-noetic-tf2-ros
+  ros-noetic-trajectory-msgs ros-noetic-visualization-msgs ros-noetic-tf2-msgs ros-noetic-tf2-ros
 )
 noetic_dev_packages=(python3-catkin-lint iproute2)
 

@@ -75,3 +75,14 @@ def test_what_is_no_number_is_written_as_python_does(anew, monkeypatch):
     monkeypatch.setitem(sys.modules, "orjson", writes_json(short))
     assert number_rows.rows_text([[np.nan, 1.0], [np.inf, 2.0]]) == ["nan,1.0", "inf,2.0"]
     assert number_rows.rows_text([[1e16, 1e-7], [-1e300, 0.0]]) == ["1e+16,1e-7", "-1e+300,0.0"]
+
+
+def test_lines_hold_stamp_robot_numbers_and_end_however_many_are_made_at_once(monkeypatch):
+    table, ends = np.arange(10.0).reshape(5, 2), [",a%s"] * 4 + [",b"]
+    wanted = [
+        "0.5,{},{},{}{}\n".format(r + 1, 2.0 * r, 2.0 * r + 1.0, e) for r, e in enumerate(ends)
+    ]
+    for at_once in (1, 2, 5, 500):
+        monkeypatch.setattr(number_rows, "AT_ONCE", at_once)
+        texts = number_rows.Lines(range(1, 6), ends).texts(0.5, table)
+        assert "".join(texts) == "".join(wanted) and len(texts) == -(-5 // at_once)

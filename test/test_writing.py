@@ -75,6 +75,23 @@ def test_whole_blocks_are_kept_and_the_rest_follows_when_there_is_room(tmp_path,
         assert file.read() == "head\n" + "".join("block {}\n".format(k) for k in range(7))
 
 
+def test_a_block_of_several_texts_is_in_the_file_whole_or_not_at_all(
+    tmp_path, impatient, monkeypatch
+):
+    monkeypatch.setattr(writing, "AT_ONCE", 8)  # each text by a call of its own
+    path = str(tmp_path / "run.csv")
+    blocks = Blocks(path, "head\n")
+    disk = blocks._file = Disk(blocks._file, 35)
+    for k in range(3):
+        blocks.add("block {}, ".format(k), "its end\n")
+    with open(path) as file:
+        assert file.read() == "head\nblock 0, its end\n"
+    disk.room = 1000
+    blocks.close()
+    with open(path) as file:
+        assert file.read() == "head\n" + "".join("block {}, its end\n".format(k) for k in range(3))
+
+
 def test_memory_is_bounded_and_what_is_lost_is_counted(tmp_path, impatient, monkeypatch):
     monkeypatch.setattr(writing, "MOST_PENDING", 100)
     blocks = Blocks(str(tmp_path / "run.csv"), "head\n")

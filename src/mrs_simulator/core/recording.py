@@ -14,7 +14,7 @@ from mrs_simulator.core.incidents import WORDS, Incident
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.load import Carried
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.number_rows import rows_text
+from mrs_simulator.core.number_rows import Lines
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.core.run_columns import (
@@ -129,11 +129,12 @@ class Recorder:
             os.remove(facts_path(path))
         self.path = path
         self.columns = Columns(tuple(axes)) if columns is None else columns
-        self._robots = [",{},".format(robot) for robot in robots]
         self._numbers, self._samples = list(robots), 0
-        shape = len(self._robots), self.columns.width
+        shape = len(self._numbers), self.columns.width
         self._table = np.empty((kept if 8 * kept * math.prod(shape) <= MOST_KEPT else 0, *shape))
-        self._ends = ["," + field for field in kind_fields(self.columns.kinds)]
+        self._rows = np.empty((shape[0], shape[1] - 2))  # of the newest sample
+        ends = ["," + field for field in kind_fields(self.columns.kinds)]
+        self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
         self._hand_length = hand_length
         self._file = Blocks(path, ",".join(self.columns.names) + "\n")
         self._tell = tell or (lambda text: None)
@@ -175,20 +176,13 @@ class Recorder:
             blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
         if columns.estimate:
             blocks.append(estimate)
-        self._stamp, rows = float(stamp), np.concatenate(blocks, axis=1)
+        self._stamp, rows = float(stamp), np.concatenate(blocks, axis=1, out=self._rows)
         if self._samples < len(self._table):
             table = self._table[self._samples]
             table[:, 0], table[:, 1], table[:, 2:] = stamp, self._numbers, rows
         self._samples += 1
-        self._file.add(self._lines(repr(self._stamp), rows_text(rows)))
+        self._file.add(*self._lines.texts(self._stamp, rows))
         self._note()
-
-    def _lines(self, stamp, rows):
-        """Return the lines of a sample, of which ``rows`` hold the numbers as texts."""
-        lines = [stamp + robot + row for robot, row in zip(self._robots, rows)]
-        if self._ends:
-            lines = [line + end for line, end in zip(lines, self._ends)]
-        return "\n".join(lines) + "\n"
 
     def _note(self):
         """Tell of a disk that has become full, or has room again."""

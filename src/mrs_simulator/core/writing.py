@@ -1,10 +1,12 @@
 """Writing files on disks that may be full: errors name the file, and nothing is left half written."""
 
 import contextlib
+import itertools
 import os
 import time
 
 FLUSH_PERIOD = 0.2  # [s] of wall time; a program that is killed loses no more than this
+AT_ONCE = 1 << 16  # [bytes] written by one call: larger ones make the system hand out new memory
 RETRY_PERIOD = 1.0  # [s] of wall time between two tries to write to a full disk
 MOST_PENDING = 1 << 23  # [bytes] kept in memory until there is room again
 
@@ -59,19 +61,19 @@ class Blocks:
         with naming(path):
             self._file = open(path, "wb", buffering=0)
             try:
-                self._put(header.encode("utf-8"))
+                self._put([header])
             except OSError:
                 self._file.close()
                 raise
 
-    def add(self, block):
-        """Append ``block``, a text of whole lines, at once or soon."""
+    def add(self, *block):
+        """Append a ``block``, texts that make whole lines together, at once or soon."""
         if self._size > MOST_PENDING and self.trouble:
             self.lost += 1
         else:
             self._pending.append(block)
-            self._size += len(block)
-        if time.monotonic() >= self._due or (self._size > MOST_PENDING and not self.trouble):
+            self._size += _size(block)
+        if time.monotonic() >= self._due or (self._size > AT_ONCE and not self.trouble):
             self.flush()
 
     def flush(self):
@@ -80,17 +82,17 @@ class Blocks:
         try:
             if not self.trouble:
                 with contextlib.suppress(OSError):  # there may be room for some of them
-                    self._put("".join(self._pending).encode("utf-8"))
+                    self._put(itertools.chain.from_iterable(self._pending))
                     done = len(self._pending)
             for block in self._pending[done:]:
-                self._put(block.encode("utf-8"))
+                self._put(block)
                 done += 1
         except OSError as error:
             self.trouble = error.strerror or str(error)
         else:
             self.trouble = ""
         del self._pending[:done]
-        self._size = sum(map(len, self._pending))
+        self._size = sum(map(_size, self._pending))
         self._due = time.monotonic() + (RETRY_PERIOD if self.trouble else FLUSH_PERIOD)
 
     def close(self):
@@ -103,13 +105,32 @@ class Blocks:
         with contextlib.suppress(OSError):
             self._file.close()
 
-    def _put(self, content):
-        rest = memoryview(content)
+    def _put(self, texts):
+        size = 0
         try:
-            while rest:
-                rest = rest[self._file.write(rest) :]
+            for content in _encoded(texts):
+                rest = memoryview(content)
+                while rest:
+                    rest = rest[self._file.write(rest) :]
+                size += len(content)
         except OSError:
             os.ftruncate(self._file.fileno(), self._whole)
             self._file.seek(self._whole)
             raise
-        self._whole += len(content)
+        self._whole += size
+
+
+def _size(block):
+    return sum(map(len, block))
+
+
+def _encoded(texts):
+    """Yield ``texts`` as bytes, small ones together."""
+    together, size = [], 0
+    for text in texts:
+        together.append(text)
+        size += len(text)
+        if size >= AT_ONCE:
+            yield "".join(together).encode("utf-8")
+            together, size = [], 0
+    yield "".join(together).encode("utf-8")

@@ -135,7 +135,8 @@ def test_the_residual_of_a_decay_typed_out():
 
 
 def balanced(energy, run):
-    return dissipated(energy, run.time, run.hand, np.zeros_like(run.hand), 0.01)
+    states = run.hand, np.zeros_like(run.hand), run.time
+    return dissipated(run.time, energy.values(*states), energy.losses(*states), 0.01)
 
 
 def test_a_law_that_loses_a_tenth_is_off_its_balance(tmp_path):

@@ -32,13 +32,15 @@ class Energy(NamedTuple):
 
     Along the exact law ``V' = -dissipation <= 0``.  Both stand here by themselves: neither calls the
     law.  ``name``: with the unit.  Those of a ``moving`` thing are functions of points (n, d) [m],
-    velocities (n, d) [m/s] and the time [s] since the start.
+    velocities (n, d) [m/s] and the time [s] since the start.  ``stacks``: both also take the points
+    (k, n, d) of k states, and return (k,).
     """
 
     name: str
     value: Any
     dissipation: Any
     moving: bool = False
+    stacks: bool = False
 
     def of(self, hand, velocity, time):
         """Return the value in that state."""
@@ -47,6 +49,20 @@ class Energy(NamedTuple):
     def spent(self, hand, velocity, time):
         """Return the dissipation in that state."""
         return self.dissipation(hand, velocity, time) if self.moving else self.dissipation(hand)
+
+    def values(self, hand, velocity, time):
+        """Return the values (k,) in the states ``hand``, ``velocity`` (k, n, d) and ``time`` (k,)."""
+        return self._over(self.value, hand, velocity, time)
+
+    def losses(self, hand, velocity, time):
+        """Return the dissipations (k,) in these states."""
+        return self._over(self.dissipation, hand, velocity, time)
+
+    def _over(self, function, *states):
+        if self.stacks:
+            return np.asarray(function(*states if self.moving else states[:1]), dtype=float)
+        of_one = self.of if function is self.value else self.spent
+        return np.array([of_one(*state) for state in zip(*states)], dtype=float)
 
 
 def integral(time, values):
@@ -86,16 +102,13 @@ class Balance(NamedTuple):
         return float(np.abs(self.measured - self.predicted).max()) / self.scale
 
 
-def dissipated(energy, time, hand, velocity, period):
-    """Return the ``Balance`` of ``energy`` with ``V(0)`` less the integral of the dissipation.
+def dissipated(time, values, spent, period):
+    """Return the ``Balance`` of an energy with ``V(0)`` less the integral of its dissipation.
 
-    Over all samples ``time`` (m,) [s], ``hand`` and ``velocity`` (m, n, d).  Allowed is what sampling
-    costs: commands that are held for ``period`` [s] act on where robots were, at most ``period`` times the
-    largest dissipation, and trapezoids miss a third of what they lose on every other sample.
+    ``values`` and ``spent``: both in all samples ``time``, (m,) each.  Allowed is what sampling costs:
+    commands that are held for ``period`` [s] act on where robots were, at most ``period`` times the largest
+    dissipation, and trapezoids miss a third of what they lose on every other sample.
     """
-    states = list(zip(hand, velocity, time))
-    values = np.array([energy.of(*state) for state in states])
-    spent = np.array([energy.spent(*state) for state in states])
     lost = integral(time, spent)
     coarse = integral(time[::2], spent[::2])
     quadrature = float(np.abs(coarse - lost[::2]).max(initial=0.0)) / 3.0

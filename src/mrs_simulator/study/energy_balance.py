@@ -5,7 +5,9 @@ import numpy as np
 from mrs_simulator.control.laws.exactness import ESTIMATED, REBUILT, at_limit
 from mrs_simulator.control.laws.published import MOST_PAIRS
 from mrs_simulator.core.curves import NOTHING, Balance, dissipated
+from mrs_simulator.core.recording import part_of
 
+BLOCK = 1 << 15  # [-] robots whose states are looked at together: what a cache holds
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
@@ -27,17 +29,19 @@ def balance_of(control, energy, run):
     path is added up; what robots make of their commands is allowed besides, as above.
     """
     law = control.published() if len(run.robots) <= MOST_ROBOTS else None
-    rows, velocity = samples_on_commands(control, run), control.velocities(run)
+    rows = samples_on_commands(control, run)
     time = run.time - run.time[0]
     if law is None or law.SEES == "pose" or len(rows) < 3 or _work(law, run, control) > MOST_PAIRS:
-        balance = dissipated(energy, time, run.hand, velocity, control.period)
+        states = _States(control, run, np.arange(len(time)))
+        balance = dissipated(
+            time, states.give(energy.values), states.give(energy.losses), control.period
+        )
         return balance._replace(allowed=balance.allowed + _untold(control, energy, run, rows))
-    states = [(run.hand[row], velocity[row], time[row]) for row in rows]
-    commands = np.diff(np.round(time[rows] / control.period).astype(int))
-    values = np.array([energy.of(*state) for state in states])
+    states = _States(control, run, rows)
+    commands = states.commands
+    values = states.give(energy.values)
     exactly = control.fidelity == "point_mass"
-    held = _held(law, states, commands, control.period, exactly)
-    after = [energy.of(*end) for end in held]
+    after = _held(law, energy, states, control.period, exactly)
     limited = _limited(control, run)[rows]
     free = ~(limited[:-1] | limited[1:])
     if commands.max() > 1:  # commands between two samples may be at a limit that neither shows
@@ -46,11 +50,41 @@ def balance_of(control, energy, run):
     scale = abs(values[:-1][free][0]) if free.any() else 0.0
     cost = DIGITS * np.abs(values).max()
     if not exactly:
-        cost += _robots_cost(energy, states, commands, control.period, free)
+        cost += _robots_cost(energy, states, control.period, free)
     allowed = ROUNDING + cost / max(scale, NOTHING) + _estimated(run)
     if not exactly and law.SEES == "next":  # the law's velocities are rebuilt from samples
         allowed += REBUILT
     return Balance(rows, values, predicted, allowed, scale)
+
+
+class _States:
+    """Points (k, n, d), their velocities (k, n, d) and times (k,) in samples of a run, block by block."""
+
+    def __init__(self, control, run, rows):
+        self.control, self.run, self.rows = control, run, rows
+        self.block = max(1, BLOCK // len(run.robots))
+
+    @property
+    def commands(self):
+        """Return how many commands lie between a sample and the next, (k - 1,)."""
+        time = self.run.time[self.rows] - self.run.time[0]
+        return np.diff(np.round(time / self.control.period).astype(int))
+
+    def of(self, begin, end):
+        """Return points, velocities and times of the samples from ``begin`` to before ``end``."""
+        part = part_of(self.run, self.rows[begin:end])
+        return part.hand, self.control.velocities(part), part.time - self.run.time[0]
+
+    def give(self, function):
+        """Return ``function`` (k,) of all states."""
+        begins = range(0, len(self.rows), self.block)
+        return np.concatenate([function(*self.of(row, row + self.block)) for row in begins])
+
+    def steps(self):
+        """Yield ``(begin, end)`` of blocks of the steps from a sample to the next."""
+        last = len(self.rows) - 1
+        for begin in range(0, last, self.block):
+            yield begin, min(begin + self.block, last)
 
 
 def _untold(control, energy, run, rows):
@@ -59,12 +93,10 @@ def _untold(control, energy, run, rows):
         return 0.0
     if len(rows) < len(run.time) or len(rows) < 3:
         return UNTOLD[control.fidelity]
-    time, velocity = run.time - run.time[0], control.velocities(run)
-    states = list(zip(run.hand, velocity, time))
-    commands = np.diff(np.round(time / control.period).astype(int))
-    free = np.ones(len(commands), dtype=bool)
-    cost = _robots_cost(energy, states, commands, control.period, free)
-    return cost / max(abs(energy.of(*states[0])), NOTHING)
+    states = _States(control, run, rows)
+    free = np.ones(len(rows) - 1, dtype=bool)
+    cost = _robots_cost(energy, states, control.period, free)
+    return cost / max(abs(energy.values(*states.of(0, 1))[0]), NOTHING)
 
 
 def _estimated(run):
@@ -77,24 +109,34 @@ def _summed(changes):
     return np.concatenate([[0.0], np.cumsum(changes)])
 
 
-def _robots_cost(energy, states, commands, period, free):
+def _robots_cost(energy, states, period, free):
     """Return what it takes to go elsewhere than the recorded velocities say, in the energy's unit.
 
     Over the steps from state to state that are ``free`` of limits, (k,) bool.  Where several commands
     lie between two samples, those between are taken from a straight line, and so is the way there: each
     misses a twelfth of the second difference of the velocities.
     """
-    points, velocity = (np.array(column) for column in list(zip(*states))[:2])
-    duration = commands[:, np.newaxis, np.newaxis] * period
+    found = [_left_obeyed_missed(energy, states, period, *steps) for steps in states.steps()]
+    left, obeyed, missed = np.where(free, np.concatenate(found, axis=1), 0.0)
+    return np.abs(_summed(left - obeyed)).max() + np.abs(missed - obeyed).sum()
+
+
+def _left_obeyed_missed(energy, states, period, begin, end):
+    """Return the energies (3, k) after the steps from ``begin`` to before ``end``.
+
+    Where the robots went, where their commands send them, and that with what a straight line misses.
+    """
+    known = max(begin - 1, 0)  # the first second difference looks back
+    points, velocity, time = states.of(known, end + 1)
+    several = states.commands[known:end, np.newaxis, np.newaxis]
+    duration = several * period
     share = 0.5 * (1.0 - period / duration)
     ends = points[:-1] + duration * (velocity[:-1] + share * np.diff(velocity, axis=0))
     bent = np.zeros_like(ends)
-    bent[1:] = duration[1:] * np.diff(velocity, n=2, axis=0) / 6.0 * (commands[1:, None, None] > 1)
-    values = [np.array([energy.of(*state) for state in states[1:]])]
-    for there in (ends, ends + bent):
-        values.append(np.array([energy.of(p, *s[1:]) for p, s in zip(there, states[1:])]))
-    left, obeyed, missed = (np.where(free, each, 0.0) for each in values)
-    return np.abs(_summed(left - obeyed)).max() + np.abs(missed - obeyed).sum()
+    bent[1:] = duration[1:] * np.diff(velocity, n=2, axis=0) / 6.0 * (several[1:] > 1)
+    new = slice(begin - known, None)
+    there = (each[new] for each in (points[1:], ends, ends + bent))
+    return np.array([energy.values(p, velocity[1:][new], time[1:][new]) for p in there])
 
 
 def _limited(control, run):
@@ -115,12 +157,38 @@ def _work(law, run, control):
     return law.WORK * (run.time[-1] - run.time[0]) / control.period * len(run.robots) ** 2
 
 
-def _held(law, states, commands, period, follows):
-    """Yield ``(points, velocity, time)`` that the ``law`` makes of each state after its ``commands``.
+def _held(law, energy, states, period, follows):
+    """Return the energies (k,) that the ``law`` makes of each state by the next one.
 
     Where several commands lie between two samples the law sees the points that it moves if they go
     where it ``follows`` them, and else those on a straight line to the next state.
     """
+    if law.SEES == "now":
+        found = [_held_at_once(law, energy, states, period, follows, *s) for s in states.steps()]
+        return np.concatenate(found)
+    states, commands = list(zip(*states.of(0, len(states.rows)))), states.commands
+    return np.array(
+        [energy.of(*end) for end in _held_in_turn(law, states, commands, period, follows)]
+    )
+
+
+def _held_at_once(law, energy, states, period, follows, begin, end):
+    """Return the energies (k,) after the steps from ``begin`` to before ``end`` of a law without memory."""
+    points, velocity, time = states.of(begin, end + 1)
+    start, toward, time = points[:-1], np.diff(points, axis=0), time[:-1]
+    commands, begun = states.commands[begin:end], law.begin(states.run.hand[0])
+    points, velocity = start.copy(), velocity[:-1].copy()
+    for step in range(commands.max()):
+        on = commands > step
+        share = (step / commands[on])[:, np.newaxis, np.newaxis]
+        seen = points[on] if follows else start[on] + share * toward[on]
+        velocity[on] = law.velocities(seen, time[on] + step * period, begun)
+        points[on] += period * velocity[on]
+    return energy.values(points, velocity, time + commands * period)
+
+
+def _held_in_turn(law, states, commands, period, follows):
+    """Yield ``(points, velocity, time)`` that a ``law`` with a memory makes of each state."""
     begun = memory = law.begin(states[0][0])
     for (start, velocity, time), (left, _, _), count in zip(states, states[1:], commands):
         points = start
@@ -129,8 +197,6 @@ def _held(law, states, commands, period, follows):
         for step in range(count):
             if law.SEES == "next":
                 points = points + period * velocity
-            elif law.SEES == "now":
-                memory = begun
             at = step + (law.SEES == "next")
             seen = points if follows else start + at / count * (left - start)
             velocity, memory = law.velocity(seen, time + at * period, memory)

@@ -21,21 +21,23 @@ def laplacian_energy(topology, gain, places=0.0, standing=0):
     Olfati-Saber and Murray, 2004.
     """
     first, second, weights = topology.arcs
-
-    def pulls(hand):
-        away = hand - places
-        return weights[:, np.newaxis] * (away[first] - away[second]), away
+    laplacian = topology.laplacian()
 
     def value(hand):
-        pull, away = pulls(hand)
-        return 0.25 * float((pull * (away[first] - away[second])).sum())
+        away = hand - places
+        apart = away[..., first, :] - away[..., second, :]
+        return 0.25 * (apart**2).sum(axis=-1) @ weights
 
     def dissipation(hand):
-        total = np.zeros_like(hand)
-        np.add.at(total, first, pulls(hand)[0])
-        return gain * float((total[: len(hand) - standing] ** 2).sum())
+        pull = laplacian @ (hand - places)
+        return gain * _squares(pull[..., : topology.n - standing, :])
 
-    return Energy("$V = p^T L p/2$ [m$^2$]", value, dissipation)
+    return Energy("$V = p^T L p/2$ [m$^2$]", value, dissipation, stacks=True)
+
+
+def _squares(points):
+    """Return ``|p|^2`` of ``points`` (..., n, d)."""
+    return (points**2).sum(axis=(-2, -1))
 
 
 def averaging_energy(topology, gain, places=0.0):
@@ -63,13 +65,13 @@ def disagreement_energy(laplacian, gain, places=0.0):
 
     def value(hand):
         away = hand - places
-        return float((away * (weight @ away)).sum())
+        return (away * (weight @ away)).sum(axis=(-2, -1))
 
     def dissipation(hand):
         away = hand - places  # |U^T e| is what is left of e without its mean
-        return gain * float(((away - away.mean(axis=0)) ** 2).sum())
+        return gain * _squares(away - away.mean(axis=-2, keepdims=True))
 
-    return Energy("$V = e^T P e$ [m$^2$]", value, dissipation)
+    return Energy("$V = e^T P e$ [m$^2$]", value, dissipation, stacks=True)
 
 
 def unshared(n):

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from mrs_simulator.control.laws.followed_samples import followed_samples
 from mrs_simulator.control.laws.published import (
     MOST_COMMANDS,
     MOST_PAIRS,
@@ -114,6 +115,13 @@ def robots_run(control, run):
     work *= len(run.robots) if control.links.faults else 1
     if commands > MOST_COMMANDS or work > MOST_PAIRS or last / step > MOST_STEPS:
         return None
+    if math.isinf(step) and not control.links.faults:
+        with np.errstate(all="ignore"):
+            told = followed_samples(law, robots, run, control.period)
+        if told is not None:
+            facts = {"limited": told.limited, "cut": told.cut, "memory": (None,) * len(run.time)}
+            columns = told.pose, told.hand, told.command
+            return Run(run.time, run.robots, *columns, [], scenario, facts, control.team.axes)
     robots.be(run.pose[0], run.hand[0])
     with np.errstate(all="ignore"):
         rows = [

@@ -25,6 +25,7 @@ ESTIMATED, REBUILT = 0.05, 1e-3
 UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some time before
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
+BLOCK = 1 << 15  # [-] robots that are looked at together: what a cache holds
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 LAG, SLOW = 0.1, 0.01  # [-] of what is told, and [m/s, rad/s]: more than commands change meanwhile
@@ -169,7 +170,8 @@ def late_command_error(control, law, run):
         return None
     rows = np.arange(min(len(run.time), most))
     robots = Robots(control.team, control.l, control.period, control.saturation)
-    wanted = np.array([command for _, command in _wanted(control, law, robots, run, rows)])
+    found = [command for _, command in _wanted(control, law, robots, run, rows)]
+    wanted = np.concatenate([np.reshape(each, (-1,) + run.command.shape[1:]) for each in found])
 
     def sizes(row, command):
         robots.be(run.pose[row], run.hand[row])
@@ -249,12 +251,22 @@ def _commanded(robots, run, row, u):
 
 
 def _wanted(control, law, robots, run, rows, followed=None):
-    """Yield ``(row, command)``: the commands (n, a) that the law wants at samples of ``run``."""
+    """Yield ``(row, command)``: the commands (n, a) that the law wants at samples of ``run``.
+
+    Of a team that stacks, blocks of rows and their commands (k, n, a).
+    """
     time, memory = run.time - run.time[0], law.begin(run.hand[0])
     if law.SEES == "pose":
         for row in rows:
             robots.be(run.pose[row], run.hand[row])
             yield row, posed_commands(law, robots, run.pose[row], time[row])[1]
+        return
+    if law.SEES == "now" and robots.stacks:
+        size = max(1, BLOCK // len(run.robots))
+        for begin in range(0, len(rows), size):
+            block = rows[begin : begin + size]
+            u = law.velocities(run.hand[block], time[block], memory)
+            yield block, _commanded(robots, run, block, u)
         return
     if law.SEES == "now":
         for row in rows:

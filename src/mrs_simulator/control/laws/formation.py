@@ -242,7 +242,7 @@ class Formation(PioneerControl):
         return float(gaps[np.argmax(np.abs(gaps - self.c))])
 
     def _settling(self, run):
-        errors = [self.error(hand) for hand in run.hand]
+        errors = formation.error_norms(run.hand, self._offsets, self._closure)
         index = formation.settling_index(errors, SETTLED)
         return None if index >= len(errors) else float(run.time[index] - run.time[0])
 

@@ -20,6 +20,7 @@ from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")
 MOST_STEPS = 10**9  # [-] of the law that are looked ahead for when it settles
+BLOCK = 1 << 15  # [-] robots that are looked at together: what a cache holds
 SMALL_TEAM = 200  # [-] robots, whose powers of a matrix cost little
 MOST_ROBOT_STEPS = 10**7  # [-] the same times robots: some seconds of arithmetic
 
@@ -125,6 +126,16 @@ def limit(hand, offsets, topology):
 def error_norm(hand, offsets, topology):
     """Return the largest ``|alpha_i - alpha_i*|`` [m] over the robots."""
     return _largest(target_errors(hand, offsets, topology))
+
+
+def error_norms(hand, offsets, topology):
+    """Return the largest ``|alpha_i - alpha_i*|`` [m] in each of the samples ``hand`` (m, n, d), (m,)."""
+    if topology.n > SMALL_TEAM:
+        return np.array([error_norm(points, offsets, topology) for points in hand])
+    errors = from_mean(np.eye(topology.n), topology)  # of each other robot's place: they are linear
+    blocks = np.array_split(hand, -(-len(hand) * topology.n // BLOCK))
+    squares = [((errors @ (block - offsets)) ** 2).sum(axis=2) for block in blocks]
+    return np.sqrt(np.concatenate([block.max(axis=1) for block in squares]))
 
 
 def _largest(errors):

@@ -5,6 +5,8 @@ matrices built from the list of edges, sums run over all pairs.  A mistake in a 
 repeated in what its runs are compared with.
 """
 
+import itertools
+
 import numpy as np
 
 MOST_PAIRS = (
@@ -33,6 +35,19 @@ class Published:
         """Return ``(u, memory)`` of a team at ``points`` (n, d) [m], ``time`` [s] after the start."""
         raise NotImplementedError
 
+    def velocities(self, points, time, memory):
+        """Return u (k, n, d) of teams at ``points`` (k, n, d) [m], ``time`` (k,) [s], one ``memory``."""
+        return np.array([self.velocity(p, t, memory)[0] for p, t in zip(points, time)])
+
+    def motion(self, start, period, commands, drift=0.0):
+        """Return points and u at each of so many ``commands``, (commands, n, d), as :func:`exact_steps`."""
+        steps = exact_steps(self, start, period, drift=drift)
+        return map(np.array, zip(*itertools.islice(steps, commands)))
+
+    def keeps_close(self, period):
+        """Return whether two teams never part, in the largest distance, if u is held for ``period`` [s]."""
+        return False
+
     def resumed(self, velocity, memory):
         """Return the memory after the command ``velocity`` (n, d) [m/s]; of laws that see "next"."""
         return velocity
@@ -56,6 +71,14 @@ class Resumed(Published):
     def velocity(self, points, time, memory):
         """Return ``(u, memory)``, ``time`` [s] after that moment."""
         return self.law.velocity(points, self.time + time, memory)
+
+    def velocities(self, points, time, memory):
+        """Return u (k, n, d) at ``time`` (k,) [s] after that moment."""
+        return self.law.velocities(points, self.time + time, memory)
+
+    def keeps_close(self, period):
+        """Return what the law does."""
+        return self.law.keeps_close(period)
 
     def resumed(self, velocity, memory):
         """Return the memory after the command ``velocity`` (n, d) [m/s]."""
@@ -91,10 +114,41 @@ class Averaging(Published):
 
     def velocity(self, points, time, memory):
         """Return ``(u, None)``."""
+        return self.velocities(points, time, memory), None
+
+    def velocities(self, points, time, memory):
+        """Return u (k, n, d) of several teams, or (n, d) of one."""
         away = points - self.places
         u = self.gain * (self._shares @ away - self._total * away)
-        u[self.still] = 0.0
-        return u, None
+        u[..., self.still, :] = 0.0
+        return u
+
+    def motion(self, start, period, commands, drift=0.0):
+        """Return points and u at each command, by doubling ``e+ = A e + Tc drift``, ``e = p - places``.
+
+        From the first K of them the next K follow by ``A^K``.  Step by step where powers of A overflow.
+        """
+        moves = np.ones((len(start), 1))
+        moves[self.still] = 0.0
+        step = self.gain * (self._shares - self._total * np.eye(len(start)))
+        step = np.eye(len(start)) + period * moves * step
+        track = np.empty((commands,) + start.shape)
+        track[0], shift = start - self.places, np.broadcast_to(period * drift, start.shape)
+        known = 1
+        with np.errstate(all="ignore"):
+            while known < commands:
+                more = min(known, commands - known)
+                track[known : known + more] = step @ track[:more] + shift
+                step, shift, known = step @ step, step @ shift + shift, known + more
+        if not np.isfinite(track).all():
+            return super().motion(start, period, commands, drift)
+        points = track + self.places
+        return points, self.velocities(points, None, None)
+
+    def keeps_close(self, period):
+        """Return whether each next point is a mean of points, with weights that are not negative."""
+        share = self.gain * period * self._total.max(initial=0.0)
+        return bool((self.weights >= 0.0).all()) and 0.0 <= share <= 1.0
 
     def over(self, up):
         """Return this law with the weights of edges that are down at 0."""
@@ -190,10 +244,12 @@ def exact_motion(law, start, period, time, edges=None, drift=0.0):
     work = law.WORK * commands * n * n * (1 if edges is None else n)
     if commands > MOST_COMMANDS or work > MOST_PAIRS:
         return None
-    steps = [
-        pair for _, pair in zip(range(commands), exact_steps(law, start, period, edges, drift))
-    ]
-    points, u = (np.array(values)[before] for values in zip(*steps))
+    if edges is None:
+        points, u = law.motion(start, period, commands, drift)
+    else:
+        steps = exact_steps(law, start, period, edges, drift)
+        points, u = map(np.array, zip(*itertools.islice(steps, commands)))
+    points, u = points[before], u[before]
     since = period * np.maximum(count - before, 0.0)
     return points + since[:, np.newaxis, np.newaxis] * (u + drift), u
 

@@ -21,6 +21,7 @@ class Unicycles:
     """Differential drives: ``z' = v e^{i theta}``, ``theta' = omega``; the point is ``z + l e^{i theta}``.
 
     Its velocity is ``p' = (v + i l omega) e^{i theta}``, so that ``v + i l omega = u e^{-i theta}``.
+    Several teams at once have further axes in front, but for :meth:`lags`.
     """
 
     def __init__(self, group, l, period):
@@ -34,7 +35,7 @@ class Unicycles:
     def be(self, z, theta, steered):
         """Be at rest at ``z`` (m,) [m], ``theta`` (m,) [rad], steered by ``steered`` (m,) [rad]."""
         self.z, self.theta, self.steered = z, theta, steered
-        self.velocity = np.zeros((len(z), self.top.shape[-1]))
+        self.velocity = np.zeros(z.shape + (self.top.shape[-1],))
 
     @property
     def is_ramped(self):
@@ -47,18 +48,18 @@ class Unicycles:
 
     def angles_at(self, points, z, theta):
         """Return the steering angles (m,) [rad] with which the points are at ``points`` (m,)."""
-        return np.zeros(len(z))
+        return np.zeros(z.shape)
 
     def commands(self, u):
         """Return the commands (m, a) that give the points the velocities ``u`` (m,) complex [m/s]."""
         ahead = u * np.exp(-1j * self.theta)
-        result = ahead.view(float).reshape(-1, 2)
-        result[:, 1] /= self.l
+        result = ahead.view(float).reshape(ahead.shape + (2,))
+        result[..., 1] /= self.l
         return result
 
     def velocities(self, command):
         """Return the points' mean velocities, (m,) complex [m/s], while ``command`` is held."""
-        return (command[:, 0] + 1j * self.l * command[:, 1]) * np.exp(1j * self.theta)
+        return (command[..., 0] + 1j * self.l * command[..., 1]) * np.exp(1j * self.theta)
 
     def is_full(self):
         """Return whether an inner joint is at its limit, (m,) bool or False for all."""
@@ -66,7 +67,7 @@ class Unicycles:
 
     def sizes(self, command):
         """Return how fast ``command`` (m, a), or a difference of two, moves the points, (m,) [m/s]."""
-        return np.hypot(command[:, 0], self.l * command[:, 1])
+        return np.hypot(command[..., 0], self.l * command[..., 1])
 
     def twists(self, command):
         """Return the commands (m, a) for ``(v, omega)``, (m, 2)."""
@@ -78,11 +79,11 @@ class Unicycles:
 
     def excess(self, command):
         """Return by which factor each ``command`` (m, a) is beyond a limit, (m,)."""
-        return (np.abs(command) / self.top).max(axis=1)
+        return (np.abs(command) / self.top).max(axis=-1)
 
     def slowed(self, command, factor):
         """Return ``command`` (m, a) that moves the points the same way, ``factor`` (m,) more slowly."""
-        return command / factor[:, np.newaxis]
+        return command / factor[..., np.newaxis]
 
     def obeyed(self, command):
         """Return ``command`` (m, a) as the firmware takes it: each axis up to its limit."""
@@ -101,7 +102,7 @@ class Unicycles:
         self.velocity, mean = reached(
             self.velocity, self.obeyed(command), self.acceleration, duration
         )
-        self._along(mean[:, 0], mean[:, 1], duration)
+        self._along(mean[..., 0], mean[..., 1], duration)
 
     def _along(self, v, omega, duration):
         """Move on arcs of circles at speeds ``v`` (m,), complex in the body, and ``omega`` (m,)."""

@@ -2,13 +2,16 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.published_drives import STATED
+from mrs_simulator.control.laws.published_drives import STATED, Unicycles
 
 AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
 
 
 class Robots:
-    """A team of robots of stated drives; arrays (n, ...) hold one robot per row."""
+    """A team of robots of stated drives; arrays (n, ...) hold one robot per row.
+
+    Where it ``stacks``, arrays (k, n, ...) hold k such teams, which know nothing of each other.
+    """
 
     def __init__(self, team, l, period, scope, frozen=False):
         """``team``: a ``vehicles.Team``; ``l`` [m]; ``period`` [s] of a command; ``scope`` of saturation;
@@ -20,15 +23,20 @@ class Robots:
         self.drift = np.zeros(team.n, dtype=complex)  # [m/s] by which a current carries them
         self.limited_now = np.zeros(team.n, dtype=bool)  # at a limit under the last ``limited``
 
+    @property
+    def stacks(self):
+        """Return whether several teams can be reckoned at once."""
+        return len(self.parts) == 1 and type(self.parts[0][1]) is Unicycles
+
     def be(self, pose, points=None):
         """Be at rest at ``pose`` (n, 3); with ``points`` (n, d) [m], steered so that they are there."""
         z = complex_of(pose)
         seen = None if points is None else complex_of(points)
         for g, part in self.parts:
-            own, theta = z[g.rows], np.array(pose[g.rows, 2])
-            steered = np.zeros(len(own))
+            own, theta = z[..., g.rows], np.array(pose[..., g.rows, 2])
+            steered = np.zeros(own.shape)
             if seen is not None:
-                steered = part.angles_at(seen[g.rows], own, theta)
+                steered = part.angles_at(seen[..., g.rows], own, theta)
             part.be(own, theta, steered)
             if self._climb is not None:
                 part.begin_at(np.array(points[g.rows, 2]))
@@ -36,10 +44,10 @@ class Robots:
     @property
     def pose(self):
         """Return the poses (n, 3), headings not wrapped."""
-        result = np.empty((self.team.n, 3))
+        result = np.empty(self.parts[0][1].z.shape[:-1] + (self.team.n, 3))
         for g, part in self.parts:
-            result[g.rows, 0], result[g.rows, 1] = part.z.real, part.z.imag
-            result[g.rows, 2] = part.theta
+            result[..., g.rows, 0], result[..., g.rows, 1] = part.z.real, part.z.imag
+            result[..., g.rows, 2] = part.theta
         return result
 
     @property
@@ -53,7 +61,7 @@ class Robots:
     def commands(self, u):
         """Return the commands (n, a) for velocities ``u`` (n, d) [m/s] of the points, within limits."""
         w = complex_of(u)
-        wanted = self._columns(lambda g, part: part.commands(w[g.rows]))
+        wanted = self._columns(lambda g, part: part.commands(w[..., g.rows]))
         if self._climb is not None:
             wanted[:, self._climb] = u[:, 2]
         return self.limited(wanted)
@@ -89,8 +97,8 @@ class Robots:
             return command
         factor = np.maximum(factor, 1.0)
         if scope == "team":
-            factor[:] = factor.max()
-        return self._columns(lambda g, part: part.slowed(g.of(command), factor[g.rows]))
+            factor[:] = factor.max(axis=-1, keepdims=True)
+        return self._columns(lambda g, part: part.slowed(g.of(command), factor[..., g.rows]))
 
     def move(self, command, duration, parts=1):
         """Move for ``duration`` [s] under ``command`` (n, a), in ``parts`` while anything ramps."""
@@ -124,7 +132,8 @@ class Robots:
 
     def _pairs(self, of_part):
         if len(self.parts) == 1:
-            return of_part(*self.parts[0]).view(float).reshape(-1, 2)
+            pairs = of_part(*self.parts[0])
+            return pairs.view(float).reshape(pairs.shape + (2,))
         result = np.empty(self.team.n, dtype=complex)
         for g, part in self.parts:
             result[g.rows] = of_part(g, part)
@@ -146,7 +155,7 @@ def are_stated(team):
 
 def complex_of(points):
     """Return ``x + i y``, (n,), of ``points`` (n, 2 or more) [m]."""
-    return points[:, 0] + 1j * points[:, 1]
+    return points[..., 0] + 1j * points[..., 1]
 
 
 def posed_commands(law, robots, pose, time):

@@ -5,16 +5,24 @@ import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
 from mrs_simulator.core.estimates import Estimates
+from mrs_simulator.core.kinematics import compose, part_of, relative
 from mrs_simulator.core.odometry_errors import step_deviations
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import ScenarioError, scenario_from_dict
-from mrs_simulator.sensors.estimation import Estimator, Filter, nees
+from mrs_simulator.sensors.estimation import Estimator
+from mrs_simulator.sensors.filtering import Filter, nees
+from mrs_simulator.sensors.mounts import read_mount
+from mrs_simulator.sensors.pose_measurements import MEASUREMENTS
+from mrs_simulator.sensors.state import State
+from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types.position import GpsReading, geodetic, local_place
 from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.vehicles import Team
 
 ALPHA = (0.02, 0.0, 0.0, 0.02, 0.002, 0.002)
 # 95 % of the mean of 200 chi-squares of 3 degrees: 600 degrees, over 200, after Wilson and Hilferty.
 BOUNDS = 2.670, 3.349
+N, STEP = 200, 0.1  # [-] robots, [s]
 
 
 def test_moving_makes_the_estimate_uncertain_as_by_hand():
@@ -32,27 +40,36 @@ def test_moving_makes_the_estimate_uncertain_as_by_hand():
 
 def test_a_measured_position_is_weighed_by_its_variance():
     estimate = Filter([[0.0, 0.0, 0.0]] * 2, np.tile(np.diag([1.0, 1.0, 0.1]), (2, 1, 1)))
-    estimate.correct(
-        np.array([0, 1]), np.array([[4.0, 0.0], [np.nan, 1.0]]), [0, 1], np.array([3.0, 3.0])
-    )
+    slope = np.eye(3)[np.newaxis, :2]
+    estimate.correct(np.array([0]), np.array([[4.0, 0.0]]), slope, np.array([3.0, 3.0]))
     np.testing.assert_allclose(estimate.pose, [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     np.testing.assert_allclose(
         np.diagonal(estimate.covariance, 0, 1, 2), [[0.75, 0.75, 0.1], [1, 1, 0.1]]
     )
 
 
+def measurement(content):
+    """Return what the sensor with ``content`` tells of poses."""
+    mount = read_mount("x", content, "x")
+    return MEASUREMENTS[mount.type](mount)
+
+
 def test_headings_are_compared_across_the_turn():
-    estimate = Filter([[0.0, 0.0, 3.1]], np.diag([0.0, 0.0, 1.0])[np.newaxis])
-    estimate.correct(np.array([0]), np.array([[-3.1]]), [2], np.array([1.0]))
-    assert abs(estimate.pose[0, 2]) == pytest.approx(np.pi)
+    compass = measurement({"type": "compass"})
+    off, slope = compass.off(np.array([[-3.1]]), np.array([[0.0, 0.0, 3.1]]))
+    assert off[0, 0] == pytest.approx(2.0 * np.pi - 6.2) and slope.tolist() == [[[0, 0, 1]]]
 
 
-def test_an_antenna_ahead_of_the_centre_tells_of_the_heading():
-    estimate = Filter([[0.0, 0.0, 0.0]], np.diag([0.0, 0.0, 1.0])[np.newaxis])
-    estimate.correct(
-        np.array([0]), np.array([[0.5, 0.1]]), [0, 1], np.array([1e-6, 1e-6]), (0.5, 0.0)
-    )
-    assert estimate.pose[0, 2] == pytest.approx(0.2, rel=1e-3)
+def test_slopes_of_what_is_measured_are_those_of_small_changes():
+    pose, step = np.array([[1.0, 2.0, 0.7], [-3.0, 0.5, -2.0]]), 1e-6
+    place = {"place": [0.3, -0.2, 0.1]}
+    for content in (GPS, RANGES, BEARINGS, {"type": "motion_capture"}, {"type": "compass"}):
+        measured = measurement(dict(content, **({} if "noise" not in content else place)))
+        expected, slope = measured.expected(pose)
+        for axis in range(3):
+            moved = pose + step * np.eye(3)[axis]
+            change = (measured.expected(moved)[0] - expected) / step
+            np.testing.assert_allclose(change, slope[:, :, axis], atol=1e-5)
 
 
 def test_satellites_tell_the_place_that_was_meant():
@@ -62,39 +79,145 @@ def test_satellites_tell_the_place_that_was_meant():
     np.testing.assert_allclose(local_place(reading, origin), place[0], atol=1e-6)
 
 
-def normalised(seed, told=ALPHA, n=50, steps=200, step=0.1):
-    """Return the NEES (n,) of robots on arcs whose odometry errs by ``ALPHA``, fixed each second."""
+def known(**sensors):
+    """Return the ``Estimator`` of ``N`` robots at the origin with ``sensors``, and their ``Suite``."""
+    content = {
+        "poses": [[0.0, 2.0 * row, 0.0] for row in range(N)],
+        "duration": 1.0,
+        "step": STEP,
+        "control": {"rate": 10},
+        "odometry": "wheel",
+        "odometry_errors": {"alpha": list(ALPHA)},
+        "estimates": {"ekf": sorted(sensors)},
+        "sensors": [{"mounts": sensors}],
+        "seed": 5,
+    }
+    scenario = scenario_from_dict(content)
+    team = Team.from_scenario(scenario)
+    estimator, suite = Estimator.of_scenario(scenario, team), Suite.of_scenario(scenario, team)
+    suite.listen({row: sorted(sensors) for row in range(N)})
+    return estimator, suite
+
+
+def chi_square(seed, steps=60, model=lambda estimator: None, **sensors):
+    """Return the NEES (N,) of robots on arcs whose odometry and ``sensors`` err as they say.
+
+    ``model(estimator)`` may change what the filter believes.
+    """
+    estimator, suite = known(**sensors)
+    model(estimator)
     draw = np.random.default_rng(seed)
-    truth, estimate = np.zeros((n, 3)), Filter(np.zeros((n, 3)))
-    v, w = np.full(n, 0.5), np.linspace(-0.3, 0.3, n)
-    for k in range(steps):
-        sizes = step_deviations(ALPHA, v, w, step)
-        error = np.stack([sizes[0], np.zeros(n), np.hypot(*sizes[1:])], axis=1) * draw.normal(
-            size=(n, 3)
+    truth = estimator.pose
+    odometry = truth.copy()
+    v, w = np.full(N, 0.5), np.linspace(-0.3, 0.3, N)
+    sizes = step_deviations(ALPHA, v, w, STEP)
+    moved = np.stack([v * STEP, np.zeros(N), w * STEP], axis=1)
+    for k in range(steps + 1):
+        twist = np.stack([v, np.zeros(N), w], axis=1)
+        suite.update(k, lambda k=k, pose=truth, twist=twist: State(k * STEP, pose, twist))
+        heard = estimator.fresh(suite.readings(k * STEP))
+        estimator.update(np.full(N, round(k * STEP * 1e9)), odometry, heard)
+        error = np.stack([sizes[0], np.zeros(N), np.hypot(*sizes[1:])], axis=1)
+        odometry = compose(odometry, moved + error * draw.normal(size=(N, 3)))
+        last, truth = truth, compose(truth, moved)
+    return nees(estimator.pose - last, estimator.filter.covariance[:, :3, :3])
+
+
+GPS = {"type": "gps", "rate": 1.0, "noise": {"stddev": 0.1}}
+GYRO = {
+    "type": "imu",
+    "rate": 10,
+    "noise": {"rate": {"stddev": 0.05, "bias": {"stddev": 0.1}, "bias_walk": 0.01}},
+}
+RANGES = {
+    "type": "beacons", "points": [[5.0, 100.0], [60.0, 200.0], [-60.0, 150.0]], "range": 1000.0,
+    "occlusion": False, "rate": 2.0, "noise": {"range": {"stddev": 0.1}},
+}  # fmt: skip
+BEARINGS = dict(RANGES, bearing=True, noise={"range": {"stddev": 1.0}, "bearing": {"stddev": 0.01}})
+LATE = dict(GPS, noise={"stddev": 0.1, "latency": 1.7})
+BIASED = dict(GPS, noise={"stddev": 0.1, "bias": {"stddev": 0.3}, "bias_walk": 0.05})
+EACH = [{"gps": GPS}, {"imu": GYRO, "gps": GPS}, {"b": RANGES}, {"b": BEARINGS}, {"gps": LATE}]
+EACH += [{"gps": BIASED, "compass": {"type": "compass", "noise": {"stddev": 0.02}}}]
+
+
+@pytest.mark.parametrize("sensors", EACH, ids=lambda each: "+".join(each))
+def test_the_filter_knows_how_wrong_it_is(sensors):
+    """The mean of the normalised errors' squares over 200 runs is within its chi-square bounds."""
+    assert BOUNDS[0] < chi_square(1, **sensors).mean() < BOUNDS[1]
+
+
+def trusting(estimator):
+    estimator._alpha = tuple(0.25 * value for value in ALPHA)
+
+
+def unbiased(estimator):
+    """Let the filter take all biases to be known, and none."""
+    estimator.filter.covariance[:, range(3, 3 + len(estimator._walks))] = 0.0
+    estimator._walks[:] = 0.0
+
+
+def test_a_filter_whose_model_is_wrong_does_not():
+    assert chi_square(1, model=trusting, gps=GPS).mean() > 1.3 * BOUNDS[1]
+    assert chi_square(1, model=unbiased, imu=GYRO, gps=GPS).mean() > 2.0 * BOUNDS[1]
+    assert chi_square(1, model=unbiased, gps=BIASED).mean() > 2.0 * BOUNDS[1]
+    # As if what comes late told of now.
+    real = Estimator.fresh
+
+    def hurried(estimator):
+        estimator.fresh = lambda readings: [
+            (stamp + int(1.7e9), *more) for stamp, *more in real(estimator, readings)
+        ]
+
+    assert chi_square(1, model=hurried, gps=LATE).mean() > 2.0 * BOUNDS[1]
+
+
+def test_what_comes_late_is_taken_in_where_it_belongs():
+    """In whatever order readings come, also between two odometries, the estimate is the same."""
+    fix = [GpsReading(0.0, *(float(v[0]) for v in geodetic(np.array([[x, 0.1, 0.0]]), (0.0,) * 3)))
+           for x in (0.02, 0.07, 0.11)]  # fmt: skip
+    looks = [(stamp, "gps", [(0, each)]) for stamp, each in zip((20, 70, 100), fix)]
+    ends = []
+    for order in ((0, 1, 2), (2, 0, 1), (2, 1, 0)):
+        estimator, _ = known(gps=dict(GPS))
+        start = estimator.pose
+        for k in range(6):
+            odometry = compose(start, np.tile([0.04 * k, 0.0, 0.02 * k], (N, 1)))
+            heard = [looks[order[k - 3]]] if k > 2 else []
+            estimator.update(np.full(N, 40 * k), odometry, heard)
+        ends.append((estimator.pose, estimator.filter.covariance))
+    for pose, covariance in ends[1:]:
+        np.testing.assert_array_equal(pose, ends[0][0])
+        np.testing.assert_array_equal(covariance, ends[0][1])
+    assert estimator.late == 0 and abs(ends[0][0][0, 1]) > 0.0
+    # What is older than the filter remembers is left out, and counted.
+    far = int(2e9)
+    estimator.update(np.full(N, far), odometry, [])
+    estimator.update(np.full(N, far + 40), odometry, [looks[0]])
+    assert estimator.late == 1
+
+
+def test_a_robot_that_was_put_elsewhere_is_believed_to_be_there():
+    estimator, _ = known(gps=GPS)
+    start = estimator.pose
+    for k in range(3):
+        estimator.update(
+            np.full(N, round(0.1e9 * k)), compose(start, np.tile([0.05 * k, 0, 0.1], (N, 1)))
         )
-        moved = np.stack([v * step, np.zeros(n), w * step], axis=1)
-        mover = Filter(truth)
-        mover.move(moved, np.zeros((n, 3)))
-        truth = mover.pose
-        assumed = step_deviations(told, v, w, step)
-        variances = np.stack(
-            [assumed[0] ** 2, np.zeros(n), assumed[1] ** 2 + assumed[2] ** 2], axis=1
-        )
-        estimate.move(moved + error, variances)
-        if k % 10 == 9:
-            measured = truth[:, :2] + draw.normal(0.0, 0.1, (n, 2))
-            estimate.correct(np.arange(n), measured, [0, 1], np.full(2, 0.01))
-    return nees(estimate.pose - truth, estimate.covariance)
+    assert (estimator.filter.covariance[0, :2, :2] > 0.0).any()
+    away = start + [3.0, 0.0, 1.0]
+    estimator.update(np.full(N, round(0.3e9)), away)
+    np.testing.assert_array_equal(estimator.pose, away)
+    assert not estimator.filter.covariance.any()
 
 
-def test_the_filter_knows_how_wrong_it_is():
-    """The mean of the normalised errors' squares over 200 seeded runs is within its chi-square bounds."""
-    assert BOUNDS[0] < np.mean([normalised(seed) for seed in range(4)]) < BOUNDS[1]
-
-
-def test_a_filter_that_trusts_its_wheels_too_much_does_not():
-    sure = tuple(0.25 * value for value in ALPHA)
-    assert np.mean([normalised(seed, sure) for seed in range(1)]) > 1.3 * BOUNDS[1]
+def test_a_part_of_an_arc_lies_on_it():
+    moved = np.array(
+        [[1.0, 1.0, 0.5 * np.pi], [2.0, 0.0, 0.0]]
+    )  # a quarter of a circle of radius 1
+    part = part_of(moved, 1.0 / 3.0)
+    np.testing.assert_allclose(part[0], [np.sin(np.pi / 6), 1 - np.cos(np.pi / 6), np.pi / 6])
+    np.testing.assert_allclose(part[1], [2.0 / 3.0, 0.0, 0.0])
+    np.testing.assert_allclose(compose(part, relative(part, moved)), moved)
 
 
 def test_commands_follow_from_what_the_law_knew_and_the_truth_is_beside_it(tmp_path):
@@ -145,6 +268,8 @@ def test_estimates_are_read_and_refused():
             scenario_from_dict(dict(base, estimates=wrong))
     with pytest.raises(ScenarioError, match="sensors of robot1 .*unknown 'gps'"):
         Experiment(scenario)
-    with pytest.raises(ScenarioError, match="sonar is a sonar, wanted one of compass, gps"):
+    with pytest.raises(
+        ScenarioError, match="sonar is a sonar, wanted one of imu, beacons, compass, gps"
+    ):
         Experiment(scenario_from_dict(dict(base, estimates={"ekf": ["sonar"]})))
     assert Estimator.of_scenario(scenario_from_dict(base), None) is None

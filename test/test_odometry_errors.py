@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.odometry_errors import OdometryErrors
+from mrs_simulator.core.odometry_errors import OdometryErrors, step_deviations, true_squares
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.world.world import EVERY, World, WorldError
@@ -201,3 +201,17 @@ def test_they_are_written_as_they_are_read():
     errors = scenario_from_dict(content).odometry_errors
     again = scenario_from_dict(dict(content, odometry_errors=errors.to_plain()))
     assert again.odometry_errors == errors == OdometryErrors(factor=0.01, gyro=(0.001, 0.002))
+
+
+def test_the_noise_in_odometrys_speeds_is_known():
+    """Squares of noisy speeds, with the noise taken out, have the mean of the true ones' squares."""
+    alpha, step, v, w = (0.02, 0.01, 0.004, 0.02, 0.002, 0.002), 0.02, 0.3, 0.5
+    draw, m = np.random.default_rng(3), 40000
+    distance, turn, heading = step_deviations(alpha, v, w, step)
+    told_v = v + distance / step * draw.normal(size=m)
+    told_w = w + np.hypot(turn, heading) / step * draw.normal(size=m)
+    assert (told_v**2).mean() > 1.5 * v * v  # most of it would be noise
+    mean = [(told_v**2).mean() ** 0.5], [(told_w**2).mean() ** 0.5]
+    squares = true_squares(alpha, *map(np.array, mean), step)
+    np.testing.assert_allclose(squares[:, 0], [v * v, w * w], rtol=0.02)
+    assert not true_squares(alpha, np.zeros(1), np.zeros(1), step).any()

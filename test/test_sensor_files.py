@@ -16,6 +16,7 @@ from mrs_simulator.world.world import World
 MOUNTS = {
     "laser": {"range": [0.1, 5.0], "rays": 31},
     "seen": {"type": "range_bearing", "noise": {"range": {"stddev": 0.02}}},
+    "beacons": {"type": "beacons", "points": [[2.0, 2.0], [-4.0, 1.0]]},
     "bumper": {"type": "bumper"},
     "encoders": {"type": "encoders"},
     "imu": {"type": "imu"},

@@ -25,6 +25,7 @@ ROUNDED = dict.fromkeys(("compass", "mocap", "encoders"), 1e-15)
 ALL = {
     "laser": {"range": [0.1, 5.0]},
     "seen": {"type": "range_bearing"},
+    "beacons": {"type": "beacons", "points": [[0.5, 0.2], [9.0, 0.0], [-3.0, 1.0]]},
     "bumper": {"type": "bumper"},
     "encoders": {"type": "encoders", "noise": {"quantum": "1 mm"}},
     "imu": {"type": "imu", "noise": {"rate": {"stddev": 0.01}}},

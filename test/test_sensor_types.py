@@ -86,6 +86,33 @@ def test_a_lost_range_or_bearing_loses_the_robot():
     assert biased.bearings == pytest.approx([-math.pi, math.pi / 2.0])
 
 
+# Beacons -----------------------------------------------------------------------------------------
+
+BEACONS = {"type": "beacons", "points": [[3.0, 4.0], [0.0, -2.0], [90.0, 0.0]], "bearing": True}
+
+
+def test_beacons_are_heard_by_number_range_and_bearing():
+    (heard,) = read(
+        {"b": dict(BEACONS, place=[1.0, 0.0, 0.3])}, state([[0.0, -1.0, math.pi / 2.0]])
+    )
+    # The sensor is at the origin: 1 m ahead of a robot that looks along y.
+    assert heard.numbers.tolist() == [1, 2] and heard.ranges == pytest.approx([5.0, 2.0])
+    assert heard.bearings == pytest.approx([math.atan2(-3.0, 4.0), -math.pi])
+    (far,) = read({"b": dict(BEACONS, bearing=False)}, state([[0.0, 0.0, 0.0]]))
+    assert far.ranges == pytest.approx([5.0, 2.0]) and np.isnan(far.bearings).all()
+
+
+def test_bodies_hide_beacons_below_their_height():
+    crate = {"type": "box", "center": [1.5, 2.0], "size": [0.2, 0.2], "height": 0.5}
+    low, high = (dict(BEACONS, place=[0.0, 0.0, z]) for z in (0.3, 0.6))
+    at = state([[0.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    assert read({"b": low}, at, obstacles=[crate])[0].numbers.tolist() == [2]
+    assert read({"b": high}, at, obstacles=[crate])[0].numbers.tolist() == [1, 2]
+    near = {"b": dict(BEACONS, place=[0.0, 0.0, 0.1])}  # robot2 stands before the second
+    assert [each.numbers.tolist() for each in read(near, at)] == [[1], [1, 2]]
+    assert read({"b": dict(low, occlusion=False)}, at, obstacles=[crate])[0].numbers.size == 2
+
+
 # Bumpers -----------------------------------------------------------------------------------------
 
 
@@ -211,6 +238,8 @@ def test_a_gps_tells_degrees_of_the_earth(latitude, north, east):
     [
         ({"type": "gps", "origin": [91, 0, 0]}, "gps.origin"),
         ({"type": "range_bearing", "view": "400 deg"}, "x.view"),
+        ({"type": "beacons", "points": []}, "x.points: .* wanted places of 1 to 1000 beacons"),
+        ({"type": "beacons", "points": [[1.0]]}, r"x.points\[0\]: .* wanted \[x, y\]"),
         (
             {"type": "range_bearing", "noise": {"stddev": 1}},
             "x.noise: unknown 'stddev'.*bearing, range",

@@ -95,6 +95,22 @@ def relative(origin, pose):
     return result
 
 
+def part_of(moved, fraction):
+    """Return where robots are, (n, 3), after a ``fraction`` [-] of the motion ``moved`` (n, 3).
+
+    Both in the frames in which they began; the twist of the motion is constant: with p = x + i y and
+    s(a) = sin(a) / a it is ``f e^(i (f - 1) theta / 2) s(f theta / 2) / s(theta / 2) p``.
+    """
+    half = 0.5 * moved[:, 2]
+    scale = fraction * np.sinc(fraction * half / np.pi) / np.sinc(half / np.pi)
+    cos, sin = cos_sin((fraction - 1.0) * half)
+    result = np.empty(moved.shape, order="F")
+    result[:, 0] = scale * (cos * moved[:, 0] - sin * moved[:, 1])
+    result[:, 1] = scale * (sin * moved[:, 0] + cos * moved[:, 1])
+    result[:, 2] = fraction * moved[:, 2]
+    return result
+
+
 def hand_points(pose, l):
     """Return the hand points, shape (..., 2) [m]: ``alpha = (x + l cos theta, y + l sin theta)``, eq. (2).
 

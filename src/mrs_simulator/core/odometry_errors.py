@@ -2,6 +2,8 @@
 
 from typing import NamedTuple, Optional, Tuple
 
+import numpy as np
+
 from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import Section, number_list
 
@@ -74,6 +76,17 @@ def _read_gyro(section):
     numbers = gyro.number(GYRO[0], 0.0), gyro.number(GYRO[1], 0.0, low=0.0)
     gyro.done()
     return numbers
+
+
+def true_squares(alpha, v, w, step):
+    """Return the squares of speed and turn rate, (2, m), to be expected where odometry tells ``v``, ``w``.
+
+    Over a ``step`` [s] odometry's own noise adds to both, for short steps most of what they are:
+    ``E v'^2 = v^2 + (a1 v^2 + a2 w^2) / T``, ``E w'^2 = w^2 + ((a3 + a5) v^2 + (a4 + a6) w^2) / T``.
+    """
+    a1, a2, a3, a4, a5, a6 = alpha
+    share = np.eye(2) + np.array([[a1, a2], [a3 + a5, a4 + a6]]) / step
+    return np.maximum(np.linalg.solve(share, np.stack([v * v, w * w])), 0.0)
 
 
 def step_deviations(alpha, v, w, step):

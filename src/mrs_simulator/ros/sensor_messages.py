@@ -39,6 +39,7 @@ from mrs_simulator.ros.messages import (
 )
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.sensors.types.battery import BatteryReading
+from mrs_simulator.sensors.types.beacons import BeaconReading
 from mrs_simulator.sensors.types.bumper import BumperReading
 from mrs_simulator.sensors.types.camera import CameraReading
 from mrs_simulator.sensors.types.encoders import EncoderReading
@@ -289,6 +290,20 @@ class Seen(Form):
     def reading(self, message, stamp):
         """Return the ``RangeBearingReading``."""
         return RangeBearingReading(stamp, *read_range_bearing(message), self.mount.place[:2])
+
+
+class BeaconsHeard(Seen):
+    """RangeBearing: numbers of beacons; bearings are nan where they are not measured."""
+
+    def reading(self, message, stamp):
+        """Return the ``BeaconReading``; ``MessageError`` where the mount has no such beacon."""
+        numbers, ranges, bearings = read_range_bearing(message)
+        count = len(self.mount.numbers.points)
+        wrong = numbers[(numbers < 1) | (numbers > count)]
+        if len(wrong) or len(set(numbers.tolist())) < len(numbers):
+            text = "beacons {}, but the mount has each of 1 to {} once"
+            raise MessageError(text.format(", ".join(map(str, numbers)), count))
+        return BeaconReading(stamp, numbers, ranges, bearings)
 
 
 class Bumpers(Form):
@@ -575,6 +590,7 @@ def _image(header, encoding, pixels):
 FORMS = {
     "altimeter": (Height,),
     "battery": (Charge, Voltage, StateOfCharge),
+    "beacons": (BeaconsHeard,),
     "bumper": (Bumpers,),
     "camera": (Colours, Depths, Pinhole),
     "compass": (Heading,),

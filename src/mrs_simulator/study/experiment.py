@@ -23,6 +23,7 @@ from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.sensor_files import SensorRecorder, recorded_sensors
+from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.world.world import EVERY, World
 
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
@@ -44,6 +45,8 @@ class Experiment:
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
         self.estimator = Estimator.of_scenario(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
+        rate, team = scenario.odometry_rate, self.world.team
+        self._told = 1 if rate is None else odometry_steps(team, rate, scenario.step)
         self.sensors.listen(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
@@ -86,7 +89,7 @@ class Experiment:
             if self._recorder is not None:
                 self._recorder.update(step, world)
             if self.estimator is not None:
-                self.estimator.update(world.estimate(), self.sensors.readings(world.time))
+                self._estimate(step)
             if step % scenario.steps_per_command == 0:
                 self._command_all()
             if step % scenario.steps_per_record == 0:
@@ -96,6 +99,14 @@ class Experiment:
                 world.step()
                 self.collisions.extend(world.take_collisions())
                 self.incidents.extend(world.take_incidents())
+
+    def _estimate(self, step):
+        """Let the estimator take in what odometry and sensors tell after ``step`` steps."""
+        told = (
+            np.broadcast_to(step // self._told * self._told, self.scenario.n) * self.scenario.step
+        )
+        heard = self.estimator.fresh(self.sensors.readings(self.world.time))
+        self.estimator.update(np.rint(1e9 * told), self.world.estimate(), heard)
 
     def _leaps(self):
         """Return the ``Leaps`` that take the world from sample to sample, None where none are made."""

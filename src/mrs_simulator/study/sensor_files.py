@@ -78,6 +78,7 @@ def columns_of(mount, kind):
     fields = {
         "altimeter": {"height": 1},
         "battery": {"voltage": 1, "charge": 1},
+        "beacons": {"beacon": 1, "range": 1, "bearing": 1},
         "bumper": {"front": getattr(numbers, "front", 0), "rear": getattr(numbers, "rear", 0)},
         "compass": {"heading": 1},
         "encoders": {"travel": kind.module.ENCODERS},

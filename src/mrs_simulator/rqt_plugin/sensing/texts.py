@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator.sensors.types.battery import BatteryReading
+from mrs_simulator.sensors.types.beacons import BeaconReading
 from mrs_simulator.sensors.types.bumper import BumperReading
 from mrs_simulator.sensors.types.camera import CameraReading
 from mrs_simulator.sensors.types.encoders import EncoderReading
@@ -53,15 +54,19 @@ def _ranges(reading):
     return ", ".join(counts)
 
 
-def _seen(reading):
+def _seen(reading, what="robot"):
     if not len(reading.numbers):
-        return "sees no robot"
+        return "sees no {}".format(what)
     parts = [
-        "robot {}: {} at {}".format(int(k), number(far, 2, " m"), degrees(way))
+        "{} {}: {}{}".format(what, int(k), number(far, 2, " m"), _at(way))
         for k, far, way in zip(reading.numbers, reading.ranges, reading.bearings)
     ]
     more = len(parts) - MOST_SEEN
     return "; ".join(parts[:MOST_SEEN] + (["{} more".format(more)] if more > 0 else []))
+
+
+def _at(way):
+    return " at {}".format(degrees(way)) if math.isfinite(way) else ""
 
 
 def _pressed(reading):
@@ -100,6 +105,7 @@ def _picture(reading):
 
 TEXTS = (
     (BatteryReading, _charge),
+    (BeaconReading, lambda r: _seen(r, "beacon")),
     (CameraReading, _picture),
     (RangeReading, _ranges),
     (RangeBearingReading, _seen),

@@ -19,6 +19,7 @@ makes it forget.
 """
 
 from mrs_simulator.sensors.types.battery import Battery
+from mrs_simulator.sensors.types.beacons import Beacons
 from mrs_simulator.sensors.types.bumper import Bumper
 from mrs_simulator.sensors.types.camera import Camera
 from mrs_simulator.sensors.types.encoders import Encoders
@@ -31,6 +32,7 @@ from mrs_simulator.sensors.types.sonar import Sonar
 TYPES = {
     "altimeter": Altimeter,
     "battery": Battery,
+    "beacons": Beacons,
     "bumper": Bumper,
     "camera": Camera,
     "compass": Compass,

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 import rosbag
 import rospy
+from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.verdict import judge
-from mrs_simulator.msg import StageStatus
+from mrs_simulator.msg import StageStatus, TeamCommand
+from mrs_simulator.ros.messages import read_answered
 from mrs_simulator.study.bag import read_bag
 
 SCENARIO = {"poses": [[10.0, 0.0, 0.0], [0.0, 5.0, np.pi / 2]], "duration": 2.0}
@@ -66,6 +68,22 @@ def test_odometry_that_is_late_at_times_is_all_there(tmp_path):
 def test_odometry_of_the_common_frame_stays_as_it_is(tmp_path):
     run = read_bag(write(tmp_path / "run.bag"), scenario_from_dict(SCENARIO))
     np.testing.assert_allclose(run.pose[-1, :, 0], 1.0, atol=0.0501)
+
+
+OLD_COMMAND = "uint32[] robot\nfloat64[] v\nfloat64[] omega\n"
+
+
+def test_commands_for_all_of_earlier_versions_are_read(tmp_path):
+    path = write(tmp_path / "run.bag")
+    name = "mrs_simulator/TeamCommand"
+    earlier = generate_dynamic(name, OLD_COMMAND)[name]
+    assert earlier._md5sum != TeamCommand._md5sum
+    with rosbag.Bag(path, "a") as bag:
+        bag.write("/stage/command", earlier([1, 2], [0.5, 0.4], [0.0, 0.1]), rospy.Time(101))
+    assert len(read_bag(path, scenario_from_dict(SCENARIO)).time) > 15
+    with rosbag.Bag(path) as bag:
+        _, message, _ = next(bag.read_messages(["/stage/command"]))
+    assert np.isnan(read_answered(message)).all()
 
 
 def test_degraded_timing_is_told_of_a_bag_too(tmp_path):

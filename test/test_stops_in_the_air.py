@@ -21,7 +21,7 @@ class Topics:
     def __init__(self):
         self.published = []
 
-    def publish(self, command):
+    def publish(self, command, answered=None):
         self.published.append(command.tolist())
 
 

@@ -7,7 +7,9 @@ import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.core.guards import JumpBounds, Tracks
-from mrs_simulator.nodes.control.timing import RoundTrips
+from mrs_simulator.nodes.stage.answers import Answers
+from mrs_simulator.nodes.stage.round_trips import RoundTrips
+from mrs_simulator.ros.messages import MessageError, read_answered, team_command
 from mrs_simulator.ros.odometry_inbox import Inbox
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
@@ -46,6 +48,7 @@ def test_a_large_team_uses_one_topic_by_itself_and_stops_with_its_control(ros):
         "print('/robot1/cmd_vel' in dict(subscribed))"
     )
     assert publishers.split("\n")[:2] == ["['/pioneer_control'] None", "True"]
+    # Which odometry a command answers is known only because the message for all tells it.
     assert probe.wait("0.0 < (status('round_trip_p99') or 0.0) and status('robots')") == 60
     control.kill()
     probe.wait("max(map(abs, state('vx') + state('omega'))) == 0.0")
@@ -97,38 +100,152 @@ def test_tracks_take_all_robots_as_they_take_each(bounds):
     assert one.jumps == all_at_once.jumps and len(one.jumps) == (0 if bounds is None else 2)
 
 
-def test_round_trips_and_missed_periods():
-    now = [10.0]
-    trips = RoundTrips(3, clock=lambda: now[0])
-    commanded = np.array([True, True, False])
+PERIOD = 0.02  # [s]
+
+
+def delayed(delay, told=True, cycles=200, period=PERIOD):
+    """Return the ``RoundTrips`` of two robots whose every odometry is answered after ``delay`` [s]."""
+    now = [0.0]
+    trips = RoundTrips(2, period, clock=lambda: now[0])
+    driven = np.ones(2, dtype=bool)
+    for cycle in range(cycles):
+        now[0] = cycle * period
+        if cycle:
+            trips.end_period(now[0], driven)
+        trips.sent(now[0])
+        answered = [k for k in range(cycle) if now[0] < k * period + delay <= now[0] + period]
+        answered = answered or [cycle] * (delay < period)
+        for k in answered:
+            came = max(now[0], k * period + delay)
+            stamps = np.full(2, k * period if told else np.nan)
+            trips.answered([0, 1], [came, came], stamps, now[0])
+    return trips
+
+
+@pytest.mark.parametrize("delay", [0.005, 0.011, 0.070, 1.3])
+def test_a_late_answer_counts_for_the_odometry_that_it_answers(delay):
+    trips = delayed(delay)
+    assert trips.median_and_p99() == pytest.approx((delay, delay), rel=0.01)
+    # The last odometry before the end has no answer yet, nor have the first periods been judged.
+    assert trips.missed == (0 if delay < 2 * PERIOD else 2 * (200 - 3))
+    assert trips.periods == 2 * 199
+
+
+def test_of_commands_without_a_stamp_no_round_trip_is_told():
+    trips = delayed(0.070, told=False)
     assert np.isnan(trips.median_and_p99()).all()
-    trips.end_period(commanded)  # had begun before anything was sent
-    trips.sent()
-    trips.answered([0, 1], np.array([10.004, 10.006]))
-    trips.answered([0], np.array([10.010]))  # only the first answer counts
-    assert trips.median_and_p99() == pytest.approx((0.005, 0.00598))
-    trips.end_period(commanded)
-    assert trips.missed == 0
-    now[0] = 10.02
-    trips.sent()
-    trips.answered([1], np.array([10.021]))
-    trips.end_period(commanded)
-    assert trips.missed == 1  # robot 1; the third is not under command
-    trips.begin(2)
-    assert trips.missed == 1 and np.isnan(trips.median_and_p99()).all()
-    assert trips.periods == 9
+    assert trips.missed == 2 * 2  # before the first came
+
+
+def test_round_trips_are_of_the_whole_run():
+    trips = RoundTrips(1, PERIOD, clock=lambda: 0.0)
+    for cycle in range(1000):  # each odometry leaves at 0
+        trips.sent(float(cycle))
+        took = 0.5 if cycle < 20 else 0.002 + 1e-6 * cycle
+        trips.answered([0], [took], [float(cycle)], float(cycle))
+        trips.answered([0], [9.0], [float(cycle)], float(cycle))  # only the first answer counts
+    assert trips.median_and_p99() == pytest.approx((0.00251, 0.5), rel=0.01)
+
+
+def test_periods_count_by_the_odometry_that_was_answered():
+    trips = RoundTrips(3, PERIOD)
+    commanded = np.array([True, True, False])
+    for cycle, (rows, answers) in enumerate(
+        [([0, 1], 0), ([0], 1), ([0, 1], 1), ([0], 3), ([0], 4), ([0], 5)]
+    ):
+        now = cycle * PERIOD
+        trips.end_period(now, commanded)
+        trips.sent(now)
+        trips.answered(rows, [now] * len(rows), [answers * PERIOD] * len(rows), now)
+    # The first that began, of cycle 0, is judged at the beginning of cycle 2; those of cycles 4 and 5
+    # are not yet.  Robot 1 answered that of cycle 1 a period late, robot 0 not that of cycle 2 at all.
+    assert trips.missed == 1 + 2
+    trips.begin(2, PERIOD)
+    assert trips.missed == 3 and np.isnan(trips.median_and_p99()).all()
 
 
 def test_periods_after_a_watchdog_count_where_the_controller_was_only_outrun():
-    trips, nobody = RoundTrips(2, clock=lambda: 0.0), np.zeros(2, dtype=bool)
-    trips.answered([0, 1], np.array([5.0, 5.0]))
-    for _ in range(101):  # simulated time is fast: both were stopped by their watchdogs
-        trips.end_period(nobody)
-    assert trips.missed == 0 and trips.periods == 202
-    trips.answered([0], np.array([5.1]))
+    trips, nobody = RoundTrips(2, 0.02), np.zeros(2, dtype=bool)
+    unknown = [np.nan]
+    trips.answered([0, 1], [5.0, 5.0], unknown * 2, 1.0)
+    for cycle in range(102):  # simulated time is fast: both were stopped by their watchdogs
+        trips.end_period(1.0 + 0.02 * cycle, nobody)
+    assert trips.missed == 0 and trips.periods == 204
+    trips.answered([0], [5.1], unknown, 3.1)
     assert trips.missed == 100
-    trips.answered([1], np.array([9.0]))  # somebody had stopped it
+    trips.answered([1], [9.0], unknown, 3.2)  # somebody had stopped it
     assert trips.missed == 100
+
+
+def twist(v):
+    return (v, 0.0, 0.0, 0.0, 0.0, 0.25)
+
+
+def test_a_twist_answers_the_odometry_that_its_controller_tells_beside_it():
+    answers = Answers(2)
+    for cycle in range(5):
+        answers.tell([0, 1], [twist(0.1 * cycle), twist(1.0)], [cycle, cycle])
+    # On a slow line: the Twists of cycle 1 come when those of cycle 4 were sent; that of robot 0's cycle 0
+    # never came.
+    answers.note(0, twist(0.1), 7.0)
+    answers.note(1, twist(1.0), 7.1)
+    answers.note(8, twist(0.5), 7.2)
+    rows, times, stamps = answers.take()
+    assert rows.tolist() == [0, 1] and times.tolist() == [7.0, 7.1]
+    # All of robot 1 are alike: which of them came cannot be known.
+    assert stamps[0] == 1.0 and np.isnan(stamps[1])
+    answers.note(0, twist(0.5), 8.0)  # outruns what is told of it
+    assert len(answers.take()[0]) == 0
+    answers.tell([0, 1], [twist(0.5), twist(2.0)], [5, np.nan])
+    answers.note(1, twist(2.0), 8.1)
+    rows, times, stamps = answers.take()
+    assert rows.tolist() == [0, 1] and times.tolist() == [8.0, 8.1]
+    assert stamps[0] == 5.0 and np.isnan(stamps[1])  # no odometry
+    answers.note(0, twist(9.0), 9.0)  # somebody else's
+    assert len(answers.take()[0]) == 0 and np.isnan(answers.take()[2]).tolist() == [True]
+    answers.tell([2, 2**32 - 2], [twist(1.0)] * 2, [6.0, 6.0])  # no robots
+    answers.note(2, twist(1.0), 9.0)
+    assert len(answers.take()[0]) == 0
+
+
+def test_stamps_of_commands_for_all_come_through_with_them():
+    answers = Answers(2)
+    answers.note_all([0, 1, 2], 3.0, np.array([1.0, 1.0, 2.0]))
+    rows, times, stamps = answers.take()
+    assert rows.tolist() == [0, 1] and times.tolist() == [3.0] * 2 and stamps.tolist() == [1.0] * 2
+    for stamps in ([1.5, 1.5], [1.5, 1.25], [1.5, np.nan]):
+        message = team_command([1, 2], np.zeros((2, 2)), answered=stamps)
+        np.testing.assert_array_equal(read_answered(message), stamps)
+    assert np.isnan(read_answered(team_command([1, 2], np.zeros((2, 2))))).all()
+    with pytest.raises(MessageError, match="3 robots, 2 odometry"):
+        read_answered(team_command([1, 2, 3], np.zeros((3, 2)), answered=[1.0, 2.0]))
+
+
+LATE_LAW = """
+import time
+from mrs_simulator.control.laws.formation import Formation
+
+class Late(Formation):
+    def pointMassLaw(self, hand):
+        time.sleep({})
+        return super().pointMassLaw(hand)
+"""
+
+
+def test_a_law_that_takes_70_ms_is_seen_to_over_ros(ros, tmp_path):
+    delay = 0.070
+    law = tmp_path / "late.py"
+    law.write_text(LATE_LAW.format(delay))
+    ros.node("stage", "--robots", 3)
+    control = ("--robots", 3, "--protocol", "{}:Late".format(law), "_law_process:=false")
+    ros.node("pioneer_control", *control)
+    probe = ros.probe()
+    probe.wait("(status('command_periods') or 0) > 150")
+    median = probe.wait("status('round_trip_median')")
+    # What the machine adds, when busy too, is far less than the period by which the old way was out.
+    assert delay < median < 2.5 * delay
+    # One in four or five is answered at all, and none in time.
+    assert probe.ask("status('missed_periods') / status('command_periods')") > 0.6
 
 
 def test_what_comes_before_the_wait_is_not_slept_through():

@@ -133,9 +133,14 @@ def _team_asked(request):
     _wanted_finite(world.pose, world.twist)
 
 
+def _team_told(command):
+    messages.read_answered(command)
+    messages.read_team_command(command)
+
+
 READERS = {
     messages.TeamOdometry: messages.read_odometry,
-    messages.TeamCommand: messages.read_team_command,
+    messages.TeamCommand: _team_told,
     messages.TeamState: messages.read_state,
     messages.StageStatus: messages.read_stage_status,
     messages.ControlStatus: messages.read_control_status,

@@ -102,6 +102,7 @@ def targets():
         ("/stage/odometry", TeamOdometry),
         ("/robot2/cmd_vel", String),  # not what it is
         ("/stage/command", TeamCommand),
+        ("/stage/answers", TeamCommand),
         ("/emergency_stop", Bool),
     ]
     services = [

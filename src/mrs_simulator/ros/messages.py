@@ -302,10 +302,15 @@ def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None, joints=No
     return message
 
 
-def team_command(numbers, command, axes=UNICYCLE_AXES):
-    """Return the ``TeamCommand`` of the robots ``numbers``: ``command`` (n, a)."""
+def team_command(numbers, command, axes=UNICYCLE_AXES, answered=None):
+    """Return the ``TeamCommand`` of the robots ``numbers``: ``command`` (n, a).
+
+    ``answered`` (n,) [s]: the stamp of the odometry that each command answers, None for no odometry.
+    """
     arm = _arms_of(command, axes)
-    return TeamCommand(robot=list(numbers), arm=arm, **commands_of(command, axes))
+    stamps = [] if answered is None else np.asarray(answered, dtype=float).tolist()
+    stamps = stamps[:1] if len(set(stamps)) == 1 else stamps
+    return TeamCommand(robot=list(numbers), arm=arm, odometry=stamps, **commands_of(command, axes))
 
 
 def read_team_command(message):
@@ -317,6 +322,19 @@ def read_team_command(message):
         raise MessageError("robot 0, wanted robots numbered from 1")
     axes, command = read_commands(message, len(message.robot))
     return (message.robot, *_with_arms(axes, command, message.arm))
+
+
+def read_answered(message):
+    """Return the stamp of the odometry that each command of a ``TeamCommand`` answers, (n,) [s].
+
+    NaN where it is not told; ``MessageError`` where there are neither as many as robots nor one for all.
+    """
+    n, stamps = len(message.robot), np.array(_array(message, "odometry"), dtype=float)
+    if len(stamps) not in (0, 1, n):
+        raise MessageError(
+            "{} robots, {} odometry; wanted as many of each, one or none".format(n, len(stamps))
+        )
+    return np.broadcast_to(stamps if len(stamps) else np.nan, n)
 
 
 def read_joints(message):

@@ -90,6 +90,11 @@ class Inbox:
         with self._changed:
             return self._tracks.pose.copy()
 
+    def stamps(self):
+        """Return the stamps of the newest poses, (n,) [s], NaN for a robot that has not been heard."""
+        with self._changed:
+            return np.where(self._stamp == NEVER, np.nan, 1e-9 * self._stamp)
+
     def heights(self):
         """Return the newest heights above the ground, (n,) [m], as they were told."""
         with self._changed:

@@ -12,9 +12,11 @@ import rospy
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.ros.messages import TeamCommand, team_command
 from mrs_simulator.ros.node_parameters import CMD_VEL_TOPIC, ODOM_TOPIC, TEAM_TOPICS
+from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.parameters import is_given, read
 
 ODOMETRY, COMMAND = "stage/odometry", "stage/command"  # names as the control node resolves them
+ANSWERS = "stage/answers"
 TEAM_FROM = 50  # [-] robots from which on the control node uses them by itself
 PATIENCE = 15.0  # [s] of wall time to wait for a simulator before each robot gets its own topics
 NAP = 0.2  # [s] of wall time between two looks
@@ -58,6 +60,20 @@ class TeamCommands:
         self._numbers, self._axes = list(numbers), axes
         self._publisher = rospy.Publisher(COMMAND, TeamCommand, queue_size=1, tcp_nodelay=True)
 
-    def publish(self, command):
-        """Publish ``command`` (n, a) [m/s, rad/s]."""
-        self._publisher.publish(team_command(self._numbers, command, self._axes))
+    def publish(self, command, answered=None):
+        """Publish ``command`` (n, a) [m/s, rad/s], which answers odometry stamped ``answered`` (n,) [s]."""
+        self._publisher.publish(team_command(self._numbers, command, self._axes, answered))
+
+
+class AnswersTold:
+    """Tells a stage which odometry the commands on robots' own topics answer: a Twist has no stamp."""
+
+    def __init__(self, numbers, axes=UNICYCLE_AXES):
+        """``numbers``: the robots' numbers; ``axes`` of their commands."""
+        self._numbers, self._axes = list(numbers), axes
+        self._publisher = prompt_publisher(ANSWERS, TeamCommand)
+
+    def publish(self, command, answered=None):
+        """Publish what ``TeamCommands`` would, if a stage listens."""
+        if self._publisher.get_num_connections():
+            self._publisher.publish(team_command(self._numbers, command, self._axes, answered))

@@ -58,10 +58,13 @@ class CommandGate:
         if on:
             self.shut()
 
-    def send(self, command):
-        """Publish ``command`` (n, a), or zeros while it is shut, in an emergency the landing."""
+    def send(self, command, answered=None):
+        """Publish ``command`` (n, a), or zeros while it is shut, in an emergency the landing.
+
+        ``answered`` (n,) [s]: stamps of the odometry that it answers, None for no odometry.
+        """
         with self._lock:
-            self._publish(command if self._open else self._resting())
+            self._publish(command if self._open else self._resting(), answered)
 
     def shut_if_stalled(self, patience):
         """Stop robots that move by a command older than ``patience`` [s]; return whether it did."""
@@ -91,12 +94,12 @@ class CommandGate:
         """Return what robots are told while it is shut, (n, a)."""
         return self._landing.copy() if self.emergency else np.zeros_like(self.command)
 
-    def _publish(self, command):
+    def _publish(self, command, answered=None):
         self.command, self._sent = command, self._clock()
         if command.any():
             self._moved = self._sent
         if self._topics is not None:
-            self._topics.publish(command)
+            self._topics.publish(command, answered)
 
 
 def command_topics(numbers):
@@ -108,17 +111,22 @@ def command_topics(numbers):
 class RobotCommands:
     """Publishes the command of each robot on its own topic."""
 
-    def __init__(self, names, real=(), axes=UNICYCLE_AXES):
-        """``names`` of the topics; ``real``: rows of the robots that are real; ``axes`` of commands."""
-        self._driven, self._axes = False, axes
+    def __init__(self, names, real=(), axes=UNICYCLE_AXES, answers=None):
+        """``names`` of the topics; ``real``: rows of the robots that are real; ``axes`` of commands.
+
+        ``answers``: who tells besides which odometry they answer, an ``AnswersTold``, or None.
+        """
+        self._driven, self._axes, self._answers = False, axes, answers
         self._publishers = [
             prompt_publisher(name, QuickTwist, self._first if row in real else None)
             for row, name in enumerate(names)
         ]
 
-    def publish(self, command):
-        """Publish ``command`` (n, a) [m/s, rad/s]."""
+    def publish(self, command, answered=None):
+        """Publish ``command`` (n, a) [m/s, rad/s], which answers odometry stamped ``answered`` (n,) [s]."""
         self._driven = True
+        if self._answers is not None:
+            self._answers.publish(command, answered)
         for publisher, values in zip(self._publishers, on_all_axes(command, self._axes).tolist()):
             publisher.publish(_twist(values))
 

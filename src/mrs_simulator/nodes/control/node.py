@@ -58,7 +58,7 @@ from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.rivals import Rivals
 from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.ros.sensor_inbox import SensorInbox
-from mrs_simulator.ros.team_topics import COMMAND, TeamCommands
+from mrs_simulator.ros.team_topics import COMMAND, AnswersTold, TeamCommands
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
@@ -94,6 +94,8 @@ class Job(NamedTuple):
         None  # of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks for any
     )
     joints: Any = None  # (n, k) [rad] of robots with arms
+    answered: Any = None  # (n,) [s] stamps of the odometry that told the poses
+    arrived: float = -np.inf  # [s] of wall time when the newest of it came
 
 
 class ControlNode:
@@ -171,7 +173,11 @@ class ControlNode:
             names = command_topics(numbers)
             # Before this node is one of those who drive.
             self.rivals = Rivals([*names, COMMAND] if self._simulated else names)
-            topics = TeamCommands(numbers, axes) if team else RobotCommands(names, real, axes)
+            if team:
+                topics = TeamCommands(numbers, axes)
+            else:
+                answers = AnswersTold(numbers, axes) if self._simulated else None
+                topics = RobotCommands(names, real, axes, answers)
         self.outlet = CommandGate(
             topics, len(numbers), insists=bool(real), axes=axes, landing=landing
         )
@@ -303,9 +309,9 @@ class ControlNode:
             self._answered = stamp
             if self._due(stamp.to_sec()):
                 return self._job()
-            self._send(self.outlet.command)
+            self._send(self.outlet.command, self.inbox.stamps())
         elif repeated:
-            self._send(self.outlet.command)
+            self._send(self.outlet.command, self.inbox.stamps())
         return None
 
     def _awaits_readings(self, stamp):
@@ -334,9 +340,12 @@ class ControlNode:
         since = 0.0 if begins else now - self._begun
         # What was missing is there; the law may take its time all the same.
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
+        # Odometry that comes between these lines makes an answer look older than it is, never newer.
+        answered, arrived = self.inbox.stamps(), self.inbox.arrived
         pose = self.frame.pose()
         job = Job(self._epoch, pose, self.frame.with_heights(pose), now, since, begins)
         job = job._replace(joints=getattr(self.inbox, "joints", None))
+        job = job._replace(answered=answered, arrived=arrived)
         if self.sensors:
             job = job._replace(readings=self.sensors.readings(now if begins else self._begun))
         return job
@@ -382,7 +391,8 @@ class ControlNode:
         if self._recovers and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", self.law.name)
         self.trouble = self.guards.text()
-        self._send(command)
+        self._send(command, job.answered)
+        self._latency = time.monotonic() - job.arrived
 
     def _tell_deadlock(self):
         """Log that the safety filter holds robots still, once for each set of them."""
@@ -444,10 +454,9 @@ class ControlNode:
         self.motors.forget()
         self.outlet.shut()
 
-    def _send(self, command):
-        self.outlet.send(command)
+    def _send(self, command, answered=None):
+        self.outlet.send(command, answered)
         self._sent += 1
-        self._latency = time.monotonic() - self.inbox.arrived
 
     # Services and events -------------------------------------------------------------------------
 

@@ -12,7 +12,6 @@ from std_srvs.srv import SetBool, Trigger
 from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND
-from mrs_simulator.nodes.control.timing import RoundTrips
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
@@ -22,6 +21,7 @@ from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
 from mrs_simulator.nodes.stage.pacing import Pacer
 from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
+from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
 from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
@@ -87,7 +87,7 @@ class Stage:
         usual = (preset and preset.odom_rate) or max(50.0, scenario.control.rate)
         self._odometry_rate = odometry_rate(scenario, usual)
         self._schedule_odometry()
-        self.round_trips = RoundTrips(self.world.n)
+        self.round_trips = RoundTrips(self.world.n, self._command_period)
         self._started = False
         self._steps_asked = 0
         self._stands_for = {}  # kinds as they were told to others -> as the scenario has them
@@ -132,6 +132,7 @@ class Stage:
         self._scheduled = self._step
         commands = max(1, int(round(1.0 / (self.scenario.control.rate * step))))
         self._steps_per_command = max(self._schedule.shortest, commands)
+        self._command_period = step * self._steps_per_command
 
     def _open_view(self):
         from mrs_simulator.world.view import View  # pybullet only where it is used
@@ -153,6 +154,7 @@ class Stage:
         ]
 
     def _follow_team(self):
+        self.inbox.answers.begin(self.world.n)
         self.sensors.follow_team(self.scenario, self.world)
         self.topics.follow_team()
         self.arms.follow_team()
@@ -267,7 +269,7 @@ class Stage:
         if self.mirror.rows and self.pacer.speed != 1.0:
             rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)
         self.pacer.resume()
-        self.round_trips.begin(self.world.n)
+        self.round_trips.begin(self.world.n, self._command_period)
         return True
 
     def _heed_rivals(self):
@@ -280,7 +282,7 @@ class Stage:
         self.trouble = trouble
 
     def _take_commands(self):
-        rows, twists, times = self.inbox.take(self.world.n)
+        rows, twists = self.inbox.take(self.world.n)
         if len(rows):
             if self.drivers:
                 twists = self.drivers.taken(rows, twists)
@@ -288,9 +290,11 @@ class Stage:
             if self.trouble:
                 commands = np.zeros_like(commands)
             (self.drivers.command if self.drivers else self.world.set_commands)(rows, commands)
-            self.round_trips.answered(rows, times)
             if self.lockstep:
                 self.lockstep.answered(rows)
+        answers = self.inbox.answers.take()
+        if len(answers[0]):
+            self.round_trips.answered(*answers, self._now())
 
     def _advance(self):
         self._publish_state()
@@ -308,11 +312,15 @@ class Stage:
         self.topics.publish_incidents()
         self.sensors.tell(self.world)  # whoever waits for odometry has heard them then
         if self._step % self._steps_per_command == 0:
-            self.round_trips.end_period(self.world.commanded & self.world.command.any(axis=1))
+            driven = self.world.commanded & self.world.command.any(axis=1)
+            self.round_trips.end_period(self._now(), driven)
         due = self._schedule.due(self._step - self._scheduled)
         if len(due):
             self._tell_odometry(due)
         self._publish_status()
+
+    def _now(self):
+        return self.topics.stamp().to_sec()
 
     def _publish_state(self):
         self.topics.publish_state(self.id, self.run)
@@ -342,7 +350,7 @@ class Stage:
         if self.lockstep:
             # Commands to all robots follow from any odometry, and each comes by itself.
             self.lockstep.expect(range(self.world.n))
-        self.round_trips.sent(rows)
+        self.round_trips.sent(self._now())
         self.arms.publish(self.topics.stamp())
         self.topics.publish_odometry(rows)
         if self.drivers:
@@ -421,8 +429,8 @@ class Stage:
         self.inbox.take(self.world.n)
         self._silent, self._refused = set(), np.zeros(self.world.n, dtype=int)
         self.unobeyed.begin(self.world.team)
-        self.round_trips.begin(self.world.n)
         self._schedule_odometry()
+        self.round_trips.begin(self.world.n, self._command_period)
         # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
         # back between two different states.
         self.world.step()

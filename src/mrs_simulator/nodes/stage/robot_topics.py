@@ -9,10 +9,12 @@ import rospy
 from geometry_msgs.msg import PoseStamped, TransformStamped
 
 from mrs_simulator.core.kinematics import TWIST_AXES
+from mrs_simulator.nodes.stage.answers import Answers
 from mrs_simulator.ros.messages import (
     MessageError,
     TeamCommand,
     TeamOdometry,
+    read_answered,
     read_team_command,
     team_odometry,
 )
@@ -35,26 +37,29 @@ class Inbox:
         self._lock = threading.Lock()
         self._commands, self._senders = {}, Senders()
         self._arms = {}  # rates of arms by row
+        self.answers = Answers()
 
     def put(self, twist, row):
         """Keep ``twist``, a ``QuickTwist``, as the newest command of robot ``row``."""
         self._senders.note("/robot{}/cmd_vel".format(row + 1), twist)
+        self.answers.note(row, twist.values, time.monotonic())
         with self._lock:
-            self._commands[row] = twist.values, time.monotonic()
+            self._commands[row] = twist.values
 
     def doubled(self):
         """Return ``{topic: [nodes]}`` of the commands that several nodes publish."""
         return self._senders.doubled()
 
-    def put_all(self, rows, commands, message=None, arms=()):
+    def put_all(self, rows, commands, stamps, message=None, arms=()):
         """Keep ``commands`` (m, 6) of the robots ``rows``, which came in ``message``.
 
-        ``arms`` (m, k) [rad/s]: rates of their arms' joints, or empty.
+        ``stamps`` (m,) [s]: of the odometry that they answer, NaN where it is not told; ``arms`` (m, k)
+        [rad/s]: rates of their arms' joints, or empty.
         """
         self._senders.note("stage/command", message)
-        now = time.monotonic()
+        self.answers.note_all(rows, time.monotonic(), stamps)
         with self._lock:
-            self._commands.update((row, (values, now)) for row, values in zip(rows, commands))
+            self._commands.update(zip(rows, commands))
             self._arms.update(zip(rows, arms))
 
     def take_arms(self):
@@ -64,17 +69,15 @@ class Inbox:
         return taken
 
     def take(self, n):
-        """Return ``(rows, commands, times)`` of the first n robots, ascending, and forget all.
+        """Return ``(rows, commands)`` of the first n robots, ascending, and forget all.
 
-        Shapes (m,), (m, 6) [m/s, rad/s], all components of Twist, and (m,) [s]: when each came, by
-        ``time.monotonic``.
+        Shapes (m,) and (m, 6) [m/s, rad/s], all components of Twist.
         """
         with self._lock:
             taken, self._commands = self._commands, {}
         # A late message may still come for a robot that has been taken away.
         rows = sorted(row for row in taken if row < n)
-        commands = np.array([taken[row][0] for row in rows], dtype=float).reshape(-1, 6)
-        return rows, commands, np.array([taken[row][1] for row in rows])
+        return rows, np.array([taken[row] for row in rows], dtype=float).reshape(-1, 6)
 
 
 class Link:
@@ -177,17 +180,41 @@ class TeamTopics(Link):
         self._publisher.publish(team_odometry(numbers, poses, twists, stamp, spatial, joints))
 
     def _on_command(self, message):
-        try:
-            numbers, axes, command = read_team_command(message)
-        except MessageError as error:
-            name = self._subscriber.resolved_name
-            rospy.logerr_throttle(5.0, "stage: refused a command on {}: {}".format(name, error))
-            return
-        rows = [number - 1 for number in numbers]
-        planar = tuple(axis for axis in axes if axis in TWIST_AXES)  # those of arms come after them
-        arms = command[:, len(planar) :] if len(planar) < len(axes) else ()
-        twists = on_all_axes(command[:, : len(planar)], planar)
-        self._inbox.put_all(rows, twists.tolist(), message, arms)
+        told = read_commands_told(message, self._subscriber.resolved_name)
+        if told is not None:
+            rows, twists, stamps, arms = told
+            self._inbox.put_all(rows, twists, stamps, message, arms)
+
+
+class AnswersTopic:
+    """``~answers``: what a controller says on robots' own topics, and to which odometry."""
+
+    def __init__(self, answers):
+        """What is told goes to ``answers``, an ``Answers``."""
+        self._answers = answers
+        self._subscriber = rospy.Subscriber("~answers", TeamCommand, self._put, tcp_nodelay=True)
+
+    def _put(self, message):
+        told = read_commands_told(message, self._subscriber.resolved_name)
+        if told is not None:
+            self._answers.tell(*told[:3])
+
+
+def read_commands_told(message, name):
+    """Return rows, Twists (m, 6), stamps (m,) [s] and rates of arms in a ``TeamCommand``.
+
+    None, and a line in the log that names its topic ``name``, where its arrays do not fit.
+    """
+    try:
+        numbers, axes, command = read_team_command(message)
+        stamps = read_answered(message)
+    except MessageError as error:
+        rospy.logerr_throttle(5.0, "stage: refused a command on {}: {}".format(name, error))
+        return None
+    rows = [number - 1 for number in numbers]
+    planar = tuple(axis for axis in axes if axis in TWIST_AXES)  # those of arms come after them
+    arms = command[:, len(planar) :] if len(planar) < len(axes) else ()
+    return rows, on_all_axes(command[:, : len(planar)], planar).tolist(), stamps, arms
 
 
 class Frames:

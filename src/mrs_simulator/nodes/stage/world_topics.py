@@ -7,7 +7,13 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.nodes.stage.robot_topics import TeamTopics, TruePose, lifts, transform
+from mrs_simulator.nodes.stage.robot_topics import (
+    AnswersTopic,
+    TeamTopics,
+    TruePose,
+    lifts,
+    transform,
+)
 from mrs_simulator.ros.messages import (
     Collision,
     Incident,
@@ -51,6 +57,7 @@ class WorldTopics:
         self._incident = publisher("~incidents", Incident, queue_size=1000)
         # Real robots have topics of their own only.
         self.team_topics = None if real else TeamTopics(inbox)
+        self._answers = AnswersTopic(inbox.answers)
 
     def follow_team(self):
         """Open or withdraw robots' own topics, so that every robot of the world has its own."""

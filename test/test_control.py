@@ -1,5 +1,8 @@
 """The control hook: what it gets, what it may return, what is refused."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
@@ -8,8 +11,10 @@ from mrs_simulator import Parameter, PioneerControl, make_twist
 from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.pioneer_control import ControlError, Position
+from mrs_simulator.control.twists import commands_of
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import Limits, hand_points, unicycle_from_point_mass
+from mrs_simulator.core.robots import DEFAULT_KIND
 from mrs_simulator.vehicles import Team
 
 POSE = np.array([[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0]])
@@ -56,6 +61,41 @@ def test_twists_by_number_or_in_order():
     np.testing.assert_allclose(Forward(range(1, 4)).commands(POSE), expected)
     in_order = returning([make_twist(v, 0.0) for v in (0.1, 0.2, 0.3)])
     np.testing.assert_allclose(in_order.commands(POSE), expected)
+
+
+def test_planar_twists_are_twists_whose_vectors_may_be_read_written_and_copied():
+    twist = make_twist(0.25, -0.5)
+    assert isinstance(twist, Twist) and twist == full_twist(0.25, -0.5) == make_twist(0.25, -0.5)
+    assert twist != full_twist(0.25, 0.5) and make_twist(0.25, 0.0) != twist
+    for other in (copy.deepcopy(make_twist(0.25, -0.5)), pickle.loads(pickle.dumps(twist))):
+        assert other == twist and str(other) == str(twist)
+    twist.linear.x += 1.0
+    assert (twist.linear.x, twist.linear.z, twist.angular.z) == (1.25, 0.0, -0.5)
+    with pytest.raises(AttributeError, match="'speed'"):
+        twist.speed  # noqa: B018
+
+
+@pytest.mark.parametrize("read", [(), (1,), (1, 2, 3)])
+def test_commands_are_those_of_twists_whoever_made_and_read_them(read):
+    twists = [make_twist(0.1, 0.2), make_twist(np.float64(0.3), 1), full_twist(0.5, 0.6)]
+    for number in read:
+        twists[number - 1].angular.z += 0.125
+    wanted = [[0.1, 0.2], [0.3, 1.0], [0.5, 0.6]]
+    wanted = [[v, omega + 0.125 * (row + 1 in read)] for row, (v, omega) in enumerate(wanted)]
+    team = Team((DEFAULT_KIND,) * 3, None)
+    by_number = {3: twists[2], 1: twists[0], 2: twists[1]}
+    for given in (twists, by_number, dict(zip((1, 2, 3), twists)), [*twists[:2], twists[2]]):
+        np.testing.assert_array_equal(commands_of(given, (1, 2, 3), team), wanted)
+    np.testing.assert_array_equal(
+        commands_of(list(map(make_twist, (1, 2), (3, 4))), (1, 2), Team((DEFAULT_KIND,) * 2, None)),
+        [[1.0, 3.0], [2.0, 4.0]],
+    )
+
+
+def full_twist(v, omega):
+    twist = Twist()
+    twist.linear.x, twist.angular.z = v, omega
+    return twist
 
 
 def test_default_law_is_the_papers():

@@ -191,3 +191,29 @@ def test_a_twist_without_sideways_speed_moves_as_a_unicycle_does():
     np.testing.assert_array_equal(
         kin.displaced(pose, twist, 0.1), kin.displaced(pose, twist[:, ::2], 0.1)
     )
+
+
+def test_an_arc_is_to_the_bit_what_a_quotient_with_exceptions_gives():
+    draw = np.random.default_rng(5)
+    for scale in (0.0, 1e-310, 1e-299, 1e-250, 1e-12, 1e-3, 1.0, 300.0):
+        pose, twist = draw.normal(size=(40, 3)), draw.normal(size=(40, 2))
+        twist[:, 1] *= scale
+        twist[::5, 1] = 0.0
+        half = 0.5 * 0.02 * twist[:, 1]
+        share = np.ones(40)
+        np.divide(np.sin(half), half, out=share, where=half != 0.0)
+        along, middle = 0.02 * twist[:, 0] * share, pose[:, 2] + half
+        wanted = [pose[:, 0] + along * np.cos(middle), pose[:, 1] + along * np.sin(middle)]
+        for duration in (0.02, np.full((40, 2), 0.02), np.full((40, 1), 0.02)):
+            after = kin.arc(pose, twist, duration)
+            np.testing.assert_array_equal(after.T, [*wanted, middle + half])
+
+
+def test_the_greatest_of_any_numbers():
+    values = np.array([[1.0, -3.0, 2.0], [0.0, 2.5, -2.0]])
+    for layout in (values, np.asfortranarray(values), values[:, ::-1], values[::2]):
+        assert kin.greatest(layout) == 3.0
+    assert kin.greatest(np.empty((0, 2))) == 0.0
+    values[1, 1] = np.nan
+    assert np.isnan(kin.greatest(values))
+    assert kin.greatest(np.array([1.0, -np.inf])) == np.inf

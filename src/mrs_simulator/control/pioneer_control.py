@@ -22,7 +22,7 @@ from mrs_simulator.control.twists import (
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import NO_LIMITS, point_mass_from_unicycle
+from mrs_simulator.core.kinematics import NO_LIMITS, greatest, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import checked_values
@@ -308,8 +308,9 @@ class PioneerControl:
             known = readings_by_number(self.numbers, self.SENSORS, readings)
             self._keep(_sensed=readings, readings=known)
         pose = np.asarray(pose, dtype=float, order="F")  # so the law meets the same in every loop
-        self._keep(time=time, _heights=pose[:, 3].tolist() if pose.shape[1] > 3 else None)
-        if self.dimension == 2:
+        heights = pose[:, 3].tolist() if pose.shape[1] > 3 else None
+        self.__dict__.update(time=time, _heights=heights)  # as _keep, in less time
+        if heights and self.dimension == 2:
             pose = pose[:, :3]
         command = self._limited_commands(pose)
         if self._is_filtered:
@@ -327,7 +328,7 @@ class PioneerControl:
         else:
             u, pointing = self._wanted_velocities(pose)
             given = u, pose, self.joints, self.l, self.period
-            if np.abs(u).max() <= FASTEST:  # nor is nan
+            if greatest(u) <= FASTEST:  # nor is nan
                 return self.team.command_within(*given, self.saturation, pointing)
             command = self.team.command(*given, pointing)
         check_finite(command, self.numbers, self.team.axes)
@@ -346,7 +347,7 @@ class PioneerControl:
         if not self._gives_twists:
             return self._array_law(pose)
         if self._heights is None:
-            rows = map(tuple.__new__, itertools.repeat(Position), pose.tolist())
+            rows = map(tuple.__new__, itertools.repeat(Position), zip(*pose.T.tolist()))
         else:
             rows = map(RaisedPosition.at, pose[:, :3].tolist(), self._heights)
         given = self.calculateControlLaw(dict(zip(self.numbers, rows)))

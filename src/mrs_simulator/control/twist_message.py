@@ -4,6 +4,7 @@ A protocol that imports ``geometry_msgs.msg`` then finds these classes there: it
 """
 
 import importlib.machinery
+import operator
 import sys
 import types
 
@@ -74,4 +75,39 @@ except ModuleNotFoundError as error:
         msg=_stand_in("geometry_msgs.msg", Twist=Twist, Vector3=Vector3),
     )
 
-__all__ = ["Twist", "Vector3"]
+_new = object.__new__
+
+
+class PlanarTwist(Twist):
+    """A ``Twist`` of ``v`` and ``omega``, whose vectors are made once somebody asks for them."""
+
+    __slots__ = ("_v", "_omega")
+
+    def __getattr__(self, name):
+        """Make the vectors, which are not there yet."""
+        if name not in Twist.__slots__:
+            raise AttributeError("Twist has no attribute {!r}".format(name))
+        self.linear, self.angular = Vector3(self._v, 0.0, 0.0), Vector3(0.0, 0.0, self._omega)
+        del self._v, self._omega  # the vectors tell, which may be written to
+        return getattr(self, name)
+
+    def __eq__(self, other):
+        if not isinstance(other, Twist):
+            return NotImplemented
+        return (self.linear, self.angular) == (other.linear, other.angular)
+
+    __hash__ = None
+
+
+PlanarTwist.__slots__ = Twist.__slots__  # what messages are printed, compared and pickled by
+told = operator.attrgetter("_v", "_omega")  # of those whose vectors nobody asked for
+
+
+def make_twist(v, omega):
+    """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""
+    twist = _new(PlanarTwist)
+    twist._v, twist._omega = v, omega
+    return twist
+
+
+__all__ = ["Twist", "Vector3", "make_twist"]

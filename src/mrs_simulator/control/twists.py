@@ -1,29 +1,19 @@
 """Commands of a team and the ``Twist`` messages of the hook: conversion, and what is refused."""
 
+import contextlib
 import itertools
+import operator
 
 import numpy as np
 
-from mrs_simulator.control.twist_message import Twist, Vector3
-from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES
-
-_new = object.__new__
+from mrs_simulator.control.twist_message import Twist, make_twist, told
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, greatest
 
 
 class ControlError(ValueError):
     """A law that did not return one finite Twist for each robot; the message says which."""
 
     page = "docs/troubleshooting.md#protocols"
-
-
-def make_twist(v, omega):
-    """Return the ``Twist`` of forward speed ``v`` [m/s] and turn rate ``omega`` [rad/s]."""
-    twist = _new(Twist)  # its constructor and its vectors' take longer than the rest
-    linear = twist.linear = _new(Vector3)
-    angular = twist.angular = _new(Vector3)
-    linear.x, linear.y, linear.z = v, 0.0, 0.0
-    angular.x, angular.y, angular.z = 0.0, 0.0, omega
-    return twist
 
 
 def twists_of(command, axes):
@@ -46,7 +36,11 @@ def commands_of(twists, numbers, team):
     Raises ``ControlError`` for another number or kind of things, and for a component that a robot
     does not obey and that is not 0.
     """
-    table = _table(_in_order(twists, numbers), numbers)
+    twists = _in_order(twists, numbers)
+    if team.axes == UNICYCLE_AXES:
+        with contextlib.suppress(AttributeError, TypeError, ValueError):
+            return np.array(_rows(map(told, twists), len(twists)), order="F")
+    table = _table(twists, numbers)
     refused = np.logical_and(table, team.unobeyed)
     if refused.any():
         _refuse_components(refused, table, numbers, team)
@@ -58,6 +52,8 @@ def commands_of(twists, numbers, team):
 
 def _in_order(twists, numbers):
     if isinstance(twists, dict):
+        if tuple(twists) == numbers:
+            return list(twists.values())
         if set(twists) != set(numbers):
             raise ControlError(
                 "calculateControlLaw returned Twists for robots {}, wanted {}".format(
@@ -77,10 +73,7 @@ def _in_order(twists, numbers):
 def _table(twists, numbers):
     """Return all components, (n, 6) in the order of ``TWIST_AXES``."""
     try:
-        components = itertools.chain.from_iterable(map(_components, twists))
-        return np.fromiter(components, float, len(TWIST_AXES) * len(twists)).reshape(
-            len(twists), -1
-        )
+        return _rows(map(_components, twists), len(twists))
     except (AttributeError, TypeError, ValueError):
         pass
     for number, twist in zip(numbers, twists):
@@ -95,9 +88,12 @@ def _table(twists, numbers):
     return np.array([[float(value) for value in _components(twist)] for twist in twists])
 
 
-def _components(twist):
-    linear, angular = twist.linear, twist.angular
-    return linear.x, linear.y, linear.z, angular.x, angular.y, angular.z
+_components = operator.attrgetter(*TWIST_AXES)
+
+
+def _rows(tuples, n):
+    """Return n ``tuples`` of numbers as an array, one in each row."""
+    return np.fromiter(itertools.chain.from_iterable(tuples), float).reshape(n, -1)
 
 
 def _refuse_components(refused, table, numbers, team):
@@ -112,10 +108,9 @@ def _refuse_components(refused, table, numbers, team):
 
 def check_finite(command, numbers, axes):
     """Raise ``ControlError`` that names the first robot whose ``command`` (n, a) is not finite."""
-    finite = np.isfinite(command)
-    if finite.all():
+    if greatest(command) < np.inf:
         return
-    row = np.flatnonzero(~finite.all(axis=1))[0]
+    row = np.flatnonzero(~np.isfinite(command).all(axis=1))[0]
     names = ("v", "omega") if axes == UNICYCLE_AXES else axes
     given = ", ".join(
         "{} = {} {}".format(name, value, "m/s" if axis.startswith("linear") else "rad/s")

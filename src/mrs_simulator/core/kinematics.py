@@ -18,6 +18,10 @@ UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicyc
 DEFAULT_HAND_LENGTH = 0.05  # [m], the paper's l
 
 
+# [rad] changes no turn that is one; sin(BARELY)/BARELY is 1, where sin(0)/0 is no number.
+BARELY = 1.2345678e-300
+
+
 class Limits(NamedTuple):
     """What a robot's firmware allows; ``inf`` means no limit."""
 
@@ -38,10 +42,19 @@ class Limits(NamedTuple):
 NO_LIMITS = Limits(np.inf, np.inf, np.inf, np.inf)
 
 
+def greatest(values):
+    """Return the greatest absolute value, a float: nan where one of ``values`` is nan, 0 of none.
+
+    ``np.abs(values).max()`` in half of its time for a few values: argmax does without a reduction.
+    """
+    size = np.abs(values).ravel(order="K")
+    return size.item(size.argmax()) if size.size else 0.0
+
+
 def wrap_angle(angle):
     """Return ``angle`` [rad] brought into [-pi, pi), any shape; one that lies there stays to the bit."""
     angle = np.asarray(angle, dtype=float)
-    if np.maximum.reduce(np.abs(angle), axis=None, initial=0.0) < np.pi:
+    if greatest(angle) < np.pi:
         return angle
     outside = (angle < -np.pi) | (angle >= np.pi)
     return np.where(outside, (angle + np.pi) % (2.0 * np.pi) - np.pi, angle)
@@ -154,34 +167,38 @@ def point_mass_from_unicycle(command, theta, l):
 def arc(pose, twist, duration):
     """Return the poses, shape (n, 3), after ``duration`` [s] of a constant ``twist`` of the body.
 
-    ``twist``: ``(v, omega)``, (n, 2), or ``(vx, vy, omega)``, (n, 3) [m/s, m/s, rad/s].  The exact
+    ``twist``: ``(v, omega)``, (n, 2), or ``(vx, vy, omega)``, (n, 3) [m/s, m/s, rad/s]; ``duration``: a
+    number, (n, 1), or, which is quicker, an array of ``twist``'s shape filled with a number.  The exact
     solution of the unicycle (1), ``x' = v cos theta, y' = v sin theta, theta' = omega``, and of
     ``(x', y') = R(theta) (vx, vy)``: with ``D = omega duration`` the centre moves by
     ``duration sin(D/2)/(D/2) R(theta + D/2) (vx, vy)``.  Without ``vy`` both are the same to the bit.
     The heading is not wrapped.
     """
-    half = 0.5 * duration * twist[:, -1]
-    share = np.empty(len(half))
-    share.fill(1.0)
-    np.divide(np.sin(half), half, out=share, where=half != 0.0)
+    moved = duration * twist
+    half = 0.5 * moved[:, -1]
+    turn = half + BARELY
+    share = np.sin(turn) / turn
     middle = pose[:, 2] + half
     cos, sin = np.cos(middle), np.sin(middle)
-    along = duration * twist[:, 0] * share
+    along = moved[:, 0] * share
     after = np.empty(pose.shape, order="F")
-    np.add(pose[:, 0], along * cos, out=after[:, 0])
-    np.add(pose[:, 1], along * sin, out=after[:, 1])
-    np.add(middle, half, out=after[:, 2])
+    x, y = after[:, 0], after[:, 1]
+    np.add(pose[:, 0], along * cos, x)
+    np.add(pose[:, 1], along * sin, y)
+    np.add(middle, half, after[:, 2])
     if twist.shape[1] == 3:
-        across = duration * twist[:, 1] * share
-        np.subtract(after[:, 0], across * sin, out=after[:, 0])
-        np.add(after[:, 1], across * cos, out=after[:, 1])
+        across = moved[:, 1] * share
+        np.subtract(x, across * sin, x)
+        np.add(y, across * cos, y)
     return after
 
 
 def displaced(pose, twist, duration):
     """Return the poses, shape (n, 3), as :func:`arc` does, with headings in [-pi, pi)."""
     after = arc(pose, twist, duration)
-    after[:, 2] = wrap_angle(after[:, 2])
+    heading = after[:, 2]
+    if not greatest(heading) < np.pi:  # seldom
+        heading[:] = wrap_angle(heading)
     return after
 
 
@@ -217,13 +234,13 @@ class Reach(NamedTuple):
 def approached(velocity, target, reach):
     """Return what :func:`ramp` does, for a step of which ``reach``, a :class:`Reach`, is known."""
     change = target - velocity
-    np.maximum(change, reach.down, out=change)
-    np.minimum(change, reach.up, out=change)
+    np.maximum(change, reach.down, change)
+    np.minimum(change, reach.up, change)
     mean = np.abs(change)
     mean *= change
     mean /= reach.both
     after = velocity + change
-    np.subtract(after, mean, out=mean)
+    np.subtract(after, mean, mean)
     return after, mean
 
 

@@ -11,6 +11,8 @@ import re
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import greatest
+
 LARGE = 1e16  # from which on releases of orjson differ, and Python writes
 AT_ONCE = (
     500  # [-] rows: their texts stay in the processor's cache, and in memory that is used again
@@ -44,7 +46,7 @@ class Lines:
 def rows_text(table):
     """Return one text for each row of ``table`` (n, c): its numbers with commas between them."""
     table = np.ascontiguousarray(table, dtype=float)
-    if not np.maximum.reduce(np.abs(table), axis=None, initial=0.0) < LARGE:  # nor is nan
+    if not greatest(table) < LARGE:  # nor is nan
         return python_rows(table)
     return _writer()(table)
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, greatest
 from mrs_simulator.core.robots import DEFAULT_KIND
 from mrs_simulator.core.run_columns import Columns
 from mrs_simulator.vehicles.drives import drive_module
@@ -450,6 +450,8 @@ class Team:
         return self._limited_by(scope, command, period, self._own(command, joints))
 
     def _limited_by(self, scope, command, period, own):
+        if not own and greatest(command / self._top) <= 1.0:  # nobody is beyond a limit
+            return self.in_rows(command)
         factor = np.maximum(self._excess(command, period, own), 1.0)
         if scope == "team":
             factor = np.full(self.n, factor.max())

@@ -25,15 +25,15 @@ def approach_all(velocity, target, reach, after, mean):
             mean[row, column] = reached - change * abs(change) / (most + most)
 
 
-def displace_all(pose, twist, step, half, sin_half, cos, sin, after):
+def displace_all(pose, moved, half, sin_half, cos, sin, after):
     """Fill ``after`` (n, 3) as ``displaced`` does; ``cos``, ``sin`` of the mean headings."""
-    slides = twist.shape[1] == 3
+    slides = moved.shape[1] == 3
     for row in range(len(pose)):
         share = sin_half[row] / half[row] if half[row] != 0.0 else 1.0
-        along = step * twist[row, 0] * share
+        along = moved[row, 0] * share
         x, y = pose[row, 0] + along * cos[row], pose[row, 1] + along * sin[row]
         if slides:
-            across = step * twist[row, 1] * share
+            across = moved[row, 1] * share
             x, y = x - across * sin[row], y + across * cos[row]
         after[row, 0], after[row, 1] = x, y
         angle = pose[row, 2] + half[row] + half[row]
@@ -59,10 +59,11 @@ def displaced_by(compile_):
     kernel = compile_(displace_all)
 
     def displaced(pose, twist, duration):
-        half = 0.5 * duration * twist[:, -1]
+        moved = duration * twist
+        half = 0.5 * moved[:, -1]
         middle = pose[:, 2] + half
         after = np.empty(pose.shape, order="F")
-        kernel(pose, twist, duration, half, np.sin(half), np.cos(middle), np.sin(middle), after)
+        kernel(pose, moved, half, np.sin(half), np.cos(middle), np.sin(middle), after)
         return after
 
     return displaced

@@ -12,6 +12,7 @@ from mrs_simulator.core.kinematics import (
     approached,
     cos_sin,
     displaced,
+    greatest,
 )
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.spatial import upright
@@ -86,7 +87,7 @@ class KinematicMotion:
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         # [m] that nobody exceeds in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
-        self._encoders, self._bounds = encoders, None
+        self._encoders, self._bounds, self._durations = encoders, None, None
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
         self._mirrored = np.array(mirrored, dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
@@ -195,8 +196,7 @@ class KinematicMotion:
         if not SHORT < self._reach < np.inf or self._current is not None:
             return self._reach
         # Turn rates and angles count like speeds: that is quicker, and the bound rarely any worse.
-        greatest = float(np.maximum.reduce(np.abs(self._mean), axis=None))
-        return min(self._reach, self.step * DIAGONAL * greatest)
+        return min(self._reach, self.step * DIAGONAL * greatest(self._mean))
 
     def _moved(self, before, command):
         """Return the poses (n, 3) after a step from ``before``, without contacts."""
@@ -205,7 +205,9 @@ class KinematicMotion:
         if self._encoders:
             self._count(velocity)
         twist = planar(self.team.in_rows(velocity), self.team.axes)
-        after = self._displaced(before, twist, self.step)
+        if self._durations is None:
+            self._durations = np.full(twist.shape, self.step, order="F")
+        after = self._displaced(before, twist, self._durations)
         if self._current is not None:
             after[:, :2] += self.step * self._current
         return after

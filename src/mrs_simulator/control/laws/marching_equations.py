@@ -30,7 +30,7 @@ class Path(NamedTuple):
         rest = s - np.where(lap > 0.0, lap * self.length, 0.0) if lap.any() else s
         piece = np.maximum(np.searchsorted(self.begin, rest, side="right") - 1, 0)
         unit = np.stack([np.ones(len(s)), self.curvature[piece]], axis=1)
-        pose = arc(self.pose[piece], unit, rest - self.begin[piece])
+        pose = arc(self.pose[piece], unit, (rest - self.begin[piece])[:, np.newaxis])
         pose[:, 2] += lap * self.turn
         return pose
 

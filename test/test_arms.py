@@ -4,10 +4,12 @@ import numpy as np
 import pybullet
 import pytest
 
+from mrs_simulator.control.laws.published_arms import ArmedRobots
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.study.simulating import open_run, simulate
 from mrs_simulator.vehicles import Team, kind
+from mrs_simulator.vehicles.arms import team as team_of_arms
 from mrs_simulator.vehicles.arms.chain import frames, jacobian, read_chain
 from mrs_simulator.vehicles.arms.models import MODELS, chain_of, data_file
 from mrs_simulator.vehicles.arms.reaching import EASY, reaching
@@ -193,6 +195,40 @@ def test_joints_keep_their_ends_and_speeds():
     np.testing.assert_allclose(world.joints[0, 1:], team.upper[0])
     assert not world.joints[1].any()
     assert world._motion.ended[0].all()
+
+
+# As verdicts have it, stated apart -------------------------------------------------------------
+
+
+@pytest.mark.parametrize("made", [ArmedTeam, ArmedTeamInSpace])
+def test_what_moves_the_tools_is_what_verdicts_state_apart(made):
+    kinds = ["husky_panda", "husky_xarm6", omnidirectional()]
+    team, rng = made(kinds), np.random.default_rng(7)
+    pose, joints = placed(team, 3)
+    robots = ArmedRobots(team, 0.1, PERIOD, "robot")
+    limited = 0
+    for _ in range(20):
+        u = rng.normal(0.0, 1.0, (3, team.dimension))
+        q = joints.copy()
+        q[:, 1:] += rng.uniform(-1.0, 1.0, (3, 7)) * (team.rates > 0.0)
+        q[:, 1:] = np.clip(q[:, 1:], team.lower, team.upper)
+        robots.be(pose, None, q)
+        np.testing.assert_allclose(robots.points, team.point(pose, q, 0.1), atol=1e-12)
+        command = team.command_within(u, pose, q, 0.1, PERIOD, "robot")
+        np.testing.assert_allclose(robots.commands(u), command, atol=1e-11)
+        limited += robots.limited_now.sum()
+        robots.move(command, PERIOD)
+        np.testing.assert_allclose(robots.q, team.moved(q[:, 1:], command[:, 3:], PERIOD))
+    assert 0 < limited < 60
+
+
+@pytest.mark.parametrize(
+    "name, value", [("HOMEWARDS", 0.45), ("reaching", lambda *given: 1.001 * reaching(*given))]
+)
+def test_a_mistake_in_the_mapping_of_arms_fails_the_verdict(monkeypatch, name, value):
+    monkeypatch.setattr(team_of_arms, name, value)
+    checks = {c["name"]: c for c in simulate(scenario(duration=2.0)).verdict["checks"]}
+    assert not checks["commands off the published law [-]"]["passed"]
 
 
 # Teams and runs ----------------------------------------------------------------------------------

@@ -82,6 +82,24 @@ def test_a_body_is_found_where_its_grips_are():
     np.testing.assert_allclose(grasps.held_at(OWN, places, turns), many, atol=1e-12)
 
 
+def test_a_body_hangs_where_its_springs_balance_its_weight():
+    """By hand: four springs of 400 N/m bend by m g/(4 K) alike; those of a tilted body balance it still."""
+    square = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]])
+    place, turn = grasps.hung(square, square, LOAD.weight, 400.0)
+    np.testing.assert_allclose(place, [0.0, 0.0, -6.0 * 9.81 / 1600.0], atol=1e-12)
+    np.testing.assert_allclose(turn, [0.0, 0.0, 0.0, 1.0], atol=1e-12)
+    points = OWN + np.random.default_rng(2).normal(0.0, 0.02, (3, 3))
+    place, turn = grasps.hung(OWN, points, LOAD.weight, 400.0)
+    at = grasps.held_at(OWN, place, turn)
+    given = grasps.grasp_matrix(at - place) @ (400.0 * (points - at)).ravel()
+    np.testing.assert_allclose(given, LOAD.weight, atol=1e-9)
+    _, turn = grasps.hung(OWN, OWN, LOAD.weight, 400.0)
+    # The middle grasp carries half and bends twice as far: 3.68 cm more, over 0.2 m of the body.
+    np.testing.assert_allclose(
+        2.0 * np.arcsin(turn[1]), np.arcsin(6.0 * 9.81 / 4 / 400 / 0.2), rtol=0.02
+    )
+
+
 def test_misfits_of_a_body_at_rest_give_internal_forces_alone():
     points = OWN + np.random.default_rng(2).normal(0.0, 0.02, (3, 3))
     state = CarriedLoad(LOAD, points).state

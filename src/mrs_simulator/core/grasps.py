@@ -9,8 +9,9 @@ move nothing (Nakamura, Nagai and Yoshikawa, Int. J. Robotics Research, 1989).
 
 import numpy as np
 
-from mrs_simulator.core.spatial import rotated
+from mrs_simulator.core.spatial import product, rotated
 
+ROUNDS = 30  # [-] of Newton's method, of which six are enough
 LEAST_WIDTH = 0.02  # [m] of grasps across the line that they are nearest to
 
 
@@ -61,6 +62,23 @@ def fitted(grasps, points):
     turn = np.linalg.eigh(matrix)[1][..., -1]
     turn = np.where(turn[..., :1] < 0.0, -turn, turn)[..., [1, 2, 3, 0]]
     return middle - rotated(turn, np.broadcast_to(about, middle.shape)), turn
+
+
+def hung(grasps, points, weight, stiffness):
+    """Return where a body of ``weight`` (6,) [N, N m] hangs at rest: place (3,) [m] and quaternion (4,).
+
+    Springs from ``points`` (n, 3) [m] hold it at its ``grasps`` (n, 3): ``G f = w``, ``f_i = K (p_i - x -
+    R r_i)``, by Newton's method from where it would rest without weight.
+    """
+    place, turn = fitted(grasps, points)
+    for _ in range(ROUNDS):
+        at = held_at(grasps, place, turn)
+        matrix = grasp_matrix(at - place)
+        left = matrix @ (stiffness * (points - at)).ravel() - weight
+        step = np.linalg.solve(matrix @ matrix.T, left) / stiffness
+        place, turn = place + step[:3], product(np.append(0.5 * step[3:], 1.0), turn)
+        turn = turn / np.linalg.norm(turn)
+    return place, turn
 
 
 def held_at(grasps, place, turn):

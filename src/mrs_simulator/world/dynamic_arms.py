@@ -13,7 +13,6 @@ import pybullet
 
 from mrs_simulator.core import grasps
 from mrs_simulator.core.load import Carried
-from mrs_simulator.core.spatial import product
 from mrs_simulator.vehicles.arms.assembling import PREFIX, assembled
 from mrs_simulator.world.armed import AT_END, ArmedMotion
 from mrs_simulator.world.carrying import CarriedLoad
@@ -149,7 +148,9 @@ class HangingLoad(CarriedLoad):
         self._client, self._bodies = {"physicsClientId": bodies.client}, bodies
         # Of each grip's share of the mass as much as makes it swing no more than once.
         self._damping = 2.0 * np.sqrt(load.stiffness * load.mass / len(load.grasps))
-        place, turn = self._sunk()
+        place, turn = grasps.hung(self.grasps, points, load.weight, load.stiffness)
+        at = grasps.held_at(self.grasps, place, turn)
+        self.state = Carried(place, turn, load.stiffness * (points - at))
         half = [0.5 * side for side in load.size]
         shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, **self._client)
         self._body = pybullet.createMultiBody(
@@ -167,19 +168,6 @@ class HangingLoad(CarriedLoad):
         self._forces = []
         bodies.add_name(self._body, "load")
         bodies.grip = self._pull
-
-    def _sunk(self):
-        """Return where the load hangs at rest, (3,) and (4,): as far below as its weight bends the springs.
-
-        The smallest forces that carry it are those of springs that all move as the body does.
-        """
-        at = grasps.held_at(self.grasps, self.state.place, self.state.orientation)
-        arms = at - self.state.place
-        matrix = grasps.grasp_matrix(arms)
-        bent = np.linalg.solve(matrix @ matrix.T, self.load.weight) / self.load.stiffness
-        turn = np.append(-0.5 * bent[3:], 1.0)
-        turned = product(turn / np.linalg.norm(turn), self.state.orientation)
-        return self.state.place - bent[:3], turned
 
     def _pull(self):
         """Let grips pull at tools and load in the solver's next substep."""

@@ -28,7 +28,7 @@ from mrs_simulator.core import grasps
 from mrs_simulator.core.claims import Claim, decay_rate
 from mrs_simulator.core.curves import Curve
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.core.spatial import headings
+from mrs_simulator.core.spatial import headings, rotated, turned_about_z
 
 DECAY = "decay rate of the internal force over the exact solution's [-]"
 FAINT = 0.2  # [N] down to which their decay is looked at: tools on bends hold it up
@@ -204,25 +204,47 @@ class Carrying(PioneerControl):
             return run.load.place, run.load.orientation
         return grasps.fitted(np.array(self.load.grasps), self._points(run))
 
+    def _hangs(self, run):
+        """Return where the load of ``run`` hangs, at yaw 0; with forces alone its weight bends grips."""
+        if run.load is None or self.fidelity != "dynamic":
+            return np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+        own = np.array(self.load.grasps)
+        return grasps.hung(own, own, self.load.weight, self.load.stiffness)
+
     def _errors(self, run):
-        """Return by how much the load of ``run`` is off its path, (m,) [m] and (m,) [rad]."""
+        """Return by how much the load of ``run`` is off its path, (m,) [m] and (m,) [rad].
+
+        Off where it would hang there, below and beside the path.
+        """
         place, turn = self._lies(run)
         wanted, yaw = self.of_load(run.time - run.time[0])
+        below = rotated(turned_about_z(yaw), np.broadcast_to(self._hangs(run)[0], place.shape))
+        wanted = wanted + below[:, : self.dimension]
         off = np.linalg.norm(place[:, : self.dimension] - wanted, axis=1)
         return off, np.abs(np.angle(np.exp(1j * (headings(turn) - yaw))))
 
     def internal_forces(self, run):
         """Return the largest internal force of any robot at each sample of ``run``, (m,) [N].
 
-        As recorded, else of the misfits of the tools, K times each.
+        As recorded, beyond those of a load that hangs at rest; else K times the misfits of the tools.
         """
         place, turn = self._lies(run)
         at = grasps.held_at(np.array(self.load.grasps), place, turn)
         if run.load is not None:
             found = grasps.internal(at - place[:, np.newaxis], run.load.force)
+            found = found - rotated(
+                turned_about_z(headings(turn))[:, np.newaxis], self._of_tilt(run)
+            )
         else:
             found = self.load.stiffness * (self._points(run) - at)
         return np.linalg.norm(found, axis=2).max(axis=1)
+
+    def _of_tilt(self, run):
+        """Return the internal forces (n, 3) [N] of a load at rest that its weight tilts, at yaw 0."""
+        place, turn = self._hangs(run)
+        own = np.array(self.load.grasps)
+        at = grasps.held_at(own, place, turn)
+        return grasps.internal(at - place, self.load.stiffness * (own - at))
 
     def _misfit_forces(self, hand):
         """Return the largest internal force (m,) [N] of tools at ``hand`` (m, n, d)."""

@@ -7,7 +7,6 @@ from mrs_simulator.core.spectra import stable_step
 
 AGREED = 0.02  # [m] from the predicted point of agreement, at the end of a run
 REST = 0.02  # [m] from its place at most, where friction lets a robot with masses and wheels rest
-ARM_REST = 2e-6  # [m] that a tool moves besides, while its arm goes back to where it is at home
 LEAST_DECAY = 20.0  # [-] times that: what rests bends a rate by a twentieth at most
 DECAY = "decay rate of the disagreement [1/s]"
 SHARE = "decay rate over the exact solution's [-]"
@@ -40,11 +39,10 @@ def gain_conditions(gain, period, eigenvalues):
 def resting(control, robots):
     """Return down to which norm [m] of the errors of ``robots`` a rate shows, for ``claims.rate``.
 
-    0 without friction, but for tools of arms; None where robots with forces do not stand on wheels.
+    0 without friction; None where robots with forces do not stand on wheels.
     """
     if control.fidelity != "dynamic":
-        tools = control.team.has_arms and control.fidelity == "kinematic"
-        return LEAST_DECAY * ARM_REST * np.sqrt(robots) if tools else 0.0
+        return 0.0
     if any(group.drive.MEDIUM != "ground" for group in control.team.groups):
         return None
     return LEAST_DECAY * REST * np.sqrt(robots)

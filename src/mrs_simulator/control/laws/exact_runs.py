@@ -14,7 +14,8 @@ from mrs_simulator.control.laws.published import (
     exact_motion,
     exact_poses,
 )
-from mrs_simulator.control.laws.published_robots import Robots, are_stated, posed_commands
+from mrs_simulator.control.laws.published_arms import robots_of
+from mrs_simulator.control.laws.published_robots import are_stated, posed_commands
 from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.mismatch import NO_MISMATCH
@@ -106,7 +107,7 @@ def robots_run(control, run):
     if law is None or scenario is None or not _can_be_followed(control, run, law):
         return None
     frozen = scenario.fidelity == "point_mass"
-    robots = Robots(control.team, control.l, control.period, control.saturation, frozen)
+    robots = robots_of(control, frozen)
     robots.drift = current_of(control, run)[:, :2] @ [1.0, 1j]
     step = scenario.step if robots.is_ramped and not frozen else math.inf
     last = run.time[-1] - run.time[0]
@@ -122,7 +123,7 @@ def robots_run(control, run):
             facts = {"limited": told.limited, "cut": told.cut, "memory": (None,) * len(run.time)}
             columns = told.pose, told.hand, told.command
             return Run(run.time, run.robots, *columns, [], scenario, facts, control.team.axes)
-    robots.be(run.pose[0], run.hand[0])
+    robots.be_as(run, 0)
     with np.errstate(all="ignore"):
         rows = [
             (robots.pose, robots.points, *told)

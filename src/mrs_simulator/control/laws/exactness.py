@@ -5,12 +5,8 @@ import numpy as np
 from mrs_simulator.control.laws.exact_runs import faulty_edges, published_law, robots_run
 from mrs_simulator.control.laws.late_commands import late_commands
 from mrs_simulator.control.laws.published import Listeners
-from mrs_simulator.control.laws.published_robots import (
-    AT_LIMIT,
-    Robots,
-    are_stated,
-    posed_commands,
-)
+from mrs_simulator.control.laws.published_arms import robots_of
+from mrs_simulator.control.laws.published_robots import AT_LIMIT, are_stated, posed_commands
 from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.control.safety_filter import FIXED_RATE, filter_acts
 from mrs_simulator.control.sensed_safety import SHARE
@@ -28,7 +24,6 @@ MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are lo
 BLOCK = 1 << 15  # [-] robots that are looked at together: what a cache holds
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
-LAG, SLOW = 0.1, 0.01  # [-] of what is told, and [m/s, rad/s]: more than commands change meanwhile
 CLOSE = 1e-6  # [m] to where theory has a robot, within which it is there
 
 
@@ -169,12 +164,12 @@ def late_command_error(control, law, run):
     if law.SEES in ("next", "past") or control.links.faults or len(run.time) < 3:
         return None
     rows = np.arange(min(len(run.time), most))
-    robots = Robots(control.team, control.l, control.period, control.saturation)
+    robots = robots_of(control)
     found = [command for _, command in _wanted(control, law, robots, run, rows)]
     wanted = np.concatenate([np.reshape(each, (-1,) + run.command.shape[1:]) for each in found])
 
     def sizes(row, command):
-        robots.be(run.pose[row], run.hand[row])
+        robots.be_as(run, row)
         return robots.sizes(command)
 
     time = run.time[rows] - run.time[0]
@@ -208,7 +203,7 @@ def command_error(control, law, run, followed=None):
     """
     rows = _rows(control, run)
     most = max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
-    robots = Robots(control.team, control.l, control.period, control.saturation)
+    robots = robots_of(control)
     if control.links.faults or law.SEES == "past":
         wanted_of = _wanted_by_listeners(control, law, robots, run, rows[:most])
     else:
@@ -246,7 +241,7 @@ def _wanted_by_listeners(control, law, robots, run, rows):
 
 def _commanded(robots, run, row, u):
     """Return the commands (n, a) for the velocities ``u`` (n, 2) [m/s] at a ``row`` of ``run``."""
-    robots.be(run.pose[row], run.hand[row])
+    robots.be_as(run, row)
     return robots.commands(u)
 
 
@@ -258,7 +253,7 @@ def _wanted(control, law, robots, run, rows, followed=None):
     time, memory = run.time - run.time[0], law.begin(run.hand[0])
     if law.SEES == "pose":
         for row in rows:
-            robots.be(run.pose[row], run.hand[row])
+            robots.be_as(run, row)
             yield row, posed_commands(law, robots, run.pose[row], time[row])[1]
         return
     if law.SEES == "now" and robots.stacks:
@@ -295,7 +290,7 @@ def _is_there(followed, run, row):
 
 def _next(control, law, robots, run, memory, row, after):
     """Return the velocities at sample ``after`` from those commanded at ``row``, free of limits."""
-    robots.be(run.pose[row], run.hand[row])
+    robots.be_as(run, row)
     u = robots.velocities(run.command[row])
     then = law.resumed(u, memory)
     steps = _commands_between(control, run, row, after)
@@ -313,22 +308,25 @@ def _next(control, law, robots, run, memory, row, after):
 def at_limit(control, run):
     """Return which robots are at a limit of theirs in the samples of ``run``, (m, n) bool.
 
-    Of speeds, and of joints' angles and rates; of robots with arms, whose drives are not stated a second
-    time, also of accelerations: their bases are slower or faster than they were told.
+    Of speeds, and of joints' angles and rates; of robots with arms also of accelerations, by which their
+    tools leave their paths.
     """
     if run.meta.get(OF_POINTS):
         return np.zeros(run.hand.shape[:2], dtype=bool)
     recorded = run.command, run.pose, run.hand, control.l, control.period
     found = control.team.limits_in(*recorded, AT_LIMIT)
-    return found | _lags(run) if control.team.has_arms and run.twist is not None else found
+    return (
+        found | _ramps(control, run) if control.team.has_arms and run.twist is not None else found
+    )
 
 
-def _lags(run):
-    """Return whose base is not yet, in a sample of ``run``, about as fast as it is told, (m, n) bool."""
+def _ramps(control, run):
+    """Return whose base speeds up as fast as it can until after the next command, (m, n) bool."""
     columns = {axis: k for k, axis in enumerate(("linear.x", "linear.y", "angular.z"))}
     based = [k for k, axis in enumerate(run.axes) if axis in columns]
     told, had = run.command[..., based], run.twist[..., [columns[run.axes[k]] for k in based]]
-    return (np.abs(told - had) > np.maximum(LAG * np.abs(told), SLOW)).any(axis=2)
+    most = control.limits.of_all(control.team.n).acceleration[:, based] * control.period
+    return (np.abs(told - had) > most + ROUNDING).any(axis=2)
 
 
 def may_sense(control, velocity, hand, bounds):

@@ -41,6 +41,10 @@ class Robots:
             if self._climb is not None:
                 part.begin_at(np.array(points[g.rows, 2]))
 
+    def be_as(self, run, row):
+        """Be at rest where the robots of ``run`` are in the sample ``row``."""
+        self.be(run.pose[row], run.hand[row])
+
     @property
     def pose(self):
         """Return the poses (n, 3), headings not wrapped."""
@@ -89,15 +93,25 @@ class Robots:
     def limited(self, command, scope=None):
         """Return ``command`` (n, a) as saturation leaves it; by ``scope``, or that of the team."""
         scope = scope or self.scope
-        factor = self._values(lambda g, part: part.excess(g.of(command)))
-        self.limited_now = (factor >= AT_LIMIT) | (
-            self._values(lambda g, part: part.is_full()) > 0.0
-        )
+        factor = self._factors(command)
+        self.limited_now = (factor >= AT_LIMIT) | self._full()
         if scope == "none":
             return command
         factor = np.maximum(factor, 1.0)
         if scope == "team":
             factor[:] = factor.max(axis=-1, keepdims=True)
+        return self._slowed(command, factor)
+
+    def _factors(self, command):
+        """Return by which factor each ``command`` (n, a) is beyond a limit, (n,)."""
+        return self._values(lambda g, part: part.excess(g.of(command)))
+
+    def _full(self):
+        """Return whose inner joint is at its limit, (n,) bool."""
+        return self._values(lambda g, part: part.is_full()) > 0.0
+
+    def _slowed(self, command, factor):
+        """Return ``command`` (n, a), each slowed by ``factor`` (n,)."""
         return self._columns(lambda g, part: part.slowed(g.of(command), factor[..., g.rows]))
 
     def move(self, command, duration, parts=1):
@@ -150,7 +164,7 @@ class Robots:
 
 def are_stated(team):
     """Return whether all drives of ``team`` are stated a second time."""
-    return not team.has_arms and all(group.drive in STATED for group in team.groups)
+    return all(group.drive in STATED for group in team.groups)
 
 
 def complex_of(points):

@@ -9,7 +9,8 @@ import numpy as np
 from mrs_simulator.control.laws.exact_runs import published_law
 from mrs_simulator.control.laws.exactness import as_known
 from mrs_simulator.control.laws.published import MOST_PAIRS
-from mrs_simulator.control.laws.published_robots import Robots, are_stated
+from mrs_simulator.control.laws.published_arms import robots_of
+from mrs_simulator.control.laws.published_robots import are_stated
 
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 
@@ -34,16 +35,16 @@ def slipped_run(control, run):
     if law is None or counts is None or not _is_told(control, run, law):
         return None
     time, memory, known = run.time - run.time[0], law.begin(run.hand[0]), as_known(control, run)
-    robots = Robots(control.team, control.l, control.period, control.saturation)
+    robots = robots_of(control)
 
     def asked(row, points=None):
         """Return the velocities (n, d) [m/s] of the recorded command, or of the law at ``points``."""
         command = run.command[row]
         if points is not None:
             seen = points + known.hand[row] - run.hand[row]
-            robots.be(known.pose[row], known.hand[row])
+            robots.be_as(known, row)
             command = robots.commands(law.velocity(seen, time[row], memory)[0])
-        robots.be(run.pose[row], run.hand[row])
+        robots.be_as(run, row)
         return robots.velocities(command)
 
     points, went = run.hand[0], np.diff(run.hand, axis=0)
@@ -57,7 +58,7 @@ def slipped_run(control, run):
         points = points + went[row] + count * control.period * off
         track.append(points)
     hand = np.array(track)
-    return run._replace(hand=hand, meta={}) if np.isfinite(hand).all() else None
+    return run._replace(hand=hand, meta={}, load=None) if np.isfinite(hand).all() else None
 
 
 def _commands_between(control, run):

@@ -546,13 +546,13 @@ def alive():
 def open_and_close():
     other = StudyWidget(RosConnection(), Processes(), gui.scenario)
     other.show()
-    until(lambda: other.connection._subscribers)
+    until(lambda: other.connection._master.subscribers)
     other.close_study()
     other.study.processes.wait_closed()
-    other.connection._looking.join(60.0)
+    other.connection._master.thread.join(60.0)
     other.close()
     other.deleteLater()
-until(lambda: gui.connection._subscribers)
+until(lambda: gui.connection._master.subscribers)
 found = []
 for _ in range(3):
     open_and_close()

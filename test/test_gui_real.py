@@ -160,7 +160,7 @@ def test_a_team_that_is_partly_real(gui, ros):
         """
 until(lambda: "3 simulated, 1 real, fresh" in gui.status["robots"].text())
 until(lambda: "but real robots go at 1" in gui.status["time"].text())
-until(lambda: "robot2" in gui.bar.button("reset").toolTip() and gui.map._real == {2})
+until(lambda: "robot2" in gui.bar.button("reset").toolTip() and gui.map.team.real == {2})
 assert gui.bar.button("reset").isEnabled()
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))

@@ -96,7 +96,7 @@ def compare(start, scenario, protocol=None):
     np.testing.assert_allclose(by_leap[0], by_step[0], rtol=0.0, atol=ROUNDING)
     assert len(by_leap[1]) == len(by_step[1])
     assert by_leap[3].time == by_step[3].time and by_leap[3].commanded.all()
-    np.testing.assert_array_equal(by_leap[3]._heard, by_step[3]._heard)
+    np.testing.assert_array_equal(by_leap[3]._commands.heard, by_step[3]._commands.heard)
     return by_step[2], by_leap[2]
 
 

@@ -303,14 +303,14 @@ def test_a_team_that_changes_under_a_drag_ends_it(view):
 
 
 def test_overlapping_robots_are_outlined_in_red(view):
-    assert view.overlapping == set()
+    assert view.team.overlapping == set()
     view.set_mode("poses")
     drag(view, at(view, 0.0, 0.0), at(view, 4.0, 0.4))
-    assert view.overlapping == {1, 2}
-    corner = view._pose[0, 0] + 0.21, 0.4 - 0.2125  # of robot 1, in front at its right
+    assert view.team.overlapping == {1, 2}
+    corner = view.team.pose[0, 0] + 0.21, 0.4 - 0.2125  # of robot 1, in front at its right
     assert shade(view, *corner) == QColor(marks.ALARM)
     drag(view, at(view, 4.1, 0.55), at(view, 0.0, 0.0))
-    assert view.overlapping == set()
+    assert view.team.overlapping == set()
 
 
 def test_robots_of_unknown_pose_are_left_out(view):
@@ -323,7 +323,7 @@ def test_robots_of_unknown_pose_are_left_out(view):
     assert view._trails.count.tolist() == [1, 1, 1]
     view.show_snapshot(snapshot(2.0, poses))
     view.fit()
-    assert view.overlapping == set() and np.isfinite(view._frame.bounds()).all()
+    assert view.team.overlapping == set() and np.isfinite(view._frame.bounds()).all()
     clicked = heard(view.robot_clicked)
     click(view, at(view, 4.0, 3.0))
     assert clicked == [(3,)]
@@ -339,7 +339,7 @@ def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
     assert added == [(1, 3)]
     view.show_topology(added, True)
     (begin,), (end,) = view._edges.segments(
-        view._numbers, view._pose, view._frame, 1.0, view._shapes
+        view.team.numbers, view.team.pose, view._frame, 1.0, view.team.shapes
     )[0][2:]
     assert np.hypot(*(end - view.to_screen(0.0, 0.0))) < np.hypot(*(begin - view.to_screen(0, 0)))
 
@@ -450,7 +450,7 @@ def test_trails_are_bounded_and_keep_beginning_and_end():
 def test_trails_end_with_clear_another_team_an_earlier_time_or_a_new_start(view):
     def run(*times):
         for time in times:
-            view.show_snapshot(snapshot(time, view._pose + [1.0, 0.0, 0.0]))
+            view.show_snapshot(snapshot(time, view.team.pose + [1.0, 0.0, 0.0]))
         return view._trails.count.max()
 
     assert run(0.0, 1.0, 2.0) == 3
@@ -458,7 +458,7 @@ def test_trails_end_with_clear_another_team_an_earlier_time_or_a_new_start(view)
     assert view._trails.count.max() == 0
     assert run(0.0, 1.0) == 2
     assert run(0.5) == 1
-    view.show_team(view._pose)
+    view.show_team(view.team.pose)
     assert run(3.0) == 2
     view.show_team(POSES)
     assert run(4.0) == 1
@@ -506,13 +506,13 @@ def test_the_selected_robot_is_highlighted_and_unknown_ones_are_not(view):
 
 def test_a_collision_flashes_and_fades(view, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("mrs_simulator.rqt_plugin.map.scene.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("mrs_simulator.rqt_plugin.map.flashes.time.monotonic", lambda: now[0])
     before = drawn(view)
     view.flash_collision(2.0, 1.5)
-    assert (drawn(view) != before).any() and view._timer.isActive()
+    assert (drawn(view) != before).any() and view._flashes.is_active
     now[0] += 2.01
-    view._fade()
-    assert (drawn(view) == before).all() and not view._timer.isActive()
+    view._flashes.fade()
+    assert (drawn(view) == before).all() and not view._flashes.is_active
 
 
 def test_obstacles_are_drawn_to_scale(view):
@@ -608,7 +608,7 @@ def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
     view.show_team(team(n))
     view.show_topology([(i, j, 1.0) for i in range(1, n + 1) for j in range(1, i)], False)
     view.grab()
-    look = view._numbers, view._pose, view._frame, 1.0, view._shapes
+    look = view.team.numbers, view.team.pose, view._frame, 1.0, view.team.shapes
     segments, stride = view._edges.segments(*look, 40000)
     assert stride == 1 and len(segments.place) > edge_drawing.MOST_EDGES
     assert view._edges.segments(*look, 1000)[1] == 11
@@ -761,11 +761,11 @@ def test_each_robot_is_drawn_and_found_as_its_kind_is(view):
     rows = [view._robot_at(np.array(view.to_screen(x, y))) for x, y in ((0.47, 0.3), (4.44, 0.1))]
     assert rows == [0, 2]
     view.show_team(np.array([[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [4.0, 0.0, 0.0]]))
-    assert view.overlapping == set()
+    assert view.team.overlapping == set()
     view.show_team(np.array([[0.0, 0.0, 0.0], [0.7, 0.0, 0.0], [4.0, 0.0, 0.0]]))
-    assert view.overlapping == {1, 2}  # as their own bodies do
+    assert view.team.overlapping == {1, 2}  # as their own bodies do
     view.show_team(np.zeros((2, 3)))
-    assert len(view._shapes.which) == 2  # of another team than the kinds are of
+    assert len(view.team.shapes.which) == 2  # of another team than the kinds are of
 
 
 def test_sprites_of_many_robots_are_of_their_own_kinds(view):
@@ -824,9 +824,9 @@ def test_heights_of_robots_in_the_air_are_told_by_number_and_shade(view, app):
 
 def test_robots_above_each_other_do_not_overlap(view):
     view.show_team(np.zeros((2, 3)), np.array([0.0, 3.0]))
-    assert view.overlapping == set()
+    assert view.team.overlapping == set()
     view.show_team(np.zeros((2, 3)))
-    assert view.overlapping == {1, 2}
+    assert view.team.overlapping == {1, 2}
 
 
 @pytest.mark.parametrize(

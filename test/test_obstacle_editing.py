@@ -154,7 +154,7 @@ def test_one_that_overlaps_a_robot_is_refused_as_the_simulation_would(study):
     assert study.scenario.obstacles == before and study.map.editor.current == before[0]
     assert "robot2 overlaps obstacle crate; wanted them apart" in study.messages.toPlainText()
     drag(study, (0.0, 3.0), (3.0, 0.0), release=False)
-    assert study.map.touches_robot(study.map.editor.draft)
+    assert study.map.team.touches(study.map.editor.draft)
     key(study, Qt.Key_Escape)
     assert study.map.editor.draft is None and study.scenario.obstacles == before
 
@@ -204,7 +204,7 @@ def test_the_menu_deletes_and_duplicates(study):
 def test_keys_do_all_that_the_mouse_does(study):
     key(study, Qt.Key_B)
     placed = named(study)["box1"]
-    assert (placed.length, placed.width) == (1.0, 1.0) and not study.map.touches_robot(placed)
+    assert (placed.length, placed.width) == (1.0, 1.0) and not study.map.team.touches(placed)
     key(study, Qt.Key_Left)
     key(study, Qt.Key_Up, SHIFT)
     key(study, Qt.Key_Plus)

@@ -378,7 +378,7 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
         study.connection.snapshot.return_value = Snapshot(time, (1, 2), pose, *zeros)
         study.map.cost = 0.0
         study._on_frame()
-        return study.map._pose[0, 0]
+        return study.map.team.pose[0, 0]
 
     monkeypatch.setattr("mrs_simulator.rqt_plugin.window.pending.TEAM_REST", 0.0)
     study.connection.is_fresh.side_effect = lambda name: name == "state"

@@ -206,7 +206,7 @@ def test_a_section_of_a_bumper_is_drawn_on_its_own_side(study):
     frame = study.map._frame
     frame.scale, frame.centre = 150.0, np.zeros(2)
     study.map._untouched = False
-    body = study.map._shapes
+    body = study.map.team.shapes
     ahead = 0.5 * (body.front[0] - body.rear[0])
     radius = 1.1 * body.reach[0]
     places = {

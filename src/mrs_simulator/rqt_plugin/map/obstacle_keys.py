@@ -67,7 +67,7 @@ class ObstacleKeys:
         """Place a new ``shape`` where there is room, near the middle of what is seen."""
         view = self._view
         middle = view.to_plane(0.5 * view.width(), 0.5 * view.height())
-        self._editor.place(shape, middle, lambda found: not view.touches_robot(found))
+        self._editor.place(shape, middle, lambda found: not view.team.touches(found))
 
     def cursor_at(self, point):
         """Return the shape of the cursor at ``point`` (2,) [m]."""

@@ -43,7 +43,7 @@ class PaintedMap(MapScene):
             self._paint_sensors(painter, look)
             remark = self._paint_edges(painter, look)
             if self._shown["targets"] and self._targets is not None:
-                team = self._targets, self._numbers
+                team = self._targets, self.team.numbers
                 marks.draw_targets(painter, look, self._frame, *team, self._crosses)
             self._paint_robots(painter, look)
             if self._shown["legend"]:
@@ -56,13 +56,15 @@ class PaintedMap(MapScene):
         self.cost = time.perf_counter() - begun
 
     def _team_size(self):
-        return max(self._numbers, default=1)
+        return max(self.team.numbers, default=1)
 
     def _paint_ground(self, painter, look):
         """Paint the ground with the trails."""
         trails = self._trails if self._shown["trails"] else None
-        now = None if self._begin_anew else self._pose[:, :2]  # robots may have been put elsewhere
-        obstacles, hint, numbers = self._standing, HINTS[self._mode], self._numbers
+        now = (
+            None if self._begin_anew else self.team.pose[:, :2]
+        )  # robots may have been put elsewhere
+        obstacles, hint, numbers = self._standing, HINTS[self._mode], self.team.numbers
         if self.editor.draft is not None:  # which lies on top
             obstacles = self._undrafted(obstacles)
         arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
@@ -78,20 +80,23 @@ class PaintedMap(MapScene):
         axes.draw_obstacles(painter, look, self._frame, self._undrafted(self._moving))
         obstacle = self.editor.current if self._mode == "obstacles" else None
         if obstacle is not None:
-            refused = self.editor.is_dragging and self.touches_robot(obstacle)
+            refused = self.editor.is_dragging and self.team.touches(obstacle)
             draw_edited(painter, look, self._frame, obstacle, refused)
 
     def _paint_sensors(self, painter, look):
         """Paint what robots sense, below the robots."""
         if not self._shown["sensors"] or not self._readings:
             return
-        rows, shapes = {number: row for row, number in enumerate(self._numbers)}, self._shapes
+        rows, shapes = (
+            {number: row for row, number in enumerate(self.team.numbers)},
+            self.team.shapes,
+        )
         for (number, _), heard in self._readings.items():
             row = rows.get(number)
-            if row is None or not self._known[row]:
+            if row is None or not self.team.known[row]:
                 continue
             body = shapes.reach[row], 0.5 * (shapes.front[row] - shapes.rear[row])
-            team = self._pose[row], body, look.shade(number)
+            team = self.team.pose[row], body, look.shade(number)
             whole = number == self._selected  # of others it would cover the map
             draw_reading(painter, look, self._frame, *team, heard.reading, whole)
 
@@ -100,35 +105,39 @@ class PaintedMap(MapScene):
         if not self._shown["edges"]:
             return ""
         segments, stride = self._edges.segments(
-            self._numbers, self._pose, self._frame, look.unit, self._shapes, MOST_EDGES
+            self.team.numbers, self.team.pose, self._frame, look.unit, self.team.shapes, MOST_EDGES
         )
         stride *= edge_drawing.draw_edges(painter, look, segments, self._edges.directed)
         return "" if stride == 1 else "One edge in {} is drawn".format(stride)
 
     def _paint_robots(self, painter, look):
         frame, scale = self._frame, self._frame.scale
-        screen = frame.to_screen(self._pose)
-        margin = max(self._shapes.farthest * scale, geometry.ARROW * look.unit) + 2.0 * look.line
+        screen = frame.to_screen(self.team.pose)
+        margin = (
+            max(self.team.shapes.farthest * scale, geometry.ARROW * look.unit) + 2.0 * look.line
+        )
         with np.errstate(invalid="ignore"):
-            rows = np.flatnonzero(self._known & frame.sees(screen, margin))
-        pose, numbers = self._pose[rows], [self._numbers[row] for row in rows]
-        shapes, fresh = self._shapes.of(rows), self._fresh[rows]
+            rows = np.flatnonzero(self.team.known & frame.sees(screen, margin))
+        pose, numbers = self.team.pose[rows], [self.team.numbers[row] for row in rows]
+        shapes, fresh = self.team.shapes.of(rows), self.team.fresh[rows]
 
         def of(chosen):
             places = [row for row, number in enumerate(numbers) if number in chosen]
             return pose[places], shapes.of(places)
 
         aloft = (
-            np.zeros(0, dtype=int) if self._z is None else np.flatnonzero(self._z[rows] >= ALOFT)
+            np.zeros(0, dtype=int)
+            if self.team.z is None
+            else np.flatnonzero(self.team.z[rows] >= ALOFT)
         )
         team = pose[aloft], shapes.of(aloft)
-        z = () if self._z is None else self._z[rows][aloft]
+        z = () if self.team.z is None else self.team.z[rows][aloft]
         marks.draw_shadows(painter, look, frame, *team, z)
         marks.draw_selection(painter, look, frame, *of({self._selected}))
         drawing.draw_robots(painter, look, frame, pose, numbers, fresh, shapes, self._robots)
-        marks.draw_real(painter, look, frame, *of(self._real))
-        if (self._at_rest or self._mode == "poses") and self.overlapping:
-            marks.draw_alarms(painter, look, frame, *of(self.overlapping))
+        marks.draw_real(painter, look, frame, *of(self.team.real))
+        if (self._at_rest or self._mode == "poses") and self.team.overlapping:
+            marks.draw_alarms(painter, look, frame, *of(self.team.overlapping))
         if self._shown["numbers"] and len(rows) <= MANY_ROBOTS:
             drawing.draw_numbers(painter, look, frame, pose, numbers, shapes, self._plates)
             heights = list(map(drawing.height_text, z))
@@ -136,24 +145,23 @@ class PaintedMap(MapScene):
 
     def _paint_passing(self, painter, look):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
-        now = time.monotonic()
-        for begun, place in self._flashes:
-            marks.draw_flash(painter, look, self._frame, place, now - begun)
+        for age, place in self._flashes.ages():
+            marks.draw_flash(painter, look, self._frame, place, age)
         if self._drag is not None and self._drag.kind == "edge" and self._moved:
             row = self._robot_at(self._cursor)
-            begin = self._frame.to_screen(self._pose[self._drag.row])
+            begin = self._frame.to_screen(self.team.pose[self._drag.row])
             reached = row >= 0 and row != self._drag.row
-            end = self._frame.to_screen(self._pose[row]) if reached else self._cursor
+            end = self._frame.to_screen(self.team.pose[row]) if reached else self._cursor
             text = self._told_of_edge(self._drag.row, row if reached else -1)
             edge_drawing.draw_band(painter, look, begin, end, reached, text)
 
     def _told_of_edge(self, row, other):
         """Return in words what the edge drawn from robot ``row`` to ``other``, -1 for none, means."""
-        hears = "robot {}".format(self._numbers[other]) if other >= 0 else "..."
+        hears = "robot {}".format(self.team.numbers[other]) if other >= 0 else "..."
         between = "and {} hear each other" if not self._edges.directed else "{} hears robot {}"
         if self._edges.directed:
-            return between.format(hears, self._numbers[row])
-        return "robot {} {}".format(self._numbers[row], between.format(hears))
+            return between.format(hears, self.team.numbers[row])
+        return "robot {} {}".format(self.team.numbers[row], between.format(hears))
 
     def _legend(self):
         """Return the names of the signs that are to be seen."""
@@ -164,21 +172,25 @@ class PaintedMap(MapScene):
             shown.add("target")
         if self._shown["edges"] and self._edges.list:
             shown.add("hears" if self._edges.directed else "edge")
-        if self._real:
+        if self.team.real:
             shown.add("real")
-        if not self._fresh.all():
+        if not self.team.fresh.all():
             shown.add("stale")
-        if self._z is not None and np.any(self._z >= ALOFT):
+        if self.team.z is not None and np.any(self.team.z >= ALOFT):
             shown.add("aloft")
         return shown
 
     def _robot_at(self, at):
         """Return the row of the robot at ``at`` (2,) [px], -1 for none."""
-        return geometry.robot_at(self._pose, self._frame, Look.of(self).unit, at, self._shapes)
+        return geometry.robot_at(
+            self.team.pose, self._frame, Look.of(self).unit, at, self.team.shapes
+        )
 
     def _edge_at(self, at):
         """Return the edge (i, j, weight) at ``at`` (2,) [px], None for none."""
         if not self._shown["edges"]:
             return None
         unit = Look.of(self).unit
-        return self._edges.at(self._numbers, self._pose, self._frame, unit, at, self._shapes)
+        return self._edges.at(
+            self.team.numbers, self.team.pose, self._frame, unit, at, self.team.shapes
+        )

@@ -1,29 +1,24 @@
 """What the map shows: a team and its trails, targets, obstacles, edges and collisions, and from where."""
 
-import collections
 import math
-import time
 
 import numpy as np
-from python_qt_binding.QtCore import QEvent, QSize, QTimer
+from python_qt_binding.QtCore import QEvent, QSize
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
 from mrs_simulator.core.moving import moves, obstacles_at
 from mrs_simulator.core.obstacles import with_obstacles
-from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.core.spatial import upright
-from mrs_simulator.pictures.scene import Scene
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
+from mrs_simulator.rqt_plugin.map.flashes import Flashes
 from mrs_simulator.rqt_plugin.map.frame import Frame
+from mrs_simulator.rqt_plugin.map.in_space import scene_of, targets_of, trails_of
 from mrs_simulator.rqt_plugin.map.look import Look
-from mrs_simulator.rqt_plugin.map.marks import FLASH
 from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
-from mrs_simulator.rqt_plugin.map.shapes import Shapes
+from mrs_simulator.rqt_plugin.map.team import MapTeam
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.vehicles import kind
-from mrs_simulator.world.bodies import Bodies
 
 HINTS = {
     "look": "",
@@ -33,8 +28,6 @@ HINTS = {
 }
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
 REACH = 10.0  # [m] about a small team within which obstacles are brought into view
-FLASH_PERIOD = 40  # [ms]
-MOST_FLASHES = 50
 LAYERS = ("trails", "targets", "edges", "numbers", "legend")
 
 
@@ -43,7 +36,7 @@ class MapScene(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self._frame = Frame()
+        self._frame, self.team = Frame(), MapTeam()
         self._mode, self._drag = "look", None
         self._shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
         self._readings = {}  # of the robots' sensors, by (number, name)
@@ -52,14 +45,11 @@ class MapScene(QWidget):
         self._standing, self._movers, self._moving = (), (), ()
         self.editor = ObstacleEditor(self._on_obstacles, self._on_edit)
         self._edges = Edges()
-        self._flashes = collections.deque(maxlen=MOST_FLASHES)
+        self._flashes = Flashes(self, self.update)
         self._untouched = True  # the view is still the one that fit() chose
         self._whole = True  # and that one holds all obstacles
-        self._kinds = ()
         self.revision = 0  # of what is shown: it grows with each change
         self._begin_team((), np.empty((0, 3)))
-        self._timer = QTimer(self, interval=FLASH_PERIOD)
-        self._timer.timeout.connect(self._fade)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
 
     def update(self, *args):
@@ -69,59 +59,28 @@ class MapScene(QWidget):
 
     def in_space(self):
         """Return what is shown as a ``Scene`` of three dimensions."""
-        look = Look.of(self, max(self._numbers, default=1))
-        shades = np.array([look.shade(number).getRgbF()[:3] for number in self._numbers])
-        on = self._shown
-        trails = [
-            self._trail_in_space(row) if on["trails"] and number not in self._hidden_trails else ()
-            for row, number in enumerate(self._numbers)
-        ]
-        rows = {number: row for row, number in enumerate(self._numbers)}
-        edges = [(rows[i], rows[j]) for i, j, _ in self._edges.list if i in rows and j in rows]
-        return Scene(
-            kinds=tuple(self._shapes.distinct[which] for which in self._shapes.which.tolist()),
-            numbers=self._numbers,
-            pose=self._pose,
-            shades=shades.reshape(-1, 3),
-            spatial=self._spatial,
-            joints=self._joints,
-            trails=tuple(np.asarray(trail, dtype=float).reshape(-1, 3) for trail in trails),
-            targets=self._targets_in_space() if on["targets"] else None,
-            edges=edges if on["edges"] else (),
-            obstacles=self._standing + self._moving,
-            numbered=on["numbers"],
+        team, on = self.team, self._shown
+        look = Look.of(self, max(team.numbers, default=1))
+        trails = (
+            self._trails if on["trails"] and not self._begin_anew else Trails(len(team.numbers))
         )
-
-    def _trail_in_space(self, row):
-        """Return one robot's trail (m, 3) [m] up to where it is now."""
-        path = self._trails.path_in_space(row)
-        if not len(path) or self._begin_anew:  # robots may have been put elsewhere
-            return ()
-        now = (*self._pose[row, :2], 0.0 if self._z is None else self._z[row])
-        return np.concatenate([path, [now]])
-
-    def _targets_in_space(self):
-        """Return the targets (n, 3) [m], those of the plane at the robots' heights; None where there are
-        none."""
-        if self._targets is None or len(self._targets) != len(self._numbers):
-            return None
-        z = np.zeros(len(self._targets)) if self._z is None else self._z
-        z = z if self._target_z is None else self._target_z
-        return np.column_stack([self._targets, z])
+        targets = targets_of(team, self._targets, self._target_z) if on["targets"] else None
+        return scene_of(
+            team,
+            [look.shade(number) for number in team.numbers],
+            trails_of(team, trails, self._hidden_trails),
+            targets,
+            self._edges.list if on["edges"] else (),
+            self._standing + self._moving,
+            on["numbers"],
+        )
 
     # What is shown -------------------------------------------------------------------------------
 
     def show_kinds(self, kinds):
         """Draw robots 1..n as their ``Kind``s are; a team of another number as the first of them."""
-        self._kinds = tuple(kinds)
-        self._take_shapes()
+        self.team.take_kinds(kinds)
         self.update()
-
-    def _take_shapes(self):
-        known = len(self._kinds) == len(self._numbers)
-        usual = self._kinds[:1] or (kind(DEFAULT_KIND),)
-        self._shapes = Shapes.of_kinds(self._kinds if known else usual * len(self._numbers))
-        self._overlapping = None
 
     def show_team(self, poses, altitude=None):
         """Show robots 1..n at rest at ``poses`` (n, 3) [m, m, rad]; their next run begins there.
@@ -130,13 +89,13 @@ class MapScene(QWidget):
         """
         poses = np.array(poses, dtype=float).reshape(-1, 3)
         numbers = tuple(range(1, len(poses) + 1))
-        if numbers != self._numbers:
+        if numbers != self.team.numbers:
             self._begin_team(numbers, poses)
             self.fit(whole=True)
-        elif not np.allclose(poses, self._pose, atol=1e-3, equal_nan=True):
+        elif not np.allclose(poses, self.team.pose, atol=1e-3, equal_nan=True):
             self._begin_anew = True
         spatial = None if altitude is None else upright(poses[:, 2], altitude)
-        self._place(poses, np.ones(len(poses), dtype=bool), spatial=spatial)
+        self.team.place(poses, np.ones(len(poses), dtype=bool), spatial=spatial)
         self._at_rest = True
         self._follow()
         self.update()
@@ -145,38 +104,29 @@ class MapScene(QWidget):
         """Show the newest poses of a run; one of another team or an earlier time begins anew."""
         numbers = tuple(int(number) for number in snapshot.numbers)
         poses = np.array(snapshot.pose, dtype=float).reshape(-1, 3)
-        changed = numbers != self._numbers
+        changed = numbers != self.team.numbers
         if changed:
             self._begin_team(numbers, poses)
         elif self._begin_anew or snapshot.time < self._time:
             self.clear_trails()
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
         fresh = np.array(snapshot.fresh, dtype=bool)
-        self._place(poses, fresh, snapshot.real, snapshot.spatial)
+        self.team.place(poses, fresh, snapshot.real, snapshot.spatial)
         if len(snapshot.real) < len(numbers):  # real robots alone have another time
             self._move_obstacles(snapshot.time)
-        self._joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
-        self._trails.add(poses[:, :2], self._z)
+        self.team.joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
+        self._trails.add(poses[:, :2], self.team.z)
         if changed:
             self.fit(whole=True)
         self._follow()
         self.update()
 
     def _begin_team(self, numbers, poses):
-        self._numbers, self._drag = numbers, None
-        self._take_shapes()
+        self._drag = None
+        self.team.begin(numbers, poses)
         self._time, self._begin_anew, self._at_rest = -math.inf, False, True
         self._trails = Trails(len(numbers))
         self._flashes.clear()
-        self._place(poses, np.ones(len(poses), dtype=bool))
-
-    def _place(self, poses, fresh, real=frozenset(), spatial=None):
-        self._pose, self._fresh, self._overlapping, self._real = poses, fresh, None, real
-        self._joints = None  # [rad] of arms, None: at home
-        fits = spatial is not None and len(spatial.z) == len(poses)
-        self._spatial = spatial if fits else None  # None: on the ground
-        self._z = spatial.z if fits else None  # [m]
-        self._known = np.isfinite(poses).all(axis=1)
 
     def show_targets(self, points):
         """Show the desired positions ``points`` (n, 2) [m], None for none."""
@@ -211,32 +161,13 @@ class MapScene(QWidget):
         """Show what an edit under way makes of an obstacle."""
         self.update()
 
-    def touches_robot(self, obstacle):
-        """Return whether ``obstacle`` overlaps a robot."""
-        rows = np.flatnonzero(self._known)
-        if not len(rows):
-            return False
-        z = None if self._z is None else self._z[rows]
-        among = self._bodies(rows, (obstacle,))
-        return next(among.obstacle_overlaps(self._pose[rows], z), None) is not None
-
     def flash_collision(self, x, y):
         """Show for two seconds that there was a collision at (x, y) [m]."""
-        self._flashes.append((time.monotonic(), np.array([x, y], dtype=float)))
-        self._timer.start()
-        self.update()
-
-    @guarded
-    def _fade(self, *_):
-        while self._flashes and time.monotonic() - self._flashes[0][0] >= FLASH:
-            self._flashes.popleft()
-        if not self._flashes:
-            self._timer.stop()
-        self.update()
+        self._flashes.add(x, y)
 
     def clear_trails(self):
         """Forget where the robots have been; new trails begin with the next snapshot."""
-        self._trails, self._time = Trails(len(self._numbers)), -math.inf
+        self._trails, self._time = Trails(len(self.team.numbers)), -math.inf
         self.update()
 
     def select(self, number):
@@ -298,23 +229,6 @@ class MapScene(QWidget):
         """Return the mode."""
         return self._mode
 
-    @property
-    def overlapping(self):
-        """Return the set of the numbers of robots that overlap another."""
-        if self._overlapping is None:
-            rows = np.flatnonzero(self._known)
-            hit = []
-            if len(rows) > 1:
-                z = None if self._z is None else self._z[rows]
-                first, second = self._bodies(rows).overlaps(self._pose[rows], z)[:2]
-                hit = rows[np.union1d(first, second).astype(int)]
-            self._overlapping = {self._numbers[row] for row in hit}
-        return self._overlapping
-
-    def _bodies(self, rows, obstacles=()):
-        which = self._shapes.which[rows].tolist()
-        return Bodies([self._shapes.distinct[place] for place in which], obstacles)
-
     # The view ------------------------------------------------------------------------------------
 
     def fit(self, whole=False):
@@ -323,11 +237,11 @@ class MapScene(QWidget):
         ``whole``: all obstacles, however far away, but for land.
         """
         self._untouched, self._whole = True, whole
-        self._look_at(self._bounds(everything=True), self._shapes.farthest)
+        self._look_at(self._bounds(everything=True), self.team.shapes.farthest)
 
     def _bounds(self, everything):
         """Return points (k, 2) about the team, with ``everything`` about targets and obstacles too."""
-        parts = [self._pose[self._known, :2]]
+        parts = [self.team.pose[self.team.known, :2]]
         if everything and self._targets is not None and self._shown["targets"]:
             parts.append(self._targets[np.isfinite(self._targets).all(axis=1)])
         if everything and self._shown["trails"]:
@@ -352,7 +266,7 @@ class MapScene(QWidget):
         position = self._bounds(everything=False)
         if not self._frame.sees(self._frame.to_screen(position)).all():
             points = self._bounds(everything=True)
-            self._look_at(points, self._shapes.farthest + ROOM * np.ptp(points, axis=0).max())
+            self._look_at(points, self.team.shapes.farthest + ROOM * np.ptp(points, axis=0).max())
 
     def to_screen(self, x, y):
         """Return where the point (x, y) [m] is in the widget, (x, y) [px]."""

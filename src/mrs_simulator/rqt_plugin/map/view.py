@@ -7,6 +7,7 @@ import numpy as np
 from python_qt_binding.QtCore import QEvent, Qt, Signal
 from python_qt_binding.QtWidgets import QToolTip
 
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import GRIP
 from mrs_simulator.rqt_plugin.map.look import Look
@@ -59,7 +60,7 @@ class MapView(PaintedMap):
         at = _place(event)
         row = self._robot_at(at)
         kind = self._kind_of_drag(event, row)
-        grip = self._pose[row, :2] - self._frame.to_plane(at) if row >= 0 else np.zeros(2)
+        grip = self.team.pose[row, :2] - self._frame.to_plane(at) if row >= 0 else np.zeros(2)
         self._cursor, self._moved = at, False
         self._drag = Drag(kind, row, at, grip, event.button()) if kind else None
         if kind == "turn":
@@ -113,21 +114,23 @@ class MapView(PaintedMap):
             self._frame.pan(at - self._cursor)
             self._untouched = False
         elif kind == "move":
-            self._edit(row, self._frame.to_plane(at) + grip, self._pose[row, 2])
+            self._edit(row, self._frame.to_plane(at) + grip, self.team.pose[row, 2])
         elif kind == "turn":
-            toward = self._frame.to_plane(at) - self._pose[row, :2]
+            toward = self._frame.to_plane(at) - self.team.pose[row, :2]
             if np.hypot(*toward) * self._frame.scale > CLICK:
-                self._edit(row, self._pose[row, :2], math.atan2(toward[1], toward[0]))
+                self._edit(row, self.team.pose[row, :2], math.atan2(toward[1], toward[0]))
         elif kind == "obstacle":
             self.editor.drag(self._frame.to_plane(at), self.grain, shifted)
         self.update()
 
     def _edit(self, row, position, theta):
-        pose = self._pose.copy()
+        pose = self.team.pose.copy()
         pose[row] = position[0], position[1], theta
-        self._place(pose, self._fresh, self._real, self._z)
+        z = self.team.z
+        spatial = None if z is None else upright(pose[:, 2], z)
+        self.team.place(pose, self.team.fresh, self.team.real, spatial)
         self._begin_anew = True
-        self.pose_edited.emit(self._numbers[row], *pose[row].tolist())
+        self.pose_edited.emit(self.team.numbers[row], *pose[row].tolist())
 
     @guarded
     def mouseReleaseEvent(self, event):
@@ -147,13 +150,13 @@ class MapView(PaintedMap):
         if other < 0 or other == row:
             return
         # Drawn as it will be: from the robot that is heard to the one that hears.
-        pair = self._numbers[other], self._numbers[row]
+        pair = self.team.numbers[other], self.team.numbers[row]
         if not self._edges.holds(*pair):
             self.edge_added.emit(*pair)
 
     def _click(self, row, at):
         if self._mode == "look" and row >= 0:
-            self.robot_clicked.emit(self._numbers[row])
+            self.robot_clicked.emit(self.team.numbers[row])
         elif self._mode == "edges":
             edge = self._edge_at(at)
             if edge is not None:
@@ -223,15 +226,15 @@ class MapView(PaintedMap):
         at = np.array([event.pos().x(), event.pos().y()], dtype=float)
         row, text = self._robot_at(at), ""
         if row >= 0:
-            x, y, theta = self._pose[row]
+            x, y, theta = self.team.pose[row]
             text = "Robot {}: x = {:.3f} m, y = {:.3f} m, {}\u03b8 = {:.1f}\u00b0{}".format(
-                self._numbers[row],
+                self.team.numbers[row],
                 x,
                 y,
-                "" if self._z is None else "z = {:.3f} m, ".format(self._z[row]),
+                "" if self.team.z is None else "z = {:.3f} m, ".format(self.team.z[row]),
                 math.degrees(math.remainder(theta, 2.0 * math.pi)),
-                ("\nA real robot" if self._numbers[row] in self._real else "")
-                + ("" if self._fresh[row] else "\nNot heard lately"),
+                ("\nA real robot" if self.team.numbers[row] in self.team.real else "")
+                + ("" if self.team.fresh[row] else "\nNot heard lately"),
             )
         else:
             edge = self._edge_at(at)

@@ -14,7 +14,7 @@ from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.world import refuse_in_obstacles
+from mrs_simulator.world.checks import refuse_in_obstacles
 
 SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots

@@ -1,0 +1,123 @@
+"""Joins the topics of stage and controller once there is a master, and follows what others publish."""
+
+import threading
+
+import rosgraph
+import rospy
+from rospy.impl.registration import Registration, get_registration_listeners
+from std_msgs.msg import Bool, String
+
+from mrs_simulator.ros.messages import Collision, ControlStatus, StageStatus, TeamState
+
+AT_ONCE = 20  # [-] states of a fast simulation that may come together, and none is missed
+LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
+LEAST_PERIOD = 0.1  # [s] of it when other sensors are looked at in between
+
+KEPT = (
+    ("stage", "stage/status", StageStatus),
+    ("scenario", "stage/scenario", String),
+    ("control", "pioneer_control/status", ControlStatus),
+    ("emergency", "emergency_stop", Bool),
+)
+
+
+class MasterWatch:
+    """A thread that alone joins topics and leaves them.
+
+    Without a master rospy would wait for one, and so would the GUI.
+    """
+
+    def __init__(self, inbox, robots, sensors, diagnostics, emergency):
+        """What is heard goes into ``inbox``; the others join and leave topics of their own."""
+        self._inbox, self._robots, self._sensors = inbox, robots, sensors
+        self._diagnostics, self._emergency = diagnostics, emergency
+        self._ended, self.online = threading.Event(), False
+        self.registered = frozenset()  # of the names in KEPT: those that somebody publishes
+        self.subscribers = {}  # made once there is a master
+        self.thread = threading.Thread(target=self._look, daemon=True)
+
+    def start(self):
+        """Begin to look."""
+        self.thread.start()
+
+    def end(self):
+        """Ask the thread to withdraw from everything, and to end."""
+        self._ended.set()
+        self._sensors.changed.set()  # wakes it
+
+    def _look(self):
+        while not self._ended.is_set():
+            try:
+                self.online = rosgraph.is_master_online()
+                if self._inbox.is_fresh("state"):
+                    self._robots.forget()
+                if self.online:
+                    self._follow_master()
+            except Exception as error:  # a master on its way out
+                rospy.logdebug("gui: looking at the master: %s", error)
+            self._sensors.changed.wait(LOOK_PERIOD)
+            self._sensors.changed.clear()
+            self._ended.wait(LEAST_PERIOD)
+        self._withdraw()
+
+    def _join(self):
+        self._emergency.advertise()
+        subscribers = {
+            "state": rospy.Subscriber(
+                "stage/state",
+                TeamState,
+                self._inbox.keep_state,
+                queue_size=AT_ONCE,
+                tcp_nodelay=True,
+            ),
+            "collisions": rospy.Subscriber(
+                "stage/collisions", Collision, self._inbox.keep_collision
+            ),
+        }
+        for name, topic, kind in KEPT:
+            subscribers[name] = rospy.Subscriber(topic, kind, self._inbox.keep, name, queue_size=1)
+        self.subscribers = subscribers
+
+    def _follow_master(self):
+        if not self.subscribers:
+            self._join()
+        master = rosgraph.Master(rospy.get_name())
+        published, subscribed, _ = map(dict, master.getSystemState())
+        self._register_again(published, subscribed)
+        self.registered = frozenset(
+            name for name, _, _ in KEPT if published.get(self.subscribers[name].resolved_name)
+        )
+        stages, controllers = (
+            published.get(self.subscribers[name].resolved_name) for name in ("state", "control")
+        )
+        alone, looked_at = not self._inbox.is_fresh("state"), not self._sensors.is_idle
+        kinds = dict(master.getTopicTypes()) if alone or looked_at else {}
+        if alone:
+            self._robots.follow(published, subscribed, kinds, stages, controllers)
+        if looked_at:
+            self._sensors.follow(published, subscribed, kinds, controllers)
+        self._diagnostics.follow()
+
+    def _register_again(self, published, subscribed):
+        """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
+        known = {Registration.PUB: published, Registration.SUB: subscribed}
+        topics = [
+            *self.subscribers.values(),
+            *self._robots.subscribers(),
+            *self._sensors.subscribers(),
+            *filter(None, [self._diagnostics.subscriber]),
+        ]
+        for topic in (*topics, self._emergency.publisher):
+            if rospy.get_name() not in known[topic.reg_type].get(topic.resolved_name, ()):
+                get_registration_listeners().notify_added(
+                    topic.resolved_name, topic.type, topic.reg_type
+                )
+
+    def _withdraw(self):
+        for subscriber in self.subscribers.values():
+            subscriber.unregister()
+        self._robots.forget()
+        self._sensors.close()
+        self._diagnostics.close()
+        if self._emergency.publisher is not None:
+            self._emergency.publisher.unregister()

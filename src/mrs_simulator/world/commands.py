@@ -1,0 +1,126 @@
+"""The commands in force of n robots, and the watchdogs that end them."""
+
+import numpy as np
+
+from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
+
+EVERY = slice(None)  # the rows of all robots
+FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
+AT_REST = [0.0, 0.0, np.nan, np.nan]  # efforts of thrusters that a watchdog has stopped
+
+
+class Commands:
+    """What robots of a ``team`` are commanded; each one's own watchdog makes silence a command of zero."""
+
+    def __init__(self, team, clock, timeout=None, steps_per_watch=1, mismatch=NO_MISMATCH):
+        """``timeout`` [s] of simulated time, by default that of each robot's kind, looked at every
+        ``steps_per_watch``; ``mismatch``: how robots obey."""
+        self._team, self._clock, self._mismatch = team, clock, mismatch
+        self._steps_per_watch = steps_per_watch
+        self.timeouts = team.timeouts if timeout is None else np.full(team.n, float(timeout))
+        self.shortest_timeout = float(self.timeouts.min())
+        # Drives that do something of their own when they hear nothing, such as to land.
+        self.own_stops = [group for group in team.groups if hasattr(group.drive, "silent")]
+        self.refused = np.zeros(team.n, dtype=int)
+        self.begin()
+
+    def begin(self):
+        """Let all robots be at rest and never have heard a command."""
+        n = self._team.n
+        self.target = np.zeros((n, len(self._team.axes)), order="F")
+        self.efforts = None  # (n, 4) of thrusters told past their controllers, nan: not so
+        self.commanded = np.zeros(n, dtype=bool)
+        self.heard = np.full(n, -1)  # the step of the last accepted command, -1 for none
+        self._longest_silent = self._clock.steps  # no commanded robot was heard last before it
+        self.obedience = None
+        if self._mismatch != NO_MISMATCH:
+            fitting = self._mismatch.with_robots(n)
+            self.obedience = Obedience(fitting, self._team.axes, n, self._clock.step_size)
+
+    def rewind(self):
+        """Follow the clock back to 0."""
+        self._longest_silent = 0
+
+    def set(self, rows, commands):
+        """Give robots ``rows`` (m,), or ``EVERY`` robot, the commands (m, a), as ``team.axes``.
+
+        One that is not finite, or beyond ``FASTEST``, is refused and counted in ``refused``.
+        """
+        rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
+        commands = np.asarray(commands, dtype=float)
+        size = np.abs(commands)
+        if not size.max(initial=0.0) <= FASTEST:  # nor is nan
+            finite = (size <= FASTEST).all(axis=1)
+            rows = np.arange(self._team.n)[rows]
+            np.add.at(self.refused, rows[~finite], 1)
+            rows, commands = rows[finite], commands[finite]
+        self.target[rows] = commands
+        self.heard[rows] = self._clock.steps
+        self.commanded[rows] = True
+        if self.efforts is not None:
+            self.efforts[rows] = np.nan
+
+    def set_efforts(self, rows, efforts):
+        """Tell the thrusters of ``rows`` (m,) ``efforts`` (m, 4); infinite ones are refused and counted."""
+        fits = ~np.isinf(efforts).any(axis=1)
+        np.add.at(self.refused, rows[~fits], 1)
+        self.efforts[rows[fits]] = efforts[fits]
+        self.heard[rows[fits]], self.commanded[rows[fits]] = self._clock.steps, True
+
+    def set_arm_rates(self, row, rates):
+        """Let the arm of robot ``row`` turn at ``rates`` (k,) [rad/s], whatever its base does."""
+        if np.abs(rates).max() <= FASTEST:  # nor is nan
+            self.target[row, -len(rates) :] = rates
+
+    def stop(self, rows):
+        """Make the commands of robots ``rows`` zero, as if they had been told to stop."""
+        self.target[rows] = 0.0
+        if self.efforts is not None:
+            self.efforts[rows] = np.nan
+
+    def forget(self, rows):
+        """Let robots ``rows`` be at rest and never have heard a command."""
+        self.target[rows], self.heard[rows], self.commanded[rows] = 0.0, -1, False
+
+    def heard_all(self, step):
+        """Note that all robots heard a command at ``step``."""
+        self.heard[:] = step
+        self.commanded[:] = True
+
+    @property
+    def silent(self):
+        """Return which robots, (n,) bool, were commanded once and have been silent for too long."""
+        return (self.heard >= 0) & ~self.commanded
+
+    def obeyed(self):
+        """Return what robots make of the commands in force, (n, a)."""
+        return self.obedience.obeyed(self.target) if self.obedience else self.target
+
+    def watch(self):
+        """Stop robots that have heard nothing for longer than their timeouts."""
+        if self._clock.steps % self._steps_per_watch:
+            return
+        if not self._too_long(self._longest_silent, self.shortest_timeout):
+            return
+        late = self._too_long(self.heard, self.timeouts) & self.commanded
+        if late.any():
+            self.target[late] = 0.0
+            self.commanded[late] = False
+            if self.efforts is not None:
+                told = late & ~np.isnan(self.efforts).all(axis=1)
+                self.efforts[told] = AT_REST
+        self._longest_silent = self.heard[self.commanded].min(initial=self._clock.steps)
+
+    def stop_silent(self, late):
+        """Let robots ``late``, (n,) bool, do what their drives do in silence, such as land."""
+        for group in self.own_stops:
+            rows = np.arange(self._team.n)[group.rows]
+            out = late[rows]
+            if out.any():
+                seconds = self._clock.since(self.heard[rows]) - self.timeouts[rows]
+                command = group.of(self.target).copy()
+                command[out] = group.drive.silent(seconds, group.numbers)[out]
+                group.put(self.target, command)
+
+    def _too_long(self, heard, timeout):
+        return self._clock.since(heard) > timeout - 1e-9

@@ -1,0 +1,47 @@
+"""Which robots touch, when a touch is a new collision, and how close robots have come."""
+
+from mrs_simulator.core.recording import Collision
+
+FORGET = 0.1  # [s] without contact after which touching again is a new collision
+FEW = 100  # [-] past contacts that may be kept in memory whatever their age
+
+
+class Contacts:
+    """Collisions of a team, as a ``motion`` meets them."""
+
+    def __init__(self, motion, clock):
+        self._motion, self._clock = motion, clock
+        self.begin()
+
+    def begin(self):
+        """Forget all contacts, and the distances so far."""
+        self._last = {}  # the step of the last contact of each pair
+        self._new = []
+        self.closest = self._motion.closest()  # [m] between two centres so far
+
+    def note(self, contacts):
+        """Note ``contacts`` of this step, ``(first, second, x, y)`` each."""
+        now = self._clock.steps
+        for first, second, *place in contacts:
+            last = self._last.get((first, second))
+            if last is None or self._is_over(last):
+                self._new.append(Collision(self._clock.time, first, second, *place))
+            self._last[first, second] = now
+        if len(self._last) > 2 * len(contacts) + FEW:
+            self._last = {
+                pair: last for pair, last in self._last.items() if not self._is_over(last)
+            }
+        self.measure()  # robots in contact are as close as robots come
+
+    def measure(self):
+        """Return the least distance [m] between two centres so far, now included."""
+        self.closest = min(self.closest, self._motion.closest())
+        return self.closest
+
+    def take(self):
+        """Return the collisions begun since the last call."""
+        taken, self._new = self._new, []
+        return taken
+
+    def _is_over(self, last):
+        return self._clock.since(last) > FORGET

@@ -1,0 +1,144 @@
+"""Which motion moves a team: by its fidelity, and by what its robots move in."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.moving import moves
+from mrs_simulator.core.scenario import FIDELITIES
+from mrs_simulator.vehicles import Team
+from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
+from mrs_simulator.world.armed import ArmedMotion
+from mrs_simulator.world.checks import WorldError
+from mrs_simulator.world.forced import ForcedMotion
+from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
+from mrs_simulator.world.touching import is_available
+
+NO_SOLVER = (
+    "fidelity 'dynamic': the Python package pybullet is missing; wanted it installed "
+    "(pip install pybullet), or fidelity kinematic"
+)
+
+
+class Surroundings(NamedTuple):
+    """What motions need to know beside the team; as ``World.__init__`` has it."""
+
+    fidelity: str
+    obstacles: tuple  # as they begin
+    limits: Any
+    step: float  # [s]
+    mirrored: np.ndarray  # (k,) rows
+    environment: Any
+    counts_wheels: bool
+    seed: int
+    hand_length: float  # [m]
+    command_period: float  # [s]
+
+
+def new_motion(team, poses, z, around):
+    """Return the motion of ``team`` from ``poses`` (n, 3) and heights ``z`` (n,) or None, all at rest.
+
+    ``around``: the ``Surroundings``.  Raises ``WorldError`` where there is no such motion.
+    """
+    _refuse_moving_obstacles(team, around)
+    if team.has_arms:
+        return _armed(team, poses, z, around)
+    if around.fidelity == "point_mass":
+        return _of_points(team, poses, z, around)
+    if around.fidelity == "kinematic":
+        return _kinematic(team, poses, z, around)
+    if around.fidelity == "dynamic":
+        return _dynamic(team, poses, z, around)
+    text = "fidelity {!r}: wanted one of {}"
+    raise WorldError(text.format(around.fidelity, ", ".join(FIDELITIES)))
+
+
+def _refuse_moving_obstacles(team, around):
+    moving = next(filter(moves, around.obstacles), None)
+    if moving is not None and (team.has_arms or around.fidelity == "dynamic"):
+        text = "obstacle {} moves: wanted fidelity kinematic, and robots without arms"
+        raise WorldError(text.format(moving.name))
+
+
+def _of_points(team, poses, z, around):
+    return PointMassMotion(
+        Team(team.kinds, None),
+        poses,
+        around.hand_length,
+        around.step,
+        mirrored=around.mirrored,
+        period=around.command_period,
+        environment=around.environment,
+        z=z,
+    )
+
+
+def _kinematic(team, poses, z, around):
+    bodies, more = _bodies(team, poses, around), _moved_through(around)
+    if team.is_spatial:
+        return AirborneMotion(*bodies, **more, z=z)
+    return KinematicMotion(*bodies, **more)
+
+
+def _dynamic(team, poses, z, around):
+    bodies, more = _bodies(team, poses, around), _moved_through(around)
+    media = {group.drive.MEDIUM for group in team.groups}
+    if "air" in media:
+        _refuse_forceless(team)
+        _need_solver()
+        return ForcedAirborneMotion(*bodies, **more, seed=around.seed, z=z)
+    if "water" in media:
+        return ForcedMotion(*bodies, **more, seed=around.seed)
+    try:
+        from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
+    except ModuleNotFoundError as error:
+        if error.name != "pybullet":
+            raise
+        raise WorldError(NO_SOLVER) from None
+    return DynamicMotion(*bodies, mirrored=around.mirrored)
+
+
+def _armed(team, poses, z, around):
+    _refuse_armed(team, around.fidelity)
+    if around.fidelity != "dynamic":
+        return ArmedMotion(team, new_motion(team.bases, poses, z, around), mirrored=around.mirrored)
+    _need_solver()
+    from mrs_simulator.world.dynamic_arms import ArmedDynamicMotion  # pybullet, as above
+
+    return ArmedDynamicMotion(*_bodies(team, poses, around), mirrored=around.mirrored)
+
+
+def _bodies(team, poses, around):
+    return team, poses, around.obstacles, around.limits, around.step
+
+
+def _moved_through(around):
+    return {
+        "mirrored": around.mirrored,
+        "encoders": around.counts_wheels,
+        "environment": around.environment,
+    }
+
+
+def _need_solver():
+    if not is_available():
+        raise WorldError(NO_SOLVER)
+
+
+def _refuse_forceless(team):
+    """Raise ``WorldError`` that names the first robot that flies without a motion with forces."""
+    for row, each in enumerate(team.kinds):
+        if each.module.MEDIUM == "air" and not hasattr(each.module, "with_forces"):
+            text = "fidelity 'dynamic': robot{}, {}, has no motion with forces; wanted kinematic"
+            raise WorldError(text.format(row + 1, each.title))
+
+
+def _refuse_armed(team, fidelity):
+    """Raise ``WorldError`` that names the first robot whose arm has no motion of this ``fidelity``."""
+    media = {group.drive.MEDIUM for group in team.groups}
+    if fidelity == "kinematic" or (fidelity == "dynamic" and media == {"ground"}):
+        return
+    for row, each in enumerate(team.kinds):
+        if each.arm is not None:
+            text = "fidelity {!r}: robot{}, {}, has an arm; wanted kinematic"
+            raise WorldError(text.format(fidelity, row + 1, each.title))

@@ -77,12 +77,14 @@ def test_what_is_no_number_is_written_as_python_does(anew, monkeypatch):
     assert number_rows.rows_text([[1e16, 1e-7], [-1e300, 0.0]]) == ["1e+16,1e-7", "-1e+300,0.0"]
 
 
-def test_lines_hold_stamp_robot_numbers_and_end_however_many_are_made_at_once(monkeypatch):
+@pytest.mark.parametrize("at_once", [1, 2, 3, 5, 500])
+def test_lines_hold_stamp_robot_numbers_and_end_however_many_are_made_at_once(at_once, monkeypatch):
+    monkeypatch.setattr(number_rows, "AT_ONCE", at_once)
     table, ends = np.arange(10.0).reshape(5, 2), [",a%s"] * 4 + [",b"]
-    wanted = [
-        "0.5,{},{},{}{}\n".format(r + 1, 2.0 * r, 2.0 * r + 1.0, e) for r, e in enumerate(ends)
+    form = "{{}},{},{},{}{}\n".format
+    wanted = "".join(form(r + 1, 2.0 * r, 2.0 * r + 1.0, end) for r, end in enumerate(ends))
+    lines = number_rows.Lines(range(1, 6), ends).texts([0.5, 1e-05, 3.0], np.stack([table] * 3))
+    assert ["".join(texts) for texts in lines] == [
+        wanted.format(*[stamp] * 5) for stamp in ("0.5", "1e-05", "3.0")
     ]
-    for at_once in (1, 2, 5, 500):
-        monkeypatch.setattr(number_rows, "AT_ONCE", at_once)
-        texts = number_rows.Lines(range(1, 6), ends).texts(0.5, table)
-        assert "".join(texts) == "".join(wanted) and len(texts) == -(-5 // at_once)
+    assert {len(texts) for texts in lines} == {-(-5 // at_once)}

@@ -62,12 +62,12 @@ def test_whole_blocks_are_kept_and_the_rest_follows_when_there_is_room(tmp_path,
     blocks = Blocks(path, "head\n")
     disk = blocks._file = Disk(blocks._file, 25)
     for k in range(6):
-        blocks.add("block {}\n".format(k))
+        blocks.add(["block {}\n".format(k)])
     with open(path) as file:
         assert file.read() == "head\nblock 0\nblock 1\n"
     assert blocks.trouble == "No space left on device" and not blocks.lost
     disk.room = 1000
-    blocks.add("block 6\n")
+    blocks.add(["block 6\n"])
     assert not blocks.trouble
     blocks.close()
     blocks.close()
@@ -83,7 +83,7 @@ def test_a_block_of_several_texts_is_in_the_file_whole_or_not_at_all(
     blocks = Blocks(path, "head\n")
     disk = blocks._file = Disk(blocks._file, 35)
     for k in range(3):
-        blocks.add("block {}, ".format(k), "its end\n")
+        blocks.add(["block {}, ".format(k), "its end\n"])
     with open(path) as file:
         assert file.read() == "head\nblock 0, its end\n"
     disk.room = 1000
@@ -97,7 +97,7 @@ def test_memory_is_bounded_and_what_is_lost_is_counted(tmp_path, impatient, monk
     blocks = Blocks(str(tmp_path / "run.csv"), "head\n")
     blocks._file = Disk(blocks._file, 10)
     for _ in range(100):
-        blocks.add("0123456789\n")
+        blocks.add(["0123456789\n"])
     assert blocks._size < 150 and blocks.lost == 90
     blocks.close()
     assert blocks.lost == 100
@@ -188,3 +188,16 @@ def test_a_device_is_written_to_as_it_is_and_named():
     with pytest.raises(OSError) as caught, naming("a"):
         open("/missing/file")
     assert caught.value.filename == "/missing/file"
+
+
+@pytest.mark.parametrize("period, there", [(0.0, 1), (1000.0, 0)])
+def test_samples_are_written_after_the_period_and_at_the_end(tmp_path, monkeypatch, period, there):
+    monkeypatch.setattr(writing, "FLUSH_PERIOD", period)
+    path = str(tmp_path / "run.csv")
+    with Recorder(path, [1, 2]) as recorder:
+        recorder.sample(0.0, np.zeros((2, 3)), np.zeros((2, 2)))  # the first is always due
+        for k in range(1, 4):
+            recorder.sample(0.1 * k, np.full((2, 3), float(k)), np.zeros((2, 2)))
+            with open(path) as file:
+                assert len(file.readlines()) == 3 + 2 * k * there
+    np.testing.assert_array_equal(read_run_csv(path).pose[:, 1, 0], range(4))

@@ -127,7 +127,8 @@ def part_of(moved, fraction):
 def hand_points(pose, l):
     """Return the hand points, shape (..., 2) [m]: ``alpha = (x + l cos theta, y + l sin theta)``, eq. (2).
 
-    ``pose`` has shape (..., 3) [m, m, rad]; ``l`` [m] is the distance from the wheel-axle centre.
+    ``pose`` has shape (..., 3) [m, m, rad]; ``l`` [m], () or (..., n), is the distance from the wheel-axle
+    centre.
     """
     pose = np.asarray(pose, dtype=float)
     cos, sin = cos_sin(pose[..., 2])

@@ -7,6 +7,7 @@ is not used.
 """
 
 import functools
+import itertools
 import re
 
 import numpy as np
@@ -31,16 +32,21 @@ class Lines:
         """``robots``: their numbers; ``ends``: what ends the lines of each, such as ``,kind``."""
         ends = [end.replace("%", "%%") for end in ends]
         forms = ["\0,{},%s{}\n".format(*each) for each in zip(robots, ends)]
-        begins = range(0, len(forms), AT_ONCE)
-        self._forms = ["".join(forms[begin : begin + AT_ONCE]) for begin in begins]
+        parts = [forms[begin : begin + AT_ONCE] for begin in range(0, len(forms), AT_ONCE)]
+        self._forms = [("".join(part), len(part)) for part in parts]
 
-    def texts(self, stamp, table):
-        """Return the lines, in several texts, of a sample at ``stamp`` [s] of ``table`` (n, c)."""
-        stamp, result = repr(float(stamp)), []
-        for index, form in enumerate(self._forms):
-            rows = rows_text(table[index * AT_ONCE : (index + 1) * AT_ONCE])
-            result.append(form.replace("\0", stamp) % tuple(rows))
-        return result
+    def texts(self, stamps, tables):
+        """Return the lines of samples at ``stamps`` (k,) [s] of ``tables`` (k, n, c): texts of each."""
+        table = tables.reshape(-1, tables.shape[2])
+        parts = (rows_text(table[at : at + AT_ONCE]) for at in range(0, len(table), AT_ONCE))
+        rows = itertools.chain.from_iterable(parts)
+        return [
+            [
+                form.replace("\0", stamp) % tuple(itertools.islice(rows, n))
+                for form, n in self._forms
+            ]
+            for stamp in map(repr, stamps)
+        ]
 
 
 def rows_text(table):

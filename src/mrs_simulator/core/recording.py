@@ -14,7 +14,7 @@ from mrs_simulator.core.incidents import WORDS, Incident
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.load import Carried
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.number_rows import Lines
+from mrs_simulator.core.number_rows import AT_ONCE, Lines
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.core.run_columns import (
@@ -132,10 +132,12 @@ class Recorder:
         self._numbers, self._samples = list(robots), 0
         shape = len(self._numbers), self.columns.width
         self._table = np.empty((kept if 8 * kept * math.prod(shape) <= MOST_KEPT else 0, *shape))
-        self._rows = np.empty((shape[0], shape[1] - 2))  # of the newest sample
+        # What waits to be written: text is made of several small samples at once, in half of the time.
+        self._stamps = []
+        self._waiting = np.empty((max(1, AT_ONCE // shape[0]), shape[0], shape[1] - 2))
         ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
-        self._hand_length = hand_length
+        self._arms = np.full(shape[0], float(hand_length))  # [m]
         self._file = Blocks(path, ",".join(self.columns.names) + "\n")
         self._tell = tell or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
@@ -161,7 +163,7 @@ class Recorder:
         ``spatial.z``, ``load``, a ``Carried``, and ``estimate`` (n, 3): needed where the file's columns
         have them, else left out.  Numbers are written with the fewest digits that read back to the same.
         """
-        hand = hand_points(pose, self._hand_length) if points is None else points
+        hand = hand_points(pose, self._arms) if points is None else points
         blocks, columns = [pose, hand, command], self.columns
         if columns.twist:
             blocks.append(twist)
@@ -176,12 +178,21 @@ class Recorder:
             blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
         if columns.estimate:
             blocks.append(estimate)
-        self._stamp, rows = float(stamp), np.concatenate(blocks, axis=1, out=self._rows)
+        self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
+        np.concatenate(blocks, axis=1, out=rows)
         if self._samples < len(self._table):
             table = self._table[self._samples]
             table[:, 0], table[:, 1], table[:, 2:] = stamp, self._numbers, rows
         self._samples += 1
-        self._file.add(*self._lines.texts(self._stamp, rows))
+        self._stamps.append(self._stamp)
+        if self._file.is_due or len(self._stamps) == len(self._waiting):
+            self._hand_over()
+
+    def _hand_over(self):
+        """Give the file what waits, as text."""
+        waiting = self._waiting[: len(self._stamps)]
+        self._file.add(*self._lines.texts(self._stamps, waiting))
+        self._stamps.clear()
         self._note()
 
     def _note(self):
@@ -215,6 +226,8 @@ class Recorder:
 
     def close(self):
         """Finish the file; closing twice does no harm."""
+        if self._stamps:
+            self._hand_over()
         self._file.close()
         self._note()
 

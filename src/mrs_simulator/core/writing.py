@@ -66,14 +66,20 @@ class Blocks:
                 self._file.close()
                 raise
 
-    def add(self, *block):
-        """Append a ``block``, texts that make whole lines together, at once or soon."""
-        if self._size > MOST_PENDING and self.trouble:
-            self.lost += 1
-        else:
-            self._pending.append(block)
-            self._size += _size(block)
-        if time.monotonic() >= self._due or (self._size > AT_ONCE and not self.trouble):
+    @property
+    def is_due(self):
+        """Return whether what is added now is written at once."""
+        return time.monotonic() >= self._due
+
+    def add(self, *blocks):
+        """Append ``blocks``, each a list of texts that make whole lines together, at once or soon."""
+        for block in blocks:
+            if self._size > MOST_PENDING and self.trouble:
+                self.lost += 1
+            else:
+                self._pending.append(block)
+                self._size += _size(block)
+        if self.is_due or (self._size > AT_ONCE and not self.trouble):
             self.flush()
 
     def flush(self):

@@ -14,6 +14,7 @@ from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.controller_log import failure
+from mrs_simulator.core.kinematics import greatest
 from mrs_simulator.core.pages import with_page
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import FARTHEST
@@ -79,6 +80,7 @@ class Experiment:
         world.rise()
         self._asked(self.control.start)
         steps = int(round(scenario.duration / scenario.step))
+        command_every, record_every = scenario.steps_per_command, scenario.steps_per_record
         leaps = self._leaps()
         if leaps is not None:
             yield from self._leaping(leaps, steps)
@@ -90,9 +92,9 @@ class Experiment:
                 self._recorder.update(step, world)
             if self.estimator is not None:
                 self._estimate(step)
-            if step % scenario.steps_per_command == 0:
+            if step % command_every == 0:
                 self._command_all()
-            if step % scenario.steps_per_record == 0:
+            if step % record_every == 0:
                 self._check_near(world)
                 yield world.time, world.pose.copy(), world.command.copy()
             if step < steps:
@@ -178,9 +180,9 @@ class Experiment:
         return dict(told, joints=world.joints) if columns.joints else told
 
     def _check_near(self, world):
-        apart = np.abs(world.pose[:, :2])
-        if not apart.max() <= FARTHEST:  # nor is nan
-            far = np.flatnonzero(~(apart <= FARTHEST).all(axis=1))
+        places = world.pose[:, :2]
+        if not greatest(places) <= FARTHEST:  # nor is nan
+            far = np.flatnonzero(~(np.abs(places) <= FARTHEST).all(axis=1))
             world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))

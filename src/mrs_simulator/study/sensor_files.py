@@ -120,7 +120,7 @@ class SensorFiles:
             fields = [np.ravel(getattr(reading, field)) for field in reading.PER_ROBOT]
             rows = [np.concatenate(fields).tolist()]
         begin = "{!r},{}".format(round(float(time), 9), number)
-        self._files[name].add("".join(self._line(begin, row, sensor) for row in rows))
+        self._files[name].add([self._line(begin, row, sensor) for row in rows])
 
     @staticmethod
     def _line(begin, row, sensor):

@@ -4,9 +4,11 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.core.recording import Recorder
 from mrs_simulator.study import drawing_apart, figures
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -34,12 +36,19 @@ def test_figures_drawn_apart_are_those_drawn_here(tmp_path):
 
 def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
     def fail(run, *options):
-        raise OSError(28, "No space left on device", run.pose)
+        raise OSError(28, "No space left on device", run.pose.shape)
 
     monkeypatch.setattr(figures, "figures", fail)
-    drawing = drawing_apart.Drawing()
-    drawing._ask(drawing._pipes[1], "figures", *(figures.Look(),))
-    with pytest.raises(Exception, match="pose"):
+    recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3)
+    drawing = drawing_apart.Drawing(("png",))
+    assert not drawing.is_able
+    drawing.fork(recorder, None)
+    for time in (0.0, 0.1, 0.2):  # only now, and seen there all the same
+        recorder.sample(time, np.zeros((2, 3)), np.zeros((2, 2)))
+    assert drawing.is_able
+    recorder.close()
+    drawing.figures(recorder.run(), str(tmp_path))
+    with pytest.raises(OSError, match="(3, 2, 3)"):
         drawing.finish()
     drawing.close()
     with pytest.raises(ChildProcessError):

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import math
+import mmap
 import os
 import sys
 from array import array
@@ -30,6 +31,7 @@ from mrs_simulator.core.writing import Blocks, write_text
 
 BLOCK = 1 << 22  # [characters] of a file read at once
 MOST_KEPT = 1 << 29  # [bytes] of numbers
+STAMPS = 2  # [-] columns before the numbers: time and robot
 LONGEST_CAUSE = 200  # [characters] of an error that is handed on
 FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "ended": str,
@@ -130,11 +132,12 @@ class Recorder:
         self.path = path
         self.columns = Columns(tuple(axes)) if columns is None else columns
         self._numbers, self._samples = list(robots), 0
-        shape = len(self._numbers), self.columns.width
-        self._table = np.empty((kept if 8 * kept * math.prod(shape) <= MOST_KEPT else 0, *shape))
+        shape = len(self._numbers), self.columns.width - STAMPS
+        self._kept = _shared(kept, *shape)
+        self._times = np.empty(len(self._kept))
         # What waits to be written: text is made of several small samples at once, in half of the time.
         self._stamps = []
-        self._waiting = np.empty((max(1, AT_ONCE // shape[0]), shape[0], shape[1] - 2))
+        self._waiting = np.empty((max(1, AT_ONCE // shape[0]), *shape))
         ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
         self._arms = np.full(shape[0], float(hand_length))  # [m]
@@ -180,9 +183,8 @@ class Recorder:
             blocks.append(estimate)
         self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
         np.concatenate(blocks, axis=1, out=rows)
-        if self._samples < len(self._table):
-            table = self._table[self._samples]
-            table[:, 0], table[:, 1], table[:, 2:] = stamp, self._numbers, rows
+        if self._samples < len(self._kept):
+            self._times[self._samples], self._kept[self._samples] = stamp, rows
         self._samples += 1
         self._stamps.append(self._stamp)
         if self._file.is_due or len(self._stamps) == len(self._waiting):
@@ -216,13 +218,25 @@ class Recorder:
 
         Where all samples are in the file and were kept, the file is not read.
         """
-        table = self._table[: self._samples]
-        if self._file.lost or not 0 < self._samples <= len(self._table):
+        if not self.has_kept_all:
             return read_run_csv(self.path, scenario)
-        if not all(np.isfinite(sample).all() for sample in table):  # no reader takes them
-            return read_run_csv(self.path, scenario)
+        return self.kept_run(self._times[: self._samples], scenario, _read_facts(self.path))
+
+    @property
+    def has_kept_all(self):
+        """Return whether the numbers of all samples are in memory, and such as a reader takes."""
+        if self._file.lost or not 0 < self._samples <= len(self._kept):
+            return False
+        return all(np.isfinite(sample).all() for sample in self._kept[: self._samples])
+
+    def kept_run(self, time, scenario, facts):
+        """Return the ``Run`` of the first m samples, at ``time`` (m,) [s]; ``facts``: collisions, ``meta``.
+
+        In processes that were forked meanwhile, too.
+        """
         kinds = tuple(" ".join(kind.split()) for kind in self.columns.kinds)
-        return _run_of(table, self.columns, kinds, _read_facts(self.path), scenario)
+        told = time, np.array(self._numbers), self._kept[: len(time)]
+        return _run_of(*told, self.columns, kinds, facts, scenario)
 
     def close(self):
         """Finish the file; closing twice does no harm."""
@@ -312,18 +326,32 @@ def read_run_csv(path, scenario=None):
         raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
     if kinds[: samples * n] != kinds[:n] * samples:
         raise RunError("{}: wanted one kind for each robot, the same at all times".format(path))
-    return _run_of(table, columns, tuple(kinds[:n]), facts, scenario)
+    time = table[:, 0, 0].copy()
+    columnwise = np.moveaxis(table[:, :, STAMPS:], -1, 0).copy()  # as a recorder keeps them
+    told = time, robots.astype(int), np.moveaxis(columnwise, 0, -1)
+    return _run_of(*told, columns, tuple(kinds[:n]), facts, scenario)
 
 
-def _run_of(table, columns, kinds, facts, scenario):
+def _shared(samples, n, width):
+    """Return an array (samples, n, width), column by column in memory that forked processes share.
+
+    Without samples where it would be larger than ``MOST_KEPT``.
+    """
+    size = 8 * samples * n * width
+    if not 0 < size <= MOST_KEPT:
+        return np.empty((0, n, width))
+    return np.moveaxis(np.frombuffer(mmap.mmap(-1, size)).reshape(width, samples, n), 0, -1)
+
+
+def _run_of(time, robots, table, columns, kinds, facts, scenario):
     """Return the ``Run`` of ``table`` (m, n, numbers); ``facts``: its collisions and ``meta``."""
     collisions, meta = facts
     run = Run(
-        time=table[:, 0, 0],
-        robots=table[0, :, 1].astype(int),
-        pose=table[:, :, 2:5],
-        hand=table[:, :, 5:7],
-        command=table[:, :, columns.slices()["command"]],
+        time=time,
+        robots=robots,
+        pose=table[:, :, :3],
+        hand=table[:, :, 3:5],
+        command=table[:, :, _slices(columns)["command"]],
         collisions=collisions,
         scenario=scenario,
         meta=meta,
@@ -335,7 +363,7 @@ def _run_of(table, columns, kinds, facts, scenario):
 
 def _more_of(table, columns):
     """Return what ``table`` (m, n, numbers) tells in the columns that not every file has, by field."""
-    at, result = columns.slices(), {}
+    at, result = _slices(columns), {}
     if columns.twist:
         result["twist"] = table[:, :, at["twist"]]
     if columns.joints:
@@ -351,6 +379,12 @@ def _more_of(table, columns):
     if columns.estimate:
         result["estimate"] = table[:, :, at["estimate"]]
     return result
+
+
+def _slices(columns):
+    """Return where blocks of numbers are in a row without its time and robot, by name."""
+    begins = columns.slices().items()
+    return {name: slice(at.start - STAMPS, at.stop - STAMPS) for name, at in begins}
 
 
 def _columns_in(header, path):

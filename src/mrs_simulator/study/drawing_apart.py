@@ -1,73 +1,90 @@
 """Figures drawn by processes of their own, while a run goes on and while it is judged.
 
-They are forked before the run, so that matplotlib is loaded meanwhile; each draws every second figure.
+They are forked as a run begins, so that matplotlib is loaded meanwhile, and see the run's samples in the
+recorder's memory: none are copied.  Each draws one figure after the other, whichever is next.
 """
 
 import contextlib
 import os
 import threading
-from multiprocessing.connection import Pipe
+from collections import deque
+from multiprocessing.connection import Pipe, wait
 
 from mrs_simulator.control.processes_apart import guarded
 
 PROCESSES = 2
-MOST_SENT = 1 << 26  # [bytes] of poses: they are copied to each process
+MOST_FIGURES = (
+    6  # [-] beside certificates, of a run in space; what a run does not have takes no time
+)
 ENDED = "the process that draws figures ended before it had drawn them"
 
 
 class Drawing:
     """Draws figures in processes apart; :meth:`finish` waits for them."""
 
-    def __init__(self):
-        """Fork; to be called while this process has no other threads."""
+    def __init__(self, formats):
+        """``formats``: those of the figures; :meth:`fork` begins."""
+        self.formats = formats
+        self._pipes, self._process = (), None
+        self._free, self._waiting, self._busy = [], deque(), []
+
+    def fork(self, recorder, scenario):
+        """Begin a run of ``scenario`` that ``recorder`` records; while this process has one thread."""
+        self._recorder = recorder
         pairs = [Pipe() for _ in range(PROCESSES)]
         self._pipes, theirs = zip(*pairs)
         self._process = os.fork()
         if self._process == 0:
             for pipe in self._pipes:
                 pipe.close()
-            guarded(_draw_all, theirs)
+            guarded(_draw_all, theirs, _drawings(recorder, scenario), self.formats)
         for pipe in theirs:
             pipe.close()
-        self._awaited = []
+        self._free = list(self._pipes)
 
-    def takes(self, run):
-        """Return whether ``run`` is small enough to be copied."""
-        return run.pose.nbytes <= MOST_SENT
+    @property
+    def is_able(self):
+        """Return whether the recorder holds the run that is to be drawn."""
+        return self._process is not None and self._recorder.has_kept_all
 
     def figures(self, run, *options):
-        """Begin to draw ``study.figures.figures(run, *options)``."""
-        scenario = run.scenario
-        if scenario is not None:  # a protocol may be a class that cannot be sent
-            control = scenario.control._replace(protocol="", parameters={})
-            run = run._replace(scenario=scenario._replace(control=control))
-        run = run._replace(meta={})
-        for row, pipe in enumerate(self._pipes):
-            self._ask(pipe, "figures", run, *options, slice(row, None, PROCESSES))
+        """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
+        told = run.time, run.collisions, run.hand.shape[2]
+        for pipe in self._pipes:
+            pipe.send(("run", told, options))
+        self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
+        self._hand_out()
 
     def certificates(self, *options):
         """Begin to draw ``study.certificate_figure.save_certificates(*options)``."""
-        self._ask(self._pipes[0], "certificates", *options)
+        self._waiting.append(("certificates", *options))
+        self._hand_out()
 
-    def _ask(self, pipe, *request):
-        pipe.send(request)
-        self._awaited.append(pipe)
+    def _hand_out(self):
+        while self._free and self._waiting:
+            self._busy.append(self._free.pop(0))
+            self._busy[-1].send(self._waiting.popleft())
 
     def finish(self):
         """Wait until all is drawn; raises what a drawing raised."""
-        while self._awaited:
-            try:
-                error = self._awaited.pop(0).recv()
-            except EOFError:
-                raise RuntimeError(ENDED) from None
-            if error is not None:
-                raise error
+        while self._busy:
+            for pipe in wait(self._busy):
+                try:
+                    error = pipe.recv()
+                except EOFError:
+                    raise RuntimeError(ENDED) from None
+                if error is not None:
+                    raise error
+                self._busy.remove(pipe)
+                self._free.append(pipe)
+            self._hand_out()
 
     def close(self):
         """End the processes."""
         for pipe in self._pipes:
             pipe.close()
-        os.waitpid(self._process, 0)
+        if self._process is not None:
+            os.waitpid(self._process, 0)
 
 
 @contextlib.contextmanager
@@ -77,35 +94,58 @@ def drawing(formats):
     if not (formats and alone and len(os.sched_getaffinity(0)) > 1):
         yield None
         return
-    made = Drawing()
+    made = Drawing(formats)
     try:
         yield made
     finally:
         made.close()
 
 
-def _draw_all(pipes):
-    """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
-    from mrs_simulator.study import certificate_figure, figures
+def _drawings(recorder, scenario):
+    """Return the functions that serve requests, by name, about the run that ``recorder`` holds."""
+    given = []
 
-    draw = {"figures": figures.figures, "certificates": certificate_figure.save_certificates}
+    def begin(told, options):
+        time, collisions, dimension = told
+        run = recorder.kept_run(time, scenario, (collisions, {}))
+        given[:] = (run.in_space(dimension), *options)
+
+    def draw(row):
+        from mrs_simulator.study.figures import figures
+
+        figures(*given, slice(row, row + 1))
+
+    def certificates(*options):
+        from mrs_simulator.study.certificate_figure import save_certificates
+
+        save_certificates(*options)
+
+    return {"run": begin, "figures": draw, "certificates": certificates}
+
+
+def _draw_all(pipes, drawings, formats):
+    """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
+    from mrs_simulator.study.figures import warm_up
+
+    warm_up(formats)
     first, second = pipes
     twin = os.fork()
     if twin == 0:
         first.close()
-        guarded(_serve, second, draw)
+        guarded(_serve, second, drawings)
     second.close()
-    _serve(first, draw)
+    _serve(first, drawings)
     os.waitpid(twin, 0)  # it would be killed with this one
 
 
-def _serve(pipe, draw):
+def _serve(pipe, drawings):
     with contextlib.suppress(EOFError, OSError):
         while True:
             name, *options = pipe.recv()
+            error = None
             try:
-                draw[name](*options)
-            except Exception as error:
+                drawings[name](*options)
+            except Exception as raised:
+                error = raised
+            if name != "run" or error:
                 pipe.send(error)
-            else:
-                pipe.send(None)

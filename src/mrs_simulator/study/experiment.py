@@ -220,7 +220,7 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     fails is reported as far as it went; ``verdict["ended"]`` says which.
     """
     with drawing(formats) as apart:
-        run, control = perform(scenario, out, protocol, progress)
+        run, control = perform(scenario, out, protocol, progress, apart)
         verdict = write_report(run, out, formats, control, look, apart)
     closest = verdict["min_distance"]  # in the samples too, at which the world does not look
     if closest is not None and closest < run.meta["closest_approach"]:
@@ -229,8 +229,11 @@ def run_experiment(scenario, out, protocol=None, progress=False, formats=("png",
     return verdict
 
 
-def perform(scenario, out, protocol=None, progress=False):
-    """Run ``scenario``, record it in the directory ``out``; return the ``Run`` and its control."""
+def perform(scenario, out, protocol=None, progress=False, apart=None):
+    """Run ``scenario``, record it in the directory ``out``; return the ``Run`` and its control.
+
+    ``apart``: a ``drawing_apart.Drawing`` that is to draw the run.
+    """
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
@@ -238,6 +241,8 @@ def perform(scenario, out, protocol=None, progress=False):
     kept = {"columns": columns, "kept": _samples_of(scenario)}
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         sensors = experiment.record_sensors(out, _tell)
+        if apart is not None:
+            apart.fork(recorder, scenario)
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
                 more = experiment.more()

@@ -150,6 +150,19 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None, pa
     return paths
 
 
+@styled
+def warm_up(formats):
+    """Load fonts and what writes ``formats`` by a small drawing, so that no figure waits for it."""
+    figure = new_figure()
+    axes = _emptied(figure, 1)[0]
+    axes.plot([0.0, 1.0], [0.0, 1.0], label="Robot 1234567890")
+    axes.set(xlabel="$x$ [m]", ylabel=r"$\omega$ [rad/s]")
+    _legend_above(axes)
+    settle(figure)
+    for kind in formats:
+        _print(figure, io.BytesIO(), kind)
+
+
 def _drawings(run, prediction, look):
     """Return ``(file name, function of a figure, height [in])`` of each figure."""
     states = look.scaled(STATES_HEIGHT)

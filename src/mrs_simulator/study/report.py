@@ -86,7 +86,7 @@ def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apar
     """
     run = run if control is None else run.in_space(control.dimension)
     os.makedirs(out, exist_ok=True)
-    if apart is not None and apart.takes(run):
+    if apart is not None and apart.is_able:
         return _write_at_once(run, out, formats, control, look, apart)
     verdict, prediction = judged(run, control)
     write_verdict(verdict, os.path.join(out, VERDICT_FILE))

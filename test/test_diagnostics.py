@@ -4,6 +4,7 @@ import pytest
 
 from mrs_simulator.ros import diagnostics
 from mrs_simulator.ros.diagnostics import ERROR, OK, WARN, Health, Rates
+from mrs_simulator.study.preflight import Check
 
 STAGE = {
     "paused": False,
@@ -67,6 +68,15 @@ def test_the_control_tells_how_it_is(change, level, said):
     health = diagnostics.control_health(dict(CONTROL, **change))
     assert (health.level, health.message) == (level, said)
     assert health.values["latency"] == 2e-3 and health.values["refused_messages"] == 1
+
+
+def test_a_preflight_tells_what_is_not_ok():
+    assert diagnostics.preflight_health(None, [3])[1:3] == (OK, "listening")
+    good, bad = Check("robot1 publishes", True, ""), Check("robot3 publishes", False, "silent")
+    assert diagnostics.preflight_health([good], [])[1:3] == (OK, "ready")
+    health = diagnostics.preflight_health([good, bad], [3])
+    assert health[1:3] == (ERROR, "1 of 2 checks not OK")
+    assert health.values == {"silent_robots": 1, "checks": 2, "not OK 1": "robot3 publishes"}
 
 
 def test_rates_are_of_the_last_few_looks():

@@ -405,8 +405,12 @@ def test_preflight_of_robots_that_stand_ready(team):
 
 def test_preflight_names_who_is_missing_and_bad_input(team):
     team.robot(1)
+    team.probe.ask("watch_diagnostics()")
     code, text = preflight(team, n_robots(2))
     assert code == 1 and "NOT OK  robot2 publishes" in text, text
+    level, message, values = team.probe.wait("diagnostics.get('preflight')")
+    assert "checks not OK" in message and values["not OK 1"] == "robot2 publishes"
+    assert level == 2 and values["silent_robots"] == "1"
     assert "never heard on /robot2/RosAria/pose" in text
     assert "OK      robot1 publishes" in text and "not all poses are known" in text
     code, text = preflight(team, "_geofence:=[1, 2, 0, 4]")

@@ -37,13 +37,16 @@ class Diagnostics:
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         threading.Thread(target=self._run, daemon=True).start()
 
+    def tell(self):
+        """Publish now, if anybody listens."""
+        if self._publisher.get_num_connections():
+            self._publisher.publish(array(self._name, self._report()))
+
     def _run(self):
         while not rospy.is_shutdown():
             time.sleep(PERIOD)
-            if not self._publisher.get_num_connections():
-                continue
             try:
-                self._publisher.publish(array(self._name, self._report()))
+                self.tell()
             except rospy.ROSException:  # the node ends
                 return
             except Exception as error:  # what is told of a node never ends it
@@ -134,6 +137,21 @@ def control_health(facts):
     told = "protocol", "period", "compute_time", "latency", "missed_periods"
     values = {name: facts[name] for name in told}
     return Health("", level, message, dict(values, refused_messages=sum(facts["refused"])))
+
+
+def preflight_health(checks, silent):
+    """Return the ``Health`` of a preflight with its ``checks``, None while it listens.
+
+    ``silent``: numbers of the robots that are not heard.
+    """
+    values = {"silent_robots": len(silent)}
+    if checks is None:
+        return Health("", OK, "listening", values)
+    wrong = [check for check in checks if not check.passed]
+    values.update(("not OK {}".format(k + 1), check.subject) for k, check in enumerate(wrong))
+    values["checks"] = len(checks)
+    message = "{} of {} checks not OK".format(len(wrong), len(checks)) if wrong else "ready"
+    return Health("", ERROR if wrong else OK, message, values)
 
 
 def too_slow(heard, wanted, window):

@@ -18,6 +18,7 @@ from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.control.guards import slower, top_speeds
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.diagnostics import Diagnostics, preflight_health
 from mrs_simulator.ros.lifecycle import start_node
 from mrs_simulator.ros.node_parameters import GEOFENCE, LEAST_DISTANCE, PLACE_TOLERANCE, TIME_LIMIT
 from mrs_simulator.ros.parameters import read
@@ -29,6 +30,7 @@ from mrs_simulator.vehicles import Team
 
 LISTENING = 2.0  # [s] of wall time in which silences are measured
 NAP = 0.02  # [s] of wall time
+FLUSH = 0.1  # [s] of wall time for the last diagnostics to leave
 INTERRUPTED = 130  # exit code
 ARGUMENTS = dict(RUN_ARGUMENTS, json="file for the checks as JSON, beside the table")
 
@@ -38,7 +40,7 @@ class Preflight:
 
     def __init__(self, scenario):
         """Take the bounds from the same parameters as the control node."""
-        self.scenario = scenario
+        self.scenario, self._found = scenario, None
         self.fence = checked_fence(read(GEOFENCE))
         self.least = read(LEAST_DISTANCE)
         self.tolerance = read(PLACE_TOLERANCE)
@@ -54,8 +56,19 @@ class Preflight:
             known = self.asked, mounts, team.kinds, real_among(scenario.n), scenario.step
             self.sensors = SensorInbox(*known)
 
-    def checks(self):
-        """Listen, then return a list of ``Check``."""
+    def run(self):
+        """Return a list of ``Check``, once all has been listened to; ``/diagnostics`` tells them too."""
+        diagnostics = Diagnostics(self._health)
+        self._found = self._checks()
+        diagnostics.tell()
+        time.sleep(FLUSH)
+        return self._found
+
+    def _health(self):
+        silent = self.frame.inbox.stale(rospy.get_time(), self.frame.odom_timeout)
+        return [preflight_health(self._found, silent)]
+
+    def _checks(self):
         ages = self._listen()
         frame, numbers = self.frame, self.frame.numbers
         checks = preflight.hearing_checks(numbers, ages, frame.odom_timeout, frame.inbox.names())
@@ -106,7 +119,7 @@ class Preflight:
 def _checked(scenario):
     """Return the checks, and forget the parameters, which would else hold for the next time too."""
     try:
-        return Preflight(scenario).checks()
+        return Preflight(scenario).run()
     finally:
         with contextlib.suppress(KeyError):
             rospy.delete_param(rospy.get_name())

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.core.blocks import blocks
 from mrs_simulator.core.neighbours import close_pairs
 
 SLACK = 0.3  # [m] by which a robot may be farther than its top speed explains: pushes, noise
@@ -27,16 +28,16 @@ def first_jump(time, pose, speeds, z=None):
     ``time`` (m,) [s], ``pose`` (m, n, 3) and ``speeds`` as for :func:`jump`; ``z`` (m, n) [m]: heights,
     None for robots that all stand.  Where a place is nan, nobody jumps.
     """
-    if len(time) < 2:
-        return None
-    places = pose[:, :, :2] if z is None else np.dstack([pose[:, :, :2], z])
-    moved = _lengths(np.diff(places, axis=0))
-    reach = SLACK + MARGIN * np.asarray(speeds) * np.diff(time)[:, np.newaxis]
-    found = np.argwhere(moved > reach)
-    if not len(found):
-        return None
-    sample, row = map(int, found[0])
-    return sample + 1, row, float(moved[sample, row])
+    for some in blocks(len(time) - 1, pose.shape[1]):
+        rows = slice(some.start, some.stop + 1)
+        places = pose[rows, :, :2] if z is None else np.dstack([pose[rows, :, :2], z[rows]])
+        moved = _lengths(np.diff(places, axis=0))
+        reach = SLACK + MARGIN * np.asarray(speeds) * np.diff(time[rows])[:, np.newaxis]
+        found = np.argwhere(moved > reach)
+        if len(found):
+            sample, row = map(int, found[0])
+            return some.start + sample + 1, row, float(moved[sample, row])
+    return None
 
 
 def first_overlap(pose, inner, z=None, tall=0.0):

@@ -4,10 +4,10 @@ import numpy as np
 
 from mrs_simulator.control.laws.exactness import ESTIMATED, REBUILT, at_limit
 from mrs_simulator.control.laws.published import MOST_PAIRS
+from mrs_simulator.core.blocks import blocks
 from mrs_simulator.core.curves import NOTHING, Balance, dissipated
 from mrs_simulator.core.recording import part_of
 
-BLOCK = 1 << 15  # [-] robots whose states are looked at together: what a cache holds
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ROUNDING = 1e-6  # [-] of the energy at the start: sums in another order
@@ -62,7 +62,6 @@ class _States:
 
     def __init__(self, control, run, rows):
         self.control, self.run, self.rows = control, run, rows
-        self.block = max(1, BLOCK // len(run.robots))
 
     @property
     def commands(self):
@@ -77,14 +76,13 @@ class _States:
 
     def give(self, function):
         """Return ``function`` (k,) of all states."""
-        begins = range(0, len(self.rows), self.block)
-        return np.concatenate([function(*self.of(row, row + self.block)) for row in begins])
+        some = blocks(len(self.rows), len(self.run.robots))
+        return np.concatenate([function(*self.of(rows.start, rows.stop)) for rows in some])
 
     def steps(self):
         """Yield ``(begin, end)`` of blocks of the steps from a sample to the next."""
-        last = len(self.rows) - 1
-        for begin in range(0, last, self.block):
-            yield begin, min(begin + self.block, last)
+        for rows in blocks(len(self.rows) - 1, len(self.run.robots)):
+            yield rows.start, rows.stop
 
 
 def _untold(control, energy, run, rows):

@@ -572,12 +572,12 @@ def _frame_plane(axes, low, high):
 
 def _extent(run, prediction):
     """Return the lowest and highest (x, y) [m] of all that is drawn in the plane."""
-    shown = [_points(run, prediction).reshape(-1, 2)]
-    shown += _arena(run)
+    shown = [_points(run, prediction), *_arena(run)]
     if prediction is not None:
-        shown.append(_predicted(run, prediction)[1][:, :, :2].reshape(-1, 2))
-    shown = np.concatenate(shown)
-    low, high = np.nanmin(shown, axis=0), np.nanmax(shown, axis=0)
+        shown.append(_predicted(run, prediction)[1][:, :, :2])
+    columns = [[part[..., axis] for part in shown] for axis in (0, 1)]
+    low = np.array([min(map(np.nanmin, parts)) for parts in columns])
+    high = np.array([max(map(np.nanmax, parts)) for parts in columns])
     side = max(LEAST_EXTENT, np.max(high - low))
     lacking = (side - np.max(high - low)) / 2.0
     return with_obstacles(low - lacking, high + lacking, _obstacles(run), REACH * side)

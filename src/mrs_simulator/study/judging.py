@@ -26,6 +26,7 @@ from mrs_simulator.study.estimation import estimation_measures
 from mrs_simulator.study.possible_runs import impossibilities
 from mrs_simulator.study.safety_claims import safety_claims
 
+MOST_PREDICTED = 4000  # [-] samples at which theory is drawn: more than a figure has dots across
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
 SHOWN_ROBOTS = 3  # [-] beside the one that lost most, by number
 NARROWER = 0.1  # [-] of the tolerance of points, where the cost is known
@@ -38,8 +39,9 @@ ESTIMATED = "the law knew estimates of the poses"
 def judged(run, control=None, foretold=None):
     """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
 
-    ``control`` makes the claims.  The points are (m, n, d), or where only the end is known a mapping of
-    ``time`` and ``hand``, or None; ``foretold`` is called with them as soon as they are known.
+    ``control`` makes the claims.  The points are (m, n, d), or of a long run, or where only the end is
+    known, a mapping of ``time`` and ``hand``, or None; ``foretold`` is called with them as soon as they are
+    known.
     """
     foretold = foretold or (lambda points: None)
     if control is None:
@@ -263,14 +265,18 @@ def _checked(claims, faults):
 
 
 def _track(control, run, faults):
-    """Return the predicted hand points (m, n, d) [m], or None."""
-    track = None
+    """Return the predicted hand points (m, n, d) [m], of a long run a mapping of some, or None."""
+    track, last = None, len(run.time) - 1
+    rows = np.unique(np.linspace(0, last, min(last + 1, MOST_PREDICTED)).round().astype(int))
+    wanted = rows.shape + run.hand.shape[1:]
     with _keeping(faults, "prediction"):
-        track = call(control.predicted_track, run.hand[0], run.time - run.time[0])
-        if track is not None and np.shape(track) != run.hand.shape:
+        track = call(control.predicted_track, run.hand[0], run.time[rows] - run.time[0])
+        if track is not None and np.shape(track) != wanted:
             came, track = np.shape(track), None
-            raise ValueError("shape {}, wanted {}".format(came, run.hand.shape))
-    return track
+            raise ValueError("shape {}, wanted {}".format(came, wanted))
+    if track is None or len(rows) > last:
+        return track
+    return {"time": run.time[rows], "hand": track}
 
 
 def proved(claims):

@@ -10,6 +10,7 @@ from mrs_simulator.control.laws.published_robots import AT_LIMIT, are_stated, po
 from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.control.safety_filter import FIXED_RATE, filter_acts
 from mrs_simulator.control.sensed_safety import SHARE
+from mrs_simulator.core.blocks import blocks
 from mrs_simulator.core.claims import Claim, NothingDecays
 
 COMMANDS = "commands off the published law [-]"
@@ -21,7 +22,6 @@ ESTIMATED, REBUILT = 0.05, 1e-3
 UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some time before
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
-BLOCK = 1 << 15  # [-] robots that are looked at together: what a cache holds
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
 CLOSE = 1e-6  # [m] to where theory has a robot, within which it is there
@@ -257,9 +257,8 @@ def _wanted(control, law, robots, run, rows, followed=None):
             yield row, posed_commands(law, robots, run.pose[row], time[row])[1]
         return
     if law.SEES == "now" and robots.stacks:
-        size = max(1, BLOCK // len(run.robots))
-        for begin in range(0, len(rows), size):
-            block = rows[begin : begin + size]
+        for some in blocks(len(rows), len(run.robots)):
+            block = rows[some]
             u = law.velocities(run.hand[block], time[block], memory)
             yield block, _commanded(robots, run, block, u)
         return
@@ -313,8 +312,10 @@ def at_limit(control, run):
     """
     if run.meta.get(OF_POINTS):
         return np.zeros(run.hand.shape[:2], dtype=bool)
-    recorded = run.command, run.pose, run.hand, control.l, control.period
-    found = control.team.limits_in(*recorded, AT_LIMIT)
+    found = np.empty(run.hand.shape[:2], dtype=bool)
+    for rows in blocks(*found.shape):
+        recorded = run.command[rows], run.pose[rows], run.hand[rows], control.l, control.period
+        found[rows] = control.team.limits_in(*recorded, AT_LIMIT)
     return (
         found | _ramps(control, run) if control.team.has_arms and run.twist is not None else found
     )

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.blocks import blocks
+
 SURE = 1e-7  # [m] that samples may be off in all, added up over the run: a tenth of the least tolerance
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
-BLOCK = 1 << 15  # [-] robots that are moved at once: what a cache holds
 
 
 class Followed(NamedTuple):
@@ -35,10 +36,10 @@ def followed_samples(law, robots, run, period):
     count = _commands_between(run.time - run.time[0], period)
     if count is None or law.SEES != "now" or not law.keeps_close(period) or not robots.stacks:
         return None
-    size, off, parts = max(1, BLOCK // len(run.robots)), 0.0, []
-    for row in range(0, len(run.time), size):
-        parts.append(_followed(law, robots, run, slice(row, row + size), period, count))
-        off += _missed(run, row + 1, *parts[-1][:2])
+    off, parts = 0.0, []
+    for rows in blocks(len(run.time), len(run.robots)):
+        parts.append(_followed(law, robots, run, rows, period, count))
+        off += _missed(run, rows.start + 1, *parts[-1][:2])
         if not (off <= SURE and parts[-1][-1]):  # nor is nan
             return None
     pose, hand, lost, command, limited = map(np.concatenate, zip(*(part[:-1] for part in parts)))

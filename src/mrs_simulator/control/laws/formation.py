@@ -129,8 +129,7 @@ class Formation(PioneerControl):
     def prediction(self, start, time):
         """Return the hand points of (5), (m, n, d), at ``time`` (m,) [s], in steps of T."""
         steps = commands_by(time, self.T)
-        track = formation.predict(start, self._offsets, self._closure, self.k, int(steps.max()))
-        return track[steps]
+        return formation.predicted_after(steps, start, self._offsets, self._closure, self.k)
 
     def energy(self, start):
         """Return the energy of what robots are off each other's places, None where some drift apart."""

@@ -11,6 +11,7 @@ which is ``alpha_{i+1} + (c, 0)`` where i hears only i+1.  A robot that hears no
 
 import numpy as np
 
+from mrs_simulator.core.blocks import blocks
 from mrs_simulator.core.edge_terms import flow_to_mean, from_mean
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
@@ -20,7 +21,6 @@ from mrs_simulator.core.spectra import left_null_vector
 
 CLOSURES = ("chain", "cycle", "path", "topology")
 MOST_STEPS = 10**9  # [-] of the law that are looked ahead for when it settles
-BLOCK = 1 << 15  # [-] robots that are looked at together: what a cache holds
 SMALL_TEAM = 200  # [-] robots, whose powers of a matrix cost little
 MOST_ROBOT_STEPS = 10**7  # [-] the same times robots: some seconds of arithmetic
 
@@ -101,10 +101,16 @@ def formation_flow(offsets, topology, k, T):
 
 def predict(hand, offsets, topology, k, steps):
     """Return the hand points of (5), shape (steps + 1, n, d) [m], from ``hand`` (n, d)."""
-    track = np.empty((steps + 1,) + hand.shape)
-    track[0] = hand
-    for t in range(steps):
-        track[t + 1] = track[t] - k * target_errors(track[t], offsets, topology)
+    return predicted_after(np.arange(steps + 1), hand, offsets, topology, k)
+
+
+def predicted_after(steps, hand, offsets, topology, k):
+    """Return the hand points of (5) after each of so many ``steps`` (m,), (m, n, d) [m]."""
+    track, done = np.empty((len(steps),) + hand.shape), 0
+    for row in np.argsort(steps, kind="stable").tolist():
+        for _ in range(done, int(steps[row])):
+            hand = hand - k * target_errors(hand, offsets, topology)
+        track[row], done = hand, int(steps[row])
     return track
 
 
@@ -133,9 +139,11 @@ def error_norms(hand, offsets, topology):
     if topology.n > SMALL_TEAM:
         return np.array([error_norm(points, offsets, topology) for points in hand])
     errors = from_mean(np.eye(topology.n), topology)  # of each other robot's place: they are linear
-    blocks = np.array_split(hand, -(-len(hand) * topology.n // BLOCK))
-    squares = [((errors @ (block - offsets)) ** 2).sum(axis=2) for block in blocks]
-    return np.sqrt(np.concatenate([block.max(axis=1) for block in squares]))
+    result = np.empty(len(hand))
+    for rows in blocks(len(hand), topology.n):
+        squares = ((errors @ (hand[rows] - offsets)) ** 2).sum(axis=2)
+        result[rows] = np.sqrt(squares.max(axis=1))
+    return result
 
 
 def _largest(errors):

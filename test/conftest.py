@@ -15,6 +15,9 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 SLOW_LIST = os.path.join(HERE, "slow_tests.txt")
 OLD_ROSPY = rospy_fails_by_itself()
 SLOW = 0.12  # [s] of processor time from which on a test is slow
+# Tests start hundreds of processes: let them find their modules compiled, whatever is set here.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build", "pycache")
 
 
 def pytest_addoption(parser):

@@ -1,6 +1,7 @@
 """A ROS master of the test's own, and nodes that end with it."""
 
 import contextlib
+import functools
 import json
 import os
 import select
@@ -52,6 +53,14 @@ def start_logged(command, log, environment, **given):
     return process
 
 
+@functools.lru_cache(maxsize=None)
+def program(script):
+    """Return the path of a program of the package: the one that ``rosrun`` would search for each time."""
+    find = ["catkin_find", "--first-only", "--without-underlays", "--libexec", "mrs_simulator"]
+    found = subprocess.run(find, stdout=subprocess.PIPE, check=True, timeout=PATIENCE)
+    return os.path.join(found.stdout.decode().strip(), script)
+
+
 class Ros:
     """A master on a free port and the processes started under it."""
 
@@ -87,7 +96,7 @@ class Ros:
 
     def node(self, script, *arguments, name=None):
         """Start a node of the package, as rosrun would."""
-        return self.start(name or script, ["rosrun", "mrs_simulator", script, *map(str, arguments)])
+        return self.start(name or script, [program(script), *map(str, arguments)])
 
     def probe(self):
         """Start a :class:`Probe`."""

@@ -822,6 +822,15 @@ def test_heights_of_robots_in_the_air_are_told_by_number_and_shade(view, app):
     assert "aloft" not in view._legend()
 
 
+def test_a_robot_dragged_in_the_air_keeps_its_height(view):
+    view.show_team(POSES, np.array([4.0, 0.0, 1.0]))
+    view.set_mode("poses")
+    edited = heard(view.pose_edited)
+    begin = at(view, *POSES[0, :2])
+    drag(view, begin, begin + QPoint(60, -30))
+    assert {call[0] for call in edited} == {1} and view.team.z.tolist() == [4.0, 0.0, 1.0]
+
+
 def test_robots_above_each_other_do_not_overlap(view):
     view.show_team(np.zeros((2, 3)), np.array([0.0, 3.0]))
     assert view.team.overlapping == set()

@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from ros_fixtures import STOP_LIMIT, Probe, log_of, start_logged, wait_until
+from ros_fixtures import STOP_LIMIT, Probe, log_of, program, start_logged, wait_until
 
 PROBE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "ros_probe.py")
 PORT = "11311"
@@ -51,7 +51,7 @@ class Host:
 
     def node(self, script, *arguments):
         """Start a node of the package."""
-        return self.start(script, "rosrun", "mrs_simulator", script, *arguments)
+        return self.start(script, program(script), *arguments)
 
     def call(self, *command):
         """Run a command to its end; return its exit code."""

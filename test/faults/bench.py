@@ -12,7 +12,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.dirname(HERE))
 
 from motion import LIMITS, REST, Motion  # noqa: E402
-from ros_fixtures import PATIENCE, Ros  # noqa: E402
+from ros_fixtures import PATIENCE, Ros, program  # noqa: E402
 from table import (  # noqa: E402
     AIR,
     BEGINS_AGAIN,
@@ -89,7 +89,7 @@ class Bench:
         return self.ros.start("{}_{}".format(name, self._count), command)
 
     def _run(self, script, *arguments):
-        return self._start(script, ["rosrun", "mrs_simulator", script, *map(str, arguments)])
+        return self._start(script, [program(script), *map(str, arguments)])
 
     def start(self):
         """Start everything and wait until the robots drive."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import greatest
 from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
 
 EVERY = slice(None)  # the rows of all robots
@@ -19,6 +20,7 @@ class Commands:
         self._steps_per_watch = steps_per_watch
         self.timeouts = team.timeouts if timeout is None else np.full(team.n, float(timeout))
         self.shortest_timeout = float(self.timeouts.min())
+        self._patience = self.shortest_timeout / clock.step_size - 1.0  # [-] steps, at least
         # Drives that do something of their own when they hear nothing, such as to land.
         self.own_stops = [group for group in team.groups if hasattr(group.drive, "silent")]
         self.refused = np.zeros(team.n, dtype=int)
@@ -48,9 +50,8 @@ class Commands:
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        size = np.abs(commands)
-        if not size.max(initial=0.0) <= FASTEST:  # nor is nan
-            finite = (size <= FASTEST).all(axis=1)
+        if not greatest(commands) <= FASTEST:  # nor is nan
+            finite = (np.abs(commands) <= FASTEST).all(axis=1)
             rows = np.arange(self._team.n)[rows]
             np.add.at(self.refused, rows[~finite], 1)
             rows, commands = rows[finite], commands[finite]
@@ -98,7 +99,8 @@ class Commands:
 
     def watch(self):
         """Stop robots that have heard nothing for longer than their timeouts."""
-        if self._clock.steps % self._steps_per_watch:
+        now = self._clock.steps
+        if now - self._longest_silent <= self._patience or now % self._steps_per_watch:
             return
         if not self._too_long(self._longest_silent, self.shortest_timeout):
             return

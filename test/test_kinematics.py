@@ -126,7 +126,7 @@ def test_sines_are_taken_of_contiguous_arrays_only(monkeypatch):
         Footprints([Body(0.2, 0.3, 0.4, 0.2)]).at(rows)
 
 
-def same_motion(approached, displaced):
+def same_motion(approached, carried_on):
     draw = np.random.default_rng(2)
     for limits in (LIMITS, kin.NO_LIMITS):
         pose = np.asfortranarray(draw.uniform(-np.pi, np.pi, (50, 3)))
@@ -143,7 +143,8 @@ def same_motion(approached, displaced):
             sliding = np.column_stack([mean[:, 0], draw.normal(size=50), mean[:, 1]])
             for twist in (np.asfortranarray(sliding), mean):
                 after = kin.displaced(pose, twist, 0.1)
-                np.testing.assert_array_equal(displaced(pose, twist, 0.1), after)
+                moved = twist * np.append(np.full(twist.shape[1] - 1, 0.1), 0.05)
+                np.testing.assert_array_equal(carried_on(pose, np.asfortranarray(moved)), after)
             pose = after
 
 
@@ -161,19 +162,19 @@ def test_cosines_are_those_of_contiguous_angles(n, monkeypatch):
 
 def test_the_kernels_give_numpys_bits():
     same_motion(
-        *(twin(lambda kernel: kernel) for twin in (compiled.approached_by, compiled.displaced_by))
+        *(twin(lambda kernel: kernel) for twin in (compiled.approached_by, compiled.carried_by))
     )
 
 
 def test_the_compiled_kernels_give_numpys_bits():
     pytest.importorskip("numba")
-    same_motion(compiled.compiled_approached(), compiled.compiled_displaced())
+    same_motion(compiled.compiled_approached(), compiled.compiled_carried())
 
 
 def test_compiled_kernels_are_asked_for_by_the_environment(monkeypatch):
     monkeypatch.delenv("MRS_SIMULATOR_COMPILED", raising=False)
     assert kinematic.approached_function() is kin.approached
-    assert kinematic.displaced_function() is kin.displaced
+    assert kinematic.carried_function() is kin.carried_on
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "yes")
     with pytest.raises(ValueError, match="MRS_SIMULATOR_COMPILED=yes: wanted 0 or 1"):
         kinematic.approached_function()
@@ -204,7 +205,7 @@ def test_an_arc_is_to_the_bit_what_a_quotient_with_exceptions_gives():
         np.divide(np.sin(half), half, out=share, where=half != 0.0)
         along, middle = 0.02 * twist[:, 0] * share, pose[:, 2] + half
         wanted = [pose[:, 0] + along * np.cos(middle), pose[:, 1] + along * np.sin(middle)]
-        for duration in (0.02, np.full((40, 2), 0.02), np.full((40, 1), 0.02)):
+        for duration in (0.02, np.full((40, 1), 0.02)):
             after = kin.arc(pose, twist, duration)
             np.testing.assert_array_equal(after.T, [*wanted, middle + half])
 

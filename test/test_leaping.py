@@ -9,10 +9,20 @@ from mrs_simulator import PioneerControl, load_scenario
 from mrs_simulator.control.array_law import array_law
 from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.core import compiled_terms, compiling, edge_terms
+from mrs_simulator.core.environment import Environment
+from mrs_simulator.core.estimates import Estimates
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.incidents import Event
+from mrs_simulator.core.mismatch import Mismatch
+from mrs_simulator.core.moving import Track
+from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.core.odometry_errors import OdometryErrors
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.scenario import Control, Scenario, scenario_from_dict
 from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.world import kinematic, leaping
+from mrs_simulator.world.faults import Faults
+from mrs_simulator.world.world import PASSIVE, World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 ROUNDING = 1e-9  # [m, rad, m/s]
@@ -82,8 +92,9 @@ def kernel_of(compile_):
 def recorded(scenario, protocol=None):
     """Return samples (m, n, 5), collisions, and how often the world made a step of its own."""
     experiment, own = Experiment(scenario, protocol), []
-    step = experiment.world.step
-    experiment.world.step = lambda: own.append(1) or step()
+    motion = experiment.world._motion
+    advance = motion.advance
+    motion.advance = lambda command: own.append(1) or advance(command)
     rows = [np.column_stack(told[1:]) for told in experiment.samples()]
     return np.array(rows), experiment.collisions, len(own), experiment.world
 
@@ -148,6 +159,81 @@ def test_a_law_that_breaks_fails_as_it_does_step_by_step(compiled):
 def test_what_more_decides_on_goes_step_by_step(protocol, changes, compiled):
     compiled()
     assert Experiment(scenario(**changes), protocol)._leaps() is None
+
+
+def test_a_part_of_the_world_that_says_nothing_of_leaps_is_asked_at_each_step():
+    world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
+    assert world.can_leap(5)
+    for part, leaps in ((object(), False), (None, True), (False, True), (True, False)):
+        world.added = part
+        assert world.can_leap(5) == leaps
+    del world.added
+    for name in set(vars(world)) - set(PASSIVE):
+        part = getattr(world, name)
+        assert part in (None, False) or getattr(part, "can_leap", False), name
+
+
+LEAP, STEP = True, False
+TRACK = Track(((9.0, -9.0),), 0.1)
+# An example of each field that a scenario has, and whether robots leap then: a new one belongs here.
+FIELDS = {
+    "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), LEAP),
+    "kinds": (("robotino3",) * 5, STEP),
+    "title": ("other", LEAP),
+    "fidelity": ("dynamic", STEP),
+    "limits": ("top", LEAP),
+    "odometry": ("wheel", STEP),
+    "control": (Control(safety=True, protocol="consensus"), STEP),
+    "topology": (Topology(5, [(1, 2)]), LEAP),
+    "links": (scenario(links={"delay": 0.1}).links, STEP),
+    "mismatch": (Mismatch(speed=(0.9,)), STEP),
+    "obstacles": ((Cylinder("post", 9.0, 9.0, 0.2, 1.0, track=TRACK),), STEP),
+    "environment": (Environment(current=(0.1, 0.0)), LEAP),  # of the water
+    "duration": (2.0, LEAP),
+    "seed": (3, LEAP),
+    "speed": (0.0, LEAP),
+    "record_rate": (5.0, LEAP),
+    "odometry_rate": (10.0, STEP),
+    "cmd_vel_timeout": (0.05, STEP),
+    "step": (0.01, LEAP),
+    "path": ("other.yaml", LEAP),
+    "own_kinds": ({}, LEAP),
+    "altitude": (None, LEAP),  # of what flies, a kind
+    "sensors": ((), LEAP),  # they act where they are read
+    "odometry_errors": (OdometryErrors(factor=0.1), LEAP),  # of wheels, where these are told
+    "map": (None, LEAP),  # boxes
+    "estimates": (Estimates("odometry"), STEP),
+    "events": ((Event(1.0, 1, "motors_off"),), STEP),
+    "takeoff": (False, LEAP),  # of what flies
+    "load": (None, LEAP),  # of arms, a kind
+    "record": ((), LEAP),
+}
+
+
+def test_every_field_of_a_scenario_is_known_to_leaps():
+    assert list(FIELDS) == list(Scenario._fields)
+
+
+@pytest.mark.parametrize("field", [field for field in FIELDS if field != "events"])
+def test_robots_leap_where_nothing_but_the_law_moves_them(field, compiled):
+    value, leaps = FIELDS[field]
+    compiled()
+    given = scenario()._replace(**{field: value})
+    assert (Experiment(given)._leaps() is not None) == leaps
+
+
+@pytest.mark.parametrize("sensors", [("sonar",), ()])
+def test_robots_that_are_sensed_do_not_leap(sensors, compiled):
+    compiled()
+    experiment = Experiment(scenario())
+    experiment.sensors.listen({0: sensors})
+    assert (experiment._leaps() is None) == bool(sensors)
+
+
+def test_what_is_to_befall_robots_stops_leaps():
+    world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
+    world._faults = Faults(world._motion, world._clock, [FIELDS["events"][0][0]])
+    assert not world.can_leap(5)
 
 
 def test_numba_gives_the_same(compiled, monkeypatch):

@@ -331,6 +331,8 @@ class PioneerControl:
             if greatest(u) <= FASTEST:  # nor is nan
                 return self.team.command_within(*given, self.saturation, pointing)
             command = self.team.command(*given, pointing)
+        if self.team.is_within(command):
+            return command
         check_finite(command, self.numbers, self.team.axes)
         return self.saturated(command, self.saturation)
 

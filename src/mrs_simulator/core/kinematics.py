@@ -166,17 +166,22 @@ def point_mass_from_unicycle(command, theta, l):
 
 
 def arc(pose, twist, duration):
-    """Return the poses, shape (n, 3), after ``duration`` [s] of a constant ``twist`` of the body.
+    """Return the poses, shape (n, 3), after ``duration`` [s], () or (n, 1), of a constant body ``twist``.
 
-    ``twist``: ``(v, omega)``, (n, 2), or ``(vx, vy, omega)``, (n, 3) [m/s, m/s, rad/s]; ``duration``: a
-    number, (n, 1), or, which is quicker, an array of ``twist``'s shape filled with a number.  The exact
+    ``twist``: ``(v, omega)``, (n, 2), or ``(vx, vy, omega)``, (n, 3) [m/s, m/s, rad/s].  The exact
     solution of the unicycle (1), ``x' = v cos theta, y' = v sin theta, theta' = omega``, and of
     ``(x', y') = R(theta) (vx, vy)``: with ``D = omega duration`` the centre moves by
     ``duration sin(D/2)/(D/2) R(theta + D/2) (vx, vy)``.  Without ``vy`` both are the same to the bit.
     The heading is not wrapped.
     """
     moved = duration * twist
-    half = 0.5 * moved[:, -1]
+    moved[:, -1] *= 0.5
+    return carried(pose, moved)
+
+
+def carried(pose, moved):
+    """Return the poses that :func:`arc` does; ``moved``: distances [m], and half of the turns [rad]."""
+    half = moved[:, -1]
     turn = half + BARELY
     share = np.sin(turn) / turn
     middle = pose[:, 2] + half
@@ -187,7 +192,7 @@ def arc(pose, twist, duration):
     np.add(pose[:, 0], along * cos, x)
     np.add(pose[:, 1], along * sin, y)
     np.add(middle, half, after[:, 2])
-    if twist.shape[1] == 3:
+    if moved.shape[1] == 3:
         across = moved[:, 1] * share
         np.subtract(x, across * sin, x)
         np.add(y, across * cos, y)
@@ -196,7 +201,16 @@ def arc(pose, twist, duration):
 
 def displaced(pose, twist, duration):
     """Return the poses, shape (n, 3), as :func:`arc` does, with headings in [-pi, pi)."""
-    after = arc(pose, twist, duration)
+    return wrapped(arc(pose, twist, duration))
+
+
+def carried_on(pose, moved):
+    """Return the poses, shape (n, 3), as :func:`carried` does, with headings in [-pi, pi)."""
+    return wrapped(carried(pose, moved))
+
+
+def wrapped(after):
+    """Bring the headings of poses ``after`` (n, 3) into [-pi, pi), in place; return them."""
     heading = after[:, 2]
     if not greatest(heading) < np.pi:  # seldom
         heading[:] = wrap_angle(heading)

@@ -106,6 +106,9 @@ class Team:
         2  # coordinates of the controlled points: robots in the air fly such laws at their altitude
     )
     has_arms = False
+    _is_bounded = (
+        False  # whether limits of each axis are all that there are, and no axis is without
+    )
 
     def __init__(self, kinds, limits="firmware", beside="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
@@ -150,6 +153,9 @@ class Team:
         self.unobeyed = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
         self.unobeyed[:, self.components] = ~self.robot_axes
         self._top = self.grouped(self.limits.of_all(self.n).top)
+        self._is_bounded = bool(
+            not self._limited and (self._top > 0.0).all() and (self._top < np.inf).all()
+        )
         self._pivots = np.zeros(self.n)  # [m] ahead of the centres, about which the points turn
         for group in self.jointed:
             self._pivots[group.rows] = group.drive.pivot(group.numbers)
@@ -320,16 +326,18 @@ class Team:
             x, y = x + self._pivots * cos, y + self._pivots * sin
         cos, sin = pointing or self.pointing(pose, joints)
         result = np.empty(pose.shape[:-1] + (2,), order="F")
-        result[..., 0], result[..., 1] = x + arm * cos, y + arm * sin
+        for place, turn, at in ((x, cos, result[..., 0]), (y, sin, result[..., 1])):
+            np.multiply(arm, turn, at)
+            np.add(place, at, at)
         return result
 
     def _arms(self, l):
-        """Return the lengths [m] of the points' arms, a number or (n,); None where all are 0."""
+        """Return the lengths [m] of the points' arms, (n,); None where all are 0."""
         if l not in self._arms_of:
             arms = np.empty(self.n)
             for g in self.groups:
                 arms[g.rows] = g.drive.arm(l, g.numbers)
-            self._arms_of = {l: shared(arms.tolist()) if arms.any() else None}
+            self._arms_of = {l: arms if arms.any() else None}
         return self._arms_of[l]
 
     def velocity(self, command, pose, joints, l, period):
@@ -449,9 +457,14 @@ class Team:
         command = self.grouped(command)
         return self._limited_by(scope, command, period, self._own(command, joints))
 
+    def is_within(self, command):
+        """Return whether ``command`` (n, a) is finite and sure to be within each robot's limits.
+
+        ``False`` says nothing: neither do axes without limits, nor limits of a drive's own.
+        """
+        return self._is_bounded and greatest(self.grouped(command) / self._top) <= 1.0
+
     def _limited_by(self, scope, command, period, own):
-        if not own and greatest(command / self._top) <= 1.0:  # nobody is beyond a limit
-            return self.in_rows(command)
         factor = np.maximum(self._excess(command, period, own), 1.0)
         if scope == "team":
             factor = np.full(self.n, factor.max())

@@ -93,6 +93,11 @@ class Commands:
         """Return which robots, (n,) bool, were commanded once and have been silent for too long."""
         return (self.heard >= 0) & ~self.commanded
 
+    @property
+    def can_leap(self):
+        """Return whether robots obey as they are told, and do nothing of their own in silence."""
+        return not (self.obedience or self.own_stops) and self.efforts is None
+
     def obeyed(self):
         """Return what robots make of the commands in force, (n, a)."""
         return self.obedience.obeyed(self.target) if self.obedience else self.target

@@ -25,8 +25,8 @@ def approach_all(velocity, target, reach, after, mean):
             mean[row, column] = reached - change * abs(change) / (most + most)
 
 
-def displace_all(pose, moved, half, sin_half, cos, sin, after):
-    """Fill ``after`` (n, 3) as ``displaced`` does; ``cos``, ``sin`` of the mean headings."""
+def carry_all(pose, moved, half, sin_half, cos, sin, after):
+    """Fill ``after`` (n, 3) as ``carried_on`` does; ``cos``, ``sin`` of the mean headings."""
     slides = moved.shape[1] == 3
     for row in range(len(pose)):
         share = sin_half[row] / half[row] if half[row] != 0.0 else 1.0
@@ -54,19 +54,18 @@ def approached_by(compile_):
     return approached
 
 
-def displaced_by(compile_):
-    """Return the twin of ``core.kinematics.displaced`` whose kernel went through ``compile_``."""
-    kernel = compile_(displace_all)
+def carried_by(compile_):
+    """Return the twin of ``core.kinematics.carried_on`` whose kernel went through ``compile_``."""
+    kernel = compile_(carry_all)
 
-    def displaced(pose, twist, duration):
-        moved = duration * twist
-        half = 0.5 * moved[:, -1]
+    def carried_on(pose, moved):
+        half = moved[:, -1].copy()
         middle = pose[:, 2] + half
         after = np.empty(pose.shape, order="F")
         kernel(pose, moved, half, np.sin(half), np.cos(middle), np.sin(middle), after)
         return after
 
-    return displaced
+    return carried_on
 
 
 @functools.lru_cache(maxsize=None)
@@ -76,6 +75,6 @@ def compiled_approached():
 
 
 @functools.lru_cache(maxsize=None)
-def compiled_displaced():
-    """Return the compiled twin of ``core.kinematics.displaced``; ``ValueError`` without numba."""
-    return displaced_by(jit(cache=True))
+def compiled_carried():
+    """Return the compiled twin of ``core.kinematics.carried_on``; ``ValueError`` without numba."""
+    return carried_by(jit(cache=True))

@@ -31,7 +31,7 @@ class Estimates:
     """Odometry of the robots that a ``motion`` moves: true poses, or what their wheels make of them."""
 
     def __init__(self, team, motion, clock, starts, mirrored, wheels, by_wheels, rate):
-        """``starts`` (n, 3): where robots begin; ``wheels``: their ``WheelOdometry``.
+        """``starts`` (n, 3): where robots begin; ``wheels``: their ``WheelOdometry``, None for none.
 
         ``by_wheels``: whether that is what robots tell, and not their true poses; ``rate`` [Hz] as
         ``World``'s ``odometry_rate``.
@@ -43,19 +43,23 @@ class Estimates:
         self._schedule = None
         if rate is not None:
             self._schedule = Schedule(odometry_steps(team, rate, clock.step_size))
-        wheels.begin_at(starts[:, 2])
+        if wheels is not None:
+            wheels.begin_at(starts[:, 2])
 
     @property
-    def is_plain(self):
+    def can_leap(self):
         """Return whether estimates are the true poses, at each step."""
         return not self._by_wheels and self._schedule is None
 
     def reset(self):
         """Begin anew where the robots begin."""
-        self._wheels.reset()
+        if self._wheels is not None:
+            self._wheels.reset()
 
     def begin(self):
         """Let all robots tell where they are."""
+        if self._schedule is None:  # they tell the newest
+            return
         self._told = self._newest().copy()
         self._told_z = None if self._motion.z is None else self._motion.z.copy()
 

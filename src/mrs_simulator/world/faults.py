@@ -17,9 +17,9 @@ class Faults:
         self.due, self._struck, self._new = list(self._events), {}, []
 
     @property
-    def may_come(self):
-        """Return whether anything can befall robots: ordered, or noticed by the motion."""
-        return bool(self._events or self._noticed)
+    def can_leap(self):
+        """Return whether nothing can befall robots: neither ordered, nor noticed by the motion."""
+        return not (self._events or self._noticed)
 
     def strike_due(self):
         """Let what the scenario has ordered for now befall robots."""

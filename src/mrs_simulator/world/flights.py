@@ -31,6 +31,11 @@ class Flights:
             self._manoeuvres.take_off(rows, self.takeoff[rows])
 
     @property
+    def can_leap(self):
+        """Return whether all robots obey their commands."""
+        return not self.busy
+
+    @property
     def busy(self):
         """Return whether any robot does not obey its commands."""
         return self._manoeuvres.busy

@@ -10,8 +10,8 @@ from mrs_simulator.core.kinematics import (
     UNICYCLE_AXES,
     Reach,
     approached,
+    carried_on,
     cos_sin,
-    displaced,
     greatest,
 )
 from mrs_simulator.core.neighbours import least_distance
@@ -31,13 +31,13 @@ def approached_function():
     return compiled_approached()
 
 
-def displaced_function():
-    """Return ``core.kinematics.displaced``, or its compiled twin where that is wanted."""
+def carried_function():
+    """Return ``core.kinematics.carried_on``, or its compiled twin where that is wanted."""
     if not compiling.is_wanted():
-        return displaced
-    from mrs_simulator.world.compiled import compiled_displaced  # numba only where it is wanted
+        return carried_on
+    from mrs_simulator.world.compiled import compiled_carried  # numba only where it is wanted
 
-    return compiled_displaced()
+    return compiled_carried()
 
 
 CLIMB = "linear.z"
@@ -78,7 +78,7 @@ class KinematicMotion:
         """
         self.step = step
         self.team = Team.of(kinds, limits)
-        self._approached, self._displaced = approached_function(), displaced_function()
+        self._approached, self._carried = approached_function(), carried_function()
         self._most = Reach.of(step * self.team.by_group(self._rates_of, np.inf))
         self._least, self._greatest = (
             self.team.by_group(lambda g, end=end: self._bounds_of(g)[end]) for end in (0, 1)
@@ -87,7 +87,7 @@ class KinematicMotion:
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
         # [m] that nobody exceeds in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
-        self._encoders, self._bounds, self._durations = encoders, None, None
+        self._encoders, self._bounds, self._shares = encoders, None, None
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
         self._mirrored = np.array(mirrored, dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
@@ -205,9 +205,10 @@ class KinematicMotion:
         if self._encoders:
             self._count(velocity)
         twist = planar(self.team.in_rows(velocity), self.team.axes)
-        if self._durations is None:
-            self._durations = np.full(twist.shape, self.step, order="F")
-        after = self._displaced(before, twist, self._durations)
+        if self._shares is None:  # [s] by which twists are distances, and half of the turns
+            self._shares = np.full(twist.shape, self.step, order="F")
+            self._shares[:, -1] *= 0.5
+        after = self._carried(before, twist * self._shares)
         if self._current is not None:
             after[:, :2] += self.step * self._current
         return after

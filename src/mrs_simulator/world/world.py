@@ -36,6 +36,10 @@ from mrs_simulator.world.motions import Surroundings, new_motion
 
 __all__ = ["EVERY", "World", "WorldError"]
 
+PASSIVE = (  # attributes of a world that tell how it was made, and do nothing in a step
+    *("team", "mirrored", "fidelity", "obstacles", "_clock", "_around", "_watching", "_odometry"),
+    *("_events", "_takeoff", "_given_load", "_start", "_start_z"),
+)
 LONGEST_RISE = 120.0  # [s] of a take-off before the run
 
 
@@ -165,7 +169,9 @@ class World:
         """Make what goes with a team and its motion; ``takeoff`` (n,) [m] as ``Flights`` has it."""
         team, motion, clock, around = self.team, self._motion, self._clock, self._around
         by_wheels, rate, errors = self._odometry
-        wheels = wheel_odometry(team, self.fidelity, around.seed, errors, clock.step_size)
+        wheels = None
+        if by_wheels or errors is not None:
+            wheels = wheel_odometry(team, self.fidelity, around.seed, errors, clock.step_size)
         self._commands = Commands(team, clock, *self._watching)
         self._contacts = Contacts(motion, clock)
         self._estimates = Estimates(
@@ -476,21 +482,15 @@ class World:
         self._estimates.begin()
 
     def can_leap(self, every):
-        """Return whether :meth:`leap` moves these robots, of which each hears a command ``every`` steps."""
-        commands = self._commands
-        other = (
-            self._obstacles_move,
-            commands.obedience,
-            commands.own_stops,
-            commands.efforts is not None,
-            self._faults.may_come,
-            self._flights.busy,
-            self.team.has_arms,
-            not self._estimates.is_plain,
-        )
-        heard = every * self.step_size <= commands.shortest_timeout
-        plain = self.fidelity == "kinematic" and not any(other)
-        return bool(plain and heard and self._motion.can_leap)
+        """Return whether :meth:`leap` moves these robots, of which each hears a command ``every`` steps.
+
+        Whatever is part of this world must say so by a ``can_leap`` of its own that is true, unless it is
+        one of ``PASSIVE``: a part that says nothing is asked at each step.
+        """
+        parts = [part for name, part in vars(self).items() if name not in PASSIVE]
+        there = [part for part in parts if part is not None and part is not False]
+        leaping = all(getattr(part, "can_leap", False) for part in there)
+        return leaping and every * self.step_size <= self._commands.shortest_timeout
 
     def leap(self, steps, every, function, *given):
         """Advance by up to ``steps`` steps in one compiled call, see ``leaping.Leaps.advance``."""

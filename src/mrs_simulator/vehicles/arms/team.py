@@ -224,6 +224,10 @@ class ArmedTeam(Team):
         """Return ``command`` (n, a + k) with all speeds divided by ``factor`` (n,), at least 1."""
         return (command.T / np.asarray(factor)).T
 
+    def is_within(self, command):
+        """Return False: what arms may do is looked at by :meth:`saturated`."""
+        return False
+
     def saturated(self, command, joints, period, scope):
         """Return ``command`` within each robot's limits, as ``Team.saturated`` does."""
         factor = np.maximum(self.excess(command, joints, period), 1.0)

@@ -191,7 +191,8 @@ def command(along, across, joints, l, period, numbers):
     ``(v, omega) = (along, across/l)``: eq. (7), in which ``R(theta)' u = (along, across)``, (m,) [m/s].
     """
     result = np.empty((len(along), 2), order="F")
-    result[:, 0], result[:, 1] = along, across / l
+    result[:, 0] = along
+    np.divide(across, l, result[:, 1])
     return result
 
 

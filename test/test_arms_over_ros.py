@@ -66,18 +66,32 @@ def test_a_path_is_passed_on_straight_lines_and_refused_where_it_cannot_be():
             JointPath(chain, begin, names, points, times)
 
 
-def test_a_load_is_carried_alike_over_ros(ros, tmp_path):  # noqa: F811
+LISTEN = """
+import json, rospy
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+rospy.init_node("listen")
+pose = rospy.wait_for_message("/load/pose", PoseStamped, 60.0)
+wrench = rospy.wait_for_message("/robot2/grasp/wrench", WrenchStamped, 60.0)
+at, force = pose.pose.position, wrench.wrench.force
+print(json.dumps([pose.header.frame_id, at.x, at.y, at.z, force.x, force.y, force.z]))
+"""
+
+
+def test_a_load_is_carried_and_dropped_alike_over_ros(ros, tmp_path):  # noqa: F811
     content = scenario(speed=0.0)
     content["duration"] = 1.2
+    content["control"]["parameters"].update(gain=-0.6, coupling=0.0)  # pulls ever harder
+    content["load"]["grip"] = 45.0
     given = scenario_from_dict(content)
     path = tmp_path / "team.yaml"
     path.write_text(given.to_yaml())
     ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=2")
     bag = ros.start("bag", ["rosbag", "record", "-O", str(tmp_path / "run.bag"), "/stage/state"])
-    ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
     record = ros.node("record", "--scenario", path, "--out", tmp_path / "out")
+    ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
     assert record.wait(90) in (0, 1), log_of(record)
     ros.stop(bag)
+    frame, *told = json.loads(ros.python(LISTEN))
     run_experiment(given, str(tmp_path / "headless"), formats=())
     runs = [read_run_csv(str(tmp_path / name / "run.csv"), given) for name in ("out", "headless")]
     runs.append(read_bag(str(tmp_path / "run.bag"), given))
@@ -88,6 +102,16 @@ def test_a_load_is_carried_alike_over_ros(ros, tmp_path):  # noqa: F811
         mine, theirs, bagged = (getattr(run, name)[:samples] for run in runs)
         np.testing.assert_allclose(mine, theirs, atol=1e-6, err_msg=name)
         np.testing.assert_allclose(bagged, theirs, atol=1e-6, err_msg=name)
+    dropped = np.flatnonzero(~runs[1].load.force.any(axis=(1, 2)))[0]
+    assert 3 < dropped < samples - 1
+    for mine, theirs, bagged in zip(*(run.load.at(slice(samples)) for run in runs)):
+        np.testing.assert_allclose(mine, theirs, atol=1e-6)
+        np.testing.assert_allclose(bagged, theirs, atol=1e-6)
+    assert [(i.robot, i.what) for i in runs[0].meta["incidents"]] == [("robot2", "load_fell")]
+    checks = json.loads((tmp_path / "out" / "verdict.json").read_text())["checks"]
+    (gone,) = [check for check in checks if check["name"] == "robots that let go"]
+    assert gone["measured"] == 3 and gone["passed"] is False
+    assert frame == "world" and told[2] == 0.05 and told[3:] == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.skipif(

@@ -12,11 +12,13 @@ from visualization_msgs.msg import Marker
 
 from mrs_simulator.core.moving import Track
 from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.nodes.display import markers as markers_node
 from mrs_simulator.nodes.display.markers import MOST_SOLIDS, Markers, Trails
 from mrs_simulator.nodes.display.solids import model, solids
 from mrs_simulator.ros.messages import read_state, team_state
+from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.vehicles import kind, shipped_kinds
 from mrs_simulator.vehicles.looks import description, looks
 from mrs_simulator.world.world import World
@@ -63,6 +65,21 @@ def test_each_robot_has_its_parts_under_names_of_their_own(ros):
     arrows = [arrow["place"] for arrow in probe.ask("shown('ARROW')")]
     state = probe.ask("[state('x'), state('y')]")
     assert arrows == [pytest.approx(place) for place in zip(*state)]
+
+
+def test_arms_and_their_load_are_drawn_where_they_are():
+    given = load_scenario(scenario_path("carrying.yaml"))
+    world = World.from_scenario(given)
+    shown = {(marker.ns, marker.id): marker for marker in markers_of(world, load=given.load)}
+    (box,) = [marker for (ns, _), marker in shown.items() if ns == "load"]
+    assert box.type == Marker.CUBE and [box.scale.x, box.scale.y, box.scale.z] == [0.3, 3.4, 0.1]
+    at, carried = box.pose.position, world.load.state
+    np.testing.assert_allclose([at.x, at.y, at.z], carried.place)
+    arms = [marker for (ns, _), marker in shown.items() if ns == "arms"]
+    assert len({marker.id for marker in arms}) == len(arms) > 3 * 7
+    places = np.array([[m.pose.position.x, m.pose.position.y, m.pose.position.z] for m in arms])
+    for tool in world._tools():  # the last link ends in it
+        assert np.linalg.norm(places - tool, axis=1).min() < 0.15
 
 
 def test_robots_that_are_gone_are_deleted(ros):
@@ -126,15 +143,16 @@ def test_each_robot_is_shown_as_its_kind_is(ros, tmp_path):
 
 def shown(kinds, obstacles=(), at=1):
     """Return the markers of robots of ``kinds`` that stand, and of ``obstacles``, ``at`` a time [s]."""
-    world = World(kinds, [[3.0 * row, 0.0, 0.5] for row in range(len(kinds))])
-    node = Markers.__new__(Markers)
-    node._lock, node._kinds, node._obstacles, node._shown = (
-        threading.Lock(),
-        world.team.kinds,
-        obstacles,
-        {},
+    return markers_of(
+        World(kinds, [[3.0 * row, 0.0, 0.5] for row in range(len(kinds))]), obstacles, at
     )
-    node._trails = Trails()
+
+
+def markers_of(world, obstacles=(), at=1, load=None):
+    """Return the markers of a ``world``, in which robots may carry ``load``."""
+    node = Markers.__new__(Markers)
+    node._lock, node._shown, node._trails = threading.Lock(), {}, Trails()
+    node._kinds, node._obstacles, node._load = world.team.kinds, obstacles, load
     message = team_state(world, rospy.Time(at), "world", (1, 0))
     node._newest, node._header = read_state(message), message.header
     return node._markers()

@@ -23,11 +23,16 @@ LOAD_TILE = 0.5 * TILE  # [m]
 
 
 class Placed:
-    """Arms of one model on m robots: a ``Model`` for each link, and where it is."""
+    """Arms of one model on m robots, and where their links are."""
 
-    def __init__(self, rows, models, links):
-        """``rows`` (m,) of the robots; ``links`` (m, k + 1, 4, 4) in the common frame."""
-        self.rows, self.models, self.links = rows, models, links
+    def __init__(self, rows, model, links):
+        """``rows`` (m,) of the robots with an ``ArmModel``; ``links`` (m, k + 1, 4, 4), common frame."""
+        self.rows, self.model, self.links = rows, model, links
+
+    @property
+    def models(self):
+        """Return the ``Model`` of each link, a tuple."""
+        return arm_models(self.model)
 
 
 def placed_arms(kinds, place, turn, joints):
@@ -56,13 +61,19 @@ def placed_arms(kinds, place, turn, joints):
         roots = bases @ np.array([arm.placed for arm in arms])
         inner = roots[:, np.newaxis] @ frames(chain, q)
         links = np.concatenate([roots[:, np.newaxis], inner[:, :-1]], axis=1)
-        found.append(Placed(np.array(rows), arm_models(model), links))
+        found.append(Placed(np.array(rows), model, links))
     return found
 
 
 @functools.lru_cache(maxsize=None)
 def arm_models(model):
     """Return the ``Model``s of an ``ArmModel``'s root and links, each in its own frame, a tuple."""
+    models = map(model_of, arm_parts(model))
+    return tuple(each._replace(own=np.zeros(len(each.own))) for each in models)
+
+
+def arm_parts(model):
+    """Return the ``Part``s of an ``ArmModel``'s root and links, each a list in its own frame, a tuple."""
     chain = chain_of(model)
     ends = [each[:3, 3] for each in chain.before] + [chain.tool[:3, 3]]
     axes = [None, *chain.axes]
@@ -71,14 +82,13 @@ def arm_models(model):
 
 
 def _link(end, axis, radius):
-    """Return the ``Model`` of a link to ``end`` (3,) [m], about whose begin the joint turns by ``axis``."""
+    """Return the parts of a link to ``end`` (3,) [m], about whose begin the joint turns by ``axis``."""
     parts, length = [], float(np.linalg.norm(end))
     if length > SHORT:
         parts.append(_rod(0.5 * end, end / length, radius, length, LIGHT))
     if axis is not None:
         parts.append(_rod(np.zeros(3), axis, KNUCKLE * radius, 2.0 * KNUCKLE * radius, DARK))
-    model = model_of(parts or [_rod(np.zeros(3), np.array([0.0, 0.0, 1.0]), radius, radius, DARK)])
-    return model._replace(own=np.zeros(len(model.own)))
+    return parts or [_rod(np.zeros(3), np.array([0.0, 0.0, 1.0]), radius, radius, DARK)]
 
 
 def _rod(middle, along, radius, length, colour):

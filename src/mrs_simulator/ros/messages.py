@@ -10,11 +10,12 @@ forward speed and turn rate are always there, any other component only where a r
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
-from geometry_msgs.msg import Pose2D, Quaternion
+from geometry_msgs.msg import Point, Pose, Pose2D, Quaternion, Vector3
 
 from mrs_simulator.core.incidents import WORDS
 from mrs_simulator.core.incidents import Incident as RunIncident
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.load import Carried
 from mrs_simulator.core.recording import Collision as RunCollision
 from mrs_simulator.core.run_columns import ARM, arm_axes
 from mrs_simulator.core.spatial import Spatial, upright
@@ -64,6 +65,7 @@ class State(NamedTuple):
     part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
     spatial: Optional[Spatial] = None  # None for a team on the ground
     all_joints: Optional[np.ndarray] = None  # (n, k) [rad], the first that of the drive
+    load: Optional[Carried] = None  # None where robots carry nothing together
 
 
 class Controller(NamedTuple):
@@ -177,7 +179,31 @@ def team_state(world, stamp, frame, run):
     message.joint = world.joints.ravel().tolist() if team.has_joints else []
     message.commanded = world.commanded.tolist()
     message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
+    if world.load is not None:
+        message.load = [load_pose(world.load.state)]
+        message.force = [Vector3(*each) for each in world.load.state.force.tolist()]
     return message
+
+
+def load_pose(carried):
+    """Return the ``Pose`` of a load that is ``Carried``."""
+    return Pose(Point(*carried.place.tolist()), Quaternion(*carried.orientation.tolist()))
+
+
+def _read_load(message, n):
+    """Return the ``Carried`` in a ``TeamState``, None without one; ``MessageError``."""
+    load, force = _array(message, "load"), _array(message, "force")
+    if not len(load):
+        return None
+    if len(load) != 1 or len(force) != n:
+        text = "{} robots, {} loads, {} forces; wanted one load and as many forces as robots"
+        raise MessageError(text.format(n, len(load), len(force)))
+    at, turn = load[0].position, load[0].orientation
+    return Carried(
+        np.array([at.x, at.y, at.z]),
+        np.array([turn.x, turn.y, turn.z, turn.w]),
+        np.array([(each.x, each.y, each.z) for each in force]),
+    )
 
 
 def _put_planar(message, pose, twist):
@@ -255,6 +281,7 @@ def read_state(message):
         part=(getattr(message, "stage", 0), getattr(message, "run", 0)),
         spatial=read_spatial(message, pose[:, 2]),
         all_joints=all_joints,
+        load=_read_load(message, n),
     )
 
 

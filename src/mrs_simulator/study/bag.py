@@ -13,6 +13,7 @@ from mrs_simulator.core.kinematics import (
     hand_points,
     yaw,
 )
+from mrs_simulator.core.load import Carried
 from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.reading import reason, refuse_special
 from mrs_simulator.core.recording import Run, RunError
@@ -103,6 +104,7 @@ def read_bag(path, scenario=None):
         joints=kept.joints if team and team.has_joints else None,
         spatial=kept.spatial,
         point_z=_heights(team, kept, l),
+        load=kept.load,
     )
 
 
@@ -117,13 +119,15 @@ class Taken(NamedTuple):
     joints: np.ndarray  # (m, n) [rad], 0 where they are not known
     spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
     kinds: Tuple[str, ...] = ()
+    load: Optional[Carried] = None  # (m, ...), None where robots carry nothing together
 
     def kept(self, rows):
         """Return the samples in ``rows``."""
         sampled = {name: getattr(self, name) for name in SAMPLED}
         changed = {name: value[rows] for name, value in sampled.items() if value is not None}
         spatial = None if self.spatial is None else self.spatial.of(rows)
-        return self._replace(spatial=spatial, **changed)
+        load = None if self.load is None else self.load.at(rows)
+        return self._replace(spatial=spatial, load=load, **changed)
 
 
 SAMPLED = ("time", "pose", "command", "twist", "joints")
@@ -156,6 +160,10 @@ def _refuse_impossible(path, taken):
     numbers += [] if taken.twist is None else [taken.twist]
     if taken.spatial is not None:
         numbers += [taken.spatial.z[:, :, np.newaxis], *taken.spatial[1:]]
+    if taken.load is not None:
+        numbers += [taken.load.force]
+        lies = np.concatenate([taken.load.place, taken.load.orientation], axis=1)
+        numbers += [np.broadcast_to(lies[:, np.newaxis], (*taken.pose.shape[:2], 7))]
     bad = np.flatnonzero(~np.isfinite(np.concatenate(numbers, axis=2)).all(axis=(1, 2)))
     if len(bad):
         text = "{}: at {:.3f} s a pose or command is not finite"
@@ -224,6 +232,7 @@ def _from_states(bag, _topics, axes):
         joints=_joints_of(states, n),
         spatial=_stacked_spatial(states),
         kinds=states[0].kinds if states else (),
+        load=_stacked_load(states),
     )
 
 
@@ -249,6 +258,13 @@ def _stacked_spatial(states):
         return None
     each = [upright(s.pose[:, 2]) if s.spatial is None else s.spatial for s in states]
     return Spatial(*map(np.array, zip(*each)))
+
+
+def _stacked_load(states):
+    """Return the ``Carried`` (m, ...) of ``states``, None where one of them has none."""
+    if not states or any(state.load is None for state in states):
+        return None
+    return Carried(*map(np.array, zip(*(state.load for state in states))))
 
 
 def _from_robots(bag, topics, axes):

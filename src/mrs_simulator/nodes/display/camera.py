@@ -62,7 +62,7 @@ class CameraNode:
     def _on_scenario(self, message):
         try:
             scenario = scenario_from_yaml(message.data, "stage/scenario")
-            self._told = told_team(scenario), scenario.obstacles
+            self._told = told_team(scenario), scenario.obstacles, scenario.load
         except ValueError as error:
             rospy.logerr_throttle(5.0, "camera: no pictures: stage/scenario: {}".format(error))
 
@@ -84,7 +84,7 @@ class CameraNode:
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)
 
     def _picture(self, seen, header, told):
-        team, obstacles = told
+        team, obstacles, load = told
         scene = Scene(
             kinds=team.kinds,
             numbers=tuple(range(1, team.n + 1)),
@@ -93,6 +93,7 @@ class CameraNode:
             spatial=seen.spatial,
             joints=seen.all_joints if seen.all_joints.shape[1] > 1 else None,
             obstacles=obstacles_at(obstacles, seen.stamp),
+            load=None if load is None or seen.load is None else (load, seen.load),
         )
         look, width, height = self._wanted, *SIZE
         if look is not None:

@@ -15,6 +15,7 @@ from mrs_simulator.core.moving import obstacles_at
 from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.core.spatial import upright
+from mrs_simulator.nodes.display.arms import MOST_OF_ARM, arm_markers, load_marker
 from mrs_simulator.nodes.display.descriptions import Descriptions
 from mrs_simulator.nodes.display.solids import model, solids
 from mrs_simulator.ros.arguments import parse
@@ -49,7 +50,7 @@ class Markers:
     def __init__(self):
         self._hand_length = read(HAND_LENGTH)
         self._newest, self._header, self._obstacles, self._shown = None, None, (), {}
-        self._kinds = ()  # the robots' ``Kind``s
+        self._kinds, self._load = (), None  # the robots' ``Kind``s, and what they carry
         self._trails, self._lock = Trails(), threading.Lock()
         self._descriptions = Descriptions()
         self._publisher = rospy.Publisher("stage/markers", MarkerArray, queue_size=1)
@@ -71,7 +72,7 @@ class Markers:
         with self._lock:
             # The stage tells its scenario anew after a reset too.
             self._obstacles, self._trails = scenario.obstacles, Trails()
-            self._kinds = kinds
+            self._kinds, self._load = kinds, scenario.load
         self._descriptions.follow(kinds)
 
     def _keep(self, message):
@@ -97,7 +98,7 @@ class Markers:
 
     def _markers(self):
         with self._lock:
-            state, header, kinds = self._newest, self._header, self._kinds
+            state, header, kinds, load = self._newest, self._header, self._kinds, self._load
             obstacles = obstacles_at(self._obstacles, state.stamp)
             trails = self._trails.lines()
         markers = []
@@ -113,6 +114,11 @@ class Markers:
                 where = (*pose[:2], z), spatial.orientation[row]
                 parts += solids(model(each), *where, _colour(number))
             markers += _named("robots", number * MOST_MARKERS, parts)
+        where = np.column_stack([state.pose[:, :2], spatial.z]), spatial.orientation
+        for row, arm in arm_markers(kinds, *where, state.all_joints, solid):
+            markers += _named("arms", state.robots[row] * MOST_OF_ARM, arm)
+        if load is not None and state.load is not None:
+            markers += _named("load", 0, [load_marker(load, state.load)])
         markers += _named("obstacles", 0, [_obstacle(obstacle) for obstacle in obstacles])
         for marker in markers:
             marker.header = header

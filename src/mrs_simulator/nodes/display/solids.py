@@ -29,15 +29,21 @@ class Model(NamedTuple):
 def model(kind):
     """Return the ``Model`` of a ``Kind``."""
     parts = looks(kind)
+    largest = int(np.argmax([volume(part) for part in parts]))
+    made = model_of(parts)
+    return made._replace(colours=made.colours[:largest] + (None,) + made.colours[largest + 1 :])
+
+
+def model_of(parts):
+    """Return the ``Model`` of ``parts``, each in its own colour."""
     transforms = part_transforms(parts)
     colours = [ColorRGBA(*part.colour) for part in parts]
-    colours[int(np.argmax([volume(part) for part in parts]))] = None
     return Model(
         tuple(FORMS[part.form] for part in parts),
         tuple(_scale(part) for part in parts),
         tuple(colours),
         transforms[:, :3, 3],
-        np.array([_turn(*roll_pitch_yaw(each)) for each in transforms]),
+        np.array([turn_of(each) for each in transforms]),
     )
 
 
@@ -49,11 +55,11 @@ def _scale(part):
     return (across, across, size[1] if part.form == "cylinder" else across)
 
 
-def _turn(roll, pitch, yaw):
-    """Return the unit quaternion of a turn by the fixed-axis angles [rad] of URDF."""
+def turn_of(transform):
+    """Return the unit quaternion (4,) of a ``transform`` (4, 4)."""
     x, y, z = (
         np.append(np.sin(0.5 * angle) * axis, np.cos(0.5 * angle))
-        for angle, axis in zip((roll, pitch, yaw), np.eye(3))
+        for angle, axis in zip(roll_pitch_yaw(transform), np.eye(3))
     )
     return product(z, product(y, x))
 

@@ -9,7 +9,9 @@ from mrs_simulator.ros.sensor_messages import topic_of
 from mrs_simulator.study.programs import refusing_bad_input
 
 STAGE = ("/clock", "/tf", "/tf_static")
-STAGE += tuple("/stage/" + name for name in ("state", "status", "collisions", "scenario"))
+STAGE += tuple(
+    "/stage/" + name for name in ("state", "status", "collisions", "incidents", "scenario")
+)
 LOCAL = dict(RUN_ARGUMENTS, out="directory for run.bag")
 
 

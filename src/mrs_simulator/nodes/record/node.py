@@ -48,7 +48,7 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
-        columns = self.control.team.record_columns
+        columns = self.control.team.record_columns._replace(load=scenario.load is not None)
         self._file = begin_run(scenario, out, tell=_tell, columns=columns)
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:
@@ -126,13 +126,16 @@ class RunRecorder:
                 "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
+        if self.scenario.load is not None and sample.load is None:
+            rospy.logerr_throttle(5.0, "record: the stage has no load, wanted the scenario's")
+            return
         team = self.control.team
         points = team.point(sample.pose, sample.joints, self.control.l)[:, :2]
         more = sample.twist, sample.joints, sample.spatial
         if team.has_arms:
             height = team.tools(sample.pose, sample.joints, self.control.l)[:, 2]
             spatial = upright(sample.pose[:, 2]) if sample.spatial is None else sample.spatial
-            more = (*more[:2], spatial, spatial.z + height)
+            more = (*more[:2], spatial, spatial.z + height, sample.load)
         self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))

@@ -10,6 +10,7 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.kinematics import TWIST_AXES
+from mrs_simulator.core.load import Carried
 from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.possible import jump
 from mrs_simulator.core.spatial import Spatial
@@ -40,6 +41,7 @@ class Sample(NamedTuple):
     joints: np.ndarray  # (n,) [rad]; of real robots those to which the commands so far have led
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robots' frames
     spatial: Optional[Spatial] = None  # of robots that leave the ground
+    load: Optional[Carried] = None  # what robots carry together
 
 
 def make_source(scenario):
@@ -82,7 +84,7 @@ class StageSource:
             command = on_axes(command, state.axes, self._axes)
         commanded = bool(state.commanded.any())
         joints = state.all_joints if self._has_arms else state.joints
-        more = joints, state.twist, state.spatial
+        more = joints, state.twist, state.spatial, state.load
         sample = Sample(state.stamp, state.pose, command, commanded, *more)
         part = (*state.part, len(state.pose))
         self._broken = self._broken or self._break(sample, part)

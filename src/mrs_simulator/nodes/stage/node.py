@@ -15,6 +15,7 @@ from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
+from mrs_simulator.nodes.stage.load_topics import LoadTopics
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.map_topics import MapTopics
 from mrs_simulator.nodes.stage.mirror import Mirror, RealTopics
@@ -113,6 +114,7 @@ class Stage:
             topics_of=self._topics_of,
             fixed=self.sensors.fixed_frames,
         )
+        self.load = LoadTopics(self.world, self.frames.world)
         self._status = publisher("~status", StageStatus, queue_size=1)
         self._scenario = publisher("~scenario", String, queue_size=1, latch=True)
         self.unobeyed.begin(self.world.team)
@@ -158,6 +160,7 @@ class Stage:
         self.sensors.follow_team(self.scenario, self.world)
         self.topics.follow_team()
         self.arms.follow_team()
+        self.load.follow_team()
         self.flight.follow_team()
         if self.drivers:
             self.drivers.follow_team()
@@ -352,6 +355,7 @@ class Stage:
             self.lockstep.expect(range(self.world.n))
         self.round_trips.sent(self._now())
         self.arms.publish(self.topics.stamp())
+        self.load.publish(self.topics.stamp())
         self.topics.publish_odometry(rows)
         if self.drivers:
             self.drivers.tell(self.topics.stamp(), rows.tolist())

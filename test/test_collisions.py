@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.neighbours import close_pairs, least_distance
+from mrs_simulator.core.neighbours import close_pairs, least_distance, least_distance_over
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.vehicles.kind import Body
 from mrs_simulator.world.bodies import Bodies
@@ -118,6 +118,20 @@ def test_the_least_distance_is_that_of_all_pairs(n):
     assert least_distance(position[:1]) == np.inf
     assert least_distance(np.concatenate([position, position[:1]])) == 0.0
     assert least_distance(1e-9 * position) == pytest.approx(1e-9 * every.min(), rel=1e-6)
+
+
+@pytest.mark.parametrize("n, dimension", [(2, 2), (7, 3), (40, 2), (300, 2)])
+@pytest.mark.parametrize("speed", [0.0, 0.01, 1.0, 100.0])
+def test_the_least_distance_over_time_is_the_least_of_all_samples(n, dimension, speed):
+    draw = np.random.default_rng(n)
+    steps = speed * draw.normal(size=(60, n, dimension))
+    track = 10.0 * draw.normal(size=(n, dimension)) + np.cumsum(steps, axis=0)
+    assert least_distance_over(track) == min(map(least_distance, track))
+    assert least_distance_over(track[:, :1]) == np.inf
+    track[40, 0] = track[40, 1]
+    assert least_distance_over(track) == 0.0
+    track[40, 0, 0] += 1e-9
+    assert least_distance_over(track) == least_distance(track[40])
 
 
 def test_no_robot_moves_farther_than_bodies_are_told():

@@ -104,6 +104,28 @@ def test_unlimited_unicycles_keep_close_to_theory(name):
     np.testing.assert_allclose(formation.line_gaps(hands[-1]), 2.0, atol=1e-3)
 
 
+@pytest.mark.parametrize(
+    "name, robots",
+    [
+        ("paper", 7),
+        ("paper", 60),
+        ("consensus", 6),
+        ("formation_crazyflies", 4),
+        ("paper_dynamic", 7),
+    ],
+)
+def test_the_closest_approach_is_the_same_in_both_files(name, robots, tmp_path):
+    """Where samples are nearer than the world saw, and where 60 touch between them; in a report as well."""
+    scenario = shipped(name, duration=1.5).overridden(robots=robots)
+    scenario = scenario._replace(record_rate=1.0 if robots == 60 else scenario.record_rate)
+    verdict = run_experiment(scenario, str(tmp_path), formats=())
+    with open(tmp_path / "run.json", encoding="utf-8") as file:
+        closest = json.load(file)["closest_approach"]
+    assert closest == verdict["min_distance"] > 0.0
+    run = read_run(str(tmp_path))
+    assert judged(run, control_of(run))[0]["min_distance"] == closest
+
+
 # 3. Limits on, 50 Hz; 4. full dynamics: the verdict has these tolerances.
 
 

@@ -5,7 +5,10 @@ import itertools
 
 import numpy as np
 
+from mrs_simulator.core.blocks import AT_ONCE
+
 DENSE = 256  # [-] points up to which all pairs are looked at
+STIRRED = 1.0  # [-] of the least distance, by which points move while the same pairs are looked at
 
 
 def dot(a, b):
@@ -87,6 +90,47 @@ def _neighbour_cells(dimension):
 def least_distance(position):
     """Return the least distance [m] between two of the points ``position`` (n, d); inf for one."""
     return closest_pair(position)[2] if len(position) > 1 else np.inf
+
+
+def least_distance_over(track):
+    """Return the least distance [m] between two of the points at any time, ``track`` (m, n, d).
+
+    As long as no point is farther than ``STIRRED`` of the least distance so far from where it was, only
+    pairs that were near to each other then are looked at.
+    """
+    if track.shape[1] < 2:
+        return np.inf
+    least, row, size = least_distance(track[0]), 1, 1
+    while row < len(track) and least > 0.0:
+        part = track[row : row + size]
+        moved = _farthest(part, part[0])
+        stirred = np.flatnonzero(moved > STIRRED * least)
+        part = part[: stirred[0] if len(stirred) else None]
+        reach = least + 2.0 * moved[: len(part)].max()
+        # Not so little that cells of that size could not be numbered.
+        near = close_pairs(part[0], max(reach, 1e-6 * np.ptp(part[0], axis=0).max()))
+        least = min(least, _least_of(part, *near))
+        row += len(part)
+        size = max(2, min(2 * len(part), AT_ONCE // track.shape[1]))
+    return float(least)
+
+
+def _farthest(track, places):
+    """Return how far [m] some point of ``track`` (m, n, d) is from its place, ``places`` (n, d), (m,)."""
+    total = 0.0
+    for axis in range(track.shape[2]):
+        total = total + (track[:, :, axis] - places[:, axis]) ** 2
+    return np.sqrt(total.max(axis=1))
+
+
+def _least_of(track, first, second):
+    """Return the least distance [m] between rows ``first`` and ``second`` (k,) of ``track`` (m, n, d)."""
+    total = np.full((len(track), len(first)), 0.0)
+    for axis in range(track.shape[2]):
+        column = track[:, :, axis]
+        apart = column.take(second, axis=1) - column.take(first, axis=1)
+        total += apart * apart
+    return np.sqrt(total.min(initial=np.inf))
 
 
 def closest_pair(position):

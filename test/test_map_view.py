@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 import pytest
+import rospy
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
@@ -23,16 +24,21 @@ from python_qt_binding.QtWidgets import QApplication, QToolTip
 
 from mrs_simulator.core.moving import Track
 from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
+from mrs_simulator.ros.messages import team_state
 from mrs_simulator.rqt_plugin.map import edge_drawing, frame, geometry, marks
 from mrs_simulator.rqt_plugin.map import ground as map_ground
 from mrs_simulator.rqt_plugin.map import trails as map_trails
 from mrs_simulator.rqt_plugin.map.drawing import height_text
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.view import MapView
-from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.rqt_plugin.ros_side.inbox import _from_state
+from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.widgets.colours import shade as team_shade
+from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.vehicles import kind
+from mrs_simulator.world.world import World
 
 POSES = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, np.pi / 2], [4.0, 3.0, np.pi]])
 NONE = Qt.NoModifier
@@ -843,3 +849,43 @@ def test_robots_above_each_other_do_not_overlap(view):
 )
 def test_heights_are_written_in_few_digits(z, text):
     assert height_text(z) == text
+
+
+def carried_snapshot(world):
+    """Return the ``Snapshot`` of a ``world`` as the GUI takes it from the stage."""
+    message = team_state(world, rospy.Time(1), "world", (1, 0))
+    return _from_state(message, True)
+
+
+def test_arms_and_their_load_are_drawn_and_saved(view, app):
+    given = load_scenario(scenario_path("carrying.yaml"))
+    world = World.from_scenario(given)
+    view.show_team(given.poses)
+    view.show_kinds(world.kinds)
+    view.set_targets_shown(False)
+    app.processEvents()
+
+    def like(colour):
+        picture = view.grab().toImage()
+        return sum(
+            abs(picture.pixelColor(x, y).red() - colour[0]) < 12
+            and abs(picture.pixelColor(x, y).blue() - colour[1]) < 12
+            for x in range(0, picture.width(), 4)
+            for y in range(0, picture.height(), 4)
+        )
+
+    wood = 255 - 0.55 * 255 * (1 - 0.76), 255 - 0.55 * 255 * (1 - 0.36)
+    before = like(wood)
+    snapshot = carried_snapshot(world)
+    view.show_snapshot(snapshot)
+    assert view.in_space().load is None  # nobody has told what they carry
+    view.show_load(given.load)
+    app.processEvents()
+    assert like(wood) > before + 20
+    assert view.in_space().load == (given.load, snapshot.load)
+    history = History()
+    history.append(snapshot)
+    kept = history.load
+    for mine, theirs in zip(kept, snapshot.load):
+        np.testing.assert_array_equal(mine[0], theirs)
+    np.testing.assert_array_equal(history.joints[0], snapshot.joints)

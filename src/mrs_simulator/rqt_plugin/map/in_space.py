@@ -19,6 +19,7 @@ def scene_of(team, shades, trails, targets, edges, obstacles, numbered):
         shades=np.array([shade.getRgbF()[:3] for shade in shades]).reshape(-1, 3),
         spatial=team.spatial,
         joints=team.joints,
+        load=None if team.load is None or team.carried is None else (team.load, team.carried),
         trails=trails,
         targets=targets,
         edges=[(rows[i], rows[j]) for i, j, _ in edges if i in rows and j in rows],

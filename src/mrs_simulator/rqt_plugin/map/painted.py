@@ -6,6 +6,7 @@ import numpy as np
 from python_qt_binding.QtGui import QPainter
 
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
+from mrs_simulator.rqt_plugin.map.carried import draw_arms, draw_load
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.look import MANY_ROBOTS, Look
@@ -135,6 +136,9 @@ class PaintedMap(MapScene):
         marks.draw_shadows(painter, look, frame, *team, z)
         marks.draw_selection(painter, look, frame, *of({self._selected}))
         drawing.draw_robots(painter, look, frame, pose, numbers, fresh, shapes, self._robots)
+        draw_arms(painter, look, frame, self.team)
+        if self.team.load is not None and self.team.carried is not None:
+            draw_load(painter, look, frame, self.team.load, self.team.carried)
         marks.draw_real(painter, look, frame, *of(self.team.real))
         if (self._at_rest or self._mode == "poses") and self.team.overlapping:
             marks.draw_alarms(painter, look, frame, *of(self.team.overlapping))

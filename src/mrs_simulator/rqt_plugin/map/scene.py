@@ -82,6 +82,11 @@ class MapScene(QWidget):
         self.team.take_kinds(kinds)
         self.update()
 
+    def show_load(self, load):
+        """Draw the ``load``, a ``core.load.Load``, where snapshots have it; None for none."""
+        self.team.load = load
+        self.update()
+
     def show_team(self, poses, altitude=None):
         """Show robots 1..n at rest at ``poses`` (n, 3) [m, m, rad]; their next run begins there.
 
@@ -115,6 +120,7 @@ class MapScene(QWidget):
         if len(snapshot.real) < len(numbers):  # real robots alone have another time
             self._move_obstacles(snapshot.time)
         self.team.joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
+        self.team.carried = snapshot.load
         self._trails.add(poses[:, :2], self.team.z)
         if changed:
             self.fit(whole=True)

@@ -12,7 +12,7 @@ class MapTeam:
     """Robots ``numbers``, one per row, with poses (n, 3) [m, m, rad] of which some may be unknown (nan)."""
 
     def __init__(self):
-        self._kinds = ()
+        self._kinds, self.load = (), None  # the ``Load`` that they carry together, if any
         self.begin((), np.empty((0, 3)))
 
     def begin(self, numbers, poses):
@@ -40,6 +40,7 @@ class MapTeam:
         """
         self.pose, self.fresh, self.real = poses, fresh, real
         self.joints = None  # [rad] of arms, None: at home
+        self.carried = None  # a ``Carried``, None where nothing tells where the load is
         fits = spatial is not None and len(spatial.z) == len(poses)
         self.spatial = spatial if fits else None
         self.z = spatial.z if fits else None  # [m], None: on the ground

@@ -131,4 +131,5 @@ def _from_state(message, fresh, silent=()):
         state.axes,
         state.joints if state.all_joints.shape[1] == 1 else state.all_joints,
         state.spatial,
+        state.load,
     )

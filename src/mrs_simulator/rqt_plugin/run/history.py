@@ -6,12 +6,16 @@ from typing import FrozenSet, NamedTuple, Optional, Tuple, Union
 import numpy as np
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.load import Carried
 from mrs_simulator.core.spatial import Spatial
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
 FEWEST_SAMPLES = 500
 MOST_COLLISIONS = 10000
 STATE = 7  # [-] columns of a sample before those of the command: pose 3, twist 3, joint
+LOADED = (
+    10  # [-] columns after those of robots that carry a load: force 3, its place 3, orientation 4
+)
 IN_SPACE = 8  # [-] columns after it, of robots that leave the ground: z, orientation 4, twist 3
 
 
@@ -30,6 +34,7 @@ class Snapshot(NamedTuple):
     )
     joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]; (n, 1 + k) of robots with arms
     spatial: Optional[Spatial] = None  # None for a team on the ground
+    load: Optional[Carried] = None  # what robots carry together
 
 
 class History:
@@ -47,6 +52,7 @@ class History:
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
         self.axes, self._in_space, self._arm_joints = UNICYCLE_AXES, False, 0
+        self._loaded = False
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
@@ -60,7 +66,11 @@ class History:
         """
         newest = self._time[self._filled - 1] if self._filled else -np.inf
         team = snapshot.numbers, snapshot.axes, snapshot.spatial is not None
-        if team != (self.numbers, self.axes, self._in_space) or snapshot.time < newest:
+        team += (snapshot.load is not None,)
+        if (
+            team != (self.numbers, self.axes, self._in_space, self._loaded)
+            or snapshot.time < newest
+        ):
             self._begin(
                 *team, np.shape(snapshot.joints)[1] - 1 if np.ndim(snapshot.joints) > 1 else 0
             )
@@ -93,12 +103,18 @@ class History:
         if self._in_space:
             row[:, end], row[:, end + 1 : end + 5] = snapshot.spatial[:2]
             row[:, end + 5 : end + IN_SPACE] = snapshot.spatial.twist
+        if self._loaded:
+            place, turn, force = snapshot.load
+            block = row[:, self._load_columns]
+            block[:, :3], block[:, 3:6], block[:, 6:] = force, place, turn
 
-    def _begin(self, numbers, axes, in_space, arm_joints=0):
+    def _begin(self, numbers, axes, in_space, loaded, arm_joints=0):
         self.clear()
         self.numbers, self.axes, self._in_space = numbers, axes, in_space
-        self._arm_joints = arm_joints
-        columns = STATE + len(axes) + IN_SPACE * in_space + arm_joints
+        self._arm_joints, self._loaded = arm_joints, loaded
+        begin = STATE + len(axes) + IN_SPACE * in_space
+        self._load_columns = slice(begin, begin + LOADED * loaded)
+        columns = self._load_columns.stop + arm_joints
         most = max(FEWEST_SAMPLES, MOST_VALUES // (columns * max(1, len(numbers))))
         self._time = np.empty(min(most, 40000))
         self._table = np.empty((len(self._time), len(numbers), columns))
@@ -153,3 +169,11 @@ class History:
             return None
         block = self._table[: self._filled, :, STATE + len(self.axes) :]
         return Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 5:IN_SPACE])
+
+    @property
+    def load(self):
+        """Return what the robots carry, a ``Carried`` (m, ...), None where they carry nothing together."""
+        if not self._loaded:
+            return None
+        block = self._table[: self._filled, :, self._load_columns]
+        return Carried(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])

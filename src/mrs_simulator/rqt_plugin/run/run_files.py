@@ -6,6 +6,7 @@ import shutil
 import threading
 import time
 
+from mrs_simulator.core.load import Carried
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
@@ -88,6 +89,7 @@ class RunFiles:
         command, joints = history.command[begin:].copy(), history.joints[begin:].copy()
         twist, spatial = history.twist[begin:].copy(), history.spatial
         heights = None if spatial is None else spatial.of(slice(begin, None)).copy()
+        load = history.load and Carried(*(each[begin:].copy() for each in history.load))
         axes = history.axes
         numbers, scenario = history.numbers, self._edited.scenario
         collisions = [
@@ -106,7 +108,7 @@ class RunFiles:
         def write():
             columns = team.record_columns
             kept = columns.spatial and (heights is not None or team.has_arms)
-            columns = columns._replace(spatial=kept)
+            columns = columns._replace(spatial=kept, load=load is not None)
             with begin_run(scenario, directory, numbers, columns=columns) as file:
                 samples = zip(when - when[0], pose, command, joints, twist)
                 for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
@@ -115,7 +117,10 @@ class RunFiles:
                     more = speeds, inner, None if heights is None else heights.of(row)
                     if team.has_arms:
                         tools = team.tools(poses, inner, scenario.hand_length)
-                        more = speeds, inner, upright(poses[:, 2]), tools[:, 2]
+                        flat = upright(poses[:, 2]) if more[2] is None else more[2]
+                        more = speeds, inner, flat, flat.z + tools[:, 2]
+                    if load is not None:
+                        more += (load.at(row),)
                     file.sample(round(float(stamp), 9), poses, given, points, *more)
             write_facts(file.path, collisions, meta)
             return file.path

@@ -53,6 +53,7 @@ class ScenarioEditing:
     def _show_kinds(self):
         team = self._study.edited.team()
         self._panels.map.show_kinds(team.kinds)
+        self._panels.map.show_load(self._study.scenario.load)
         self._panels.curves.set_axes(team.axes, team.is_spatial)
 
     def _show_protocol(self):

@@ -1,0 +1,64 @@
+"""Draws arms and what they carry, as they are seen from above."""
+
+import numpy as np
+from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtGui import QColor, QPen
+
+from mrs_simulator.pictures.arms import DARK, WOOD, load_corners, placed_arms
+from mrs_simulator.pictures.robots import about_z, rotations
+from mrs_simulator.rqt_plugin.map.look import faded, mixed, polygon
+
+ARM = 0.07  # [m] width of an arm
+LEAST_ARM = 1.5  # [px] of that
+OPACITY = 0.55  # of a load: robots below it are seen
+
+
+def draw_load(painter, look, frame, load, carried):
+    """Draw a ``Load`` where it is ``carried``: the outline of its corners seen from above."""
+    corners = load_corners(load, carried)[:, :2]
+    if not np.isfinite(corners).all():
+        return
+    wood = QColor.fromRgbF(*WOOD)
+    painter.setBrush(faded(wood, OPACITY))
+    painter.setPen(QPen(mixed(wood, look.text, 0.4), 1.2 * look.unit))
+    painter.drawPolygon(polygon(frame.to_screen(_hull(corners))))
+
+
+def draw_arms(painter, look, frame, team):
+    """Draw the arms of a ``MapTeam``, each a line through its joints to its tool."""
+    kinds = team.kinds()
+    if all(kind.arm is None for kind in team.shapes.distinct):
+        return
+    place = np.column_stack([team.pose[:, :2], team.heights()])
+    spatial = team.spatial
+    turn = about_z(team.pose[:, 2]) if spatial is None else rotations(spatial.orientation)
+    painter.setBrush(Qt.NoBrush)
+    width = max(ARM * frame.scale, LEAST_ARM * look.unit)
+    for arms in placed_arms(kinds, place, turn, team.joints):
+        joints = frame.to_screen(arms.links[:, :, :2, 3].reshape(-1, 2)).reshape(
+            len(arms.rows), -1, 2
+        )
+        for row, points in zip(arms.rows.tolist(), joints):
+            if team.known[row]:
+                for colour, share in ((look.base, 1.6), (QColor.fromRgbF(*DARK), 1.0)):
+                    pen = QPen(colour, share * width, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin)
+                    painter.setPen(pen)
+                    painter.drawPolyline(polygon(points))
+
+
+def _hull(points):
+    """Return the corners (h, 2) of the convex hull of ``points`` (k, 2), in order (Andrew's chains)."""
+    order = sorted(map(tuple, points.tolist()))
+
+    def chain(those):
+        found = []
+        for x, y in those:
+            while len(found) > 1:
+                (ax, ay), (bx, by) = found[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                found.pop()
+            found.append((x, y))
+        return found[:-1]
+
+    return np.array(chain(order) + chain(order[::-1]))

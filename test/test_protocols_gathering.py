@@ -138,13 +138,14 @@ def test_rendezvous_keeps_an_edge_that_plain_consensus_breaks():
 
 
 class PlainConsensus(Rendezvous):
-    def law(self, hand):
-        return laws.rendezvous(hand, self._pairs, 1e3) * 1e3
+    def pointMassLaw(self, hand):
+        super().pointMassLaw(hand)  # finds the pairs
+        return self.gain * laws.rendezvous(hand, self._pairs, 1e3) * 1e3
 
 
 class Repels(Rendezvous):
-    def law(self, hand):
-        return -0.1 * super().law(hand)
+    def pointMassLaw(self, hand):
+        return -0.1 * super().pointMassLaw(hand)
 
 
 @pytest.mark.parametrize("law", [PlainConsensus, Repels])

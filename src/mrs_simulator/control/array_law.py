@@ -43,33 +43,45 @@ def array_law(function):
 
 
 def flow_law(method):
-    """Return ``pointMassLaw`` of a ``method`` that returns the law's ``core.edge_terms.Flow``."""
+    """Return ``pointMassLaw`` of a ``method`` that returns the law's ``core.edge_terms.Flow``.
+
+    A method that remembers something of the first points takes these as a further argument: None where
+    a command has been given already.
+    """
+    sees = len(inspect.signature(method).parameters) > 1
 
     @functools.wraps(method)
     def pointMassLaw(self, hand):
-        return method(self).velocity(hand)
+        return (method(self, hand) if sees else method(self)).velocity(hand)
 
     def form(self):
         from mrs_simulator.core.compiled_terms import flow_law as loops
 
-        flow = method(self)
+        flow = method(self, None) if sees else method(self)
         n, d = len(self.numbers), self.dimension
         places = np.zeros((n, d)) if flow.places is None else np.ascontiguousarray(flow.places)
-        rows = map(np.ascontiguousarray, flow.arcs)
-        return loops(flow.term), (places, float(flow.gain), *rows, *flow.given)
+        first, second, given = flow.edges()
+        rows = map(np.ascontiguousarray, (first, second))
+        return loops(flow.term), (places, float(flow.gain), *rows, *given)
 
     pointMassLaw.form = form
     return pointMassLaw
 
 
 def form_of(control):
-    """Return ``(function, arguments)`` of the law of ``control``, None where it has no such form.
+    """Return ``(function, arguments)`` of the law of ``control``, which :func:`has_form`.
 
-    ``function(points, *arguments)`` is what numba compiles.  Nothing but the law may decide on commands:
-    no faults of edges, no safety filter, no method of the loop that a class replaced.
+    ``function(points, *arguments)`` is what numba compiles.  A first command has been given.
     """
-    form = getattr(type(control).pointMassLaw, "form", None)
-    return None if form is None or not control.is_bare else form(control)
+    return type(control).pointMassLaw.form(control)
+
+
+def has_form(control):
+    """Return whether the law of ``control`` can be compiled, and nothing but it decides on commands.
+
+    No faults of edges, no safety filter, no method of the loop that a class replaced.
+    """
+    return hasattr(type(control).pointMassLaw, "form") and control.is_bare
 
 
 def _values(control, names):

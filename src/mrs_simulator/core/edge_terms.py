@@ -94,10 +94,32 @@ class Flow(NamedTuple):
     given: Tuple[Any, ...]
     summed: Callable
     places: Optional[np.ndarray] = None  # (n, d) [m]
+    still: Tuple[int, ...] = ()  # rows of robots that get nothing, such as leaders
+    mutual: bool = (
+        False  # whether ``arcs`` are pairs, each once, of which j gets the opposite of i's term
+    )
 
     def velocity(self, points):
         """Return the velocities u (n, d) at ``points`` p (n, d) [m]."""
-        return self.gain * self.summed(points if self.places is None else points - self.places)
+        u = self.gain * self.summed(points if self.places is None else points - self.places)
+        if self.still:
+            u[list(self.still)] = 0.0
+        return u
+
+    def edges(self):
+        """Return ``(i, j, given)``: rows (m,) of all edges over which robots get something.
+
+        What ``given`` holds of edges is that of these alone.  Of mutual terms, which are odd, it holds
+        numbers alone.
+        """
+        (first, second), given = self.arcs, self.given
+        if self.mutual:
+            first, second = np.append(first, second), np.append(second, first)
+        if self.still:
+            kept = ~np.isin(first, self.still)
+            first, second = first[kept], second[kept]
+            given = tuple(each[..., kept] if np.ndim(each) else each for each in given)
+        return first, second, given
 
 
 def edge_flow(gain, term, arcs, *given, places=None):
@@ -107,6 +129,15 @@ def edge_flow(gain, term, arcs, *given, places=None):
         return edge_sum(term, arcs, values, *given)
 
     return Flow(gain, term, arcs[:2], given, summed, places)
+
+
+def pair_flow(gain, term, pairs, *given):
+    """Return the ``Flow`` of an odd term over undirected ``pairs``, as :func:`pair_sum` sums it."""
+
+    def summed(values):
+        return pair_sum(term, pairs, values, *given)
+
+    return Flow(gain, term, tuple(pairs), given, summed, mutual=True)
 
 
 def difference_flow(gain, topology, places=None):

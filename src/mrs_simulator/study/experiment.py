@@ -7,7 +7,7 @@ import traceback
 
 import numpy as np
 
-from mrs_simulator.control.array_law import form_of
+from mrs_simulator.control.array_law import form_of, has_form
 from mrs_simulator.control.loading import choose_protocol
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.twists import ControlError
@@ -81,9 +81,8 @@ class Experiment:
         self._asked(self.control.start)
         steps = int(round(scenario.duration / scenario.step))
         command_every, record_every = scenario.steps_per_command, scenario.steps_per_record
-        leaps = self._leaps()
-        if leaps is not None:
-            yield from self._leaping(leaps, steps)
+        if self._can_leap():
+            yield from self._leaping(steps)
             return
         for step in range(steps + 1):
             if not self.sensors.is_idle:
@@ -110,26 +109,21 @@ class Experiment:
         heard = self.estimator.fresh(self.sensors.readings(self.world.time))
         self.estimator.update(np.rint(1e9 * told), self.world.estimate(), heard)
 
-    def _leaps(self):
-        """Return the ``Leaps`` that take the world from sample to sample, None where none are made."""
-        scenario, control = self.scenario, self.control
-        every = scenario.steps_per_command
-        if not compiling.is_wanted() or self._recorder is not None or self.estimator is not None:
-            return None
-        form = form_of(control)
-        if form is None or not self.sensors.is_idle or not self.world.can_leap(every):
-            return None
-        from mrs_simulator.world.leaping import Leaps  # numba only where it is wanted
+    def _can_leap(self):
+        """Return whether ``Leaps`` take the world from sample to sample."""
+        if not compiling.is_wanted() or not has_form(self.control):
+            return False
+        read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
+        return not read and self.world.can_leap(self.scenario.steps_per_command)
 
-        return Leaps(self.world, *form, every, control.l, control.saturation)
+    def _leaping(self, steps):
+        """:meth:`samples` of ``steps`` steps, of which ``Leaps`` make all that they can."""
+        from mrs_simulator.world.leaping import NEAR, Leaps  # numba only where it is wanted
 
-    def _leaping(self, leaps, steps):
-        """:meth:`samples` of ``steps`` steps, of which ``leaps`` makes all that it can."""
-        from mrs_simulator.world.leaping import NEAR
-
-        world, step = self.world, 0
+        world, control, step = self.world, self.control, 0
         every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
         self._command_all()
+        leaps = Leaps(world, *form_of(control), command_every, control.l, control.saturation)
         while True:
             if step % every == 0:
                 self._check_near(world)

@@ -6,7 +6,6 @@ as robots do not touch: tests hold them to 1e-9 m.
 """
 
 import functools
-import math
 
 import numpy as np
 
@@ -17,7 +16,6 @@ PI, TURN = np.pi, 2.0 * np.pi
 FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
 DONE, NEAR, ODD = 0, 1, 2  # why a stretch ended: complete; bodies may touch; no usable command
 SCOPES = ("none", "robot", "team")  # of saturation
-DIAGONAL = math.sqrt(2.0)  # [-] of a velocity by its greater component, at most
 
 term = None  # the law, compiled
 
@@ -45,8 +43,8 @@ def stretch(steps, until, every, pose, inner, command, limits, step, reach, room
                 after[row, axis] = inner[row, axis] + change
                 lost = abs(change) * change / limits[row, 6 + axis]
                 mean[row, axis] = after[row, axis] - lost
-                fastest = max(fastest, abs(mean[row, axis]))
-        travel = min(reach, step * DIAGONAL * fastest)
+            fastest = max(fastest, abs(mean[row, 0]))
+        travel = min(reach, step * fastest)
         if room <= travel:
             return count, room, NEAR
         room -= travel

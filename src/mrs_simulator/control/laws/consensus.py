@@ -12,7 +12,7 @@ from mrs_simulator.control.laws.common import (
     spanning_tree,
 )
 from mrs_simulator.control.laws.consensus_equations import (
-    discrete_consensus,
+    discrete_flow,
     has_simple_modes,
     largest_step,
 )
@@ -155,9 +155,10 @@ class DiscreteConsensus(PioneerControl):
         """Return the law as published."""
         return Averaging(weights_of(self.topology), self.eps / self.period)
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the velocities (n, d) [m/s] that make one step in ``self.period``."""
-        return (discrete_consensus(hand, self.topology, self.eps) - hand) / self.period
+        return discrete_flow(self.topology, self.eps, self.period)
 
     def energy(self, start):
         """Return ``p^T L p/2``, over a directed graph that of the disagreement."""

@@ -5,7 +5,7 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 
 import numpy as np
 
-from mrs_simulator.core.edge_terms import difference_sum, edge_sum, weighted
+from mrs_simulator.core.edge_terms import Flow, difference_sum, edge_sum, weighted
 from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
 
 
@@ -45,6 +45,16 @@ def discrete_consensus(points, topology, eps):
     Olfati-Saber, Fax and Murray, 2007.
     """
     return points + eps * consensus(points, topology)
+
+
+def discrete_flow(topology, eps, period):
+    """Return the ``Flow`` of velocities [m/s] that make one such step in a ``period`` [s]."""
+    first, second, weight = topology.arcs
+
+    def summed(points):
+        return (discrete_consensus(points, topology, eps) - points) / period
+
+    return Flow(1.0, weighted, (first, second), (weight * (eps / period),), summed)
 
 
 def largest_step(topology):

@@ -450,9 +450,10 @@ class BearingLeaders(Shaped):
         weights = weights_of(self.topology)
         return BearingsWithLeaders(weights, self.gain, self.published_places(), LEADERS)
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, d) [m/s]."""
-        return self.gain * laws.bearing_leaders(hand, self.places(), self.topology, LEADERS)
+        return laws.leaders_flow(self.gain, self.places(), self.topology, LEADERS)
 
     def targets(self, hand):
         """Return the one formation, (n, d) [m], with the wanted bearings that fits the leaders."""

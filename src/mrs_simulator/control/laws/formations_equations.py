@@ -11,7 +11,6 @@ from mrs_simulator.core.edge_terms import (
     apart,
     difference_flow,
     edge_flow,
-    edge_sum,
     inner,
     unit,
 )
@@ -147,10 +146,14 @@ def bearing_leaders(points, places, topology, leaders=2):
     Where ``B_ff`` of :func:`bearing_laplacian` is regular, the followers reach the one formation
     with these bearings that fits the leaders, ``-B_ff^-1 B_fl p_l``.  Zhao, Zelazo, 2016.
     """
-    wanted = unit(apart(places, topology.arcs))
-    velocity = edge_sum(beside_bearing, topology.arcs, points, topology.arcs[2], wanted)
-    velocity[:leaders] = 0.0
-    return velocity
+    return leaders_flow(1.0, places, topology, leaders).velocity(points)
+
+
+def leaders_flow(gain, places, topology, leaders=2):
+    """Return the ``Flow`` of ``gain`` times :func:`bearing_leaders`."""
+    wanted, still = unit(apart(places, topology.arcs)), tuple(range(leaders))
+    flow = edge_flow(gain, beside_bearing, topology.arcs, topology.arcs[2], wanted)
+    return flow._replace(still=still)
 
 
 def beside_bearing(apart, weight, wanted):

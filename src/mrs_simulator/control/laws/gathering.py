@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.laws import gathering_equations
 from mrs_simulator.control.laws import published_consensus as published
 from mrs_simulator.control.laws.common import attracting, commands_by, resting
@@ -74,9 +75,10 @@ class Containment(PioneerControl):
             )
         return values
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, d) [m/s]."""
-        return self.gain * gathering_equations.containment(hand, self.topology, self.leaders)
+        return gathering_equations.containment_flow(self.gain, self.topology, self.leaders)
 
     def targets(self, hand):
         """Return where the team ends, (n, d) [m]; None where some follower hears no leader."""
@@ -191,16 +193,13 @@ class Rendezvous(PioneerControl):
         super().set_parameters(given)
         self.start()
 
+    @flow_law
     def pointMassLaw(self, hand):
         """Return the hand points' velocities, (n, d) [m/s]."""
         if self._pairs is None:
             self._pairs = gathering_equations.pairs_within(hand, self.radius)
             self.topology = self._edges(self._pairs)
-        return self.gain * self.law(hand)
-
-    def law(self, hand):
-        """Return the velocities at gain 1, (n, d)."""
-        return gathering_equations.rendezvous(hand, self._pairs, self.radius)
+        return gathering_equations.rendezvous_flow(self.gain, self._pairs, self.radius)
 
     def _edges(self, pairs):
         return Topology(len(self.numbers), (pairs + 1).tolist(), directed=False)
@@ -290,9 +289,10 @@ class CyclicPursuit(PioneerControl):
         """Return the law as published."""
         return published.Pursuit(self.gain, self.angle)
 
-    def pointMassLaw(self, hand):
+    @flow_law
+    def pointMassLaw(self):
         """Return the hand points' velocities, (n, 2) [m/s]."""
-        return self.gain * gathering_equations.cyclic_pursuit(hand, self.angle)
+        return gathering_equations.pursuit_flow(self.gain, len(self.numbers), self.angle)
 
     def claims(self, start):
         """Return growth and turn rate of the slowest mode of the start; in, circle or out."""

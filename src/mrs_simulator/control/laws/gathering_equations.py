@@ -1,11 +1,12 @@
 """Gathering and spreading: containment and rendezvous; in the plane, cyclic pursuit and coverage."""
 
+import functools
 import itertools
 import math
 
 import numpy as np
 
-from mrs_simulator.core.edge_terms import difference_sum, gathered, inner, pair_sum
+from mrs_simulator.core.edge_terms import Flow, difference_flow, gathered, inner, pair_flow
 from mrs_simulator.core.neighbours import close_pairs
 
 DIRECTIONS = 720  # [-] in which a hull is looked at besides those of its faces
@@ -24,9 +25,13 @@ def containment(points, topology, leaders):
     :func:`containment_limit`, inside the leaders' convex hull.  Ji, Ferrari-Trecate, Egerstedt and
     Buffa, 2008.
     """
-    velocity = difference_sum(points, topology)
-    velocity[len(points) - leaders :] = 0.0
-    return velocity
+    return containment_flow(1.0, topology, leaders).velocity(points)
+
+
+def containment_flow(gain, topology, leaders):
+    """Return the ``Flow`` of ``gain`` times :func:`containment`."""
+    still = tuple(range(topology.n - leaders, topology.n))
+    return difference_flow(gain, topology)._replace(still=still)
 
 
 def follower_blocks(topology, leaders):
@@ -115,7 +120,12 @@ def rendezvous(points, pairs, radius):
     the gradient of :func:`edge_tension`.  From a connected graph whose edges are shorter than D, no
     edge ever reaches D and all meet in their mean.  Ji and Egerstedt, 2007.
     """
-    return pair_sum(tension, pairs.T, points, radius)
+    return rendezvous_flow(1.0, pairs, radius).velocity(points)
+
+
+def rendezvous_flow(gain, pairs, radius):
+    """Return the ``Flow`` of ``gain`` times :func:`rendezvous`."""
+    return pair_flow(gain, tension, pairs.T, radius)
 
 
 def tension(apart, radius):
@@ -176,6 +186,25 @@ def cyclic_pursuit(points, angle):
     ahead = np.roll(points, -1, axis=0) - points
     cos, sin = np.cos(angle), np.sin(angle)
     return ahead @ np.array([[cos, sin], [-sin, cos]])
+
+
+def pursuit_flow(gain, n, angle):
+    """Return the ``Flow`` of ``gain`` times :func:`cyclic_pursuit` of n robots."""
+    summed = functools.partial(cyclic_pursuit, angle=angle)
+    return Flow(gain, turned, _ring(n), (math.cos(angle), math.sin(angle)), summed)
+
+
+@functools.lru_cache(maxsize=8)
+def _ring(n):
+    return np.arange(n), np.roll(np.arange(n), -1)
+
+
+def turned(apart, cos, sin):
+    """Return the term ``R(a) (p_j - p_i)``, of the cosine and sine of a."""
+    ahead = np.empty_like(apart)
+    ahead[0] = cos * apart[0] - sin * apart[1]
+    ahead[1] = sin * apart[0] + cos * apart[1]
+    return ahead
 
 
 def pursuit_eigenvalues(n, angle):

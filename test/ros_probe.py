@@ -15,6 +15,7 @@ import rospy
 from geometry_msgs.msg import Pose2D, PoseStamped, Twist  # noqa: F401 expressions name it
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry  # noqa: F401
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, String  # noqa: F401
 from std_srvs.srv import Empty, EmptyResponse, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
@@ -166,6 +167,15 @@ def stand_in(robot, pose, twist=(0.0, 0.0), topic="/robot{}/odom"):
     old = driven.get(name)
     publisher = old[0] if old else rospy.Publisher(name, Odometry, queue_size=1, tcp_nodelay=True)
     driven[name] = (publisher, message)
+    return True
+
+
+def stand_in_imu(robot, rate):
+    """Be the inertial sensor ``imu`` of a real robot that turns at ``rate`` [rad/s], likewise."""
+    name = "/robot{}/imu".format(robot)
+    message = Imu()
+    message.angular_velocity.z = rate
+    driven[name] = (rospy.Publisher(name, Imu, queue_size=1, tcp_nodelay=True), message)
     return True
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
+from mrs_simulator.control.making import make_control
 from mrs_simulator.core.estimates import Estimates
 from mrs_simulator.core.kinematics import compose, part_of, relative
 from mrs_simulator.core.odometry_errors import step_deviations
@@ -16,7 +17,9 @@ from mrs_simulator.sensors.pose_measurements import MEASUREMENTS
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types.position import GpsReading, geodetic, local_place
+from mrs_simulator.study.estimation import estimation_curves, estimation_measures
 from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.judging import judged
 from mrs_simulator.vehicles import Team
 
 ALPHA = (0.02, 0.0, 0.0, 0.02, 0.002, 0.002)
@@ -230,6 +233,12 @@ def test_commands_follow_from_what_the_law_knew_and_the_truth_is_beside_it(tmp_p
     off = np.hypot(*np.moveaxis(run.estimate[:, :, :2] - run.pose[:, :, :2], 2, 0))
     assert verdict["estimation_error"] == pytest.approx(np.sqrt((off**2).mean()))
     assert 0.01 < off[-1].max() < 0.5 and np.array_equal(run.estimate[0], run.pose[0])
+    # Where the record does not hold them, or not the truth, nothing is made of that.
+    without, _ = judged(run._replace(estimate=None), make_control(scenario))
+    assert "which the record does not hold" in check(without, "commands off")["note"]
+    assert "estimation_error" not in without and without["outcome"] == "not_judged"
+    unknown = run._replace(meta=dict(run.meta, truth_unknown=True))
+    assert estimation_measures(unknown) == {} and estimation_curves(unknown) == []
 
 
 def drifted(estimates, **more):

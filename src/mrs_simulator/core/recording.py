@@ -43,6 +43,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "degraded": str,
     "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
     "incidents": list,  # ``core.incidents.Incident``s
+    "truth_unknown": bool,  # poses are those that the control estimated
     "lockstep": bool,  # commands follow from the poses of the same sample
 }
 

@@ -70,6 +70,7 @@ class Inbox:
         self.changed = np.full(n, -math.inf)  # [s] of wall time when pose or twist last changed
         self._tracks = Tracks(n, bounds)
         self._stamp = np.full(n, NEVER)  # [ns]
+        self._true = np.full(n, NEVER)  # [ns] the same by this host's clock
         self._body = np.zeros((n, 3))  # [m/s, m/s, rad/s]
         self._lift = np.zeros(
             (n, 8)
@@ -110,6 +111,14 @@ class Inbox:
         with self._changed:
             lift = self._lift.copy()
         return Spatial(lift[:, 0], lift[:, 1:5], lift[:, 5:])
+
+    def true_times(self):
+        """Return when the newest poses were true in ROS time, (n,) [ns].
+
+        The stamps; of a robot whose clock is another than this host's the time of arrival.
+        """
+        with self._changed:
+            return self._true.copy()
 
     def first(self):
         """Return the poses that were heard first, shape (n, 3)."""
@@ -275,6 +284,8 @@ class OdometryInbox(Inbox):
                 self._repeated.add(row)
             came = arrival if self._real[row] else min(now, seconds)
             self._stamp[row], self._received[row] = stamped, came
+            other = self._real[row] and abs(now - seconds) > self._timeout
+            self._true[row] = int(1e9 * now) if other else stamped
             self._body[row], self._lift[row] = body, lift
             self._note_change(row, (*pose, z, *body), arrival)
             self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds), z)
@@ -344,6 +355,7 @@ class TeamInbox(Inbox):
             self._body[rows], self._lift[rows] = twists[good], np.concatenate(lift, axis=1)
             came = self._times(min(now, stamp.to_sec()))[rows]
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
+            self._true[rows] = stamp.to_nsec()
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()), z)
             self._note_arrival(rows)
 

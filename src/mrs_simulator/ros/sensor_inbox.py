@@ -17,21 +17,24 @@ from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.sensors.types import TYPES
 
 MISSED = 2.5  # [-] periods of a sensor after which its reading is stale, where that is longer
+MOST_KEPT = 200  # [-] readings of a sensor that wait to be taken
 CLOSE = 1e-6  # [s] within which times are equal
 
 
 class SensorInbox:
     """Subscribes to the sensors ``names`` of every robot, and tells which are stale."""
 
-    def __init__(self, names, mounts, kinds, real=(), step=0.0, wake=lambda: None):
+    def __init__(self, names, mounts, kinds, real=(), step=0.0, wake=lambda: None, kept=()):
         """``mounts``, ``kinds``: of each robot, a tuple of its ``Mount`` and its ``Kind``.
 
         ``real``: rows of the real robots; ``step`` [s] of the world of the others; ``wake()`` is called
-        whenever a reading has come.  Raises ``ValueError`` for an impossible ``~sensor_topic``.
+        whenever a reading has come; ``kept``: names of sensors whose readings are kept until ``take``.
+        Raises ``ValueError`` for an impossible ``~sensor_topic``.
         """
         pattern, self._least = read(SENSOR_TOPIC), read(SENSOR_TIMEOUT)
         self._wake, self._lock, self._senders = wake, threading.Lock(), Senders()
         self._told = None  # the last answer of ``readings``
+        self._kept, self._waiting = frozenset(kept), []
         self._inlets = [
             self._inlet(row, next(mount for mount in own if mount.name == name), kind, real, step)
             for name in names
@@ -50,7 +53,12 @@ class SensorInbox:
         name = listened_topic(pattern, inlet.row + 1, form)
         inlet.topic = rospy.resolve_name(name)
         return rospy.Subscriber(
-            name, form.MESSAGE, self.put, callback_args=inlet, queue_size=1, tcp_nodelay=True
+            name,
+            form.MESSAGE,
+            self.put,
+            callback_args=inlet,
+            queue_size=MOST_KEPT if form.mount.name in self._kept else 1,
+            tcp_nodelay=True,
         )
 
     def put(self, message, inlet):
@@ -72,7 +80,12 @@ class SensorInbox:
         with self._lock:
             if inlet.is_real and abs(now - seconds) > inlet.timeout:
                 stamp = rospy.Time.from_sec(now)  # its clock is another
-            inlet.keep(reading, stamp.to_nsec(), arrival if inlet.is_real else min(now, seconds))
+            known = inlet.keep(
+                reading, stamp.to_nsec(), arrival if inlet.is_real else min(now, seconds)
+            )
+            if not known and inlet.form.mount.name in self._kept:
+                del self._waiting[: -MOST_KEPT * len(self._inlets)]
+                self._waiting.append((stamp.to_nsec(), inlet, reading))
         self._wake()
 
     def readings(self, begun):
@@ -92,6 +105,18 @@ class SensorInbox:
                     result[inlet.row][inlet.form.mount.name] = reading._replace(stamp=since)
             self._told = told = begun, newest, result
         return told[2]
+
+    def take(self):
+        """Return the readings that have come since the last call of the sensors that are ``kept``.
+
+        ``[(stamp, name, [(row, reading)])]`` with stamps in ns, by ROS time.
+        """
+        with self._lock:
+            taken, self._waiting = self._waiting, []
+        found = {}
+        for stamp, inlet, reading in taken:
+            found.setdefault((stamp, inlet.form.mount.name), []).append((inlet.row, reading))
+        return [(stamp, name, sorted(heard, key=_row)) for (stamp, name), heard in found.items()]
 
     def missing(self, now):
         """Return which sensors are silent or refused at ``now`` [s] in ROS time, in words, or ""."""
@@ -139,6 +164,10 @@ class SensorInbox:
                 inlet.intake.forget()
 
 
+def _row(heard):
+    return heard[0]
+
+
 class _Inlet:
     """What has come of one sensor of one robot."""
 
@@ -153,9 +182,14 @@ class _Inlet:
         self._first = mount.latency + (period if looks_back else 0.0)  # [s] since it is listened to
 
     def keep(self, reading, stamp, received):
-        """Keep a ``reading`` of ``stamp`` [ns], received at a time [s]: of wall time from a real robot."""
+        """Keep a ``reading`` of ``stamp`` [ns], received at a time [s]: of wall time from a real robot.
+
+        Return whether it was known before: who begins to listen hears the newest again.
+        """
+        known = self.newest is not None and self.newest[1] == stamp
         self.newest, self._received = (reading, stamp), received
         self.count += 1
+        return known
 
     def age(self, now):
         """Return how old the newest is at ``now`` [s] in ROS time, inf before the first."""

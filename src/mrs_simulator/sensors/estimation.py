@@ -102,6 +102,9 @@ class Estimator:
         stamps in ns.  A robot that is farther from where it was than it can have gone was put there.
         """
         told, odometry = np.asarray(told, dtype=np.int64), np.array(odometry)
+        if self._told is None:
+            self.filter.pose = odometry
+            self._begin(told, odometry)
         if self._source == ODOMETRY:
             self.filter.pose = odometry
         elif self._source == EKF:
@@ -126,12 +129,12 @@ class Estimator:
 
     # What the filter is told ---------------------------------------------------------------------
 
+    def _begin(self, told, odometry):
+        self._told, self._odometry = told.copy(), odometry
+        self._story.begin(int(told.min()))
+
     def _follow(self, told, odometry):
         """Note the moves that new odometry tells of."""
-        if self._told is None:
-            self._told, self._odometry = told.copy(), odometry
-            self._story.begin(int(told.min()))
-            return
         rows = np.flatnonzero(told > self._told)
         if not len(rows):
             return

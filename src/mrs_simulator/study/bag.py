@@ -26,9 +26,11 @@ from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.ros.messages import (
     read_collision,
     read_incident,
+    read_odometry,
     read_stage_status,
     read_state,
 )
+from mrs_simulator.study.estimation import UNKNOWN
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.team import on_axes
@@ -41,6 +43,7 @@ JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 # What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
 LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
+TOLD, OLDEST = "/pioneer_control/estimates", 0.5  # [s] after which estimates no longer hold
 STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
 
 
@@ -66,6 +69,12 @@ def read_bag(path, scenario=None):
             taken = reader(bag, topics, team.axes if team else UNICYCLE_AXES)
             if reader is _from_robots:
                 taken = taken._replace(pose=_in_common_frame(taken.pose, scenario))
+            estimates, facts = _estimates_in(bag), {}
+            if estimates is not None:
+                taken = _with_estimates(taken, *estimates)
+            if taken.estimate is not None and reader is _from_robots:
+                facts = {"truth_unknown": True, "warnings": [UNKNOWN]}
+                taken = taken._replace(pose=taken.estimate)
             collisions = _collisions(bag)
             unknown = reader is _from_robots and COLLISIONS not in topics
             incidents = [read_incident(each) for _, each, _ in bag.read_messages([INCIDENTS])]
@@ -85,7 +94,7 @@ def read_bag(path, scenario=None):
         keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
     start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     kept = taken.kept(keep)
-    meta = _meta(kept.command, unknown, degraded)
+    meta = dict(_meta(kept.command, unknown, degraded), **facts)
     incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
     if incidents:
         meta["incidents"] = incidents
@@ -105,6 +114,7 @@ def read_bag(path, scenario=None):
         spatial=kept.spatial,
         point_z=_heights(team, kept, l),
         load=kept.load,
+        estimate=kept.estimate,
     )
 
 
@@ -120,6 +130,7 @@ class Taken(NamedTuple):
     spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
     kinds: Tuple[str, ...] = ()
     load: Optional[Carried] = None  # (m, ...), None where robots carry nothing together
+    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], the poses that the control knew
 
     def kept(self, rows):
         """Return the samples in ``rows``."""
@@ -130,7 +141,7 @@ class Taken(NamedTuple):
         return self._replace(spatial=spatial, load=load, **changed)
 
 
-SAMPLED = ("time", "pose", "command", "twist", "joints")
+SAMPLED = ("time", "pose", "command", "twist", "joints", "estimate")
 
 
 def _meta(command, collisions_unknown, degraded):
@@ -153,6 +164,22 @@ def _degraded(bag, topics, time):
             if time[0] <= stage.stamp <= time[-1]:
                 missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)
     return missed.text()
+
+
+def _estimates_in(bag):
+    """Return when [s] the control told estimates, (k,), and these (k, n, 3); None where it did not."""
+    told = [(m.header.stamp.to_sec(), read_odometry(m)[1]) for _, m, _ in bag.read_messages([TOLD])]
+    alike = [each for each in told if each[1].shape == told[0][1].shape]
+    return tuple(map(np.array, zip(*alike))) if told else None
+
+
+def _with_estimates(taken, stamps, poses):
+    """Return the samples of which estimates are known, with the newest of then."""
+    if poses.shape[1] != taken.pose.shape[1]:
+        return taken
+    newest = np.searchsorted(stamps, taken.time + 1e-6) - 1
+    known = np.flatnonzero((newest >= 0) & (taken.time - stamps[newest] <= OLDEST))
+    return taken.kept(known)._replace(estimate=poses[newest[known]])
 
 
 def _refuse_impossible(path, taken):

@@ -5,6 +5,13 @@ import numpy as np
 from mrs_simulator.core.curves import Curve
 from mrs_simulator.core.kinematics import wrap_angle
 
+UNKNOWN = "poses are those that the control estimated: where the robots truly were is not known"
+
+
+def _is_known(run):
+    """Return whether there are estimates, and the truth beside them."""
+    return run.estimate is not None and not run.meta.get("truth_unknown")
+
 
 def estimation_errors(run):
     """Return the errors (m, n) [m] of positions and (m, n) [rad] of headings that the control knew."""
@@ -13,8 +20,8 @@ def estimation_errors(run):
 
 
 def estimation_measures(run):
-    """Return root mean square and largest errors of a run's estimates by name; {} where none were."""
-    if run.estimate is None:
+    """Return root mean square and largest errors of a run's estimates by name; {} where not known."""
+    if not _is_known(run):
         return {}
     place, heading = estimation_errors(run)
     return {
@@ -26,8 +33,8 @@ def estimation_measures(run):
 
 
 def estimation_curves(run):
-    """Return the root mean square errors over the team against time, [] where nothing was estimated."""
-    if run.estimate is None:
+    """Return the root mean square errors over the team against time, [] where they are not known."""
+    if not _is_known(run):
         return []
     place, heading = (np.sqrt((each**2).mean(axis=1)) for each in estimation_errors(run))
     return [

@@ -34,6 +34,7 @@ CLOSE = 1e-6  # [m] to where theory has a point, within which it is there
 LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which is judged
 FILTERED = "the safety filter acted"
 ESTIMATED = "the law knew estimates of the poses"
+UNRECORDED = ESTIMATED + ", which the record does not hold"
 
 
 def judged(run, control=None, foretold=None):
@@ -68,12 +69,18 @@ def judged(run, control=None, foretold=None):
         with _keeping(faults, "published"):
             measures.update(call(delay_measures, control, run))
     faults += unpredicted
-    carried = _carried(control, run)
+    carried = _carried(control, run) or _unrecorded(run)
     if carried:
         theory = theory._replace(ruled_out=carried)
     guards = safety_claims(control, run.hand[0]) + impossibilities(run)
     verdict = judge(run, claims + faults, measures, guards, theory)
     return verdict, track
+
+
+def _unrecorded(run):
+    """Return that estimates of poses are not in the record, in words, or ""."""
+    estimated = run.scenario is not None and run.scenario.estimates is not None
+    return UNRECORDED if estimated and run.estimate is None else ""
 
 
 def _carried(control, run):

@@ -28,6 +28,7 @@ from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
+from mrs_simulator.nodes.control.estimated_poses import EstimatedPoses
 from mrs_simulator.nodes.control.guards import Guards, slower
 from mrs_simulator.nodes.control.motors import Motors
 from mrs_simulator.nodes.control.reconfigure import ParameterServer
@@ -60,6 +61,7 @@ from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.ros.sensor_inbox import SensorInbox
 from mrs_simulator.ros.team_topics import COMMAND, AnswersTold, TeamCommands
 from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.suite import check_fitted
 from mrs_simulator.srv import SetTopology
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team
@@ -161,6 +163,9 @@ class ControlNode:
         self.frame = make_common_frame(self.scenario, leads=True)
         self.inbox = self.frame.inbox
         self.sensors = self._open_sensors(real)
+        self.estimates = None
+        if self.scenario.estimates is not None:
+            self.estimates = EstimatedPoses(self.scenario, self.frame, self.sensors)
         topics, numbers, self.rivals = None, self.law.numbers, None
         team = team_of(self.scenario)
         self._axes, landing = team.axes, team.landing
@@ -198,17 +203,23 @@ class ControlNode:
             threading.Thread(target=self._watch, daemon=True).start()
 
     def _open_sensors(self, real):
-        """Return the inbox of the sensors that the law asks for, None if it asks for none."""
-        if self.scenario.estimates is not None:
-            text = "estimates: {}, but over ROS poses come from odometry; wanted a scenario without"
-            raise ValueError(text.format(self.scenario.estimates.source))
-        if not self.law.sensors:
-            return None
+        """Return the inbox of the sensors that law and estimates ask for, None if it is none."""
         scenario = self.scenario
+        estimating = scenario.estimates.asked if scenario.estimates else ()
+        asked = tuple(dict.fromkeys((*self.law.sensors, *estimating)))
+        if not asked:
+            return None
         team = Team.from_scenario(scenario)
         mounts = fitted_mounts(team, scenario.sensors)
-        known = self.law.sensors, mounts, team.kinds, real, scenario.step
-        return SensorInbox(*known, *([self.inbox.wake] if self.lockstep else []))
+        for row, kind in enumerate(team.kinds):
+            check_fitted(mounts[row], asked, row + 1, kind)
+        wake = {"wake": self.inbox.wake} if self.lockstep else {}
+        known = asked, mounts, team.kinds, real, scenario.step
+        return SensorInbox(*known, kept=estimating, **wake)
+
+    def _pose(self):
+        """Return the poses (n, 3) that the control knows."""
+        return self.frame.pose() if self.estimates is None else self.estimates.pose()
 
     # The main loop -------------------------------------------------------------------------------
 
@@ -257,6 +268,8 @@ class ControlNode:
             self._stop(jump)
             rospy.logerr("pioneer_control: robots stopped: %s", jump)
         self._jump = jump
+        if not self.lockstep:
+            self._estimate()
         if trouble:
             self._hold(trouble)
             if silent and self._all_heard and self.running and not self.resumes:
@@ -268,6 +281,10 @@ class ControlNode:
         elif self._has_come() and self._due(rospy.get_time()):
             return self._job()
         return None
+
+    def _estimate(self):
+        if self.estimates is not None:
+            self.estimates.update()
 
     def _who_is_silent(self):
         """Return why nobody can know where the robots are now, or ""."""
@@ -307,6 +324,7 @@ class ControlNode:
         repeated = self.inbox.take_repeated()
         if stamp != self._answered:
             self._answered = stamp
+            self._estimate()
             if self._due(stamp.to_sec()):
                 return self._job()
             self._send(self.outlet.command, self.inbox.stamps())
@@ -342,7 +360,7 @@ class ControlNode:
         self._recovers, self.trouble = begins or bool(self.trouble), self.guards.text()
         # Odometry that comes between these lines makes an answer look older than it is, never newer.
         answered, arrived = self.inbox.stamps(), self.inbox.arrived
-        pose = self.frame.pose()
+        pose = self._pose()
         job = Job(self._epoch, pose, self.frame.with_heights(pose), now, since, begins)
         job = job._replace(joints=getattr(self.inbox, "joints", None))
         job = job._replace(answered=answered, arrived=arrived)
@@ -504,12 +522,14 @@ class ControlNode:
             self.running, self._next = True, None
             self._epoch += 1
             self.outlet.open()
+            if self.estimates is not None:
+                self.estimates.restart(list(self.frame.jumped()))
             self.frame.accept()
             if self.sensors:
                 self.sensors.forget()
             self.motors.enable()
             self.trouble = silent or self.motors.missing()
-            self.guards.release(self.frame.with_heights(self.frame.pose()))
+            self.guards.release(self.frame.with_heights(self._pose()))
             self.trouble = self.trouble or self.guards.text()
             return True, "running"
 
@@ -602,6 +622,8 @@ class ControlNode:
         counts = dict(commands=self._sent, odometry=self.inbox.heard)
         rates = self._rates.of(counts)
         own = control_health(self._facts)
+        if self.estimates is not None:
+            own.values["readings too late for estimates"] = self.estimates.late
         own.values.update({"{} [Hz]".format(name): rate for name, rate in rates.items()})
         if self.sensors is None:
             return [own]
@@ -619,7 +641,7 @@ class ControlNode:
         return "the law has not answered for {:.0f} s".format(waited) if waited > STILL else ""
 
     def _targets(self):
-        pose = self.frame.with_heights(self.frame.pose())
+        pose = self.frame.with_heights(self._pose())
         if self.law.lost or not np.isfinite(pose).all():
             return None
         try:

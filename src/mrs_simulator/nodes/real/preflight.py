@@ -50,6 +50,8 @@ class Preflight:
         self.asked, self.sensors = (), None  # names of the sensors that the law asks for
         with contextlib.suppress(ValueError):  # a law that cannot be made is told by its prediction
             self.asked = make_control(self.slowed).SENSORS
+        if scenario.estimates is not None:
+            self.asked = tuple(dict.fromkeys((*self.asked, *scenario.estimates.asked)))
         if self.asked:
             team = Team.from_scenario(scenario)
             mounts = fitted_mounts(team, scenario.sensors)

@@ -12,6 +12,7 @@ STAGE = ("/clock", "/tf", "/tf_static")
 STAGE += tuple(
     "/stage/" + name for name in ("state", "status", "collisions", "incidents", "scenario")
 )
+ESTIMATES = "/pioneer_control/estimates"
 LOCAL = dict(RUN_ARGUMENTS, out="directory for run.bag")
 
 
@@ -24,6 +25,7 @@ def command_of(scenario, directory, more=()):
     topics = [topic_of(number, form) for (_, number), form in sorted(forms.items())]
     if scenario.map is not None or scenario.obstacles:
         topics = ["/map", *topics] if topics else topics
+    topics += [ESTIMATES] if scenario.estimates is not None else []
     to = os.path.join(directory, "run.bag")
     given = ["rosrun", "rosbag", "record", "--tcpnodelay", "-O", to]
     return [*given, *STAGE, *topics, *more]

@@ -48,7 +48,8 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
-        columns = self.control.team.record_columns._replace(load=scenario.load is not None)
+        more = {"load": scenario.load is not None, "estimate": scenario.estimates is not None}
+        columns = self.control.team.record_columns._replace(**more)
         self._file = begin_run(scenario, out, tell=_tell, columns=columns)
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:
@@ -136,7 +137,8 @@ class RunRecorder:
             height = team.tools(sample.pose, sample.joints, self.control.l)[:, 2]
             spatial = upright(sample.pose[:, 2]) if sample.spatial is None else sample.spatial
             more = (*more[:2], spatial, spatial.z + height, sample.load)
-        self._file.sample(self.elapsed, sample.pose, sample.command, points, *more)
+        file, told = self._file, {"estimate": sample.estimate}
+        file.sample(self.elapsed, sample.pose, sample.command, points, *more, **told)
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
 
@@ -165,6 +167,8 @@ class RunRecorder:
         meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings() + missing
+        if self.scenario.estimates is not None:
+            meta["warnings"] += self.source.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
         incidents = [i._replace(time=i.time - self._start) for i in self.source.incidents]

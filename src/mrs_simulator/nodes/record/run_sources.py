@@ -16,6 +16,7 @@ from mrs_simulator.core.possible import jump
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
+from mrs_simulator.nodes.record.estimates_source import EstimatesSource
 from mrs_simulator.ros.messages import (
     Collision,
     Incident,
@@ -42,13 +43,20 @@ class Sample(NamedTuple):
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robots' frames
     spatial: Optional[Spatial] = None  # of robots that leave the ground
     load: Optional[Carried] = None  # what robots carry together
+    estimate: Optional[np.ndarray] = (
+        None  # (n, 3) [m, m, rad], the poses that the control estimated
+    )
 
 
 def make_source(scenario):
     """Return the stage in simulated time, else the real robots."""
     team = team_of(scenario)
     simulated = rospy.get_param("/use_sim_time", False)
-    return StageSource(team) if simulated else RobotsSource(scenario, team)
+
+    def make():
+        return StageSource(team) if simulated else RobotsSource(scenario, team)
+
+    return make() if scenario.estimates is None else EstimatesSource(make, scenario.n)
 
 
 class StageSource:
@@ -162,7 +170,7 @@ class RobotsSource:
         # Of each robot, (n,) [s], as its driver has it.
         given = scenario.cmd_vel_timeout
         self._watchdog = team.timeouts if given is None else np.full(scenario.n, given)
-        self._frame = make_common_frame(scenario)
+        self.frame = make_common_frame(scenario)
         self._lock = threading.Lock()
         self._team, self._joints = team, np.zeros(scenario.n)  # [rad]
         self._commanded = time.monotonic()  # up to when the joints have followed the commands
@@ -178,7 +186,7 @@ class RobotsSource:
                 queue_size=1,
                 tcp_nodelay=True,
             )
-            for row, name in enumerate(command_topics(self._frame.numbers))
+            for row, name in enumerate(command_topics(self.frame.numbers))
         ]
 
     def next(self, seconds):
@@ -190,12 +198,12 @@ class RobotsSource:
             return None
         self._due = max(self._due + self._period, time.monotonic())
         now = rospy.get_time()
-        if self._frame.missing(now):
+        if self.frame.missing(now):
             return None
         with self._lock:
             command, joints = self._in_force(), self._followed()
         # Zeros are also what a node says that has not begun or is stopped.
-        commanded, frame = bool(command.any()), self._frame
+        commanded, frame = bool(command.any()), self.frame
         spatial = frame.spatial() if self._team.is_spatial else None
         return Sample(now, frame.pose(), command, commanded, joints, frame.twists(), spatial)
 
@@ -217,11 +225,11 @@ class RobotsSource:
 
     def broken(self):
         """Return who jumped and is no longer where the common frame says, or ""."""
-        return "; ".join(self._frame.jump_texts().values())
+        return "; ".join(self.frame.jump_texts().values())
 
     def silence(self):
         """Return who it is that says nothing."""
-        return self._frame.missing(rospy.get_time())
+        return self.frame.missing(rospy.get_time())
 
     def meta(self):
         """Return what else is known of the run: collisions are not."""

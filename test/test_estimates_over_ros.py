@@ -1,0 +1,102 @@
+"""The control node estimates poses as a run without ROS does, and tells them to those who record."""
+
+import json
+import xmlrpc.client
+
+import numpy as np
+import pytest
+import yaml
+from ros_fixtures import PATIENCE, log_of, wait_until
+
+from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study.bag import read_bag
+from mrs_simulator.study.experiment import run_experiment
+
+SAME = 1e-9  # [m, rad] by which estimates over ROS may differ: headings go as quaternions
+NEAR = {"range": {"stddev": 0.1}}
+CONTENT = {
+    "poses": [[2.0, 0.0, 0.5], [-1.0, 1.7, 3.0], [-1.0, -1.7, -2.0]],
+    "odometry": "wheel",
+    "odometry_errors": {"alpha": [0.02, 0, 0, 0.02, 0.002, 0.002]},
+    "limits": {"v_max": 0.75, "omega_max": 3.0},
+    "control": {"protocol": "displacement_formation", "parameters": {"shape": "circle", "size": 3.0}},
+    "topology": {"preset": "ring"},
+    "estimates": {"ekf": ["gps", "imu", "beacons"]},
+    "sensors": [
+        {
+            "mounts": {
+                "gps": {"type": "gps", "noise": {"stddev": 0.3, "latency": 0.15, "dropout": 0.2}},
+                "imu": {"type": "imu", "noise": {"rate": {"stddev": 0.01, "bias": {"stddev": 0.05}}}},
+                "beacons": {"type": "beacons", "points": [[9, 0], [0, 9]], "noise": NEAR},
+            }
+        }
+    ],
+    "record_rate": 50,
+    "duration": 1.2,
+}  # fmt: skip
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(yaml.safe_dump(CONTENT))
+    return path
+
+
+def test_estimates_over_ros_are_those_without(ros, scenario, tmp_path):
+    alone = run_experiment(load_scenario(str(scenario)), str(tmp_path / "alone"), formats=())
+    given = ["--scenario", scenario, "_lockstep:=true"]
+    bag = ros.node("bag", "--scenario", scenario, "--out", tmp_path)
+    record = ros.node("record", "--scenario", scenario, "--out", tmp_path / "over")
+    control = ros.node("pioneer_control", *given)
+    waits = "_wait_for_control:=true", "_wait_for_recorders:=2"
+    stage = ros.node("stage", *given, *waits)
+    wait_until((tmp_path / "over" / "verdict.json").exists, 3 * PATIENCE)
+    ros.stop(stage)
+    record.wait(PATIENCE)
+    run, wanted = (
+        read_run_csv(str(tmp_path / out / "run.csv"), load_scenario(str(scenario)))
+        for out in ("over", "alone")
+    )
+    assert len(run.time) == len(wanted.time) == 61
+    for name in ("time", "pose", "command", "estimate"):
+        np.testing.assert_allclose(
+            getattr(run, name), getattr(wanted, name), rtol=0.0, atol=SAME, err_msg=name
+        )
+    assert np.abs(run.estimate - run.pose)[-1].max() > 1e-3
+    with open(tmp_path / "over" / "verdict.json") as file:
+        verdict = json.load(file)
+    for name in ("estimation_error", "heading_error", "largest_estimation_error"):
+        assert verdict[name] == pytest.approx(alone[name], abs=SAME) and verdict[name] > 0.0
+    assert "Traceback" not in log_of(stage) + log_of(control) + log_of(record)
+    bag.send_signal(2)
+    bag.wait(PATIENCE)
+    bagged = read_bag(str(tmp_path / "run.bag"))
+    at = np.searchsorted(bagged.time, run.time - 1e-6)
+    np.testing.assert_allclose(bagged.estimate[at], run.estimate, rtol=0.0, atol=SAME)
+
+
+def test_of_real_robots_the_record_says_that_the_truth_is_not_known(ros, scenario, tmp_path):
+    """A sensor that is silent stops them by its name; poses are the estimates, and no error is told."""
+    content = dict(CONTENT, estimates={"ekf": ["imu"]}, duration=0.3)
+    scenario.write_text(yaml.safe_dump(content))
+    xmlrpc.client.ServerProxy(ros.uri).setParam("/test", "/use_sim_time", False)
+    probe = ros.probe()
+    probe.ask("[stand_in(n, (0.0, 0.0, 0.0)) for n in (1, 2, 3)]")
+    control = ros.node(
+        "pioneer_control", "--scenario", scenario, "_autostart:=true", "_frozen_time:=0"
+    )
+    ros.node("record", "--scenario", scenario, "--out", tmp_path / "real")
+    probe.wait("'no fresh imu of robot1 (never heard), robot2' in (control('trouble') or '')")
+    probe.ask("[stand_in_imu(n, 0.0) for n in (1, 2, 3)]")
+    out = tmp_path / "real" / "verdict.json"
+    wait_until(out.exists)
+    verdict = wait_until(lambda: json.loads(out.read_text() or "null"))
+    assert any("where the robots truly were is not known" in each for each in verdict["warnings"])
+    assert "estimation_error" not in verdict
+    run = read_run_csv(str(tmp_path / "real" / "run.csv"), load_scenario(str(scenario)))
+    assert run.meta["truth_unknown"] is True
+    np.testing.assert_array_equal(run.estimate, run.pose)
+    np.testing.assert_allclose(run.pose[0], content["poses"], atol=1e-9)
+    assert "Traceback" not in log_of(control)

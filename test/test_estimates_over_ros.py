@@ -54,7 +54,6 @@ def test_estimates_over_ros_are_those_without(ros, scenario, tmp_path):
     stage = ros.node("stage", *given, *waits)
     wait_until((tmp_path / "over" / "verdict.json").exists, 3 * PATIENCE)
     ros.stop(stage)
-    record.wait(PATIENCE)
     run, wanted = (
         read_run_csv(str(tmp_path / out / "run.csv"), load_scenario(str(scenario)))
         for out in ("over", "alone")

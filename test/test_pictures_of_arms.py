@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.load import Carried, Load
-from mrs_simulator.pictures.arms import arm_models, load_corners, load_tile, placed_arms
+from mrs_simulator.pictures.arms import (
+    arm_models,
+    arm_outlines,
+    load_corners,
+    load_outline,
+    load_tile,
+    placed_arms,
+)
 from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.drawing import Polygons
 from mrs_simulator.pictures.robots import about_z
@@ -78,3 +85,30 @@ def test_a_long_load_is_painted_in_tiles_that_make_up_the_whole():
     turned = Carried(np.ones(3), np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]), None)
     corners = load_corners(Load(1.0, (0.3, 3.4, 0.1), ()), turned)
     np.testing.assert_allclose(np.ptp(corners, axis=0), [3.4, 0.3, 0.1])
+
+
+def test_what_is_above_the_ground_has_a_shadow():
+    """A beam of 2 m by 0.2 m that is turned by a right angle, 1 m above the ground."""
+    load = Load(1.0, (2.0, 0.2, 0.1), ((0.0, 0.0, 0.0),))
+    turn = np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)])
+    carried = Carried(np.array([3.0, 1.0, 1.0]), turn, np.zeros((1, 3)))
+    outline = load_outline(load, carried)
+    expected = [(2.9, 0.0), (2.9, 2.0), (3.1, 0.0), (3.1, 2.0)]
+    np.testing.assert_allclose(sorted(np.round(outline, 9).tolist()), expected, atol=1e-9)
+    links = np.tile(np.eye(4), (3, 1, 1))
+    links[1, :3, 3], links[2, :3, 3] = (0.0, 0.0, 0.5), (0.4, 0.0, 0.5)  # up, and ahead
+    up, ahead = arm_outlines(links)
+    assert np.ptp(up, axis=0).max() < 0.1
+    np.testing.assert_allclose(np.ptp(ahead, axis=0), [0.48, 0.08])
+    without, with_it = (
+        drawn(each, Camera(), 640, 480) for each in (scene(), scene(load=(load, carried)))
+    )
+    assert shaded(with_it) == shaded(without) + 1
+
+
+def shaded(drawing):
+    return sum(int((p.colours[:, :3] == 0.0).all(axis=1).sum()) for p in polygons(drawing))
+
+
+def polygons(drawing):
+    return [layer for layer in drawing.layers if isinstance(layer, Polygons)]

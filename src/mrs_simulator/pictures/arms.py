@@ -119,3 +119,38 @@ def load_corners(load, carried):
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     turn = np.broadcast_to(carried.orientation, (8, 4))
     return carried.place + rotated(turn, 0.5 * signs * load.size)
+
+
+def load_outline(load, carried):
+    """Return the outline (h, 2) [m] of the ``load``, seen from above, where it is ``carried``."""
+    return _hull(load_corners(load, carried)[:, :2])
+
+
+def arm_outlines(links):
+    """Return rectangles (k, 4, 2) [m] around an arm's ``links`` (k + 1, 4, 4), seen from above."""
+    joints = links[:, :2, 3]
+    along = np.diff(joints, axis=0)
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along = np.where(length > SHORT, along / np.maximum(length, SHORT), (1.0, 0.0))
+    ends = THIN * along, THIN * np.column_stack([-along[:, 1], along[:, 0]])
+    begin, end = joints[:-1] - ends[0], joints[1:] + ends[0]
+    corners = begin - ends[1], end - ends[1], end + ends[1], begin + ends[1]
+    return np.stack(corners, axis=1)
+
+
+def _hull(points):
+    """Return the corners (h, 2) of the convex hull of ``points`` (k, 2), in order (Andrew's chains)."""
+    order = sorted(map(tuple, points.tolist()))
+
+    def chain(those):
+        found = []
+        for x, y in those:
+            while len(found) > 1:
+                (ax, ay), (bx, by) = found[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                found.pop()
+            found.append((x, y))
+        return found[:-1]
+
+    return np.array(chain(order) + chain(order[::-1]))

@@ -99,9 +99,17 @@ def rotations(orientation):
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def shadows(view, robots):
-    """Return the ground that the robots stand on or are above, as seen from straight above."""
+def shadows(view, robots, above=()):
+    """Return the ground that the robots stand on or are above, as seen from straight above.
+
+    ``above``: outlines (k, 2) [m] of what else is above the ground.
+    """
     points, counts = [], []
+    for outline in above:
+        seen = view.seen(np.column_stack([outline, np.zeros(len(outline))]))
+        if (seen[:, 2] > NEAR).all():
+            points.append(view.screen(seen))
+            counts.append(len(seen))
     level = about_z(robots.theta)
     for kind, rows in robots.rows_of_kinds(robots.inside):
         rim = _rim(kind.body)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.pictures import ground, robots
-from mrs_simulator.pictures.arms import load_corners, placed_arms
+from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, placed_arms
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
 from mrs_simulator.pictures.look import LIGHT
@@ -86,6 +86,13 @@ def _arms(scene):
     return placed_arms(scene.kinds, scene.place, scene.turn, scene.joints)
 
 
+def _above(scene, arms):
+    """Return outlines (k, 2) [m] of ``arms``, and of the scene's load, as seen from straight above."""
+    links = [links for each in arms for links in each.links]
+    outlines = [outline for each in links for outline in arm_outlines(each)]
+    return outlines if scene.load is None else [*outlines, load_outline(*scene.load)]
+
+
 def _room_of_robots(scene):
     """Return corners of boxes in which the robots can turn, and where they are above, (9 n, 3) [m]."""
     reach = np.array([kind_model(kind).reach for kind in scene.kinds])
@@ -100,11 +107,12 @@ def drawn(scene, camera, width, height, look=LIGHT):
     view, place, water = View(camera, width, height, look), scene.place, scene.on_water
     team = robots.seen_robots(view, scene.kinds, scene.pose, place, scene.turn, scene.shades)
     land = [obstacle for obstacle in scene.obstacles if is_flat(obstacle)]
+    arms = _arms(scene)
     layers = (
         ground.land(view, land),
         ground.grid(view, water),
         ground.sky(view),
-        robots.shadows(view, team),
+        robots.shadows(view, team, _above(scene, arms)),
         _edges(view, scene, place),
         _trails(view, scene),
         _targets(view, scene),
@@ -113,7 +121,7 @@ def drawn(scene, camera, width, height, look=LIGHT):
             view,
             team,
             [each for each in scene.obstacles if not is_flat(each)],
-            _arms(scene),
+            arms,
             scene.load,
         ),
         ground.unit(view),

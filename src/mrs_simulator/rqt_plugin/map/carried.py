@@ -4,7 +4,7 @@ import numpy as np
 from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtGui import QColor, QPen
 
-from mrs_simulator.pictures.arms import DARK, WOOD, load_corners, placed_arms
+from mrs_simulator.pictures.arms import DARK, WOOD, load_outline, placed_arms
 from mrs_simulator.pictures.robots import about_z, rotations
 from mrs_simulator.rqt_plugin.map.look import faded, mixed, polygon
 
@@ -14,14 +14,12 @@ OPACITY = 0.55  # of a load: robots below it are seen
 
 
 def draw_load(painter, look, frame, load, carried):
-    """Draw a ``Load`` where it is ``carried``: the outline of its corners seen from above."""
-    corners = load_corners(load, carried)[:, :2]
-    if not np.isfinite(corners).all():
-        return
+    """Draw a ``Load`` where it is ``carried``, a ``Carried``."""
+    outline = load_outline(load, carried)
     wood = QColor.fromRgbF(*WOOD)
     painter.setBrush(faded(wood, OPACITY))
     painter.setPen(QPen(mixed(wood, look.text, 0.4), 1.2 * look.unit))
-    painter.drawPolygon(polygon(frame.to_screen(_hull(corners))))
+    painter.drawPolygon(polygon(frame.to_screen(outline)))
 
 
 def draw_arms(painter, look, frame, team):
@@ -44,21 +42,3 @@ def draw_arms(painter, look, frame, team):
                     pen = QPen(colour, share * width, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin)
                     painter.setPen(pen)
                     painter.drawPolyline(polygon(points))
-
-
-def _hull(points):
-    """Return the corners (h, 2) of the convex hull of ``points`` (k, 2), in order (Andrew's chains)."""
-    order = sorted(map(tuple, points.tolist()))
-
-    def chain(those):
-        found = []
-        for x, y in those:
-            while len(found) > 1:
-                (ax, ay), (bx, by) = found[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
-                    break
-                found.pop()
-            found.append((x, y))
-        return found[:-1]
-
-    return np.array(chain(order) + chain(order[::-1]))

@@ -8,7 +8,7 @@ import pytest
 
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.sensors.suite import SensorError, Suite
+from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.world.eyes import depths
 from mrs_simulator.world.world import World
 
@@ -111,9 +111,14 @@ def test_a_depth_buffer_is_undone():
 def test_what_cannot_be_shown_is_said():
     with pytest.raises(ScenarioError, match="width: 0"):
         sensed(dict(EYE, width=0))
-    cart = dict(WALL, track={"to": [[9.0, 0.0]], "speed": 1.0})
-    with pytest.raises(SensorError, match="obstacle wall moves, which no camera shows"):
-        sensed(obstacles=[cart])
+
+
+def test_what_moves_is_shown_where_it_is_at_the_stamp():
+    mount = dict(EYE, noise={"depth": {"latency": 0.3}})
+    cart = dict(WALL, track={"to": [[9.05, 0.0]], "speed": 1.0})
+    (reading,), _ = sensed(mount, obstacles=[cart], steps=65)  # of 1.3 s, what was at 1 s
+    assert reading.stamp == pytest.approx(1.0)
+    assert reading.depth[29, 39] == pytest.approx(3.7 + 1.0, abs=0.02)
 
 
 def test_messages_tell_picture_depth_and_intrinsics():

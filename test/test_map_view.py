@@ -22,7 +22,7 @@ from python_qt_binding.QtGui import (
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
-from mrs_simulator.core.moving import Track
+from mrs_simulator.core.moving import CLOCK_START, Track
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
@@ -542,7 +542,7 @@ def test_an_obstacle_on_a_track_is_drawn_where_it_is_then(view):
 
     view.show_obstacles([box])
     assert covered() == [True, False]
-    view.show_snapshot(snapshot(2.0, POSES))
+    view.show_snapshot(snapshot(CLOCK_START + 2.0, POSES))
     assert covered() == [False, True] and view.in_space().obstacles[0].x == 2.5
     view.show_obstacles([box], 1)
     assert view.editor.own == (box,)

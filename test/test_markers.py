@@ -10,7 +10,7 @@ import rospy
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from mrs_simulator.core.moving import Track
+from mrs_simulator.core.moving import CLOCK_START, Track
 from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import rotated
@@ -166,7 +166,7 @@ def drawn(kinds, monkeypatch, most=MOST_SOLIDS):
 
 def test_an_obstacle_on_a_track_is_drawn_where_it_is():
     post = Cylinder("post", 5.0, 0.0, 0.3, 1.0, Track(((5.0, 4.0),), 0.5))
-    for time, y in ((0, 0.0), (3, 1.5)):
+    for time, y in ((0, 0.0), (CLOCK_START + 3, 1.5)):
         markers = [
             marker for marker in shown(("epuck",), (post,), time) if marker.ns == "obstacles"
         ]

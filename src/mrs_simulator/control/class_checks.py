@@ -26,6 +26,7 @@ OWN = {
     "_given_topology": "the scenario's topology",
     "_is_filtered": "whether the safety filter acts",
     "_surroundings": "what robots keep away from",
+    "_scene_begun": "the time of the scene at which the law began",
     "_standstill": "how long robots have stood still",
     "_has_joints": "whether the drives have inner joints",
     "_given": "the commands of the last period",

@@ -48,8 +48,12 @@ class LawService:
         """Make the control of the robots of ``scenario``."""
         self._control = make_control(scenario, self._protocol)
 
-    def begin(self, pose):
-        """Begin anew from ``pose`` (n, 3), with heights (n, 4); return theory's warnings, texts."""
+    def begin(self, pose, begun=0.0):
+        """Begin anew from ``pose`` (n, 3), with heights (n, 4); return theory's warnings, texts.
+
+        ``begun`` [s]: the time of the scene then.
+        """
+        self._control.begin_scene(begun)
         self._control.start()
         return [str(text) for text in self._control.warnings(pose)]
 
@@ -150,9 +154,9 @@ class Law:
         """Return the topology in force."""
         return self._state.topology
 
-    def begin(self, pose, meanwhile=None):
-        """Begin anew from ``pose`` (n, 3); return theory's warnings."""
-        return self._call("begin", pose, meanwhile=meanwhile)
+    def begin(self, pose, meanwhile=None, begun=0.0):
+        """Begin anew from ``pose`` (n, 3) at ``begun`` [s] of the scene; return theory's warnings."""
+        return self._call("begin", pose, begun, meanwhile=meanwhile)
 
     def commands(self, pose, time, limit, meanwhile=None, readings=None, joints=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].

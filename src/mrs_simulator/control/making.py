@@ -6,7 +6,6 @@ from mrs_simulator.control.loading import ProtocolError, choose_protocol
 from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.core.moving import moves
 from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.core.safety import Safety
 from mrs_simulator.sensors.mounts import fitted_mounts
@@ -93,7 +92,6 @@ def _surroundings(scenario):
     obstacles, arena, speed, sensed = scenario.control.safety
     caps = None if speed is None else np.broadcast_to(np.asarray(speed, dtype=float), scenario.n)
     kept = obstacles_of(scenario) if obstacles else ()
-    kept = tuple(each for each in kept if not moves(each))  # where these are then is not known
     team = Team.from_scenario(scenario)
     if not team.afloat.any():  # land is none to robots that stand on it
         kept = tuple(obstacle for obstacle in kept if not is_flat(obstacle))

@@ -173,6 +173,7 @@ class PioneerControl:
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
         self._keep(readings=readings_by_number(numbers, self.SENSORS, {}))
         self.time = 0.0
+        self.begin_scene(0.0)
         self.set_team(team)
         self.set_parameters(parameters or {})
         if links.faults:
@@ -290,6 +291,10 @@ class PioneerControl:
     def know(self, obstacles):
         """Let the law know the ``obstacles`` of the scene, of ``core.obstacles``."""
         self._keep(obstacles=tuple(obstacles))
+
+    def begin_scene(self, time):
+        """Let the law begin at ``time`` [s] of the scene, which tells where obstacles on tracks are."""
+        self._keep(_scene_begun=float(time))
 
     def commands(self, pose, time=0.0, joints=None, readings=None):
         """Return the team's commands, (n, a) [m/s, rad/s], from ``pose`` (n, 3) at ``time`` [s].
@@ -569,9 +574,20 @@ class PioneerControl:
         """Return whether the safety filter tells robots, and keeps the distance of each pair."""
         return not self._surroundings.sensed or self._surroundings.sees
 
-    def safe_bounds(self, points):
-        """Return the ``Bounds`` that the safety filter keeps robots' ``points`` (n, 2) in."""
-        return self._surroundings.bounds(points, self._reach)
+    def safe_bounds(self, points, time=None, standing=False):
+        """Return the ``Bounds`` that the safety filter keeps robots' ``points`` (n, 2) in.
+
+        ``time`` [s] since the law began, by default now, tells where obstacles on tracks are; ``standing``:
+        leave them out.
+        """
+        around = self._surroundings.standing() if standing else self._surroundings
+        time = self._scene_begun + (self.time if time is None else time)
+        return around.bounds(points, self._reach, time, self.period)
+
+    @property
+    def filter_flees(self):
+        """Return the top speed [m/s] of moving obstacles that the safety filter knows of, 0 for none."""
+        return self._surroundings.fastest
 
     @property
     def safe_speed(self):

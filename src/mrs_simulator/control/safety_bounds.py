@@ -4,6 +4,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.moving import advance, moves, obstacles_at
 from mrs_simulator.core.obstacles import clearance, is_flat
 
 
@@ -14,6 +15,7 @@ class Bounds(NamedTuple):
     way_out: np.ndarray  # (k, d) unit vectors into the free half-plane
     gap: np.ndarray  # (k,) [m] how far inside the point is
     turns: np.ndarray  # (k,) [m] gaps from which on the robot turns aside
+    comes: np.ndarray  # (k,) [m/s] how fast the border of the half-plane comes, 0 for what stands
 
     def least(self, n):
         """Return the least gap of each of n robots, (n,) [m]; inf for those without bounds."""
@@ -22,7 +24,7 @@ class Bounds(NamedTuple):
         return least
 
 
-NO_BOUNDS = Bounds(np.empty(0, dtype=int), np.empty((0, 2)), np.empty(0), np.empty(0))
+NO_BOUNDS = Bounds(np.empty(0, dtype=int), np.empty((0, 2)), *np.empty((3, 0)))
 
 
 class Surroundings(NamedTuple):
@@ -37,17 +39,28 @@ class Surroundings(NamedTuple):
     sees: bool = False  # whether robots are seen one by one, by one of these sensors
     afloat: Optional[np.ndarray] = None  # (n,) bool, whom land keeps off; None: all
 
-    def bounds(self, points, reach):
+    @property
+    def fastest(self):
+        """Return the top speed [m/s] of obstacles that move, 0 where none does."""
+        return max((each.track.speed for each in self.obstacles if moves(each)), default=0.0)
+
+    def standing(self):
+        """Return what of it stands still."""
+        still = tuple(each for each in self.obstacles if not moves(each))
+        return self._replace(obstacles=still)
+
+    def bounds(self, points, reach, time=0.0, period=0.0):
         """Return the :class:`Bounds` of robots whose ``points`` (n, d) stay ``reach`` (n,) [m] away.
 
         An obstacle is convex: it lies behind the line through its point nearest to a robot, across the
         way there, so that no robot in front of that line touches it.  Points in space, (n, 3), also
-        pass over it; the arena's border has no upper edge.
+        pass over it; the arena's border has no upper edge.  ``time`` [s] tells where obstacles on tracks
+        are, and how fast their lines come while velocities are held for ``period`` [s].
         """
         if not (self.obstacles or self.arena):
             return NO_BOUNDS
         places = points[:, :2]
-        found = [clearance(obstacle, places) for obstacle in self.obstacles]
+        found = [clearance(obstacle, places) for obstacle in obstacles_at(self.obstacles, time)]
         borders = _borders(self.arena, places) if self.arena else []
         if points.shape[1] == 3:
             heights = [obstacle.height for obstacle in self.obstacles]
@@ -57,13 +70,25 @@ class Surroundings(NamedTuple):
         gap = np.concatenate([far - reach for far, _ in found])
         way_out = np.concatenate([out for _, out in found])
         robot = np.tile(np.arange(len(points)), len(found))
-        bounds = Bounds(robot, way_out, gap, np.tile(reach, len(found)))
+        comes = self._coming(found, time, period)
+        bounds = Bounds(robot, way_out, gap, np.tile(reach, len(found)), comes)
         land = [is_flat(obstacle) for obstacle in self.obstacles]
         if self.afloat is None or not any(land):
             return bounds
         land = np.array(land + [False] * len(borders))
         kept = ~land[:, np.newaxis] | self.afloat
         return Bounds(*(each[kept.ravel()] for each in bounds))
+
+    def _coming(self, found, time, period):
+        """Return how fast the borders ``found``, obstacles' first, come towards points, (k,) [m/s]."""
+        if not (period and self.fastest):
+            return np.zeros(sum(len(far) for far, _ in found))
+        still = [np.zeros(len(far)) for far, _ in found[len(self.obstacles) :]]
+        coming = [
+            advance(obstacle, time, period, out[:, :2])
+            for obstacle, (_, out) in zip(self.obstacles, found)
+        ]
+        return np.concatenate(coming + still)
 
 
 def _with_top(far, out, z, top):

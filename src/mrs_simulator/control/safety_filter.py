@@ -11,6 +11,7 @@ from mrs_simulator.control.safety_bounds import NO_BOUNDS
 
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
 FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
+MOVING_RATE = 0.3  # [1/s] the same for what moves: robots take their time to speed up
 SWIRL = 0.15  # [rad] by which robots close to others turn aside, so that exact symmetry does not stop them
 SWEEPS = 400  # [-] most steps of the solver
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
@@ -53,8 +54,9 @@ def safe_velocities(
     for velocities that are held for ``period`` [s]: since ``|p + d|^2 >= |p|^2 + 2 p^T d``, no pair
     that starts with ``h >= 0`` ever has less.  Wang, Ames and Egerstedt, 2017.
 
-    ``bounds``: :class:`Bounds` of single robots, ``-m_k^T u_i <= min(FIXED_RATE g_k, g_k / period)``;
-    ``speed`` (n,) [m/s]: ``|u_i| <= speed_i``.
+    ``bounds``: :class:`Bounds` of single robots, ``-m_k^T u_i <= min(rate g_k, g_k / period) - v_k``, with
+    the speed v_k at which it comes, and ``MOVING_RATE``, or ``FIXED_RATE`` of what stands; ``speed`` (n,)
+    [m/s]: ``|u_i| <= speed_i``.
 
     ``squash`` (d,) [-], s: distances are ``|s p|``, factor by factor, so that robots keep an ellipsoid
     apart; ``s^2 p_ij`` stands in the bound then.
@@ -75,7 +77,7 @@ def safe_velocities(
         # Whoever is pushed aside may be pushed towards a robot that it did not head for.
         pushed = ~near & (pressure > rows.limit)
         if not pushed.any():
-            return velocity * _feasible_share(pressure, rows.limit)
+            return velocity * _feasible_shares(velocity, rows, pressure, bounds.comes.any())
         near |= pushed
 
 
@@ -93,7 +95,7 @@ def filter_acts(
     if speed is not None and np.any(size >= 0.99 * speed):
         return True
     near = rows.reach(size) >= rows.limit
-    used = rows.pressure(velocity) >= 0.99 * rows.limit
+    used = rows.pressure(velocity) >= np.where(rows.limit > 0.0, 0.99, 1.01) * rows.limit
     return bool(used.any() or _beside(velocity, points, distance, near, pairs, bounds).any())
 
 
@@ -143,7 +145,8 @@ def _pair_rows(points, distance, period, gamma, squash=None):
 
 
 def _fixed_rows(bounds, period):
-    limit = np.minimum(FIXED_RATE, 1.0 / period) * bounds.gap
+    rate = np.where(bounds.comes == 0.0, FIXED_RATE, MOVING_RATE)
+    limit = np.minimum(rate, 1.0 / period) * bounds.gap - bounds.comes
     nothing = np.zeros_like(bounds.way_out)
     return Rows(bounds.robot, bounds.robot, -bounds.way_out, nothing, limit, len(limit))
 
@@ -235,8 +238,31 @@ def _nearest(wanted, rows, speed=None):
     return pushed(force).reshape(n, d)
 
 
+def _feasible_shares(velocity, rows, pressure, apart):
+    """Return the largest factors up to 1 by which robots may move: standing still is always allowed.
+
+    One number for all, or where ``apart`` (n, 1), one for each set of robots that ``rows`` join at this
+    ``velocity`` (n, d): who can flee from what comes need not stop with somebody else who cannot.  What
+    comes does so as well while they stand, and is not heeded then.
+    """
+    if not apart:
+        return _feasible_share(pressure, rows.limit)
+    joins = rows.reach(np.linalg.norm(velocity, axis=1)) >= rows.limit
+    sets, first, second = np.arange(len(velocity)), rows.first[joins], rows.second[joins]
+    while (sets[first] != sets[second]).any():
+        least = np.minimum(sets[first], sets[second])
+        np.minimum.at(sets, first, least)
+        np.minimum.at(sets, second, least)
+    heeded = (rows.first != rows.second) | (rows.limit >= 0.0)
+    shares = np.ones(len(velocity))
+    for label in np.unique(sets):
+        own = heeded & (sets[rows.first] == label)
+        shares[sets == label] = _feasible_share(pressure[own], rows.limit[own])
+    return shares[:, np.newaxis]
+
+
 def _feasible_share(pressure, limit):
-    """Return the largest factor up to 1 by which all may move: standing still is always allowed."""
+    """Return the largest factor up to 1 by which all may move."""
     over = pressure > np.maximum(limit, 0.0)
     if not over.any():
         return 1.0

@@ -7,6 +7,9 @@ import numpy as np
 from mrs_simulator.core.reading import ScenarioError, Section, number_list, shown
 
 MOST_SPEED = 20.0  # [m/s]
+CLOCK_START = (
+    1.0  # [s] of a stage's clock as its scene begins: zero would mean that there is no time yet
+)
 
 
 class Track(NamedTuple):
@@ -28,6 +31,17 @@ class Track(NamedTuple):
         x, y = (float(np.interp(way, reached, column)) for column in points.T)
         return x, y
 
+    def velocity(self, begin, time):
+        """Return the velocity, (2,) [m/s], from ``time`` [s] on of a centre that begins at ``begin``."""
+        points = [begin, *self.to]
+        points = np.array([*points, *([begin] if self.closed else points[-2::-1])], dtype=float)
+        legs = np.diff(points, axis=0)
+        lengths = np.hypot(*legs.T)
+        reached = np.cumsum(lengths)
+        leg = int(np.searchsorted(reached, (self.speed * time) % reached[-1], side="right"))
+        leg = min(leg, len(legs) - 1)
+        return self.speed * legs[leg] / lengths[leg]
+
     def to_plain(self):
         """Return the mapping that a scenario holds."""
         return {
@@ -48,6 +62,32 @@ def obstacles_at(obstacles, time):
         each if each.track is None else _moved(each, *each.track.place((each.x, each.y), time))
         for each in obstacles
     )
+
+
+def advance(obstacle, time, period, directions):
+    """Return how fast an ``obstacle`` comes along unit vectors ``directions`` (n, 2), at most, (n,) [m/s].
+
+    It is the largest mean velocity along each from ``time`` [s] to any time within ``period`` [s]: nowhere
+    meanwhile has it come farther than that velocity takes it, as long as its track has at most one corner
+    there, since the mean goes from the velocity before it towards that after it.
+    """
+    if not moves(obstacle):
+        return np.zeros(len(directions))
+    track, begin = obstacle.track, (obstacle.x, obstacle.y)
+    before, after = (np.array(track.place(begin, at)) for at in (time, time + period))
+    return np.maximum(
+        directions @ track.velocity(begin, time), directions @ ((after - before) / period)
+    )
+
+
+def scene_time(clock):
+    """Return the time [s] of a scene whose stage's ``clock`` [s] is at that."""
+    return max(0.0, round(clock - CLOCK_START, 9))
+
+
+def scene_facts(obstacles, begun):
+    """Return what a run that began at ``begun`` [s] of the scene tells of it, {} where nothing moves."""
+    return {"scene_time": float(begun)} if begun and any(map(moves, obstacles)) else {}
 
 
 def _moved(obstacle, x, y):

@@ -44,6 +44,7 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
     "incidents": list,  # ``core.incidents.Incident``s
     "truth_unknown": bool,  # poses are those that the control estimated
+    "scene_time": float,  # [s] at which the run began, of obstacles that had moved by then
     "lockstep": bool,  # commands follow from the poses of the same sample
 }
 

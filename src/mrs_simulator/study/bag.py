@@ -15,6 +15,7 @@ from mrs_simulator.core.kinematics import (
 )
 from mrs_simulator.core.load import Carried
 from mrs_simulator.core.missed_periods import MissedPeriods
+from mrs_simulator.core.moving import scene_facts, scene_time
 from mrs_simulator.core.reading import reason, refuse_special
 from mrs_simulator.core.recording import Run, RunError
 from mrs_simulator.core.scenario import (
@@ -95,6 +96,8 @@ def read_bag(path, scenario=None):
     start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     kept = taken.kept(keep)
     meta = dict(_meta(kept.command, unknown, degraded), **facts)
+    if scenario is not None and reader is _from_states:
+        meta.update(scene_facts(scenario.obstacles, scene_time(start)))
     incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
     if incidents:
         meta["incidents"] = incidents

@@ -58,8 +58,10 @@ class Film:
         )
 
     def _obstacles(self, time):
-        run = self.run
-        return obstacles_at(obstacles_of(run.scenario), time) if run.scenario is not None else ()
+        if self.run.scenario is None:
+            return ()
+        begun = self.run.meta.get("scene_time", 0.0)
+        return obstacles_at(obstacles_of(self.run.scenario), begun + time)
 
     def _load(self, row):
         """Return the load and where it is at sample ``row``, None where robots carry none."""

@@ -49,6 +49,7 @@ def judged(run, control=None, foretold=None):
         foretold(None)
         return judge(run, guards=impossibilities(run)), None
     run = run.in_space(control.dimension)
+    control.begin_scene(run.meta.get("scene_time", 0.0))
     faults, unpredicted, measures = [], [], {}
     track = _track(control, run, unpredicted)
     if track is not None:

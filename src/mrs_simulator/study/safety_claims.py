@@ -1,5 +1,7 @@
 """What the safety filter claims of a run, whatever the protocol."""
 
+import functools
+
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, stays_above
@@ -43,18 +45,38 @@ def _apart(control, start):
 
 
 def _clear(control, start):
-    def measured(points):
-        bounds = control.safe_bounds(points)
+    # What a robot senses tells it not how fast things come.
+    flees = not control.filter_sensors and control.filter_flees
+
+    def gap(points, time):
+        bounds = control.safe_bounds(points, time, standing=not flees)
         return float(bounds.gap.min(initial=np.inf))
 
-    begun = measured(start)
+    begun = gap(start, 0.0)
     if begun == np.inf:
         return []
+    least = functools.partial(_least_gap, gap)
     why = "{}: {:.2f} m at the start, wanted 0 m".format(CLEARANCE[:-4], begun)
+    claim = Claim(CLEARANCE, 0.0, TOLERANCE[control.fidelity], least, "at least")
     return [
         Condition("robots start clear of obstacles and border", begun >= 0.0, why, necessary=True),
-        stays_above(_of_each(measured), 0.0, CLEARANCE, TOLERANCE[control.fidelity]),
+        claim._replace(unproved=_outrun(control, flees) if flees else ""),
     ]
+
+
+def _least_gap(gap, run):
+    return min(map(gap, run.hand, run.time))
+
+
+def _outrun(control, flees):
+    """Return why robots need not be able to flee from obstacles that come at ``flees`` [m/s], or ""."""
+    slowest = float(control.team.speeds[:, 0].min())
+    if control.safe_speed is not None:
+        slowest = min(slowest, float(control.safe_speed.min()))
+    if flees >= slowest:
+        return "obstacles come at up to {:g} m/s, robots go {:g} m/s".format(flees, slowest)
+    at_once = np.isinf(control.limits.acceleration).all() and control.fidelity != "dynamic"
+    return "" if at_once else "obstacles come, and robots take time to speed up"
 
 
 def _capped(control):

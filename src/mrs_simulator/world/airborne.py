@@ -169,6 +169,17 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
             touching = Touching(group.kinds, names, self._bodies.obstacles, free)
         return AirborneGroup(group, pose, z, self.step, weather, touching)
 
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
+        super().move_obstacles(obstacles)
+        for _, flight in self._flying():
+            flight.move_obstacles(obstacles)
+
+    def _separate(self):
+        # Robots that stand on the ground stay whatever touches them, unless they are pushed as bodies.
+        self._bodies.resting = self._risen <= 0.0 if self._bodies.moves else None
+        return super()._separate()
+
     def mishaps(self):
         """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
         return super().mishaps() + ForcedMotion.mishaps(self)
@@ -242,6 +253,11 @@ class AirborneGroup:
         if hasattr(drive, "upside_down"):
             self.watch.look(UPSIDE_DOWN, drive.upside_down(self._inner))
             self.watch.look(SATURATED, drive.saturated(self._inner, self._group.numbers))
+
+    def move_obstacles(self, obstacles):
+        """Let a solver have the ``obstacles`` where they are after the next step."""
+        if self._touching is not None:
+            self._touching.move_obstacles(obstacles)
 
     def strike(self, member, fault, rotor):
         """Let a ``fault`` befall the robot ``member``: a ``rotor``, its index, or its motors."""

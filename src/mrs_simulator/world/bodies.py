@@ -51,6 +51,9 @@ class Bodies:
         self.mirrored[list(mirrored)] = True
         # Whom a solver keeps apart from each other and from obstacles, so that nothing here does.
         self.solved = np.zeros(team.n, dtype=bool)
+        self.resting = (
+            None  # (n,) bool of those that a solver cannot move, since they stand; None: nobody
+        )
         self._list = VerletList(2.0 * self.footprints.farthest)
         self.moved_elsewhere()
         self.heights = Heights(team)
@@ -59,6 +62,11 @@ class Bodies:
     def _stand(self, obstacles):
         self.obstacles = obstacles
         self._middles = np.array([[each.x, each.y] for each in obstacles])
+
+    @property
+    def moves(self):
+        """Return whether obstacles move."""
+        return self._moves
 
     def move_obstacles(self, obstacles):
         """Let the ``obstacles``, of the same number and sizes, be where they are now."""
@@ -119,7 +127,8 @@ class Bodies:
                 within &= self._afloat
             elif z is not None:
                 within &= z < obstacle.height
-            rows = np.flatnonzero(within & ~self.solved)
+            free = ~self.solved if self.resting is None else ~self.solved | self.resting
+            rows = np.flatnonzero(within & free)
             if not len(rows):
                 continue
             depth, direction = self._overlap_with(obstacle, pose, rows)

@@ -16,6 +16,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.vehicles.team import shared
 from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.movers import Movers
 from mrs_simulator.world.scene import (
     add_ground,
     add_obstacle,
@@ -90,10 +91,10 @@ class DynamicMotion:
             ground, -1, lateralFriction=GROUND_FRICTION, physicsClientId=self._client
         )
         self._names = {ground: "ground"}
-        for obstacle in obstacles:
-            if is_flat(obstacle):  # on which robots drive
-                continue
-            self._names[add_obstacle(self._client, obstacle)] = obstacle.name
+        # On flat ones robots drive.
+        fixed = [None if is_flat(o) else add_obstacle(self._client, o) for o in obstacles]
+        self._names.update({body: o.name for body, o in zip(fixed, obstacles) if body is not None})
+        self._movers = Movers(self._client, obstacles, fixed)
         self._bodies = [
             self._add_robot(row, kind, pose)
             for row, (kind, pose) in enumerate(zip(self.team.kinds, poses))
@@ -250,6 +251,11 @@ class DynamicMotion:
         self.pose, self.twist = self.pose.copy(), self.twist.copy()
         self.pose[rows], self.twist[rows] = poses, twists
 
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
+        self._movers.aim(self._plane.obstacles, obstacles, self.step)
+        self._plane.move_obstacles(obstacles)
+
     def advance(self, command):
         """Move for one step under ``command`` (n, a), a column for each axis of the team.
 
@@ -278,6 +284,8 @@ class DynamicMotion:
             for forces in pushed:
                 self._push(forces)
             self._before_substep()
+            if self._movers:
+                self._movers.advance(self.step / self._substeps)
             pybullet.stepSimulation(physicsClientId=self._client)
         self._read()
         self.place(self._mirrored, *mirrored)
@@ -289,6 +297,9 @@ class DynamicMotion:
         iterations it is nothing.
         """
         still = not (len(self._mirrored) or np.any(speeds)) and np.abs(self.twist).max() < STILL
+        if still and self._movers:
+            reach = self._plane.footprints.reach
+            still = not self._movers.are_near(self.pose[:, :2], reach)
         self._stood = self._stood + 1 if still else 0
         return self._stood > STANDING
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.moving import moves
 from mrs_simulator.sensors.suite import SensorError
 
 
@@ -23,14 +22,11 @@ class Eyes:
         if self._view is None:
             self._view = self._opened(state)
         if self._shown is not state:  # several cameras look at the same time
-            self._view.show(state.pose, state.spatial)
+            self._view.show(state.pose, state.spatial, state.time)
             self._shown = state
         return self._view.seen(eye, ahead, numbers)
 
     def _opened(self, state):
-        moving = next((each.name for each in self._obstacles if moves(each)), None)
-        if moving is not None:
-            raise SensorError("camera: obstacle {} moves, which no camera shows".format(moving))
         try:
             from mrs_simulator.world.view import View  # pybullet only where it is used
         except ModuleNotFoundError as error:

@@ -63,6 +63,12 @@ class ForcedMotion(KinematicMotion):
         if self._wheeled is not None:
             self._wheeled.place(rows, poses, twists)
 
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
+        super().move_obstacles(obstacles)
+        if self._wheeled is not None:
+            self._wheeled.move_obstacles(obstacles)
+
     def joints(self):
         """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
         result = np.zeros(self.team.n)

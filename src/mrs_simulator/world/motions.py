@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.moving import moves
 from mrs_simulator.core.scenario import FIDELITIES
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
@@ -40,7 +39,6 @@ def new_motion(team, poses, z, around):
 
     ``around``: the ``Surroundings``.  Raises ``WorldError`` where there is no such motion.
     """
-    _refuse_moving_obstacles(team, around)
     if team.has_arms:
         return _armed(team, poses, z, around)
     if around.fidelity == "point_mass":
@@ -51,13 +49,6 @@ def new_motion(team, poses, z, around):
         return _dynamic(team, poses, z, around)
     text = "fidelity {!r}: wanted one of {}"
     raise WorldError(text.format(around.fidelity, ", ".join(FIDELITIES)))
-
-
-def _refuse_moving_obstacles(team, around):
-    moving = next(filter(moves, around.obstacles), None)
-    if moving is not None and (team.has_arms or around.fidelity == "dynamic"):
-        text = "obstacle {} moves: wanted fidelity kinematic, and robots without arms"
-        raise WorldError(text.format(moving.name))
 
 
 def _of_points(team, poses, z, around):

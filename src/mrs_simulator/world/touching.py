@@ -10,6 +10,7 @@ import importlib.util
 
 import numpy as np
 
+from mrs_simulator.core.moving import moves
 from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.vehicles.drives.flight import upright_share
@@ -38,7 +39,7 @@ class Touching:
         self._kinds, self._names, self._free = kinds, names, np.array(free)
         self._tall = np.array([kind.body.height for kind in kinds])
         self._reach = np.hypot([kind.body.reach for kind in kinds], 0.5 * self._tall)
-        self._obstacles = [each for each in obstacles if not is_flat(each)]
+        self._obstacles = self._given = self._before = _solid(obstacles)
         self._list = VerletList(2.0 * float(self._reach.max(initial=0.0)) + MARGIN)
         self._client, self._bodies, self._near = None, {}, ()
         self._found = {}
@@ -47,6 +48,10 @@ class Touching:
         """To be called when robots were put to new places."""
         self._list.clear()
         self._found = {}
+
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
+        self._before, self._obstacles = self._obstacles, _solid(obstacles)
 
     def solver(self, inner, step):
         """Return the ``touch`` of ``flown`` for a ``step`` [s] from ``inner``, None if nobody is near."""
@@ -58,6 +63,7 @@ class Touching:
         rows = np.flatnonzero(near)
         if self._client is None:
             self._open()
+        self._movers.aim(self._before, self._obstacles, step)
         self._park(rows.tolist())
         return lambda before, after, duration: self._touch(rows, before, after, duration)
 
@@ -80,8 +86,9 @@ class Touching:
         flight = inner.flight
         place, near = self._middles(flight.place), np.zeros(len(self._tall), dtype=bool)
         way = MARGIN + step * np.sqrt((flight.velocity**2).sum(axis=1))
-        for obstacle in self._obstacles:
-            near |= _gap(obstacle, place) < self._reach + way
+        for obstacle, given in zip(self._obstacles, self._given):
+            comes = step * given.track.speed if moves(given) else 0.0
+            near |= _gap(obstacle, place) < self._reach + way + comes
         hard = (upright_share(flight.attitude) < LEVEL) | (flight.velocity[:, 2] < -HARD)
         if inner.working is not None:
             hard |= ~inner.working.all(axis=1)
@@ -101,11 +108,14 @@ class Touching:
     def _open(self):
         import pybullet
 
+        from mrs_simulator.world.movers import Movers
         from mrs_simulator.world.scene import add_ground, add_obstacle
 
         self._client = pybullet.connect(pybullet.DIRECT)
         bodies = {add_ground(self._client): "ground"}
-        bodies.update((add_obstacle(self._client, each), each.name) for each in self._obstacles)
+        solid = [add_obstacle(self._client, each) for each in self._obstacles]
+        bodies.update(zip(solid, (each.name for each in self._obstacles)))
+        self._movers = Movers(self._client, self._given, solid)
         for body in bodies:
             self._change(body, lateralFriction=FRICTION, restitution=BOUNCE)
         self._fixed = bodies
@@ -165,6 +175,7 @@ class Touching:
             pybullet.resetBasePositionAndOrientation(body, *where, **client)
             how = after.velocity[row].tolist(), rates[row].tolist()
             pybullet.resetBaseVelocity(body, *how, **client)
+        self._movers.advance(duration)
         pybullet.setPhysicsEngineParameter(fixedTimeStep=duration, numSubSteps=0, **client)
         pybullet.stepSimulation(**client)
         rows = self._touched(rows)
@@ -203,6 +214,10 @@ class Touching:
 
     def _order(self, name):
         return (0, self._names.index(name)) if name in self._names else (1, 0)
+
+
+def _solid(obstacles):
+    return [each for each in obstacles if not is_flat(each)]
 
 
 def _gap(obstacle, place):

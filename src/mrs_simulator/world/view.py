@@ -11,8 +11,10 @@ import os
 import numpy as np
 import pybullet
 
+from mrs_simulator.core.moving import obstacles_at
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.eyes import depths, upright_field
+from mrs_simulator.world.movers import Movers
 from mrs_simulator.world.scene import add_looks, add_obstacle, mass_centre
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top
@@ -52,8 +54,9 @@ class View:
         if window:
             self._paint_chassis()
         self._add_floor(poses, obstacles)
-        for obstacle in obstacles:
-            add_obstacle(self._client, obstacle)
+        self._obstacles = tuple(obstacles)
+        bodies = [add_obstacle(self._client, obstacle) for obstacle in self._obstacles]
+        self._movers = Movers(self._client, self._obstacles, bodies)
         self.look_at(*_framing(poses, WINDOW_FIELD_OF_VIEW if window else FIELD_OF_VIEW))
         self._configure(pybullet.COV_ENABLE_RENDERING, True)
 
@@ -84,8 +87,13 @@ class View:
             0.0, -1, floor, [middle[0], middle[1], -0.01], physicsClientId=self._client
         )
 
-    def show(self, poses, spatial=None):
-        """Put the robots at ``poses`` (n, 3); ``spatial``: where they are above the ground, and tilted."""
+    def show(self, poses, spatial=None, time=0.0):
+        """Put the robots at ``poses`` (n, 3), and obstacles on tracks where they are at ``time`` [s].
+
+        ``spatial``: where robots are above the ground, and tilted.
+        """
+        if self._movers:
+            self._movers.put(obstacles_at(self._obstacles, time))
         places = np.asarray(poses, dtype=float).tolist()
         for row, (body, kind, ahead, (x, y, theta)) in enumerate(
             zip(self._bodies, self._kinds, self._ahead, places)

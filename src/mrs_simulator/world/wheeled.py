@@ -41,6 +41,10 @@ class WheeledPart:
         known = members >= 0
         self._motion.place(members[known], np.asarray(poses)[known], np.asarray(twists)[known])
 
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles`` be where they are after the next step."""
+        self._motion.move_obstacles(obstacles)
+
     def advance(self, command):
         """Return the poses (m, 3) after a step under the team's ``command`` (n, a)."""
         self._motion.advance(command[np.ix_(self.rows, self._columns)])

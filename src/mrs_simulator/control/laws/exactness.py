@@ -355,7 +355,7 @@ def filter_acted(control, run):
     distance, speed, velocity = control.safe_distance, control.safe_speed, control.velocities(run)
     for row in range(len(run.time) - 1, -1, -1):
         hand, u = run.hand[row], velocity[row]
-        bounds = control.safe_bounds(hand)
+        bounds = control.safe_bounds(hand, run.time[row])
         squash = control.safe_squash
         if control.filter_sensors and may_sense(control, u, hand, bounds):
             return row

@@ -26,6 +26,7 @@ from mrs_simulator.control.processes_apart import Nursery
 from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.moving import scene_time
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
 from mrs_simulator.nodes.control.estimated_poses import EstimatedPoses
@@ -385,7 +386,9 @@ class ControlNode:
     def _asked_law(self, job):
         # A law may take long to begin: nobody moves yet.
         patience = self.law_limit if self.outlet.command.any() else SIMULATED_LIMIT
-        warnings = self.law.begin(job.known, self._meanwhile) if job.begins else None
+        # What moves among real robots begins with the law, as far as anybody knows.
+        begun = scene_time(job.now) if self._simulated else 0.0
+        warnings = self.law.begin(job.known, self._meanwhile, begun) if job.begins else None
         limit = max(patience, self.law_limit)
         known = job.known, job.time, limit, self._meanwhile, job.readings
         command = self.law.commands(*known, joints=job.joints)

@@ -10,7 +10,7 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from mrs_simulator.core.moving import obstacles_at
+from mrs_simulator.core.moving import obstacles_at, scene_time
 from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.pictures.camera import Camera as Pinhole
 from mrs_simulator.pictures.scene import Scene, drawn, framed
@@ -92,7 +92,7 @@ class CameraNode:
             shades=robot_colours(range(1, team.n + 1))[:, :3],
             spatial=seen.spatial,
             joints=seen.all_joints if seen.all_joints.shape[1] > 1 else None,
-            obstacles=obstacles_at(obstacles, seen.stamp),
+            obstacles=obstacles_at(obstacles, scene_time(seen.stamp)),
             load=None if load is None or seen.load is None else (load, seen.load),
         )
         look, width, height = self._wanted, *SIZE

@@ -11,7 +11,7 @@ from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.moving import obstacles_at
+from mrs_simulator.core.moving import obstacles_at, scene_time
 from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.core.spatial import upright
@@ -99,7 +99,7 @@ class Markers:
     def _markers(self):
         with self._lock:
             state, header, kinds, load = self._newest, self._header, self._kinds, self._load
-            obstacles = obstacles_at(self._obstacles, state.stamp)
+            obstacles = obstacles_at(self._obstacles, scene_time(state.stamp))
             trails = self._trails.lines()
         markers = []
         if len(kinds) != len(state.robots):  # the scenario of this team is still to come

@@ -14,6 +14,7 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core import recording
 from mrs_simulator.core.controller_log import Interruptions, deadlock_in
+from mrs_simulator.core.moving import scene_facts, scene_time
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
@@ -171,6 +172,8 @@ class RunRecorder:
             meta["warnings"] += self.source.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
+        if not self.source.PACED:  # a stage's; nobody tells what moves among real robots
+            meta.update(scene_facts(self.scenario.obstacles, scene_time(self._start)))
         incidents = [i._replace(time=i.time - self._start) for i in self.source.incidents]
         if incidents:
             meta["incidents"] = incidents

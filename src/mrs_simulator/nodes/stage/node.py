@@ -235,7 +235,7 @@ class Stage:
             return
         self._last["view"] = now
         if self.view.open:
-            self.view.show(self.world.pose, self.world.spatial)
+            self.view.show(self.world.pose, self.world.spatial, self.world.time)
         else:
             self.view = None  # the user closed it
 

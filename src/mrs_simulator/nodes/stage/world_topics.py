@@ -7,6 +7,7 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
+from mrs_simulator.core.moving import CLOCK_START
 from mrs_simulator.nodes.stage.robot_topics import (
     AnswersTopic,
     TeamTopics,
@@ -25,8 +26,6 @@ from mrs_simulator.ros.messages import (
 from mrs_simulator.ros.node_parameters import TRUE_POSE_TOPIC
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.parameters import read
-
-CLOCK_START = 1.0  # [s] the first stamp: in ROS a clock at zero means "no time yet"
 
 
 class WorldTopics:

@@ -6,7 +6,7 @@ import numpy as np
 from python_qt_binding.QtCore import QEvent, QSize
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
-from mrs_simulator.core.moving import moves, obstacles_at
+from mrs_simulator.core.moving import moves, obstacles_at, scene_time
 from mrs_simulator.core.obstacles import with_obstacles
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map import axes
@@ -118,7 +118,7 @@ class MapScene(QWidget):
         fresh = np.array(snapshot.fresh, dtype=bool)
         self.team.place(poses, fresh, snapshot.real, snapshot.spatial)
         if len(snapshot.real) < len(numbers):  # real robots alone have another time
-            self._move_obstacles(snapshot.time)
+            self._move_obstacles(scene_time(snapshot.time))
         self.team.joints = snapshot.joints if np.ndim(snapshot.joints) == 2 else None
         self.team.carried = snapshot.load
         self._trails.add(poses[:, :2], self.team.z)

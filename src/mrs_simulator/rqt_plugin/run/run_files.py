@@ -7,6 +7,7 @@ import threading
 import time
 
 from mrs_simulator.core.load import Carried
+from mrs_simulator.core.moving import scene_facts, scene_time
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
@@ -100,6 +101,8 @@ class RunFiles:
             meta["uncommanded"] = True
         elif self._missed.text():
             meta["degraded"] = self._missed.text()
+        if not history.real.issuperset(numbers):
+            meta.update(scene_facts(scenario.obstacles, scene_time(when[0])))
         scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
         if heights is not None:
             scenario = scenario._replace(altitude=heights.z[0])

@@ -53,6 +53,21 @@ def test_compiled_loops_give_what_numpy_gives():
     compare(jit())
 
 
+def test_what_is_compiled_is_found_again_by_other_processes():
+    """numba looks for it by the code, and by what closures hold, which is never the same."""
+    numba = pytest.importorskip("numba")
+    kernel = make_kernel(numba.njit)
+    assert kernel.py_func.__closure__ is None
+    assert kernel.py_func.__globals__["meet"].py_func.__closure__ is None
+
+
+def test_what_cannot_be_kept_is_compiled_all_the_same():
+    pytest.importorskip("numba")
+    space = {}
+    exec(compile("def more(x):\n    return x + 1.0", "/none such/x.py", "exec"), space)
+    assert jit(cache=True)(space["more"])(1.0) == 2.0
+
+
 def test_the_environment_asks_for_them(monkeypatch):
     shapes, rays = scene(n=2, k=3)
     plain = cast(shapes, rays, 6.0)

@@ -13,7 +13,7 @@ from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.portable import portable, told_team
-from mrs_simulator.world.bodies import FEW, Bodies
+from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 # A room of 6 x 4 cells with a wall all around, and a cell that stands out; the first row is the top.
@@ -127,7 +127,7 @@ def test_many_obstacles_act_as_few_do():
     team = Team(("pioneer3dx",) * 9 + ("robotino3",) * 3)
     poses = np.column_stack([rng.uniform(-6.0, 6.0, (12, 2)), rng.uniform(-3.0, 3.0, 12)])
     together = Bodies(team, boxes)
-    alone = [Bodies(team, boxes[k : k + FEW]) for k in range(0, 60, FEW)]
+    alone = [Bodies(team, [box]) for box in boxes]
     for _ in range(5):
         found = [(o.name, rows.tolist(), deep.tolist()) for o, rows, deep, _ in
                  together.obstacle_overlaps(poses)]  # fmt: skip
@@ -137,6 +137,23 @@ def test_many_obstacles_act_as_few_do():
         room = together._room_to_move(poses)
         assert room == min(bodies._room_to_move(poses) for bodies in alone)
         poses[:, :2] += 0.1
+
+
+def test_a_robot_beside_a_long_wall_is_as_far_from_it_as_it_is():
+    """0.7 m beside a wall of 20 m at 30 deg it has that room, less its own reach."""
+    yaw, away = np.pi / 6.0, 0.7
+    wall = Box("wall", 1.0, 2.0, yaw, 20.0, 0.2, 0.5)
+    bodies = Bodies(Team(("pioneer3dx",)), [wall])
+    along, across = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+    place = np.array([1.0, 2.0]) + 8.0 * along + (away + 0.1) * across
+    pose = np.array([[*place, 0.0]])
+    wanted = away - float(np.max(bodies.footprints.reach))
+    assert bodies._room_to_move(pose) == pytest.approx(wanted, abs=1e-5)
+    assert not list(bodies.obstacle_overlaps(pose))
+    pose[0, :2] -= (away - 0.1) * across
+    ((obstacle, rows, _, toward),) = bodies.obstacle_overlaps(pose)
+    assert obstacle is wall and rows.tolist() == [0]
+    np.testing.assert_allclose(toward, [-across], atol=1e-9)
 
 
 def test_a_scenario_with_a_map_is_read_beside_its_file_and_told_without(room):

@@ -13,9 +13,11 @@ def is_wanted():
     return wanted == "1"
 
 
-def jit(**options):
+def jit(cache=False, **options):
     """Return numba's compiler: numpy's operations in numpy's order, none fused or reordered.
 
+    ``cache``: keep the machine code for other processes, beside the source or, where that may not be
+    written, in the user's cache directory (``NUMBA_CACHE_DIR`` names another); nowhere if neither can be.
     Raises ``ValueError`` where numba is not installed.
     """
     try:
@@ -23,4 +25,15 @@ def jit(**options):
     except ImportError:
         text = "{}=1: numba is not installed, wanted `pip install numba`"
         raise ValueError(text.format(VARIABLE)) from None
-    return numba.njit(fastmath=False, error_model="numpy", **options)
+    compile_ = numba.njit(fastmath=False, error_model="numpy", **options)
+    if not cache:
+        return compile_
+    keep = numba.njit(fastmath=False, error_model="numpy", cache=True, **options)
+
+    def kept(function):
+        try:
+            return keep(function)
+        except RuntimeError:  # there is nowhere to keep it
+            return compile_(function)
+
+    return kept

@@ -19,7 +19,6 @@ from mrs_simulator.world.collisions import (
 from mrs_simulator.world.heights import Heights
 
 PASSES = 4  # [-] rounds of pushing apart in one step
-FEW = 16  # [-] obstacles that are looked at one by one
 ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
 
 
@@ -46,7 +45,7 @@ class Bodies:
         self.footprints = Footprints([kind.body for kind in team.kinds])
         self._moves = any(map(moves, obstacles))
         self._stand(tuple(obstacles))
-        self._sizes = np.array([_size(each) for each in self.obstacles])
+        self._halves = np.array([_halves(each) for each in self.obstacles])
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
         # Whom a solver keeps apart from each other and from obstacles, so that nothing here does.
@@ -62,6 +61,8 @@ class Bodies:
     def _stand(self, obstacles):
         self.obstacles = obstacles
         self._middles = np.array([[each.x, each.y] for each in obstacles])
+        yaw = np.array([getattr(each, "yaw", 0.0) for each in obstacles])
+        self._turned = np.cos(yaw), np.sin(yaw)
 
     @property
     def moves(self):
@@ -121,8 +122,11 @@ class Bodies:
 
     def obstacle_overlaps(self, pose, z=None):
         """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
-        for obstacle in self._near_obstacles(pose):
-            within = self._within_reach(obstacle, pose)
+        if not self.obstacles:
+            return
+        near = self._obstacle_gaps(pose) < ROUNDING
+        for k in np.flatnonzero(near.any(axis=0)).tolist():
+            obstacle, within = self.obstacles[k], near[:, k]
             if is_flat(obstacle):
                 within &= self._afloat
             elif z is not None:
@@ -136,33 +140,22 @@ class Bodies:
             if hit.any():
                 yield obstacle, rows[hit], depth[hit], direction[hit]
 
-    def _near_obstacles(self, pose):
-        """Return the obstacles that some robot may touch, of a map's hundreds without looking at each."""
-        if len(self.obstacles) <= FEW:
-            return self.obstacles
-        near = (self._obstacle_gaps(pose) < 0.0).any(axis=0)
-        return [self.obstacles[k] for k in np.flatnonzero(near)]
-
     def _obstacle_gaps(self, pose):
-        """Return how far robots are from reaching obstacles, (n, obstacles) [m], no more than that."""
-        apart = np.abs(pose[:, np.newaxis, :2] - self._middles).max(axis=2)
-        return (
-            apart - np.broadcast_to(self.footprints.reach, len(pose))[:, np.newaxis] - self._sizes
-        )
+        """Return how far robots are from reaching obstacles, (n, obstacles) [m], or less.
 
-    def _within_reach(self, obstacle, pose):
-        return self._box_distance(obstacle, pose) < _size(obstacle) + self.footprints.reach
-
-    @staticmethod
-    def _box_distance(obstacle, pose):
-        return np.max(np.abs(pose[:, :2] - [obstacle.x, obstacle.y]), axis=1)
+        Along the obstacles' own axes, so that a robot beside a long wall is as far from it as it is.
+        """
+        away = pose[:, np.newaxis, :2] - self._middles
+        (cos, sin), x, y = self._turned, away[..., 0], away[..., 1]
+        along = np.abs(cos * x + sin * y) - self._halves[:, 0]
+        across = np.abs(cos * y - sin * x) - self._halves[:, 1]
+        reach = np.broadcast_to(self.footprints.reach, len(pose))
+        return np.maximum(along, across) - reach[:, np.newaxis]
 
     def _overlap_with(self, obstacle, pose, rows):
         own = self.footprints.at(pose[rows], rows)
         middle = np.broadcast_to(np.array([obstacle.x, obstacle.y]), (len(rows), 2))
-        yaw, half = 0.0, np.array([_size(obstacle)] * 2)
-        if not isinstance(obstacle, Cylinder):
-            yaw, half = obstacle.yaw, np.array([0.5 * obstacle.length, 0.5 * obstacle.width])
+        yaw, half = getattr(obstacle, "yaw", 0.0), _halves(obstacle)
         axis = np.broadcast_to(np.array([np.cos(yaw), np.sin(yaw)]), middle.shape)
         other, circle = Rectangles(middle, axis, half), isinstance(obstacle, Cylinder)
         if self.footprints.round is None:
@@ -197,11 +190,8 @@ class Bodies:
     def _room_to_move(self, pose):
         """Return how far [m] all robots may move from ``pose`` before any two bodies can touch."""
         room = self._list.room(pose[:, :2])
-        if len(self.obstacles) > FEW:
-            return min(room, float(self._obstacle_gaps(pose).min())) - ROUNDING
-        for obstacle in self.obstacles:
-            apart = (self._box_distance(obstacle, pose) - self.footprints.reach).min()
-            room = min(room, apart - _size(obstacle))
+        if self.obstacles:
+            room = min(room, float(self._obstacle_gaps(pose).min()))
         return room - ROUNDING
 
     def _pushed_apart(self, pose, z=None):
@@ -272,7 +262,8 @@ class Bodies:
         ]
 
 
-def _size(obstacle):
+def _halves(obstacle):
+    """Return half of the length and the width (2,) [m] along the obstacle's own axes."""
     if isinstance(obstacle, Cylinder):
-        return obstacle.radius
-    return float(np.hypot(0.5 * obstacle.length, 0.5 * obstacle.width))
+        return np.full(2, obstacle.radius)
+    return np.array([0.5 * obstacle.length, 0.5 * obstacle.width])

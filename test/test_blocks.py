@@ -64,7 +64,8 @@ def test_theory_of_a_long_run_is_drawn_at_some_samples(study, monkeypatch):
     faults = []
     whole = judging._track(control, run, faults)
     assert whole.shape == run.hand.shape
-    monkeypatch.setattr(judging, "MOST_PREDICTED", 100)
+    monkeypatch.setattr(judging, "LONG", SAMPLES * ROBOTS - 1)
+    monkeypatch.setattr(judging, "MOST_DRAWN", 100)
     some = judging._track(control, run, faults)
     rows = np.searchsorted(run.time, some["time"])
     assert len(rows) == 100 and rows[0] == 0 and rows[-1] == SAMPLES - 1 and not faults

@@ -26,7 +26,8 @@ from mrs_simulator.study.estimation import estimation_measures
 from mrs_simulator.study.possible_runs import impossibilities
 from mrs_simulator.study.safety_claims import safety_claims
 
-MOST_PREDICTED = 4000  # [-] samples at which theory is drawn: more than a figure has dots across
+LONG = 1 << 21  # [-] robots over all samples, above which theory is drawn at some of these alone
+MOST_DRAWN = 4000  # [-] of them: more than a figure has dots across
 SHOWN = 5  # [-] a fifth of the run, at its end, over which the place where it ends is drawn
 SHOWN_ROBOTS = 3  # [-] beside the one that lost most, by number
 NARROWER = 0.1  # [-] of the tolerance of points, where the cost is known
@@ -275,7 +276,8 @@ def _checked(claims, faults):
 def _track(control, run, faults):
     """Return the predicted hand points (m, n, d) [m], of a long run a mapping of some, or None."""
     track, last = None, len(run.time) - 1
-    rows = np.unique(np.linspace(0, last, min(last + 1, MOST_PREDICTED)).round().astype(int))
+    count = last + 1 if run.hand[..., 0].size <= LONG else min(last + 1, MOST_DRAWN)
+    rows = np.unique(np.linspace(0, last, count).round().astype(int))
     wanted = rows.shape + run.hand.shape[1:]
     with _keeping(faults, "prediction"):
         track = call(control.predicted_track, run.hand[0], run.time[rows] - run.time[0])

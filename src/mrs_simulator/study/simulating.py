@@ -58,7 +58,7 @@ class StudyRun:
 
     ``run``: the ``core.recording.Run`` with the arrays ``time`` (m,) [s], ``pose`` (m, n, 3), ``hand``
     (m, n, 2), ``command`` (m, n, a); ``verdict``: the mapping of verdict.json; ``prediction``: theory's
-    hand points, or None; ``directory``: where ``run.csv`` is.
+    hand points, or None, as :func:`study.judging.judged` has them; ``directory``: where ``run.csv`` is.
     """
 
     def __init__(self, run, control, directory, kept=None):

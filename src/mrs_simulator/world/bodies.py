@@ -1,15 +1,14 @@
 """Footprints of the robots among obstacles: contacts, and how overlapping bodies are separated."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from mrs_simulator.core.moving import moves
-from mrs_simulator.core.neighbours import least_distance, squared
+from mrs_simulator.core.neighbours import least_distance, squared, squared_apart
 from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.collisions import (
     Footprints,
+    Pairs,
     Rectangles,
     VerletList,
     circle_overlap,
@@ -17,20 +16,11 @@ from mrs_simulator.world.collisions import (
     rectangle_overlap,
 )
 from mrs_simulator.world.heights import Heights
+from mrs_simulator.world.touches import Contact, Touches, robot_name
 
 PASSES = 4  # [-] rounds of pushing apart in one step
+LOOSE = 0.3  # [m] beyond reach, for which pairs are looked at again and again within a step
 ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
-
-
-class Contact(NamedTuple):
-    """Two bodies that overlap: names, where [m], how deep [m]."""
-
-    first: str
-    second: str
-    x: float
-    y: float
-    depth: float
-    z: float = 0.0
 
 
 class Bodies:
@@ -90,22 +80,21 @@ class Bodies:
 
         ``z`` (n,) [m]: the heights on which they are, None for a team on the ground.
         """
+        return self._overlaps(self._pairs_at(pose), pose, z)
+
+    def _pairs_at(self, pose):
+        """Return the ``Pairs`` of robots that overlap, or would if each moved by half of ``LOOSE``."""
         first, second = self.near_pairs(pose)
-        if not len(first):
-            return first, second, np.empty(0), np.empty((0, 2))
-        near = squared(pose[second, :2] - pose[first, :2]) < self._list.reach**2
-        first, second = first[near], second[near]
-        if not len(first):
-            return first, second, np.empty(0), np.empty((0, 2))
-        prints = self.footprints
-        a, b = prints.at(pose[first], first), prints.at(pose[second], second)
-        if prints.round is None:
-            depth, direction = rectangle_overlap(a, b)
-        else:
-            depth, direction = outline_overlap(a, b, prints.round[first], prints.round[second])
-        hit = (depth > 0.0) & ~(self.solved[first] & self.solved[second])
-        if z is not None:
-            hit &= self.heights.shared(z, first, second) > 0.0
+        near = squared_apart(pose[:, :2], first, second) < (self._list.reach + LOOSE) ** 2
+        near &= ~(self.solved[first] & self.solved[second])
+        return Pairs(self.footprints, pose, first[near], second[near])
+
+    def _overlaps(self, pairs, pose, z):
+        hit, depth, direction = pairs.overlaps(pose)
+        first, second = pairs.first[hit], pairs.second[hit]
+        if z is None:
+            return first, second, depth, direction
+        hit = self.heights.shared(z, first, second) > 0.0
         return first[hit], second[hit], depth[hit], direction[hit]
 
     def closest(self, pose, z=None):
@@ -195,13 +184,15 @@ class Bodies:
         return room - ROUNDING
 
     def _pushed_apart(self, pose, z=None):
-        contacts = []
+        contacts, pairs = Touches(), self._pairs_at(pose)
         for turn in range(PASSES):
-            first, second, depth, direction = self.overlaps(pose, z)
+            if turn and pairs.left(pose, 0.5 * LOOSE):
+                pairs = self._pairs_at(pose)
+            first, second, depth, direction = self._overlaps(pairs, pose, z)
             touched = len(first) > 0
             if touched:
                 if turn == 0:
-                    contacts += self._robot_contacts(pose, first, second, depth, direction, z)
+                    contacts = self._robot_contacts(pose, first, second, depth, direction, z)
                 if z is not None:
                     across = self.heights.part(z, first, second, depth, self.mirrored)
                     first, second = first[across], second[across]
@@ -211,7 +202,8 @@ class Bodies:
                 np.add.at(pose[:, :2], second, (on * depth)[:, np.newaxis] * direction)
             for obstacle, rows, deep, toward in self.obstacle_overlaps(pose, z):
                 if turn == 0:
-                    contacts += self._obstacle_contacts(obstacle, pose, rows, deep, toward, z)
+                    found = self._obstacle_contacts(obstacle, pose, rows, deep, toward, z)
+                    contacts.others.extend(found)
                 free = ~self.mirrored[rows]
                 if z is not None:
                     free &= self.heights.part_from_obstacle(z, rows, deep, obstacle, free)
@@ -232,7 +224,7 @@ class Bodies:
         """Return the contacts of mirrored robots with each other and with obstacles."""
         pair = self.overlaps(pose)
         firm = self.mirrored[pair[0]] & self.mirrored[pair[1]]
-        contacts = self._robot_contacts(pose, *(each[firm] for each in pair))
+        contacts = list(self._robot_contacts(pose, *(each[firm] for each in pair)))
         for obstacle, *touch in self.obstacle_overlaps(pose):
             firm = self.mirrored[touch[0]]
             contacts += self._obstacle_contacts(obstacle, pose, *(each[firm] for each in touch))
@@ -241,12 +233,7 @@ class Bodies:
     def _robot_contacts(self, pose, first, second, depth, direction, z=None):
         middle = 0.5 * (pose[first, :2] + pose[second, :2])
         height = np.zeros(len(first)) if z is None else self.heights.middle(z, first, second)
-        return [
-            Contact("robot{}".format(i + 1), "robot{}".format(j + 1), x, y, deep, high)
-            for i, j, (x, y), deep, high in zip(
-                first.tolist(), second.tolist(), middle.tolist(), depth.tolist(), height.tolist()
-            )
-        ]
+        return Touches(first, second, middle, depth, height)
 
     def _obstacle_contacts(self, obstacle, pose, rows, depth, direction, z=None):
         half = (
@@ -255,7 +242,7 @@ class Bodies:
         where = pose[rows, :2] + half[..., 1:] * direction
         height = np.zeros(len(rows)) if z is None else z[rows]
         return [
-            Contact("robot{}".format(i + 1), obstacle.name, x, y, deep, high)
+            Contact(robot_name(i), obstacle.name, x, y, deep, high)
             for i, (x, y), deep, high in zip(
                 rows.tolist(), where.tolist(), depth.tolist(), height.tolist()
             )

@@ -42,6 +42,39 @@ class Footprints:
         return Rectangles(pose[:, :2] + ahead * axis, axis, half)
 
 
+class Pairs:
+    """Pairs of robots, rows ``first`` and ``second`` (m,), that keep their headings for now."""
+
+    def __init__(self, footprints, pose, first, second):
+        """``footprints`` of robots at ``pose`` (n, 3)."""
+        self.first, self.second, self._begun = first, second, pose[:, :2].copy()
+        self._round = footprints.round
+        each = footprints.at(pose)
+        self._ahead = np.multiply(np.reshape(footprints.ahead, (-1, 1)), each.axis)
+        self._a, self._b = each.of(first), each.of(second)
+        self._extents = None if self._round is not None else _extents(self._a, self._b)
+
+    def left(self, pose, most):
+        """Return whether a robot at ``pose`` (n, 3) now is more than ``most`` [m] from where it was."""
+        return squared(pose[:, :2] - self._begun).max() > most**2
+
+    def overlaps(self, pose):
+        """Return which pairs overlap, (k,), how deep, (k,) [m], and the directions, (k, 2).
+
+        With robots at ``pose`` (n, 3) now; depth and direction as of :func:`rectangle_overlap`.
+        """
+        middle = pose[:, :2] + self._ahead
+        if self._round is None:
+            apart = _taken(middle, self.second) - _taken(middle, self.first)
+            return _deepest(apart, self._a.axis, self._b.axis, self._extents)
+        a = self._a._replace(middle=middle[self.first])
+        b = self._b._replace(middle=middle[self.second])
+        round_a, round_b = self._round[self.first], self._round[self.second]
+        depth, direction = outline_overlap(a, b, round_a, round_b)
+        hit = np.flatnonzero(depth > 0.0)
+        return hit, depth[hit], direction[hit]
+
+
 def _shared(values, dimensions):
     """Return ``values`` as an array, or only the first of them where all are the same."""
     values = np.array(values, dtype=float)
@@ -60,7 +93,7 @@ class Rectangles(NamedTuple):
     def of(self, rows):
         """Return those in ``rows``."""
         half = self.half if self.half.ndim == 1 else self.half[rows]
-        return Rectangles(self.middle[rows], self.axis[rows], half)
+        return Rectangles(_taken(self.middle, rows), _taken(self.axis, rows), half)
 
     @property
     def radius(self):
@@ -109,16 +142,41 @@ def rectangle_overlap(a, b):
     Separating axes: the least overlap over the four sides' directions; negative where apart (then
     at most the distance).  Pushing b by depth along the direction separates the pair.
     """
-    apart, rows = b.middle - a.middle, np.arange(len(a.middle))
-    along = np.empty((4, len(rows)))
-    along[0], along[1] = dot(apart, a.axis), _cross(a.axis, apart)
-    along[2], along[3] = dot(apart, b.axis), _cross(b.axis, apart)
-    overlap = _extents(a, b) - np.abs(along)
+    apart = b.middle - a.middle
+    along, overlap = _along(apart, a.axis, b.axis, _extents(a, b))
     least = np.argmin(overlap, axis=0)
-    axis = np.where((least < 2)[:, np.newaxis], a.axis, b.axis)
+    every = np.arange(len(apart))
+    return overlap[least, every], _outward(along, least, every, a.axis, b.axis)
+
+
+def _deepest(apart, axis, other_axis, extents):
+    """Return :func:`rectangle_overlap` of those pairs, (k,), that overlap: which, depth and direction."""
+    along, overlap = _along(apart, axis, other_axis, extents)
+    hit = np.flatnonzero(overlap.min(axis=0) > 0.0)
+    overlap = overlap.take(hit, axis=1)
+    least = np.argmin(overlap, axis=0)
+    depth = overlap[least, np.arange(len(hit))]
+    return (
+        hit,
+        depth,
+        _outward(along, least, hit, _taken(axis, hit), _taken(other_axis, hit)),
+    )
+
+
+def _along(apart, axis, other_axis, extents):
+    """Return how far rectangles are ``apart`` along their sides, and overlap there, (4, m) [m] both."""
+    along = np.empty((4, len(apart)))
+    along[0], along[1] = dot(apart, axis), _cross(axis, apart)
+    along[2], along[3] = dot(apart, other_axis), _cross(other_axis, apart)
+    return along, extents - np.abs(along)
+
+
+def _outward(along, least, rows, axis, other_axis):
+    """Return the directions (k, 2) of the ``least`` overlap, (k,), of the pairs in ``rows`` (k,)."""
+    axis = np.where((least < 2)[:, np.newaxis], axis, other_axis)
     axis = np.where((least % 2 == 1)[:, np.newaxis], _left(axis), axis)
     sign = np.where(along[least, rows] < 0.0, -1.0, 1.0)
-    return overlap[least, rows], sign[:, np.newaxis] * axis
+    return sign[:, np.newaxis] * axis
 
 
 def _extents(a, b):
@@ -152,6 +210,11 @@ def circle_overlap(a, middle, radius):
     )
     depth = radius - np.where(inside, -room[rows, through], distance)
     return depth, unit[:, :1] * a.axis + unit[:, 1:] * side
+
+
+def _taken(columns, rows):
+    """Return the ``rows``, (k,) or (m,) bool, of ``columns`` (m, 2), column by column in memory."""
+    return columns.T[:, rows].T if rows.dtype == bool else columns.T.take(rows, axis=1).T
 
 
 def _left(axis):

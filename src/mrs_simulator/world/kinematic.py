@@ -280,8 +280,8 @@ class KinematicMotion:
         self._inner[group.span, group.columns] = inner
 
     def contacts(self):
-        """Return the contacts of the last step: ``(first, second, x, y)`` each."""
-        return [contact[:4] for contact in self._contacts]
+        """Return the contacts of the last step: ``Touches``, or ``(first, second, x, y)`` each."""
+        return self._contacts
 
     def closest(self):
         """Return the least distance [m] between two robots' centres now; inf for one robot."""

@@ -8,6 +8,7 @@ import pytest
 
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.core.spatial import rotated
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.world.eyes import depths
 from mrs_simulator.world.world import World
@@ -50,8 +51,8 @@ def test_a_wall_is_where_and_as_far_as_geometry_has_it():
     assert reading.depth[29, 39] == pytest.approx(3.7, abs=0.01)  # 4.0 less the camera's 0.3
     # Its edges are 1 m to the sides and 0.5 m above and below the camera; depth is along the axis.
     assert reading.depth[pixel(reading, 0.9, -0.4, 3.7)] == pytest.approx(3.7, abs=0.01)
-    assert not reading.depth[pixel(reading, 1.1, -0.3, 3.7)] < 4.0
-    assert not reading.depth[pixel(reading, 0.0, -0.6, 3.7)] < 4.0
+    assert reading.depth[pixel(reading, 1.1, -0.3, 3.7)] == np.inf
+    assert reading.depth[pixel(reading, 0.0, -0.6, 3.7)] == np.inf
     # The ground ahead, 0.5 m below: at 1.6 m.
     assert reading.depth[pixel(reading, 0.0, 0.5, 1.6)] == pytest.approx(1.6, abs=0.06)
 
@@ -127,7 +128,7 @@ def test_messages_tell_picture_depth_and_intrinsics():
 
     (reading,), suite = sensed()
     (mount,) = [each for each in suite.mounts[0] if each.name == "eye"]
-    colours, far, pinhole = messages.forms_of(mount, None)
+    colours, far, raw, pinhole, far_pinhole = messages.forms_of(mount, None)
     item = [reading.image, reading.depth]
     told = colours.message(item, Header())
     buffer = io.BytesIO()
@@ -135,12 +136,59 @@ def test_messages_tell_picture_depth_and_intrinsics():
     np.testing.assert_array_equal(
         colours.reading(told.deserialize(buffer.getvalue()), 1.0).image, reading.image
     )
-    np.testing.assert_allclose(
-        np.frombuffer(far.message(item, Header()).data, "<f4").reshape(60, 80),
-        reading.depth.astype("<f4"),
-    )
-    info = pinhole.message(item, Header())
-    assert (info.K[0], info.K[2], info.K[5]) == pytest.approx((reading.intrinsics[0], 39.5, 29.5))
+    known = np.isfinite(reading.depth)
+    for form, encoding, off in ((far, "32FC1", 1e-6), (raw, "16UC1", 5.1e-4)):
+        depth = form.message(item, Header())
+        assert depth.encoding == encoding
+        back = form.reading(depth, 1.0).depth
+        np.testing.assert_allclose(back[known], reading.depth[known], atol=off)
+        assert known.any() and not known.all() and np.isnan(back[~known]).all()
+    nothing = np.frombuffer(raw.message(item, Header()).data, "<u2").reshape(60, 80)[~known]
+    assert not nothing.any()
+    for form in (pinhole, far_pinhole):
+        info = form.message(item, Header())
+        told_of = info.K[0], info.K[2], info.K[5]
+        assert told_of == pytest.approx((reading.intrinsics[0], 39.5, 29.5))
     told.width = 81
     with pytest.raises(messages.MessageError, match="wanted rgb8 of 80 x 60"):
         colours.reading(told, 1.0)
+
+
+def test_optical_axes_lie_to_the_right_down_and_ahead():
+    messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
+
+    def axes(**changed):
+        scenario = scenario_from_dict(
+            {"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": dict(EYE, **changed)}}]}
+        )
+        (mount,) = [
+            each for each in Suite.of_scenario(scenario, World.from_scenario(scenario).team).mounts[0]
+            if each.name == "eye"
+        ]  # fmt: skip
+        optics = messages.forms_of(mount, None)[0].optics
+        return rotated(np.tile(optics, (3, 1)), np.eye(3))
+
+    np.testing.assert_allclose(axes(), [[0, -1, 0], [0, 0, -1], [1, 0, 0]], atol=1e-12)
+    lowered = axes(down="30 deg")
+    s, c = math.sin(math.pi / 6), math.cos(math.pi / 6)
+    np.testing.assert_allclose(lowered, [[0, -1, 0], [-s, 0, -c], [c, 0, -s]], atol=1e-12)
+
+
+def test_software_renders_and_the_log_says_why(monkeypatch, caplog):
+    from mrs_simulator.world import renderers
+
+    caplog.set_level("INFO", renderers.LOG.name)
+    monkeypatch.setattr(renderers.LOG, "propagate", True)
+    monkeypatch.setattr(renderers.glob, "glob", lambda pattern: [])
+    assert renderers.chosen_renderer(0) == renderers.SOFTWARE
+    assert "software renderer: there is no graphics card" in caplog.text
+    # A device that is none: the plugin is tried, and says no.
+    monkeypatch.setattr(renderers.glob, "glob", lambda pattern: ["/dev/dri/renderD0"])
+    monkeypatch.setattr(renderers.pybullet, "loadPlugin", lambda *_, **__: -1)
+    assert renderers.chosen_renderer(0) == renderers.SOFTWARE
+    assert "/dev/dri/renderD0 is there, but EGL does not open it" in caplog.text
+    monkeypatch.setattr(renderers.pkgutil, "find_loader", lambda name: None)
+    assert renderers.chosen_renderer(0) == renderers.SOFTWARE
+    assert "built without EGL" in caplog.text
+    (reading,), _ = sensed()
+    assert reading.depth[29, 39] == pytest.approx(3.7, abs=0.01)

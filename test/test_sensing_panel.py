@@ -17,6 +17,8 @@ from mrs_simulator.ros.sensor_messages import forms_of
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
 from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of
+from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
+from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
 from mrs_simulator.rqt_plugin.sensing.texts import told
 from mrs_simulator.sensors.types.battery import BatteryReading
 from mrs_simulator.sensors.types.bumper import BumperReading
@@ -261,6 +263,53 @@ def test_the_picture_of_a_camera_is_shown_in_its_colours(app, study):
     assert picture.isVisible() and colours == [(255, 0, 0), (0, 0, 255)]
     hear(study, ("sonar", CompassReading(0.0, 0.5)), number=2)
     assert not picture.isVisible()
+
+
+def test_depth_is_shown_in_colours_with_a_scale_in_metres(app):
+    panel = SensorsPanel()
+    panel.resize(700, 240)
+    scenario = scenario_from_dict(
+        {"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": {"type": "camera"}}}]}
+    )
+    (mount,) = [each for each, _ in mounts_of(scenario).values() if each.name == "eye"]
+    depth = np.full((4, 5), 0.0)
+    depth[:2], depth[3] = 1.6, np.nan
+    seen = CameraReading(0.0, np.zeros((4, 5, 3), dtype=np.uint8), depth, ())
+    panel.show()
+    panel.looks.setCurrentIndex(1)
+    assert panel.wants_depth
+    panel.show_sensors({"eye": mount}, {}, "", Heard(seen))
+    app.processEvents()
+    picture = panel.picture
+    assert picture.isVisible() and picture.most == 2.0
+    shades = [QColor(picture.image.pixel(2, y)).getRgb()[:3] for y in (0, 2, 3)]
+    assert shades == [tuple(NEAR_TO_FAR[204]), tuple(NEAR_TO_FAR[0]), UNKNOWN]
+    panel.looks.setCurrentIndex(0)
+    panel.show_sensors({"eye": mount}, {"eye": Heard(seen)})
+    assert picture.most is None and panel.looks.isVisible()
+    panel.show_sensors({}, {})
+    assert not picture.isVisible() and not panel.looks.isVisible()
+    panel.close()
+
+
+@pytest.mark.parametrize(
+    "most, end", [(0.3, 0.5), (1.0, 1.0), (1.6, 2.0), (5.1, 10.0), (30.0, 50.0)]
+)
+def test_scales_end_at_round_numbers(most, end):
+    assert round_end(most) == pytest.approx(end)
+
+
+def test_only_the_depth_that_is_wanted_is_listened_to(study):
+    study.show_scenario(scenario_from_dict(
+        {"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": {"type": "camera"}}}]}
+    ))  # fmt: skip
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensing._on_robot(1)
+    study.sensing.show()
+    assert (1, "eye") in study.watched and (1, "eye depth") not in study.watched
+    study.sensors.looks.setCurrentIndex(1)
+    study.sensing.show()
+    assert (1, "eye depth") in study.watched
 
 
 def test_the_panel_says_why_it_is_empty(study):

@@ -30,6 +30,7 @@ from sensor_msgs.msg import (
 from std_msgs.msg import Float32, Float64, Header
 
 from mrs_simulator.core.kinematics import yaw
+from mrs_simulator.core.spatial import product
 from mrs_simulator.ros.defined_types import BumperState
 from mrs_simulator.ros.messages import (
     MessageError,
@@ -49,7 +50,11 @@ from mrs_simulator.sensors.types.position import GpsReading, PoseReading
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading
 
-OWN, BASE, WORLD = "own", "base", "world"  # frames: the mount's, the robot's, the common one
+# Frames: the mount's, the robot's, the common one, and a camera's with z ahead and x to the right.
+OWN, BASE, WORLD, OPTICAL = "own", "base", "world", "optical"
+OPTICAL_FRAME = "_optical_frame"  # after the mount's frame
+LEVEL_OPTICS = (-0.5, 0.5, -0.5, 0.5)  # [-] quaternion of optical axes in those of a level mount
+FARTHEST_RAW = 65535  # [mm] that a depth of 16 bits can tell
 SILENT = 1e-5  # [m] short of the greatest distance, from which on nothing was heard
 ASIDE = 0.05  # [m] by which an echo may lie beside its transducer's direction
 TURNED = 1e-3  # [rad] by which all rays may be turned from the mount's, or one step
@@ -522,8 +527,39 @@ class StateOfCharge(Form):
         return Float32(item[1])
 
 
-class Colours(Form):
-    """Image rgb8 of a camera, whose axes are the robot's: x ahead."""
+class CameraForm(Form):
+    """What is told of a camera, in its optical frame (REP 103): x to the right, y down, z ahead."""
+
+    FRAME = OPTICAL
+
+    @property
+    def optics(self):
+        """Return the orientation of the optical frame in the mount's, (4,) x, y, z, w."""
+        half = 0.5 * self.mount.numbers.down
+        lowered = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
+        return product(lowered, np.array(LEVEL_OPTICS))
+
+    def pixels(self, message, kinds):
+        """Return the pixels of an ``Image`` (height, width, ...), of an encoding among ``kinds``, dtypes.
+
+        Raises ``MessageError`` for other encodings and sizes.
+        """
+        numbers = self.mount.numbers
+        size = numbers.height, numbers.width
+        if (message.height, message.width) != size or message.encoding not in kinds:
+            text = "{} of {} x {}, wanted {} of {} x {}"
+            came = message.encoding, message.width, message.height
+            raise MessageError(text.format(*came, " or ".join(kinds), *size[::-1]))
+        kind = np.dtype(kinds[message.encoding])
+        kind = kind.newbyteorder(">") if message.is_bigendian else kind
+        wanted = kind.itemsize * size[0] * size[1]
+        if len(message.data) != wanted:
+            raise MessageError("{} bytes, wanted {}".format(len(message.data), wanted))
+        return np.frombuffer(message.data, kind).reshape(size)
+
+
+class Colours(CameraForm):
+    """Image rgb8 of a camera."""
 
     MESSAGE = Image
 
@@ -533,32 +569,47 @@ class Colours(Form):
 
     def reading(self, message, stamp):
         """Return the ``CameraReading``; its depth comes by another topic, and is nan."""
-        numbers = self.mount.numbers
-        size = numbers.height, numbers.width
-        if (message.height, message.width) != size or message.encoding != "rgb8":
-            text = "{} of {} x {}, wanted rgb8 of {} x {}"
-            came = message.encoding, message.width, message.height
-            raise MessageError(text.format(*came, *size[::-1]))
-        if len(message.data) != 3 * size[0] * size[1]:
-            raise MessageError(
-                "{} bytes, wanted {}".format(len(message.data), 3 * size[0] * size[1])
-            )
-        image = np.frombuffer(message.data, np.uint8).reshape(*size, 3)
-        return CameraReading(stamp, image, np.full(size, np.nan), numbers.intrinsics)
+        triples = self.pixels(message, {"rgb8": np.dtype((np.void, 3))})
+        image = np.ascontiguousarray(triples).view(np.uint8).reshape(*triples.shape, 3)
+        unknown = np.full(triples.shape, np.nan)
+        return CameraReading(stamp, image, unknown, self.mount.numbers.intrinsics)
 
 
-class Depths(Form):
-    """Image 32FC1 of depths [m]."""
+class Depths(CameraForm):
+    """Image 32FC1 of depths [m] (REP 118): nan where nothing is, or where it is not known."""
 
     MESSAGE = Image
     SUFFIX = "_depth"
 
     def message(self, item, header):
         """Return the ``Image`` of a picture's depth."""
-        return _image(header, "32FC1", np.ascontiguousarray(item[1], dtype="<f4"))
+        depth = np.where(np.isfinite(item[1]), item[1], np.nan)
+        return _image(header, "32FC1", np.ascontiguousarray(depth, dtype="<f4"))
+
+    def reading(self, message, stamp):
+        """Return the ``CameraReading``, its picture black; 16UC1 [mm], 0 for nothing, is read as well."""
+        raw = self.pixels(message, {"32FC1": "<f4", "16UC1": "<u2"})
+        depth = raw.astype(float)
+        if message.encoding == "16UC1":
+            depth = np.where(raw > 0, 1e-3 * depth, np.nan)
+        black = np.zeros((*depth.shape, 3), dtype=np.uint8)
+        return CameraReading(stamp, black, depth, self.mount.numbers.intrinsics)
 
 
-class Pinhole(Form):
+class RawDepths(Depths):
+    """Image 16UC1 of depths [mm], as cameras tell them: 0 where nothing is, or farther than it can tell."""
+
+    SUFFIX = "_depth_raw"
+
+    def message(self, item, header):
+        """Return the ``Image`` of a picture's depth."""
+        depth = 1e3 * np.asarray(item[1])
+        known = np.isfinite(depth) & (depth <= FARTHEST_RAW)
+        millimetres = np.rint(np.where(known, depth, 0.0)).astype("<u2")
+        return _image(header, "16UC1", np.ascontiguousarray(millimetres))
+
+
+class Pinhole(CameraForm):
     """CameraInfo of a camera without distortion."""
 
     MESSAGE = CameraInfo
@@ -580,6 +631,12 @@ class Pinhole(Form):
         )
 
 
+class DepthPinhole(Pinhole):
+    """The same beside the depth, which the same pinhole sees."""
+
+    SUFFIX = "_depth_info"
+
+
 def _image(header, encoding, pixels):
     height, width = pixels.shape[:2]
     step = pixels.nbytes // height
@@ -592,7 +649,7 @@ FORMS = {
     "battery": (Charge, Voltage, StateOfCharge),
     "beacons": (BeaconsHeard,),
     "bumper": (Bumpers,),
-    "camera": (Colours, Depths, Pinhole),
+    "camera": (Colours, Depths, RawDepths, Pinhole, DepthPinhole),
     "compass": (Heading,),
     "encoders": (Wheels,),
     "gps": (Fix,),

@@ -6,6 +6,8 @@ import numpy as np
 
 from mrs_simulator.sensors.suite import SensorError
 
+NOTHING = 1.0 - 1e-7  # [-] in a buffer of float32, which is as empty at 1 less its last digit
+
 
 class Eyes:
     """Renders the scene of a team; pybullet and its models are loaded for the first picture."""
@@ -41,7 +43,7 @@ def depths(buffer, least, most):
     """Return the depth [m] in a ``buffer`` of OpenGL's, 0 at ``least`` and 1 at ``most`` [m], or beyond."""
     buffer = np.asarray(buffer, dtype=float)
     far = least * most / (most - (most - least) * buffer)
-    return np.where(buffer < 1.0, far, np.inf)
+    return np.where(buffer < NOTHING, far, np.inf)
 
 
 def upright_field(numbers):

@@ -15,6 +15,7 @@ from mrs_simulator.core.moving import obstacles_at
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.eyes import depths, upright_field
 from mrs_simulator.world.movers import Movers
+from mrs_simulator.world.renderers import SOFTWARE, chosen_renderer
 from mrs_simulator.world.scene import add_looks, add_obstacle, mass_centre
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top
@@ -42,6 +43,7 @@ class View:
         self._client = pybullet.connect(pybullet.GUI if window else pybullet.DIRECT)
         if self._client < 0:
             raise ViewError("pybullet's window could not be opened (one per process, OpenGL 3.3)")
+        self._renderer = None if window else chosen_renderer(self._client)
         self._configure(pybullet.COV_ENABLE_GUI, False)
         # The window would draw itself after each body.
         self._configure(pybullet.COV_ENABLE_RENDERING, False)
@@ -147,7 +149,7 @@ class View:
             ),
             lightDirection=[-3.0, -5.0, 10.0],
             shadow=0,
-            renderer=pybullet.ER_TINY_RENDERER,
+            renderer=self._renderer or SOFTWARE,
             flags=pybullet.ER_NO_SEGMENTATION_MASK,
             physicsClientId=self._client,
         )

@@ -8,7 +8,14 @@ from std_msgs.msg import Header
 
 from mrs_simulator.nodes.stage.world_topics import stamp_at
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.sensor_messages import BASE, OWN, forms_of, topic_of
+from mrs_simulator.ros.sensor_messages import (
+    BASE,
+    OPTICAL,
+    OPTICAL_FRAME,
+    OWN,
+    forms_of,
+    topic_of,
+)
 from mrs_simulator.sensors.suite import Suite
 
 OWN_TOPICS = ("base_link", "cmd_vel", "motors_state", "odom")  # of a robot, or its frames
@@ -60,15 +67,22 @@ class SensorTopics(rospy.SubscribeListener):
 
     def _frame(self, row, form):
         own = self._frames.mount(row + 1, form.mount.name)
-        return {OWN: own, BASE: self._frames.base(row + 1)}.get(form.FRAME, self._frames.world)
+        known = {OWN: own, OPTICAL: own + OPTICAL_FRAME, BASE: self._frames.base(row + 1)}
+        return known.get(form.FRAME, self._frames.world)
 
     def fixed_frames(self):
-        """Return ``(parent, child, place)`` of each mount that tells what it reads in its own frame."""
-        return [
-            (self._frames.base(row + 1), topics[0].frame, topics[0].form.frame)
-            for (row, _), topics in sorted(self._of.items())
-            if topics[0].form.FRAME == OWN
-        ]
+        """Return ``(parent, child, place)`` of each mount that tells what it reads in frames of its own.
+
+        ``place``: x, y, z [m] and yaw [rad]; of optical frames x, y, z [m] and the quaternion x, y, z, w.
+        """
+        found = []
+        for (row, name), topics in sorted(self._of.items()):
+            form, own = topics[0].form, self._frames.mount(row + 1, name)
+            if form.FRAME in (OWN, OPTICAL):
+                found.append((self._frames.base(row + 1), own, form.frame))
+            if form.FRAME == OPTICAL:
+                found.append((own, own + OPTICAL_FRAME, (0.0, 0.0, 0.0, *form.optics)))
+        return found
 
     def begin(self, world):
         """Begin a run at the present step of ``world``."""

@@ -36,7 +36,7 @@ class WorldTopics:
 
         ``real``: rows of the robots that are real, whose odometry and transforms are not published
         here; ``topics_of(row)`` makes a robot's own topics; commands for all robots go to ``inbox``;
-        ``fixed()`` returns further frames, ``(parent, child, place)`` each, place as of a mount.
+        ``fixed()`` returns further frames, as ``SensorTopics.fixed_frames`` does.
         """
         self._fixed = fixed
         self._world, self._frames = world, frames
@@ -136,9 +136,10 @@ class WorldTopics:
         frames = (lambda _: world), self._frames.odom
         message = self._transforms(*frames, origins, rows, level)
         stamp = self.stamp()
-        for parent, child, (x, y, z, yaw) in self._fixed():
-            lift = z, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)
-            message.transforms.append(transform(stamp, parent, child, (x, y, yaw), lift))
+        for parent, child, (x, y, z, *turn) in self._fixed():
+            if len(turn) == 1:  # a yaw
+                turn = 0.0, 0.0, math.sin(0.5 * turn[0]), math.cos(0.5 * turn[0])
+            message.transforms.append(transform(stamp, parent, child, (x, y, 0.0), (z, *turn)))
         self._tf_static.publish(message)
 
     def _transforms(self, parent, child, poses, rows, raised):

@@ -19,12 +19,16 @@ class SensorsConnection:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._wanted = {}  # (Mount, Kind) by (number, name)
+        self._wanted = {}  # (Mount, Kind, index of its form) by (number, name)
         self._ears = {}  # _Ear by (number, name)
         self.changed = threading.Event()  # set when others are looked at than before
 
     def watch(self, wanted):
-        """Look at the sensors ``wanted`` and no others, ``{(number, name): (Mount, Kind)}``."""
+        """Look at the sensors ``wanted`` and no others, ``{(number, name): (Mount, Kind)}``.
+
+        A third number, by default 0, says which of ``forms_of`` a mount is listened to.
+        """
+        wanted = {key: (*of, 0) if len(of) == 2 else of for key, of in wanted.items()}
         with self._lock:
             if wanted != self._wanted:
                 self._wanted = dict(wanted)
@@ -104,8 +108,8 @@ def topic_in(number, form, published, subscribed, kinds, controllers=None):
 class _Ear:
     """Listens to one sensor; what is heard is read only when it is asked for."""
 
-    def __init__(self, mount, kind):
-        self.of, self.form = (mount, kind), forms_of(mount, kind)[0]
+    def __init__(self, mount, kind, form=0):
+        self.of, self.form = (mount, kind, form), forms_of(mount, kind)[form]
         self.subscriber, self._topic, self._lock = None, "", threading.Lock()
         self._newest, self._times = None, deque(maxlen=COUNTED)
         self._read = None, Heard()  # the message that was read last, and what it says

@@ -48,11 +48,22 @@ class SensorsPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addLayout(row)
-        below, self.picture = QHBoxLayout(), Picture()
+        below, beside = QHBoxLayout(), QVBoxLayout()
+        self.picture, self.looks = Picture(), PatientComboBox()
+        self.looks.addItems(["Picture", "Depth"])
+        self.looks.setToolTip("What is shown of the camera")
+        self.looks.hide()
+        beside.addWidget(self.looks)
+        beside.addWidget(self.picture, 1)
         below.addWidget(self.table, 1)
-        below.addWidget(self.picture)
+        below.addLayout(beside)
         layout.addLayout(below, 1)
         self._note.say(CHOOSE)
+
+    @property
+    def wants_depth(self):
+        """Return whether the depth of a camera is shown, not its picture."""
+        return self.looks.currentIndex() == 1
 
     def set_robots(self, numbers):
         """Offer the robots ``numbers``."""
@@ -72,9 +83,13 @@ class SensorsPanel(QWidget):
     def _on_chosen(self, place):
         self.robot_chosen.emit(int(self._robots.itemText(place) or 0))
 
-    def show_sensors(self, mounts, heard, trouble=""):
-        """Show what was ``heard`` of the robot's ``mounts``, by name; ``trouble``: why there are none."""
-        self._show_picture(heard)
+    def show_sensors(self, mounts, heard, trouble="", depth=None):
+        """Show what was ``heard`` of the robot's ``mounts``, by name; ``trouble``: why there are none.
+
+        ``depth``: the ``Heard`` of its camera's depth, where that is shown.
+        """
+        self.looks.setVisible(any(mount.type == "camera" for mount in mounts.values()))
+        self._show_picture(heard, depth)
         rows = [_cells(mount, heard.get(name)) for name, mount in mounts.items()]
         note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
         self._note.say(trouble or note, "error" if trouble else "aside")
@@ -90,11 +105,14 @@ class SensorsPanel(QWidget):
             self._shown = fixed
             self.table.set_rows(rows, tips, tints)
 
-    def _show_picture(self, heard):
-        """Show the picture of the first camera that has one."""
+    def _show_picture(self, heard, depth):
+        """Show the picture of the first camera that has one, or its ``depth``."""
+        if self.wants_depth:
+            reading = depth.reading if depth is not None else None
+            return self.picture.show_depth(None if reading is None else reading.depth)
         readings = [each.reading for each in heard.values() if each is not None]
         pictures = [each.image for each in readings if isinstance(each, CameraReading)]
-        self.picture.show_pixels(pictures[0] if pictures else None)
+        return self.picture.show_pixels(pictures[0] if pictures else None)
 
 
 TINTS = {"heard": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}

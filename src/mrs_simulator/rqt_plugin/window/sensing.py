@@ -5,6 +5,8 @@ from mrs_simulator.rqt_plugin.run.trouble import reason
 from mrs_simulator.rqt_plugin.sensing.heard import mounts_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
+DEPTH = " depth"  # after the name of a camera; no mount has a space in its name
+
 
 class Sensing:
     """Tells the connection what is looked at, and shows what it hears."""
@@ -27,7 +29,8 @@ class Sensing:
         panels, connection = self._panels, self._study.connection
         panels.sensors.set_robots(range(1, self._study.scenario.n + 1))
         on_map, in_panel = self._on_map(), self._in_panel()
-        connection.watch_sensors({**on_map, **in_panel})
+        depth = self._depth(in_panel)
+        connection.watch_sensors({**on_map, **in_panel, **depth})
         if not on_map and not in_panel and not panels.sensors.isVisible():
             panels.map.show_readings({})
             return
@@ -38,7 +41,8 @@ class Sensing:
         if panels.sensors.isVisible():
             mounts = {name: mount for (_, name), (mount, _) in in_panel.items()}
             told = {name: heard.get((number, name)) for number, name in in_panel}
-            panels.sensors.show_sensors(mounts, told, self._trouble)
+            told_depth = [heard[key] for key in depth if key in heard]
+            panels.sensors.show_sensors(mounts, told, self._trouble, *told_depth)
 
     def _is_old(self, key, heard):
         return heard[key].reading is None or heard[key].is_stale(self._mounts[key][0])
@@ -65,6 +69,14 @@ class Sensing:
             for key, of in self._mounts.items()
             if of[0].type in DRAWN and (few or key[0] == panels.sensors.number)
         }
+
+    def _depth(self, in_panel):
+        """Return the depth of the camera that the panel shows, if it is that which is wanted."""
+        found = [(key, of) for key, of in in_panel.items() if of[0].type == "camera"]
+        if not found or not self._panels.sensors.wants_depth:
+            return {}
+        (number, name), of = found[0]
+        return {(number, name + DEPTH): (*of, 1)}
 
     def _in_panel(self):
         """Return the sensors that the panel shows."""

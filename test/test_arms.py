@@ -266,6 +266,30 @@ def test_planar_protocols_move_tools_beside_other_robots_and_keep_their_height()
     assert height[0, 0] > 0.5
 
 
+def test_cars_beside_arms_keep_the_directions_of_their_points():
+    """Their steering turns what is ahead of them, and speeds beyond their limits slow it with them."""
+    control = dict(scenario()["control"], dimension=2)
+    control["parameters"] = {"gain": 0.5, "shape": "circle", "size": 4.0}
+    run = simulate(
+        scenario(model=["husky_panda", "f1tenth", "pioneer3dx"], control=control, duration=2.0)
+    )
+    checks = {check["name"]: check for check in run.verdict["checks"]}
+    assert checks["commands off the published law [-]"]["passed"]
+    assert checks["largest distance from the law on these robots [m]"]["passed"]
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_drones_beside_arms_land_where_they_hear_nothing(fidelity):
+    team = ArmedTeam(["husky_panda", "crazyflie2"])
+    poses = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
+    world = World(team, poses, z=[0.0, 0.2], fidelity=fidelity, step=0.05)
+    world.set_commands([0, 1], np.zeros((2, len(team.axes))))
+    for _ in range(120):
+        world.step()
+    assert world.z[1] < 0.15
+    world.close()
+
+
 def test_robots_that_fly_and_robots_with_arms_are_one_team():
     control = dict(scenario()["control"], dimension=2)
     model = ["husky_panda", "crazyflie2", "robotino3"]

@@ -40,7 +40,7 @@ def test_base_and_arm_are_one_description():
 
 def test_tools_are_where_pybullet_has_them(standing):
     bodies = standing._motion.bodies
-    points = standing._tools()
+    points = standing.team.tools(standing.pose, standing.joints, 0.1)
     for row in range(3):
         body, _, tool = bodies.arm_of(row)
         seen = pybullet.getLinkState(
@@ -60,7 +60,7 @@ def test_a_load_at_rest_hangs_as_statics_has_it(standing):
     found = state.force - grasps.internal(arms, state.force)
     np.testing.assert_allclose(found, wanted, atol=0.2)
     sag = load.weight[2] / (len(at) * load.stiffness)
-    mean = standing._tools().mean(axis=0) - at.mean(axis=0)
+    mean = standing.team.tools(standing.pose, standing.joints, 0.1).mean(axis=0) - at.mean(axis=0)
     assert mean[2] == pytest.approx(sag, abs=0.01)
 
 
@@ -125,3 +125,24 @@ def test_a_load_that_is_let_go_falls_to_the_ground():
     assert run.run.load.place[-1, 2] == pytest.approx(0.05, abs=0.02)
     assert run.run.meta["incidents"] and not run.passed
     assert not run.run.load.force[-1].any()
+
+
+def test_arms_have_forces_beside_boats_and_drones():
+    kinds = ["husky_panda", "heron", "crazyflie2", "husky_xarm6"]
+    team = ArmedTeam(kinds)
+    poses = [[4.0, 0.0, 0.0], [0.0, 5.0, 0.0], [-3.0, -3.0, 0.0], [-6.0, 3.0, 0.0]]
+    world = World(team, poses, z=[0.0, 0.0, 1.0, 0.0], fidelity="dynamic", step=STEP)
+    command = np.zeros((4, len(team.axes)))
+    command[:2, team.axes.index("linear.x")] = 0.4
+    command[0, -7], command[3, -7] = 0.2, -0.3  # [rad/s] of the arms' first joints
+    for _ in range(50):
+        world.set_commands(range(4), command)
+        world.step()
+    turned = world.joints[:, 1] - team.rest_joints[:, 1]
+    np.testing.assert_allclose(turned, [0.2, 0.0, 0.0, -0.3], atol=0.01)
+    assert world.pose[0, 0] > 4.3 and world.pose[1, 0] > 0.05  # a boat speeds up slowly
+    np.testing.assert_allclose(world.z, [0.0, 0.0, 1.0, 0.0], atol=0.02)
+    np.testing.assert_allclose(world.pose[3], poses[3], atol=0.02)
+    world.reset()
+    np.testing.assert_array_equal(world.joints, team.rest_joints)
+    world.close()

@@ -27,6 +27,15 @@ class ArmedMotion:
         self.q = self.team.rest_joints[:, 1:].copy()
         self.ended = np.zeros(self.q.shape, dtype=bool)
 
+    @property
+    def efforts(self):
+        """What thrusters are told past their controllers, as the bases' motion has it."""
+        return self._bases.efforts
+
+    @efforts.setter
+    def efforts(self, efforts):
+        self._bases.efforts = efforts
+
     def reset(self, *given):
         """Put the robots at rest at poses (n, 3), as the bases' motion takes them, arms at home."""
         self._bases.reset(*given)
@@ -49,3 +58,18 @@ class ArmedMotion:
         self.q = team.moved(self.q, rates, step)
         self.ended = (self.q > team.upper - AT_END) | (self.q < team.lower + AT_END)
         self.ended &= team.rates > 0.0
+
+
+class ArmedForcedMotion(ArmedMotion):
+    """``ArmedMotion`` with forces, of a team in which others float or fly.
+
+    Arms are bodies with their bases, in the solver of the robots on wheels.
+    """
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, a + k), a column for each axis of the team."""
+        base, rates = self.team.split(command)
+        wheeled = self._bases.wheeled
+        wheeled.arm_rates[:] = rates[wheeled.rows]
+        self._bases.advance(base)
+        self.q[wheeled.rows], self.ended[wheeled.rows] = wheeled.arms

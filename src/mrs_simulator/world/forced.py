@@ -32,6 +32,11 @@ class ForcedMotion(KinematicMotion):
             team, poses, obstacles, limits, step, mirrored, encoders, environment=environment
         )
 
+    @property
+    def wheeled(self):
+        """Return the ``WheeledPart``, None where nobody stands on wheels."""
+        return self._wheeled
+
     def _firm(self, mirrored):
         return list(mirrored) if self._wheeled is None else [*mirrored, *self._wheeled.rows]
 

@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.core.scenario import FIDELITIES
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
-from mrs_simulator.world.armed import ArmedMotion
+from mrs_simulator.world.armed import ArmedForcedMotion, ArmedMotion
 from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.forced import ForcedMotion
 from mrs_simulator.world.kinematic import KinematicMotion, PointMassMotion
@@ -94,6 +94,9 @@ def _armed(team, poses, z, around):
     if around.fidelity != "dynamic":
         return ArmedMotion(team, new_motion(team.bases, poses, z, around), mirrored=around.mirrored)
     _need_solver()
+    if any(group.drive.MEDIUM != "ground" for group in team.groups):
+        bases = new_motion(team.bases, poses, z, around)
+        return ArmedForcedMotion(team, bases, mirrored=around.mirrored)
     from mrs_simulator.world.dynamic_arms import ArmedDynamicMotion  # pybullet, as above
 
     return ArmedDynamicMotion(*_bodies(team, poses, around), mirrored=around.mirrored)
@@ -126,8 +129,7 @@ def _refuse_forceless(team):
 
 def _refuse_armed(team, fidelity):
     """Raise ``WorldError`` that names the first robot whose arm has no motion of this ``fidelity``."""
-    media = {group.drive.MEDIUM for group in team.groups}
-    if fidelity == "kinematic" or (fidelity == "dynamic" and media == {"ground"}):
+    if fidelity in ("kinematic", "dynamic"):
         return
     for row, each in enumerate(team.kinds):
         if each.arm is not None:

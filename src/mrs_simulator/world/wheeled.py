@@ -3,25 +3,32 @@
 import numpy as np
 
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.world.dynamic import DynamicMotion
 
 
 class WheeledPart:
-    """A ``DynamicMotion`` of those robots of a team that stand on the ground."""
+    """A ``DynamicMotion`` of those robots of a team that stand on the ground, with their arms.
+
+    ``arm_rates`` (m, k) [rad/s] are held by the arms' joints from the next step on.
+    """
 
     def __init__(self, team, poses, obstacles, limits, step, mirrored):
         """``team``: all robots; ``poses`` (n, 3); ``mirrored``: rows of the team that ``place`` moves."""
         on_wheels = [kind.module.MEDIUM == "ground" for kind in team.kinds]
         self.rows = np.flatnonzero(on_wheels)
-        own = Team([team.kinds[row] for row in self.rows], limits)
+        kinds = [team.kinds[row] for row in self.rows]
         place = self._places(np.array(mirrored, dtype=int))
-        self._columns = [team.axes.index(axis) for axis in own.axes]
+        own = ArmedTeam(kinds, limits) if has_arms(kinds) else Team(kinds, limits)
+        bases = own.bases if own.has_arms else own
+        self._columns = [team.axes.index(axis) for axis in bases.axes]
+        self.arm_rates = np.zeros((len(kinds), own.arm_joints if own.has_arms else 0))
         self._names = {
             "robot{}".format(member + 1): "robot{}".format(row + 1)
             for member, row in enumerate(self.rows)
         }
         self._others = {"robot{}".format(row + 1) for row in np.flatnonzero(~np.array(on_wheels))}
-        self._motion = DynamicMotion(
+        self._motion = _motion_of(own)(
             own, np.asarray(poses)[self.rows], obstacles, limits, step, mirrored=place[place >= 0]
         )
 
@@ -33,6 +40,7 @@ class WheeledPart:
 
     def reset(self, poses):
         """Put the robots at rest at their ``poses`` (n, 3), of the whole team."""
+        self.arm_rates[:] = 0.0
         self._motion.reset(poses[self.rows])
 
     def place(self, rows, poses, twists):
@@ -47,7 +55,8 @@ class WheeledPart:
 
     def advance(self, command):
         """Return the poses (m, 3) after a step under the team's ``command`` (n, a)."""
-        self._motion.advance(command[np.ix_(self.rows, self._columns)])
+        own = command[np.ix_(self.rows, self._columns)]
+        self._motion.advance(np.column_stack([own, self.arm_rates]))
         return self._motion.pose
 
     @property
@@ -57,7 +66,13 @@ class WheeledPart:
 
     def joints(self):
         """Return the drives' inner joints, (m,) [rad]."""
-        return self._motion.joints()
+        joints = self._motion.joints()
+        return joints if joints.ndim == 1 else joints[:, 0]
+
+    @property
+    def arms(self):
+        """Return positions (m, k) [rad] of the arms' joints, and which are at an end, (m, k) bool."""
+        return self._motion.q, self._motion.ended
 
     def count(self, team, travel):
         """Write into ``travel``, arrays of the groups of ``team``, how far wheels have rolled [m]."""
@@ -82,3 +97,12 @@ class WheeledPart:
     def close(self):
         """Disconnect from the solver."""
         self._motion.close()
+
+
+def _motion_of(team):
+    """Return the class of motion of a ``team`` on wheels."""
+    if not team.has_arms:
+        return DynamicMotion
+    from mrs_simulator.world.dynamic_arms import ArmedDynamicMotion  # only where it is used
+
+    return ArmedDynamicMotion

@@ -15,7 +15,7 @@ from mrs_simulator.vehicles.arms.chain import frames, jacobian
 from mrs_simulator.vehicles.arms.mounted import check_home
 from mrs_simulator.vehicles.arms.reaching import reaching
 from mrs_simulator.vehicles.limits import AxisLimits
-from mrs_simulator.vehicles.team import Team
+from mrs_simulator.vehicles.team import EVERY, Team
 
 HOMEWARDS = 0.5  # [1/s] at which an arm returns to its home posture, where the tool lets it
 LEVEL = 1.0  # [1/s] at which the tool returns to its height, under laws of points in the plane
@@ -53,6 +53,11 @@ class ArmedTeam(Team):
         self.arm_joints = max(len(group.chain.joints) for group in groups)
         self.arms = groups
         self.axes = self.bases.axes + arm_axes(self.arm_joints)
+        # A group with all axes of the bases has none of the arms'.
+        own = slice(0, self._width)
+        self.groups = tuple(
+            g._replace(columns=own) if g.columns is EVERY else g for g in self.groups
+        )
         self.has_joints, self.limits_joints = True, False
         self._keep_arms()
         self.record_columns = self._record_columns()
@@ -115,8 +120,8 @@ class ArmedTeam(Team):
         return self.tools(pose, joints, l, pointing)[:, : self.dimension]
 
     def pointing(self, pose, joints):
-        """Return cosine and sine of the bases' headings, (..., n)."""
-        return cos_sin(pose[..., 2])
+        """Return cosine and sine of the headings in which the bases' points lie, (..., n)."""
+        return self.bases.pointing(pose, joints[..., 0])
 
     def lead(self, l):
         """Return how far [m] the controlled points are from the centres at home, (n,)."""
@@ -221,8 +226,15 @@ class ArmedTeam(Team):
         return self.bases.at_limits(base, share) | (self._beyond(rates) >= share)
 
     def slowed(self, command, factor, joints):
-        """Return ``command`` (n, a + k) with all speeds divided by ``factor`` (n,), at least 1."""
-        return (command.T / np.asarray(factor)).T
+        """Return ``command`` (n, a + k) with all speeds divided by ``factor`` (n,), at least 1.
+
+        Of cars among them as their drive does it: their points keep their directions.
+        """
+        result = (command.T / np.asarray(factor)).T
+        if self.bases.has_joints:
+            base = self.bases.slowed(self.split(command)[0], factor, joints[:, 0])
+            result[:, : self._width] = base
+        return result
 
     def is_within(self, command):
         """Return False: what arms may do is looked at by :meth:`saturated`."""

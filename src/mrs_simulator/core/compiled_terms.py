@@ -47,7 +47,8 @@ def kernel(term, loops, compile_, compile_kept):
     ``compile_`` is what terms and their helpers go through, ``compile_kept`` what the loops do.
     """
     name = "{}_{}_{}".format(loops.__name__, term.__name__, digest(term))
-    scope = dict(loops.__globals__, term=linked(term, compile_))
+    helpers = {name: linked(each, compile_) for name, each in _helpers(loops).items()}
+    scope = dict(loops.__globals__, term=linked(term, compile_), **helpers)
     function = types.FunctionType(loops.__code__, scope, name)
     function.__qualname__ = name
     return compile_kept(function)

@@ -125,8 +125,14 @@ class Ros:
 
     def stop(self, process):
         """End a process: politely first, then for certain."""
-        if process.poll() is None:
+        self._stop_all([process])
+
+    @staticmethod
+    def _stop_all(processes):
+        running = [process for process in processes if process.poll() is None]
+        for process in running:
             process.send_signal(signal.SIGINT)
+        for process in running:
             try:
                 process.wait(STOP_LIMIT)
             except subprocess.TimeoutExpired:
@@ -135,8 +141,8 @@ class Ros:
 
     def close(self):
         """End everything, the master last."""
-        for process in reversed(self.processes):
-            self.stop(process)
+        self._stop_all([process for process in self.processes if process is not self.master])
+        self.stop(self.master)
 
 
 class Probe:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 
+from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.study.report import main as report
 
@@ -57,11 +58,9 @@ def scenario(name):
 
 @contextlib.contextmanager
 def busy_cores():
-    """Keep every core busy with twice as many processes."""
+    """Keep every core busy."""
     code = "while True: pass"
-    burners = [
-        subprocess.Popen([sys.executable, "-c", code]) for _ in range(2 * (os.cpu_count() or 1))
-    ]
+    burners = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(os.cpu_count() or 1)]
     try:
         yield
     finally:
@@ -70,17 +69,20 @@ def busy_cores():
             burner.wait()
 
 
-@pytest.mark.parametrize("name, duration, gap", [("paper", 110, 0.01), ("paper_dynamic", 60, 0.15)])
-def test_the_papers_experiment_over_ros(ros, tmp_path, name, duration, gap):
-    asked = "duration:={}".format(duration)
+@pytest.mark.parametrize("name, duration", [("paper", 20.0), ("paper_dynamic", 6.0)])
+def test_the_papers_experiment_over_ros(ros, tmp_path, name, duration):
+    """As far as it goes here, robots are where they are without ROS; they form in tests of that."""
+    asked = "duration:={:g}".format(duration)
     verdict = launch(ros, tmp_path, scenario(name), asked, "speed:=0")  # which asks for lockstep
     assert verdict["passed"], verdict
     with open(os.path.join(ros.directory, "launch.log")) as log:
         assert "no command from" not in log.read()  # nobody waits for an answer that was given
-    np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=gap)
-    assert verdict["y_spread"] < gap
+    alone = load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml"))
+    alone = run_experiment(alone._replace(duration=duration), str(tmp_path / "alone"), formats=())
+    np.testing.assert_allclose(verdict["final_gaps"], alone["final_gaps"], rtol=0.0, atol=1e-6)
+    assert verdict["y_spread"] == pytest.approx(alone["y_spread"], abs=1e-6)
     assert sorted(os.listdir(str(tmp_path))) == sorted(
-        ["run.csv", "run.json", "scenario.yaml", "verdict.json"]
+        ["alone", "run.csv", "run.json", "scenario.yaml", "verdict.json"]
         + [
             f + e
             for f in ("trajectories", "x_states", "y_states", "inputs", "certificates")
@@ -129,10 +131,10 @@ def recorded(ros, out, duration, *stage_arguments, meanwhile=lambda stage, contr
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
 def test_lockstep_gives_the_same_bytes_on_idle_and_on_busy_cores(ros, tmp_path, fidelity):
     chosen = "_fidelity:=" + fidelity
-    idle = recorded(ros, tmp_path / "idle", 4, chosen)
+    idle = recorded(ros, tmp_path / "idle", 2, chosen)
     with busy_cores():
-        busy = recorded(ros, tmp_path / "busy", 4, chosen)
-    assert idle.count(b"\n") == 1 + 7 * 41
+        busy = recorded(ros, tmp_path / "busy", 2, chosen)
+    assert idle.count(b"\n") == 1 + 7 * 21
     assert idle == busy
 
 
@@ -147,8 +149,8 @@ def test_a_stage_that_stalls_in_lockstep_changes_nothing(ros, tmp_path):
         stage.send_signal(signal.SIGCONT)
 
     real_time = "_speed:=1"  # or the run would be over before it stalls
-    stalled = recorded(ros, tmp_path / "stalled", 3, real_time, meanwhile=stall)
-    assert stalled == recorded(ros, tmp_path / "smooth", 3)
+    stalled = recorded(ros, tmp_path / "stalled", 2, real_time, meanwhile=stall)
+    assert stalled == recorded(ros, tmp_path / "smooth", 2)
 
 
 def test_lockstep_names_the_silent_robot(ros):
@@ -201,8 +203,6 @@ def test_a_launch_ends_whose_controller_cannot_begin(ros):
 
 
 def test_a_report_of_a_csv_is_that_of_the_run(tmp_path, capsys):
-    from mrs_simulator import load_scenario, run_experiment
-
     four = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
     verdict = run_experiment(four, str(tmp_path / "run"), formats=())
     with pytest.raises(SystemExit) as ended:

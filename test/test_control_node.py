@@ -4,7 +4,13 @@ import os
 import signal
 
 import pytest
+import rospy
 from ros_fixtures import PATIENCE, log_of, wait_until
+
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.nodes.control import reconfigure
+from mrs_simulator.study.shipped import scenario_path
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FORWARD = """
@@ -412,3 +418,18 @@ def test_a_stop_waits_for_no_law_and_is_told_at_once(hung, tmp_path):
     (tmp_path / "hang").unlink()
     assert probe.ask("call('/pioneer_control/start', Trigger)")[0]
     moving(probe, 2)
+
+
+def test_parameters_of_the_node_are_not_taken_for_the_laws(monkeypatch):
+    """The launch file tells the node a ``speed`` of the simulation, many laws have one of their own."""
+    kept = {"~speed": "", "~gain": 0.7}
+    monkeypatch.setattr(rospy, "get_param", kept.__getitem__)
+    monkeypatch.setattr(rospy, "set_param", kept.__setitem__)
+    server = reconfigure.TellingServer.__new__(reconfigure.TellingServer)
+    law = make_control(load_scenario(scenario_path("carrying.yaml")))
+    server.ns, server.type = "~", reconfigure._config_type(law)
+    server.config = dict(server.type.defaults)
+    server._copy_from_parameter_server()
+    assert (server.config["speed"], server.config["gain"]) == (0.25, 0.7)
+    server._copy_to_parameter_server()
+    assert kept["~speed"] == "" and kept["~coupling"] == 0.3

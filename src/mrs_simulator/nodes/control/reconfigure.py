@@ -3,12 +3,28 @@
 import rospy
 from dynamic_reconfigure.server import Server
 
+from mrs_simulator.ros.node_parameters import CONTROL, NODES
+
 WIDEST = 1e9  # dynamic_reconfigure wants finite bounds; this stands for none
 _TYPES = {float: "double", int: "int", bool: "bool", str: "str"}
 
 
 class TellingServer(Server):
-    """A server that says which values it moved into their range: clients are not told."""
+    """A server that says which values it moved into their range: clients are not told.
+
+    Parameters of the node itself are not taken for the law's of the same name, such as ``speed``.
+    """
+
+    _OWN = frozenset(parameter.name for parameter in NODES[CONTROL])
+
+    def _copy_from_parameter_server(self):
+        begun = dict(self.config)
+        super()._copy_from_parameter_server()
+        self.config.update((name, begun[name]) for name in self._OWN.intersection(begun))
+
+    def _copy_to_parameter_server(self):
+        for name in set(self.config).intersection(self.type.defaults) - self._OWN:
+            rospy.set_param(self.ns + name, self.config[name])
 
     def _clamp(self, config):
         asked = dict(config)

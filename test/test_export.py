@@ -104,15 +104,27 @@ def test_what_latex_minds_is_escaped():
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no LaTeX")
-@pytest.mark.parametrize("verdict", [VERDICT, MANY], ids=["short", "nasty"])
-def test_latex_takes_the_table(tmp_path, verdict):
-    text = "\\documentclass{article}\\usepackage{booktabs}\\begin{document}\n%s\\end{document}\n"
-    (tmp_path / "t.tex").write_text(text % verdict_latex(verdict), encoding="utf-8")
+@pytest.mark.parametrize(
+    "verdict, narrow",
+    [(VERDICT, False), (VERDICT, True), (MANY, False)],
+    ids=["page", "column", "nasty"],
+)
+def test_latex_takes_the_table(tmp_path, verdict, narrow):
+    text = "\\documentclass%s{article}\\usepackage{booktabs}\\begin{document}\n%s\\end{document}\n"
+    text %= "[twocolumn]" if narrow else "", verdict_latex(verdict, narrow)
+    (tmp_path / "t.tex").write_text(text, encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "t.tex"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60)
     assert done.returncode == 0, done.stdout[-2000:].decode(errors="replace")
     log = (tmp_path / "t.log").read_text(errors="replace")
     assert "Overfull" not in log or verdict is MANY  # it fits the narrow page of article
+
+
+def test_a_long_text_stands_in_a_note_below_the_latex_table():
+    ended = "1.00 s the law failed: RuntimeError: gone"
+    text = verdict_latex(dict(VERDICT, checks=[check("ended", "complete", ended, None, False)]))
+    assert r"  \raggedright ended\textsuperscript{a} & complete & -- & -- & failed \\" in text
+    assert r"\textsuperscript{a}\,1.00 s the law failed: RuntimeError: gone" in text
 
 
 def test_the_csv_table_has_all_digits():

@@ -363,6 +363,21 @@ def test_a_columns_figure_holds_its_legend(tmp_path, n):
     assert matplotlib.rcParams["font.size"] == 10.0  # the global one
 
 
+def test_robots_numbers_keep_clear_of_a_columns_frame():
+    starts = np.array([(10, -5), (5, -2), (2, 8), (-5, 12.3), (-1, 6), (0, -5), (-10, 4)])
+    share = np.linspace(1.0, 0.2, 9)[:, np.newaxis, np.newaxis]
+    pose = np.concatenate([share * starts, np.zeros((9, 7, 1))], axis=2)
+    run = make_run(7, 9, pose=pose, hand=pose[..., :2])
+    with report.in_style(look("column").style):
+        figure = report.new_figure(3.5, report.trajectories_height(run, page=3.5))
+        axes = report.draw_trajectories(figure, run)
+        report.settle(figure)
+        figure.canvas.draw()
+    frame, numbers = axes.get_window_extent(), [text.get_window_extent() for text in axes.texts]
+    room = min(min(n.y0 - frame.y0, frame.y1 - n.y1) for n in numbers)
+    assert len(numbers) == 7 and room > 0.02 * frame.height
+
+
 def test_drawings_go_onto_the_axes_of_others():
     figure = report.new_figure()
     own = figure.subplots(2, 2)

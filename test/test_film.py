@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from mrs_simulator.control.making import make_control
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.recording import Run
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures.camera import on_screen
-from mrs_simulator.study.animation import Animation
+from mrs_simulator.study.animation import Animation, Stage
 from mrs_simulator.study.command import main as experiment
 from mrs_simulator.study.film import Film, SpaceStage, write_picture
 from mrs_simulator.study.look import LookError
@@ -64,6 +65,15 @@ def test_an_animation_shows_the_run_in_space(tmp_path):
     assert first.shape == (124, 200, 4) and (first != last).any()
     above = next(Animation(run, 0.5, 8.0, 2.0).frames())
     assert above.shape != first.shape or (above != first).any()
+
+
+def test_edges_seen_from_above_join_the_points_that_the_law_moves():
+    chain = Topology(4, [(2, 1, 1.0), (3, 2, 1.0), (4, 3, 1.0)])
+    run = make_run(4)._replace(scenario=load_scenario(FOUR)._replace(topology=chain))
+    run = run._replace(hand=run.hand + 0.5)
+    edges = Stage(run, 2.0).show(7)[0].get_segments()
+    ends = {tuple(end) for edge in edges for end in np.round(edge, 6)}
+    assert len(edges) == 3 and ends == {tuple(point) for point in np.round(run.hand[7], 6)}
 
 
 def test_a_run_without_samples_is_refused():

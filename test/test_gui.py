@@ -552,14 +552,19 @@ def open_and_close():
     other.connection._master.thread.join(60.0)
     other.close()
     other.deleteLater()
+def let_go():
+    # What was closed last may wait for Python, and what a busy machine has not ended yet for its thread.
+    application.sendPostedEvents(None, QEvent.DeferredDelete)
+    return max(alive()[0]) <= 2
 until(lambda: gui.connection._master.subscribers)
 found = []
-for _ in range(3):
+for _ in range(6):
     open_and_close()
-    application.sendPostedEvents(None, QEvent.DeferredDelete)
-    application.processEvents()
-    found.append(alive())
-# What was closed last may still be waiting for Python to let go of it.
-assert max(found[-1][0]) <= 2 and found[-1][1:] == found[0][1:], found
+    until(let_go, 30.0)
+    found.append(alive()[1:])
+    if found[-1:] == found[-2:-1]:  # what stays open may make widgets once; a leak grows each time
+        break
+else:
+    raise AssertionError(found)
 """
     )

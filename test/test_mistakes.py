@@ -125,6 +125,22 @@ def test_a_missing_scenario_says_where_it_was_looked_for(tmp_path, monkeypatch, 
     assert ended.value.code == 2 and "did you mean 'paper.yaml'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "asked, meant",
+    [("papr", "paper"), ("papr/run.csv", "paper"), ("paper/rn.csv", "paper/run.csv"), ("x", None)],
+)
+def test_the_nearest_run_is_named_for_a_missing_one(tmp_path, monkeypatch, capsys, asked, meant):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "paper").mkdir()
+    (tmp_path / "paper" / "run.csv").write_text("")
+    (tmp_path / "pape").mkdir()  # holds no run
+    with pytest.raises(SystemExit) as ended:
+        report([asked])
+    hint = "; did you mean {!r}?".format(meant) if meant else ""
+    said = "report: {}: no such run{} (see".format(asked, hint)
+    assert ended.value.code == 2 and capsys.readouterr().err.startswith(said)
+
+
 def test_a_shipped_scenario_needs_no_ending(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "paper").mkdir()  # results of an earlier run

@@ -4,6 +4,7 @@ import threading
 
 from ros_fixtures import wait_until
 
+from mrs_simulator.core.pages import explained_by
 from mrs_simulator.ros.requests import Requests
 
 
@@ -27,6 +28,15 @@ def test_answers_and_errors_come_back():
     assert answered(lambda: "moved") == (True, "moved")
     assert answered(lambda: None) == (True, "done")
     assert answered(lambda: 1 / 0) == (False, "division by zero")
+
+
+def test_a_refusal_names_the_page_that_explains_it():
+    @explained_by("docs/scenarios.md#graphs")
+    def refused():
+        raise ValueError("robot9: wanted one of 4")
+
+    said = "robot9: wanted one of 4 (see docs/scenarios.md#graphs)"
+    assert answered(refused) == (False, said)
 
 
 def test_what_was_answered_as_failed_is_not_carried_out_later():

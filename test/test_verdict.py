@@ -47,6 +47,17 @@ def test_a_protocol_without_claims_is_not_judged(tmp_path):
     assert text.endswith(": NOT JUDGED (the protocol states no claims)")
 
 
+def test_a_long_text_leaves_the_tables_columns_in_place(tmp_path):
+    verdict = run_experiment(short(), str(tmp_path), Stand, formats=())
+    ended = next(check for check in verdict["checks"] if check["name"] == "ended")
+    ended.update(measured="at 1.00 s the law failed: RuntimeError: gone", passed=False)
+    lines = verdicts.verdict_text(verdict).splitlines()
+    end = lines[1].index("tolerance") + len("tolerance")
+    row = next(line for line in lines if line.startswith("  ended"))
+    assert row[:end].split() == ["ended", "complete", "-"]
+    assert row[end:] == "  FAILED: at 1.00 s the law failed: RuntimeError: gone"
+
+
 def test_what_goes_wrong_fails_without_claims_too(tmp_path):
     poses = [[0.0, 0.0, 0.0], [0.55, 0.0, 0.0]]
 

@@ -29,6 +29,7 @@ PASSED, FAILED, NOT_JUDGED = "passed", "failed", "not_judged"  # outcomes
 WORDS = {PASSED: "PASSED", FAILED: "FAILED", NOT_JUDGED: "NOT JUDGED"}
 EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED}
 UNJUDGED_CODE = 3  # of programs that were told to require a verdict
+CELL = 13  # [-] letters of a number in the table for a terminal; a longer text stands after the outcome
 NO_PROTOCOL = "no protocol is known whose claims could be judged"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was told to move: the controller did not run"
@@ -466,11 +467,13 @@ def verdict_text(verdict):
     if verdict.get("reason"):
         lines[0] += " ({})".format(verdict["reason"])
     width = max([32] + [len(check["name"]) for check in verdict["checks"]])
-    row = "  {:" + str(width) + "} {:>13} {:>13} {:>10}  {}"
+    row = "  {:" + str(width) + "} {:>" + str(CELL) + "} {:>" + str(CELL) + "} {:>10}  {}"
     lines.append(row.format("", "predicted", "measured", "tolerance", "").rstrip())
     for check in verdict["checks"]:
         cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
         said = " ".join(filter(None, (_word(check["passed"]), _note(check))))
+        if len(cells[1]) > CELL:  # a text, such as why a run ended
+            said, cells[1] = "{}: {}".format(said, cells[1]), ""
         lines.append(row.format(check["name"], *cells, said))
     if verdict["final_gaps"]:
         gaps = verdict["final_gaps"]

@@ -3,6 +3,8 @@
 import queue
 import threading
 
+from mrs_simulator.core.pages import with_page
+
 ANSWER_LIMIT = 10.0  # [s] of wall time a caller waits for the main loop
 
 
@@ -45,7 +47,7 @@ class Requests:
             try:
                 request.answer = True, request.function() or "done"
             except Exception as error:  # the caller is told; the stage goes on
-                request.answer = False, str(error) or type(error).__name__
+                request.answer = False, with_page(error) or type(error).__name__
             request.done.set()
 
 

@@ -140,7 +140,8 @@ class Stage:
         self._trails.set_segments(list(pose[chosen, :, :2].transpose(1, 0, 2)))
         self._robots.set_verts(figures.robot_shapes(points, pose[row, :, 2], self._length))
         if self._pairs is not None:
-            self._edges.set_segments(list(points[self._pairs]))
+            # Between the points that the law moves, in front of wheels' axles.
+            self._edges.set_segments(list(self.run.hand[row, :, :2][self._pairs]))
         self._clock.set_text("{:.1f} s".format(self.run.time[row]))
         return self.moving
 

@@ -1,16 +1,19 @@
 """Exports: the verdict as a LaTeX or CSV table, the run as a ``.mat`` file."""
 
 import csv
+import functools
 import importlib.util
 import io
 import os
 import re
 
 from mrs_simulator.core.verdict import outcome_of
+from mrs_simulator.study.look import NARROW, look
 
 TABLES = ("tex", "csv")
 COLUMNS = ("check", "predicted", "measured", "tolerance", "outcome", "note")
 OUTCOMES = {True: "passed", False: "failed", None: "not judged"}
+SHORT_OUTCOMES = {True: "passed", False: "failed", None: "--"}
 RELATIONS = ("at most", "at least")
 MAT_FILE = "run.mat"
 NO_SCIPY = "--mat: wanted the Python package scipy"
@@ -53,7 +56,10 @@ SYMBOL_NAMES = (
 # Symbols as claims write them: lambda_max, w^T, tau.
 SYMBOL = re.compile(r"\b({})(?:_(\w+))?\b|\^T\b".format(SYMBOL_NAMES))
 LARGEST_LETTER = 0x17F  # up to which LaTeX has the accented letters of Latin scripts
-WIDTH = 0.38  # [-] of the line for the checks' names, which take more lines where they are longer
+WIDTH, NARROW_WIDTH = 0.38, 0.3  # [-] of the line for checks' names, which may take more lines
+LONGEST_CELL = 12  # [-] letters of a text in a cell of numbers; a longer one goes into a note
+# Of a table as wide as one of two columns: smaller letters, less room between them.
+NARROW_SIZE = (r"  \scriptsize", r"  \setlength{\tabcolsep}{2.5pt}")
 
 
 class ExportError(ValueError):
@@ -71,9 +77,12 @@ def table_kinds(text):
     return kinds
 
 
-def write_tables(verdict, out, kinds):
-    """Write ``verdict.tex`` and ``verdict.csv`` to ``out``, those in ``kinds``; return the paths."""
-    makers = {"tex": verdict_latex, "csv": verdict_csv}
+def write_tables(verdict, out, kinds, narrow=False):
+    """Write ``verdict.tex`` and ``verdict.csv`` to ``out``, those in ``kinds``; return the paths.
+
+    ``narrow``: as of :func:`verdict_latex`.
+    """
+    makers = {"tex": functools.partial(verdict_latex, narrow=narrow), "csv": verdict_csv}
     paths = []
     for kind in kinds:
         paths.append(os.path.join(out, "verdict." + kind))
@@ -95,22 +104,26 @@ def verdict_csv(verdict):
     return text.getvalue()
 
 
-def verdict_latex(verdict):
+def verdict_latex(verdict, narrow=False):
     """Return ``verdict`` as a LaTeX ``table`` in the manner of the package booktabs.
 
-    Wants ``\\usepackage{booktabs}``, and fits a column of 12 cm.  A bound has its relation sign before
-    the predicted number; why a check was not judged stands in a note below.
+    Wants ``\\usepackage{booktabs}``, and fits a page's text of 12 cm; ``narrow``: one of two columns, of
+    8 cm.  A bound has its relation sign before the predicted number; why a check was not judged
+    stands in a note below.
     """
+    digits, outcomes = (3, SHORT_OUTCOMES) if narrow else (4, OUTCOMES)
     notes, rows = [], []
     for check in verdict["checks"]:
-        mark = _mark(check, notes)
+        measured, mark = check["measured"], _mark(check.get("note", ""), notes)
+        if isinstance(measured, str) and len(measured) > LONGEST_CELL:
+            measured, mark = None, mark + _mark(measured, notes)
         relation = {"at most": r"$\leq$ ", "at least": r"$\geq$ "}.get(check.get("note"), "")
         cells = [
             r"\raggedright " + _text(check["name"]) + mark,
-            relation + _number(check["predicted"]),
-            _number(check["measured"]),
-            _number(check["tolerance"]),
-            OUTCOMES[check["passed"]],
+            relation + _number(check["predicted"], digits),
+            _number(measured, digits),
+            _number(check["tolerance"], digits),
+            outcomes[check["passed"]],
         ]
         rows.append("  " + " & ".join(cells) + r" \\")
     caption = "{}: {}".format(_text(verdict["title"] or "Run"), _outcome(verdict))
@@ -118,8 +131,10 @@ def verdict_latex(verdict):
         r"\begin{table}",
         r"  \centering",
         r"  \caption{" + caption + "}",
-        r"  \footnotesize",
-        r"  \begin{tabular}{@{}p{" + str(WIDTH) + r"\linewidth}rrrl@{}}",
+        *(NARROW_SIZE if narrow else (r"  \footnotesize",)),
+        r"  \begin{tabular}{@{}p{"
+        + str(NARROW_WIDTH if narrow else WIDTH)
+        + r"\linewidth}rrrl@{}}",
         r"  \toprule",
         r"  Check & Predicted & Measured & Tolerance & Outcome \\",
         r"  \midrule",
@@ -132,9 +147,8 @@ def verdict_latex(verdict):
     return "\n".join(lines) + "\n"
 
 
-def _mark(check, notes):
-    """Return the mark of the check's note, which is added to ``notes``; "" for a relation or none."""
-    note = check.get("note", "")
+def _mark(note, notes):
+    """Return the mark of a ``note``, which is added to ``notes``; "" for a relation or none."""
     if not note or note in RELATIONS:
         return ""
     if note not in notes:
@@ -202,13 +216,13 @@ def _letter(letter):
     return r"\texttt{U+" + format(ord(letter), "04X") + "}"
 
 
-def _number(value):
-    """Return a number of four significant digits in LaTeX, a text as it is, a dash for none."""
+def _number(value, digits=4):
+    """Return a number of so many significant ``digits`` in LaTeX, a text as it is, a dash for none."""
     if value is None:
         return "--"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return _text(value)
-    mantissa, e, exponent = "{:.4g}".format(value).partition("e")
+    mantissa, e, exponent = "{:.{}g}".format(value, digits).partition("e")
     if not e:
         return "${}$".format(mantissa)
     return r"${} \times 10^{{{}}}$".format(mantissa, int(exponent))
@@ -253,5 +267,6 @@ def write_exports(arguments, run, verdict):
 
     ``run``: a function that returns the ``Run``, called where it is wanted.
     """
-    paths = write_tables(verdict, arguments.out, table_kinds(arguments.table))
+    narrow = look(arguments.width).width < NARROW
+    paths = write_tables(verdict, arguments.out, table_kinds(arguments.table), narrow)
     return paths + ([write_mat(run(), arguments.out)] if arguments.mat else [])

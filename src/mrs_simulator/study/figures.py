@@ -560,6 +560,8 @@ def _draw_starts(axes, robots, points):
 
 def _frame_plane(axes, low, high):
     margin = MARGIN * np.max(high - low)
+    # The aspect may shrink an axis to what is drawn, but for the margin, where numbers stand.
+    axes.update_datalim([low - margin, high + margin])
     # The aspect may widen limits that count as automatic; of others matplotlib 3.9 warns.
     axes.set_xlim(low[0] - margin, high[0] + margin, auto=True)
     axes.set_ylim(low[1] - margin, high[1] + margin, auto=True)

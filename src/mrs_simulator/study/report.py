@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import difflib
 import math
 import os
 import sys
@@ -35,6 +36,7 @@ from mrs_simulator.study.video import add_video, check_video, write_video
 
 RUN_FILE, SCENARIO_FILE, VERDICT_FILE = "run.csv", "scenario.yaml", "verdict.json"
 CERTIFICATES, VIEW = "certificates", "view"
+RUN_ENDINGS = (".csv", ".bag")
 VIDEOS = ("run.mp4", "run.gif")
 FIGURES = ("trajectories", "x_states", "y_states", "inputs", CERTIFICATES)
 FIGURES += ("z_states", "trajectories_in_space")  # of robots off the ground
@@ -151,6 +153,8 @@ def read_run(path, scenario_file=None):
 
     The scenario is in ``scenario_file``, or ``scenario.yaml`` beside the file; a bag brings its own.
     """
+    if not os.path.exists(path):
+        raise RunError(_missing(path))
     path = os.path.join(path, RUN_FILE) if os.path.isdir(path) else path
     beside = os.path.join(os.path.dirname(os.path.abspath(path)), SCENARIO_FILE)
     if scenario_file is None and os.path.exists(beside):
@@ -169,6 +173,28 @@ def read_run(path, scenario_file=None):
             )
         )
     return run
+
+
+def _missing(path):
+    """Return that there is no run at ``path``, and the nearest one in the nearest directory that exists."""
+    above, name = os.path.split(os.path.normpath(path))
+    if os.path.splitext(name)[1] in RUN_ENDINGS and not os.path.isdir(above or "."):
+        above, name = os.path.split(above)  # of the run's directory, not of its file
+    near = difflib.get_close_matches(name, _runs_in(above or "."), n=1)
+    hint = "; did you mean {!r}?".format(os.path.join(above, near[0])) if near else ""
+    return "{}: no such run{}".format(path, hint)
+
+
+def _runs_in(directory):
+    """Return the names of the runs in ``directory``: directories with a run.csv, and files of runs."""
+    with contextlib.suppress(OSError):
+        return [
+            name
+            for name in sorted(os.listdir(directory))
+            if os.path.splitext(name)[1] in RUN_ENDINGS
+            or os.path.exists(os.path.join(directory, name, RUN_FILE))
+        ]
+    return []
 
 
 def control_of(run):

@@ -27,6 +27,7 @@ from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.moving import scene_time
+from mrs_simulator.core.pages import explained_by, with_page
 from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
 from mrs_simulator.nodes.control.estimated_poses import EstimatedPoses
@@ -69,6 +70,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.vehicles.team_in_space import team_of
 
+TOPOLOGY_PAGE = "docs/scenarios.md#graphs"
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 STATUS_PERIOD = 0.5  # [s] of wall time
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
@@ -500,7 +502,7 @@ class ControlNode:
             try:
                 self.law.remake()
             except (ValueError, TimedOut) as error:
-                return False, "{}: {}".format(LAW_FAILED, error)
+                return False, "{}: {}".format(LAW_FAILED, with_page(error))
             self._begun = None
         done, said = self._start()
         end = time.monotonic() + MOTORS_LIMIT
@@ -566,10 +568,11 @@ class ControlNode:
             )
         edges = list(zip(request.hears, request.heard, weights))
         try:
-            self.law.set_topology(Topology(self.scenario.n, edges, request.directed))
+            with explained_by(TOPOLOGY_PAGE):
+                self.law.set_topology(Topology(self.scenario.n, edges, request.directed))
             self._reconfigure.show()
         except ValueError as error:
-            return False, str(error)
+            return False, with_page(error)
         return True, "{} edges".format(len(edges))
 
     def _on_shutdown(self):

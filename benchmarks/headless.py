@@ -75,19 +75,24 @@ def scenario_of(n, fidelity, kinds=()):
     return Scenario(poses, kinds, fidelity=fidelity, limits="top", control=Control(), duration=1e6)
 
 
-def real_time_factor(n, fidelity, protocol, recorded=False):
-    """Return simulated over processor time of one experiment, ``recorded`` as a user's or not at all."""
-    experiment = Experiment(scenario_of(n, fidelity), protocol)
+def real_time_factor(
+    n, fidelity, protocol, recorded=False, engine="pybullet", clock=time.process_time
+):
+    """Return simulated over processor time of one experiment, ``recorded`` as a user's or not at all.
+
+    ``engine``: of motion with forces; ``clock``: another one, for wall time.
+    """
+    experiment = Experiment(scenario_of(n, fidelity)._replace(engine=engine), protocol)
     with contextlib.ExitStack() as stack:
         stack.callback(experiment.world.close)
         samples = experiment.samples()
         if recorded:
             samples = recorded_ones(experiment, samples, stack)
         next(samples), next(samples)  # whatever is compiled is so by then
-        begin, simulated = time.process_time(), experiment.world.time
-        while time.process_time() - begin < WALL:
+        begin, simulated = clock(), experiment.world.time
+        while clock() - begin < WALL:
             next(samples)
-        elapsed = time.process_time() - begin
+        elapsed = clock() - begin
         return (experiment.world.time - simulated) / elapsed
 
 
@@ -169,8 +174,9 @@ HOOK, ARRAYS = "kinematic, by calculateControlLaw", "kinematic, by arrays"
 CASES = (
     (HOOK, "kinematic", ByHook, (7, 100, 1000)),
     (ARRAYS, "kinematic", Formation, (7, 100, 1000, 10000)),
-    ("dynamic, by arrays", "dynamic", Formation, (7, 100)),
 )
+ENGINES = (("dynamic, by arrays", "pybullet"), ("dynamic, fast engine", "planar"))
+CLOCKS = (("", time.process_time), (", by wall time", time.perf_counter))
 COMPILED, RECORDED = "MRS_SIMULATOR_COMPILED", ", recorded"
 
 
@@ -194,8 +200,10 @@ def main():
     for case, fidelity, protocol, sizes in CASES:
         for n in sizes:
             factors[case, n] = note(case, n, real_time_factor, fidelity, protocol)
-            if fidelity == "kinematic":
-                note(case + RECORDED, n, real_time_factor, fidelity, protocol, True)
+            note(case + RECORDED, n, real_time_factor, fidelity, protocol, True)
+    for n, (case, engine), (by, clock) in itertools.product((7, 100), ENGINES, CLOCKS):
+        note(case + by, n, real_time_factor, "dynamic", Formation, False, engine, clock)
+        note(case + RECORDED + by, n, real_time_factor, "dynamic", Formation, True, engine, clock)
     for n in (100, 1000):
         note("kinematic, a crowd in contact", n, crowd_factor)
     if find_spec("numba"):

@@ -44,13 +44,14 @@ from mrs_simulator.core.safety import Safety, read_safety
 from mrs_simulator.core.sensor_changes import SensorChange, of_robots
 
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
+ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
 ODOMETRIES = ("world", "wheel")
 SATURATIONS = ("robot", "team", "none")
 ALWAYS_UNDIRECTED = ("random", "proximity")
 OTHER_GRAPHS = ALWAYS_UNDIRECTED + ("k_nearest", "erdos_renyi")  # of chance, of places
 LIMIT_PRESETS = ("firmware", "top", "none")
 # Keys that command lines change, beside the number of robots and the protocol.
-OVERRIDES = ("fidelity", "odometry", "limits", "duration", "seed")
+OVERRIDES = ("fidelity", "engine", "odometry", "limits", "duration", "seed")
 DEFAULT_PROTOCOL = "formation"
 RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
@@ -132,6 +133,7 @@ class Scenario(NamedTuple):
     takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
     load: Optional[Load] = None  # that the robots carry together
     record: Tuple[str, ...] = ()  # names of sensors whose readings are recorded
+    engine: str = ENGINES[0]  # what moves robots on wheels with forces
 
     @property
     def n(self):
@@ -216,6 +218,8 @@ class Scenario(NamedTuple):
     def changed(self, **values):
         """Return this scenario with top-level keys set anew, checked as in a file."""
         content = self.to_dict()
+        if values.get("fidelity", "dynamic") != "dynamic":
+            content.pop("engine", None)
         if "robots" in values and "mismatch" in content:
             content["mismatch"] = self.mismatch.with_robots(values["robots"]).to_plain()
         if "robots" in values:
@@ -263,6 +267,8 @@ class Scenario(NamedTuple):
         }
         for key in ("duration", "seed", "speed", "record_rate", "step"):
             result[key] = getattr(self, key)
+        if self.engine != ENGINES[0]:
+            result["engine"] = self.engine
         if self.environment != CALM:
             result["environment"] = self.environment.to_plain()
         for key in ("cmd_vel_timeout", "odometry_rate"):
@@ -362,8 +368,15 @@ def scenario_from_dict(content, where="scenario"):
         events=read_events(top, len(poses)),
         takeoff=top.flag("takeoff", False),
         load=read_load(top, len(poses)),
+        engine=top.text("engine", ENGINES[0], ENGINES),
     )
     top.done()
+    if scenario.engine != ENGINES[0] and scenario.fidelity != "dynamic":
+        raise ScenarioError(
+            "{}: {}, but fidelity is {}; wanted fidelity: dynamic".format(
+                top.at("engine"), scenario.engine, scenario.fidelity
+            )
+        )
     if scenario.takeoff and altitude is None:
         raise ScenarioError(
             "{}: true, but no robot has an altitude; wanted that to which it rises".format(

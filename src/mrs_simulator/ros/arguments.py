@@ -22,6 +22,7 @@ RUN_ARGUMENTS = {
     "protocol": "a shipped one, package.module:Class or file.py:Class (default: the scenario's)",
     "robots": "number of robots (default: the scenario's)",
     "fidelity": "kinematic, dynamic or point_mass (default: the scenario's)",
+    "engine": "of fidelity dynamic, pybullet or planar (default: the scenario's)",
     "odometry": "world or wheel (default: the scenario's)",
     "limits": "firmware, top or none (default: the scenario's)",
     "duration": "simulated seconds of the run (default: the scenario's)",

@@ -164,6 +164,7 @@ def _add_scenario(parser):
     parser.add_argument("--protocol", help="a shipped one, package.module:Class or file.py:Class")
     parser.add_argument("--duration", type=float, metavar="S", help="simulated seconds")
     parser.add_argument("--fidelity", help="kinematic, dynamic or point_mass")
+    parser.add_argument("--engine", help="of fidelity dynamic: pybullet or planar")
     parser.add_argument("--odometry", help="world or wheel")
     parser.add_argument("--limits", help="firmware, top or none")
     parser.add_argument("--seed", type=int)

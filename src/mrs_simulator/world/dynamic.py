@@ -95,22 +95,24 @@ class DynamicMotion:
         fixed = [None if is_flat(o) else add_obstacle(self._client, o) for o in obstacles]
         self._names.update({body: o.name for body, o in zip(fixed, obstacles) if body is not None})
         self._movers = Movers(self._client, obstacles, fixed)
-        self._bodies = [
-            self._add_robot(row, kind, pose)
-            for row, (kind, pose) in enumerate(zip(self.team.kinds, poses))
-        ]
-        self._rest()
+        self._bodies = {}  # by row
+        self._populate(poses)
         models = [self._models[kind] for kind in self.team.kinds]
         self._ahead = shared([model.ahead for model in models])
         self._wheels = [model.wheels for model in models]
         self._torques = [[kind.numbers.torque] * 2 for kind in self.team.kinds]
         self._mirrored = np.array(mirrored, dtype=int)
-        self._pushed = [self._wheel_forces(group) for group in self.team.groups]
+        self._pushed = [self._wheel_forces(group, self._bodies) for group in self.team.groups]
         self._plane = Bodies(self.team, obstacles, mirrored)
-        for row in mirrored:
-            # Without mass it stays where it is put, and pushes without being pushed.
-            pybullet.changeDynamics(self._bodies[row], -1, mass=0.0, physicsClientId=self._client)
+        for row in set(mirrored) & set(self._bodies):
+            self._make_firm(row)
         self.reset(poses)
+
+    def _populate(self, poses):
+        """Put all robots onto the ground; ``_models`` knows their kinds from then on."""
+        for row, (kind, pose) in enumerate(zip(self.team.kinds, poses)):
+            self._bodies[row] = self._add_robot(row, kind, pose)
+        self._rest()
 
     def _add_robot(self, row, kind, pose):
         if not kind.model:
@@ -140,6 +142,10 @@ class DynamicMotion:
         self._names[body] = "robot{}".format(row + 1)
         return body
 
+    def _make_firm(self, row):
+        """Let a mirrored robot stay where it is put, and push without being pushed: it has no mass."""
+        pybullet.changeDynamics(self._bodies[row], -1, mass=0.0, physicsClientId=self._client)
+
     def _loaded(self, kind, pose):
         """Return the new body of a robot of a ``kind`` at ``pose``."""
         return add_robot(self._client, kind, pose)
@@ -163,13 +169,16 @@ class DynamicMotion:
         ahead = float(mass_centre(self._client, body)[0])
         return Model(links, wheels, *mass_and_inertia(self._client, body), ahead)
 
-    def _wheel_forces(self, group):
-        """Return the ``WheelForces`` of those robots of a ``group`` that have them, or None."""
+    def _wheel_forces(self, group, among):
+        """Return the ``WheelForces`` of those robots of a ``group`` that have them, or None.
+
+        ``among``: rows of the team.
+        """
         rows = np.arange(self.team.n)[group.rows]
         members = [
             member
             for member, (row, kind) in enumerate(zip(rows.tolist(), group.kinds))
-            if group.drive.is_pushed(kind.numbers) and row not in self._mirrored
+            if group.drive.is_pushed(kind.numbers) and row in among and row not in self._mirrored
         ]
         if not members:
             return None
@@ -180,8 +189,8 @@ class DynamicMotion:
     def _rest(self):
         """Let the first robot of each kind sink onto its wheels; all are put down as it then stands."""
         first = {}
-        for kind, body in zip(self.team.kinds, self._bodies):
-            first.setdefault(kind, body)
+        for row, kind in enumerate(self.team.kinds):
+            first.setdefault(kind, self._bodies[row])
         for kind, body in first.items():
             wheels = self._models[kind].wheels
             if wheels:
@@ -198,12 +207,10 @@ class DynamicMotion:
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         poses = np.array(poses, dtype=float)
-        for row, pose in enumerate(poses.tolist()):
-            self._put(row, pose)
+        for row, body in self._bodies.items():
+            self._put(row, poses[row].tolist())
             for wheel in self._wheels[row]:
-                pybullet.resetJointState(
-                    self._bodies[row], wheel, 0.0, 0.0, physicsClientId=self._client
-                )
+                pybullet.resetJointState(body, wheel, 0.0, 0.0, physicsClientId=self._client)
         n = len(poses)
         self._plane.moved_elsewhere()
         self.pose, self.twist = poses, np.zeros((n, 3))
@@ -262,12 +269,23 @@ class DynamicMotion:
         Velocities are clipped and ramped once a step as the firmware does, and held by the wheels'
         motors while the solver takes its substeps.
         """
-        if len(self._mirrored):
-            command = command.copy()
-            command[self._mirrored] = 0.0
         mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
         for row, pose in zip(self._mirrored, mirrored[0].tolist()):
             self._put(row, pose)
+        speeds = self._told(command)
+        self._drive(speeds)
+        if self._is_solved(speeds):
+            self._read()
+            self.place(self._mirrored, *mirrored)
+        else:
+            self.twist = np.zeros_like(self.twist)
+
+    def _told(self, command):
+        """Let velocities follow ``command`` (n, a) for a step; return what the wheels that roll are told,
+        (n, 2) [rad/s]."""
+        if len(self._mirrored):
+            command = command.copy()
+            command[self._mirrored] = 0.0
         speeds = np.empty((self.team.n, 2))
         for index, group in enumerate(self.team.groups):
             inner, limits, numbers = self._inner[index], self._limits[index], group.numbers
@@ -275,11 +293,14 @@ class DynamicMotion:
             rates = group.drive.rates(limits, numbers)
             self._inner[index], _ = ramp(inner, target, rates, self.step)
             speeds[group.rows] = self._rates(index, group)
-        self._drive(speeds)
+        return speeds
+
+    def _is_solved(self, speeds):
+        """Let the solver move its bodies for a step, and return True, unless all of them stand, told
+        wheel ``speeds`` (n, 2) [rad/s]."""
         pushed = [forces for forces in self._pushed if forces is not None]
         if not pushed and self._stand(speeds):
-            self.twist = np.zeros_like(self.twist)
-            return
+            return False
         for _ in range(self._substeps):
             for forces in pushed:
                 self._push(forces)
@@ -287,8 +308,7 @@ class DynamicMotion:
             if self._movers:
                 self._movers.advance(self.step / self._substeps)
             pybullet.stepSimulation(physicsClientId=self._client)
-        self._read()
-        self.place(self._mirrored, *mirrored)
+        return True
 
     def _stand(self, speeds):
         """Return whether all robots stand, told to turn their wheels at ``speeds`` (n, 2) [rad/s].
@@ -344,7 +364,7 @@ class DynamicMotion:
         """Let the wheels turn at ``speeds`` (n, 2) [rad/s]; told are those whose speed is new."""
         changed = np.flatnonzero(np.any(speeds != self._driven, axis=1)).tolist()
         for row, speed in zip(changed, speeds[changed].tolist()):
-            if not self._wheels[row]:
+            if not self._wheels[row] or row not in self._bodies:
                 continue
             self._hold(self._bodies[row], self._wheels[row], speed, self._torques[row])
         self._driven[changed] = speeds[changed]
@@ -363,7 +383,8 @@ class DynamicMotion:
     def _read(self):
         client = self._client
         places, velocities, angles = [], [], []
-        for body, wheels in zip(self._bodies, self._wheels):
+        for row, body in self._bodies.items():
+            wheels = self._wheels[row]
             position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
             places.append(position + turn)
             linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)

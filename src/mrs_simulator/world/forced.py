@@ -20,14 +20,15 @@ class ForcedMotion(KinematicMotion):
     """
 
     def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
-                 encoders=False, environment=CALM, seed=0):  # fmt: skip
-        """As ``KinematicMotion``; ``seed``: of the gusts and waves of ``environment``."""
+                 encoders=False, environment=CALM, seed=0, engine="pybullet"):  # fmt: skip
+        """As ``KinematicMotion``; ``seed``: of the gusts and waves of ``environment``; ``engine``: what
+        moves robots on wheels."""
         self._environment, self._seed = environment, seed
         team, self._wheeled = Team.of(kinds, limits), None
         if any(group.drive.MEDIUM == "ground" for group in team.groups):
             from mrs_simulator.world.wheeled import WheeledPart  # pybullet only where it is used
 
-            self._wheeled = WheeledPart(team, poses, obstacles, limits, step, mirrored)
+            self._wheeled = WheeledPart(team, poses, obstacles, limits, step, mirrored, engine)
         super().__init__(
             team, poses, obstacles, limits, step, mirrored, encoders, environment=environment
         )

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.scenario import FIDELITIES
+from mrs_simulator.core.scenario import ENGINES, FIDELITIES
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.airborne import AirborneMotion, ForcedAirborneMotion
 from mrs_simulator.world.armed import ArmedForcedMotion, ArmedMotion
@@ -32,6 +32,7 @@ class Surroundings(NamedTuple):
     seed: int
     hand_length: float  # [m]
     command_period: float  # [s]
+    engine: str = ENGINES[0]  # what moves robots on wheels with forces
 
 
 def new_motion(team, poses, z, around):
@@ -74,23 +75,30 @@ def _kinematic(team, poses, z, around):
 def _dynamic(team, poses, z, around):
     bodies, more = _bodies(team, poses, around), _moved_through(around)
     media = {group.drive.MEDIUM for group in team.groups}
+    more.update(seed=around.seed, engine=around.engine)
+    if around.engine != ENGINES[0] and "ground" not in media:
+        text = "engine {!r}: no robot stands on wheels; wanted it left out"
+        raise WorldError(text.format(around.engine))
     if "air" in media:
         _refuse_forceless(team)
         _need_solver()
-        return ForcedAirborneMotion(*bodies, **more, seed=around.seed, z=z)
+        return ForcedAirborneMotion(*bodies, **more, z=z)
     if "water" in media:
-        return ForcedMotion(*bodies, **more, seed=around.seed)
+        return ForcedMotion(*bodies, **more)
     try:
-        from mrs_simulator.world.dynamic import DynamicMotion  # pybullet only where it is used
+        from mrs_simulator.world.wheeled import motion_of  # pybullet only where it is used
     except ModuleNotFoundError as error:
         if error.name != "pybullet":
             raise
         raise WorldError(NO_SOLVER) from None
-    return DynamicMotion(*bodies, mirrored=around.mirrored)
+    return motion_of(around.engine)(*bodies, mirrored=around.mirrored)
 
 
 def _armed(team, poses, z, around):
     _refuse_armed(team, around.fidelity)
+    if around.engine != ENGINES[0] and around.fidelity == "dynamic":
+        text = "engine {!r}: robots with arms and what they carry; wanted engine {}"
+        raise WorldError(text.format(around.engine, ENGINES[0]))
     if around.fidelity != "dynamic":
         return ArmedMotion(team, new_motion(team.bases, poses, z, around), mirrored=around.mirrored)
     _need_solver()

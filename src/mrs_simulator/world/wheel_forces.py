@@ -40,13 +40,21 @@ class WheelForces:
 
         ``pose`` (m, 3) and body ``twist`` (m, 3) of the centres; the encoders count for ``duration`` [s].
         """
-        moving = twist.copy()
-        moving[:, 1] += self.ahead * twist[:, 2]
-        wrench, turning = wheel_forces(moving, self._rims, self._footing, self._gain)
-        self.travel += duration * self._drive.counted(turning, self._joints, self._numbers)
+        wrench = self.wrench(twist, duration)
         cos, sin = cos_sin(pose[:, 2])
         force = np.zeros((len(pose), 3))
         force[:, 0] = cos * wrench[:, 0] - sin * wrench[:, 1]
         force[:, 1] = sin * wrench[:, 0] + cos * wrench[:, 1]
         place = pose[:, :2] + self.ahead[:, np.newaxis] * np.stack([cos, sin], axis=1)
         return force, place, wrench[:, 2]
+
+    def wrench(self, twist, duration):
+        """Return the wrench (m, 3) [N, N, N m] in the bodies' frames, about a point ``ahead`` of centres.
+
+        ``twist`` (m, 3) of the centres; the encoders count for ``duration`` [s].
+        """
+        moving = twist.copy()
+        moving[:, 1] += self.ahead * twist[:, 2]
+        wrench, turning = wheel_forces(moving, self._rims, self._footing, self._gain)
+        self.travel += duration * self._drive.counted(turning, self._joints, self._numbers)
+        return wrench

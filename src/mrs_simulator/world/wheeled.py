@@ -5,16 +5,27 @@ import numpy as np
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.world.dynamic import DynamicMotion
+from mrs_simulator.world.planar import PlanarMotion
+
+MOTIONS = {"pybullet": DynamicMotion, "planar": PlanarMotion}  # by engine
+
+
+def motion_of(engine):
+    """Return the class of motion on wheels of an ``engine``; ``ValueError`` for an unknown one."""
+    if engine not in MOTIONS:
+        raise ValueError("engine {!r}: wanted one of {}".format(engine, ", ".join(MOTIONS)))
+    return MOTIONS[engine]
 
 
 class WheeledPart:
-    """A ``DynamicMotion`` of those robots of a team that stand on the ground, with their arms.
+    """The motion of those robots of a team that stand on the ground, with their arms.
 
     ``arm_rates`` (m, k) [rad/s] are held by the arms' joints from the next step on.
     """
 
-    def __init__(self, team, poses, obstacles, limits, step, mirrored):
-        """``team``: all robots; ``poses`` (n, 3); ``mirrored``: rows of the team that ``place`` moves."""
+    def __init__(self, team, poses, obstacles, limits, step, mirrored, engine):
+        """``team``: all robots; ``poses`` (n, 3); ``mirrored``: rows of the team that ``place`` moves;
+        ``engine``: as :func:`motion_of` takes it."""
         on_wheels = [kind.module.MEDIUM == "ground" for kind in team.kinds]
         self.rows = np.flatnonzero(on_wheels)
         kinds = [team.kinds[row] for row in self.rows]
@@ -28,7 +39,7 @@ class WheeledPart:
             for member, row in enumerate(self.rows)
         }
         self._others = {"robot{}".format(row + 1) for row in np.flatnonzero(~np.array(on_wheels))}
-        self._motion = _motion_of(own)(
+        self._motion = _motion_of(own, engine)(
             own, np.asarray(poses)[self.rows], obstacles, limits, step, mirrored=place[place >= 0]
         )
 
@@ -99,10 +110,10 @@ class WheeledPart:
         self._motion.close()
 
 
-def _motion_of(team):
-    """Return the class of motion of a ``team`` on wheels."""
+def _motion_of(team, engine):
+    """Return the class of motion of a ``team`` on wheels by its ``engine``."""
     if not team.has_arms:
-        return DynamicMotion
+        return motion_of(engine)
     from mrs_simulator.world.dynamic_arms import ArmedDynamicMotion  # only where it is used
 
     return ArmedDynamicMotion

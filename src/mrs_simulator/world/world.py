@@ -16,7 +16,7 @@ from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.mismatch import NO_MISMATCH
 from mrs_simulator.core.moving import moves, obstacles_at
-from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH
+from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, ENGINES
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles.odometry_rates import odometry_notes
@@ -70,6 +70,7 @@ class World:
         events=(),
         takeoff=False,
         load=None,
+        engine=ENGINES[0],
     ):
         """``kinds``: one name per robot; ``poses`` (n, 3); ``obstacles``: ``Box``, ``Cylinder``.
 
@@ -85,7 +86,8 @@ class World:
         are read beside the odometry; ``odometry_errors``: ``core.odometry_errors``, instead of those
         built in; ``events``: ``core.incidents.Event``s in the order of their times; ``takeoff``: whether
         robots begin on the ground and rise to ``z`` before anybody obeys; ``load``: a ``core.load.Load``
-        that the robots' tools carry.  Raises ``WorldError``.
+        that the robots' tools carry; ``engine``: what moves robots on wheels in fidelity
+        dynamic.  Raises ``WorldError``.
         """
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self.fidelity = fidelity
@@ -103,6 +105,7 @@ class World:
             seed,
             hand_length,
             command_period,
+            engine,
         )
         self._watching = cmd_vel_timeout, max(1, int(round(watch_period / step))), mismatch
         self._odometry = odometry_kind == "wheel", odometry_rate, odometry_errors
@@ -136,6 +139,7 @@ class World:
                 events=scenario.events,
                 takeoff=scenario.takeoff,
                 load=scenario.load,
+                engine=scenario.engine,
                 counts_wheels=any(mount.type == "encoders" for own in mounts for mount in own),
                 **options,
             )

@@ -8,7 +8,7 @@ from mrs_simulator.study.report import write_scenario
 from mrs_simulator.vehicles.portable import told_team
 
 # What a stage has from its start.
-OF_THE_STAGE = ("fidelity", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
+OF_THE_STAGE = ("fidelity", "engine", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
 ATTACHED = "attached to the stage that runs"
 
 

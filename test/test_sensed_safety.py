@@ -10,6 +10,7 @@ from mrs_simulator.control.sensed_safety import Seer, arcs, nearest, safe_by_sen
 from mrs_simulator.core.scenario import ScenarioError
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading
+from mrs_simulator.study.judging import command_after
 
 PERIOD = 0.02
 CONE = np.radians(15.0)
@@ -116,3 +117,17 @@ def test_obstacles_that_only_sonars_know_are_passed(tmp_path):
     verdict = verdict_of(shipped("formation_by_sonar", duration=20.0), tmp_path)
     assert verdict["outcome"] == "passed" and not failed(verdict)
     assert check(verdict, "least clearance")["measured"] > 0.0
+
+
+def test_burgers_pass_what_only_their_lasers_know(tmp_path):
+    scenario = shipped("burgers_by_laser", duration=7.0)
+    verdict = verdict_of(scenario, tmp_path / "seeing")
+    assert not failed(verdict) and check(verdict, "least clearance")["measured"] > 0.0
+    blind = scenario.changed(control=dict(scenario.control.to_plain(), safety=False))
+    assert "collisions" in failed(verdict_of(blind, tmp_path / "blind"))
+
+
+def test_what_comes_after_the_filter_begins_with_a_command():
+    time = 0.1 * np.arange(30)
+    assert command_after(time, 7, 0.2) == 8 and command_after(time, 8, 0.2) == 8
+    assert command_after(time, 7, 0.1) == 7 and command_after(time[:8], 7, 0.2) == 7

@@ -34,6 +34,7 @@ NARROWER = 0.1  # [-] of the tolerance of points, where the cost is known
 CLOSE = 1e-6  # [m] to where theory has a point, within which it is there
 LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which is judged
 FILTERED = "the safety filter acted"
+BESIDE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ESTIMATED = "the law knew estimates of the poses"
 UNRECORDED = ESTIMATED + ", which the record does not hold"
 
@@ -103,7 +104,9 @@ def _unfiltered(control, run, acted, faults):
     There the law alone moves the robots.  What it remembers then is not known, so that of a law with a
     memory, or where nothing comes after, no claim applies.
     """
-    begin = acted + 2  # it may have acted between that sample and the next, too
+    begin = command_after(
+        run.time, acted + 2, control.period
+    )  # it may have acted between two samples
     if not control.MEMORYLESS or control.links.faults or begin + FEWEST_SAMPLES > len(run.time):
         claims, theory = _claims(control, run, faults)
         return claims, theory._replace(ruled_out=FILTERED)
@@ -112,6 +115,16 @@ def _unfiltered(control, run, acted, faults):
     claims, theory = _claims(alone, rest, faults)
     why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], FILTERED)
     return claims, theory._replace(rest=rest, why=why)
+
+
+def command_after(time, row, period):
+    """Return the first sample from ``row`` on at a command, of which one comes every ``period`` [s].
+
+    ``time`` (m,) [s] of the samples, the first of which is at a command; ``row`` itself where none is.
+    """
+    turns = (time[row:] - time[0]) / period
+    found = np.flatnonzero(np.abs(turns - np.rint(turns)) < BESIDE)
+    return row + int(found[0]) if len(found) else row
 
 
 def _claims(control, run, faults, followed=None):

@@ -29,10 +29,6 @@ class Drivers(PresetDrivers):
         Offer("heron_msgs", "msg", ("Drive", "Helm", "Course"), ("cmd_drive", "cmd_helm", "cmd_course")),
     )  # fmt: skip
 
-    def begin(self, rows):
-        """Begin anew with the robots ``rows``."""
-        self._courses = {}  # yaw [rad], speed [m/s], and when [s] they were told, by row
-
     def open_robot(self, row):
         """Return the subscribers of robot ``row``."""
         name = "/robot{}/".format(row + 1)
@@ -48,7 +44,7 @@ class Drivers(PresetDrivers):
         return opened
 
     def _efforts(self, row, efforts, rate=0.0):
-        self._courses.pop(row, None)
+        self.told.pop(row, None)
         self.give(row, [0.0, rate])
         self.world.set_efforts([row], efforts[np.newaxis])
 
@@ -67,18 +63,10 @@ class Drivers(PresetDrivers):
 
     def _course(self, row, message):
         if self.fits(row, message.yaw, message.speed):
-            self._courses[row] = message.yaw, message.speed, self.world.time
+            self.told[row] = message.yaw, message.speed, self.world.time
 
-    def command(self, rows, commands):
-        """Give the world's robots ``rows`` (m,) the commands (m, a) that came by ``/robotN/cmd_vel``."""
-        for row in rows:
-            self._courses.pop(row, None)
-        super().command(rows, commands)
-
-    def advance(self):
-        """Do what is due before the world's next step: boats turn to their courses."""
-        super().advance()
-        world = self.world
-        for row, (yaw, speed, since) in list(self._courses.items()):
-            if row < world.n and world.time - since <= world.timeouts[row]:
-                self.give(row, firmware.course(yaw, speed, float(world.pose[row, 2])))
+    def go_on(self, row, told):
+        """Let boat ``row`` turn to the course that it was ``told``, while that is fresh."""
+        (yaw, speed, since), world = told, self.world
+        if world.time - since <= world.timeouts[row]:
+            self.give(row, firmware.course(yaw, speed, float(world.pose[row, 2])))

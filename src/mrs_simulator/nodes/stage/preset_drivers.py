@@ -65,6 +65,7 @@ class PresetDrivers:
         """``requests`` runs what services ask for; ``absent``: rows of robots without a driver here."""
         self.world, self.requests, self._absent = world, requests, set(absent)
         self.mailbox, self._open = Mailbox(), {}
+        self.told = {}  # what a robot goes on with until something else comes, by row
         self.types, missing = found(self.OFFERS)
         self.left_out = missing_text(self.NAME, missing)
         if self.left_out:
@@ -77,6 +78,7 @@ class PresetDrivers:
             for each in self._open.pop(row):
                 close = getattr(each, "unregister", None) or each.shutdown
                 close()
+        self.told = {}
         self.begin(sorted(rows))
         for row in sorted(rows):
             self._open[row] = self.open_robot(row)
@@ -93,12 +95,23 @@ class PresetDrivers:
         return twists
 
     def command(self, rows, commands):
-        """Give the world's robots ``rows`` (m,) the commands (m, a) that came by ``/robotN/cmd_vel``."""
+        """Give the world's robots ``rows`` (m,) the commands (m, a) that came by ``/robotN/cmd_vel``.
+
+        These go on with nothing else any longer.
+        """
+        for row in rows:
+            self.told.pop(row, None)
         self.world.set_commands(rows, commands)
 
     def advance(self):
         """Do what is due before the world's next step."""
         self.mailbox.serve()
+        for row, told in list(self.told.items()):
+            if row < self.world.n:
+                self.go_on(row, told)
+
+    def go_on(self, row, told):
+        """Let robot ``row`` go on with what it was ``told``."""
 
     def tell(self, stamp, rows):
         """Publish what drivers tell of robots ``rows`` at ``stamp``."""

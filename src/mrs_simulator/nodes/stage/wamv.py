@@ -26,10 +26,6 @@ class Drivers(PresetDrivers):
 
     NAME, DRIVE = NAME, "vessel"
 
-    def begin(self, rows):
-        """Begin anew with the robots ``rows``."""
-        self._told = {}  # (2,) commands and (2,) when [s] they came, by row
-
     def open_robot(self, row):
         """Return the subscribers of robot ``row``."""
         name = "/robot{}/thrusters/".format(row + 1)
@@ -43,7 +39,7 @@ class Drivers(PresetDrivers):
 
     def _thrust(self, row, side, command):
         if self.fits(row, command):
-            commands, when = self._told.setdefault(row, (np.zeros(2), np.full(2, -np.inf)))
+            commands, when = self.told.setdefault(row, (np.zeros(2), np.full(2, -np.inf)))
             commands[side], when[side] = command, self.world.time
 
     def _angle(self, row, which, angle):
@@ -51,17 +47,10 @@ class Drivers(PresetDrivers):
             text = "stage: robot%d: %s_thrust_angle is left out: its thrusters do not swivel"
             rospy.logwarn_throttle(5.0, text % (row + 1, which))
 
-    def command(self, rows, commands):
-        """Give the world's robots ``rows`` (m,) the commands (m, a) that came by ``/robotN/cmd_vel``."""
-        for row in rows:
-            self._told.pop(row, None)
-        super().command(rows, commands)
-
-    def advance(self):
-        """Do what is due before the world's next step: thrusters obey while commands are fresh."""
-        super().advance()
-        for row, (commands, when) in list(self._told.items()):
-            fresh = self.world.time - when <= TIMEOUT
-            if row < self.world.n and fresh.any():
-                efforts = drive(*np.where(fresh, commands, 0.0))
-                self.world.set_efforts([row], efforts[np.newaxis])
+    def go_on(self, row, told):
+        """Let the thrusters of boat ``row`` obey what each was ``told`` while that is fresh."""
+        commands, when = told
+        fresh = self.world.time - when <= TIMEOUT
+        if fresh.any():
+            efforts = drive(*np.where(fresh, commands, 0.0))
+            self.world.set_efforts([row], efforts[np.newaxis])

@@ -1,38 +1,50 @@
 #!/usr/bin/env python3
-"""How long a user waits: experiments from command to figures, and imports; medians of 3.
+"""How long a user waits: experiments from command to figures, sweeps, imports; medians of 3.
 
     source build/devel/setup.bash; python3 benchmarks/startup.py [--keep]
 
-Wall time, for a machine that does nothing else, and processor time, which other programs change less.  The
-paper's scenario; its law on 100 and 1,000 robots for 110 s; on 10,000 for two seconds, with the most
-memory that this takes.  Verdict, figures and recording at 10 Hz are included.
+Wall time, for a machine that does nothing else, and processor time of all processes, which other programs
+change less.  Experiments are whole commands: rosrun, imports, run, recording at 10 Hz, verdict,
+certificates and figures as PNG and PDF.  The paper's scenario; 110 s of its law on 100 and 1,000 robots in
+a line, who never touch, and on as many put where there is room, who touch all the time; an hour of 100
+robots in a line, once, for its memory; two seconds of 10,000.  A run of a sweep is what ``LONG_SWEEP``
+runs of the paper's scenario take more than ``SHORT_SWEEP``, each another k, without figures of their own.
 """
 
 import argparse
 import os
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 
+import yaml
 from history import ROOT, Report
 
 REPEATS = 3
 MANY = 10000  # robots
+SHORT_SWEEP, LONG_SWEEP = 8, 40  # runs
+EXPERIMENT = ["rosrun", "mrs_simulator", "experiment"]
+PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
 CORE = "import mrs_simulator.core.scenario, mrs_simulator.core.verdict, mrs_simulator.core.claims"
 
 
-def times(command, ends=(0,)):
-    """Return the median wall and processor time [s] of ``command`` over runs that exit with ``ends``."""
+def times(command, ends=(0,), repeats=REPEATS):
+    """Return the median wall and processor time [s] of ``command`` and its most memory [bytes].
+
+    Over runs that exit with ``ends``; memory is the resident memory of its largest process.
+    """
     took = []
-    for _ in range(REPEATS):
-        begin, used = time.perf_counter(), processor_time()
-        done = subprocess.run(command, stdout=subprocess.DEVNULL, timeout=300)
-        took.append((time.perf_counter() - begin, processor_time() - used))
-        if done.returncode not in ends:
-            raise SystemExit("{}: exit code {}".format(" ".join(command), done.returncode))
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.WEXITSTATUS(status)
+        cpu = used.ru_utime + used.ru_stime
+        took.append((time.perf_counter() - begin, cpu, 1024.0 * used.ru_maxrss))
+        if not os.WIFEXITED(status) or process.returncode not in ends:
+            raise SystemExit("{}: exit code {}".format(" ".join(command), status))
     return tuple(statistics.median(each) for each in zip(*took))
 
 
@@ -41,16 +53,39 @@ def wall_time(command):
     return times(command)[0]
 
 
-def processor_time():
-    """Return the processor time [s] of the commands that have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+def note_times(report, case, n, command, ends=(0,), repeats=REPEATS):
+    """Note how long ``command`` takes, both ways; return its memory [bytes]."""
+    wall, processor, memory = times(command, ends, repeats)
+    report.note("{}, wall time".format(case), n, wall, "s")
+    report.note("{}, processor time".format(case), n, processor, "s")
+    return memory
 
 
-def note_times(report, case, n, command, ends=(0,)):
-    """Note how long ``command`` takes, both ways."""
-    for how, took in zip(("wall", "processor"), times(command, ends)):
-        report.note("{}, {} time".format(case, how), n, took, "s")
+def line_of(n, duration, out):
+    """Write the paper's scenario with ``n`` robots in a line for ``duration`` [s]; return its path."""
+    with open(PAPER, encoding="utf-8") as file:
+        content = yaml.safe_load(file)
+    content.update(robots=n, duration=duration, poses={"layout": "line", "spacing": 2.5})
+    path = os.path.join(out, "line_{}_{}.yaml".format(n, duration))
+    with open(path, "w", encoding="utf-8") as file:
+        yaml.safe_dump(content, file)
+    return path
+
+
+def note_sweep(report, out):
+    """Note what a run of a sweep takes, on as many processes as there are cores."""
+    found = []
+    for runs in (SHORT_SWEEP, LONG_SWEEP):
+        values = "control.parameters.k=0.001..0.05/{}".format(runs)
+        command = [*EXPERIMENT, PAPER, "--sweep", values, "--out"]
+        # What an earlier sweep has finished is not run again.
+        found.append(
+            [times(command + [tempfile.mkdtemp(dir=out)], repeats=1) for _ in range(REPEATS)]
+        )
+    for row, how in enumerate(("wall", "processor")):
+        short, long = (statistics.median(each[row] for each in took) for took in found)
+        per_run = (long - short) / (LONG_SWEEP - SHORT_SWEEP)
+        report.note("a run of a sweep, {} time".format(how), 7, per_run, "s")
 
 
 def main():
@@ -58,18 +93,22 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--keep", action="store_true", help="append the figures to the history")
     report = Report("startup", parser.parse_args().keep)
-    paper = os.path.join(ROOT, "scenarios", "paper.yaml")
     with tempfile.TemporaryDirectory() as out:
-        command = ["rosrun", "mrs_simulator", "experiment", paper, "--out", out]
-        note_times(report, "experiment on paper.yaml", 7, command)
+        to = ["--out", os.path.join(out, "run")]
+        note_times(report, "experiment on paper.yaml", 7, [*EXPERIMENT, PAPER, *to])
         for n in (100, 1000):
-            # So many are not in line by then: the verdict may be that of a run that fails.
-            more = command + ["--robots", str(n), "--duration", "110"]
-            note_times(report, "experiment of 110 s", n, more, (0, 1))
-        command += ["--robots", str(MANY), "--duration", "2"]
-        note_times(report, "experiment of 2 s", MANY, command, (0, 1))
-        most = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-        report.note("its memory per robot", MANY, most / MANY, "bytes")
+            # So many are not in place by then: the verdict may be that of a run that fails.
+            line = [*EXPERIMENT, line_of(n, 110, out), *to]
+            note_times(report, "experiment of 110 s in a line", n, line, (0, 1))
+            crowd = [*EXPERIMENT, PAPER, *to, "--robots", str(n), "--duration", "110"]
+            note_times(report, "experiment of 110 s in a crowd", n, crowd, (0, 1))
+        hour = [*EXPERIMENT, line_of(100, 3600, out), *to]
+        memory = note_times(report, "experiment of an hour in a line", 100, hour, repeats=1)
+        report.note("its memory", 100, memory / 1e6, "MB")
+        many = [*EXPERIMENT, PAPER, *to, "--robots", str(MANY), "--duration", "2"]
+        memory = note_times(report, "experiment of 2 s", MANY, many, (0, 1))
+        report.note("its memory per robot", MANY, memory / MANY, "bytes")
+        note_sweep(report, out)
     bare = wall_time([sys.executable, "-c", "pass"])
     report.note("import of numpy", 0, wall_time([sys.executable, "-c", "import numpy"]) - bare, "s")
     report.note("import of the core", 0, wall_time([sys.executable, "-c", CORE]) - bare, "s")

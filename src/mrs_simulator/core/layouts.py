@@ -49,12 +49,13 @@ def extend_poses(poses, n, min_distance=1.5, size=20.0, seed=0):
     headings are drawn from [-pi, pi).  The same seed gives the same poses.
     """
     draw = np.random.default_rng(seed)
-    result = np.empty((n, 3))
+    result = np.empty((n, 3), order="F")  # by columns: rows of two numbers are slow to sum
     result[: len(poses)] = poses
     for count in range(len(poses), n):
         for _ in range(TRIES_PER_ROBOT):
             position = draw.uniform(-0.5 * size, 0.5 * size, 2)
-            squared = np.sum((result[:count, :2] - position) ** 2, axis=1)
+            x, y = (result[:count, axis] - position[axis] for axis in (0, 1))
+            squared = x**2 + y**2
             if not count or squared.min() >= min_distance**2:
                 break
         else:
@@ -65,7 +66,7 @@ def extend_poses(poses, n, min_distance=1.5, size=20.0, seed=0):
                 )
             )
         result[count] = position[0], position[1], draw.uniform(-np.pi, np.pi)
-    return result
+    return np.ascontiguousarray(result)
 
 
 def _line(n, spacing):

@@ -168,8 +168,10 @@ def echo(n, topics, relayed=False):
 
 def has_relay():
     """Return whether topic_tools is installed."""
-    found = subprocess.run(["rospack", "find", "topic_tools"], capture_output=True)
-    return found.returncode == 0
+    found = subprocess.run(
+        ["catkin_find", "--libexec", "topic_tools", "relay"], capture_output=True
+    )
+    return bool(found.stdout.strip())
 
 
 # Ours -----------------------------------------------------------------------------------------------

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """How the GUI keeps up with moving teams over ROS: frames, share of a core, pauses of its thread.
 
-    source build/devel/setup.bash; python3 benchmarks/gui.py [N ...] [--minutes M] [--display]
+    source build/devel/setup.bash; python3 benchmarks/gui.py [N ...] [--minutes M] [--display] [--trails P]
 
 Starts a master of its own.  First N robots, published at 50 Hz as the stage publishes them, are shown
 on the map with trails, numbers and edges, with the curves hidden and visible: frames of the map
 painted a second; CPU of the GUI's process, in shares of a core; the time between beats, due every
 5 ms, of a timer in the GUI's thread: 99th percentile and longest; and the most time that this thread
-itself was at work between two beats, which tells a busy machine from a busy GUI.  Then the stage and
-the control node run a team of N: the real-time factor without the GUI and with it.
+itself was at work between two beats, which tells a busy machine from a busy GUI.  The largest team is
+shown with P points of trails too, 100,000 by default, once with the view at rest and once while it is
+dragged, so that all trails are drawn anew in each picture; and while its run is saved.  Then the stage
+and the control node run a team of N: the real-time factor without the GUI and with it.
 
 --minutes M: one long run with the curves visible; its buffers are bounded if memory [MB] no longer
 grows in the second half.  --keep: the figures go to the history too, where runs are compared.
@@ -36,13 +38,22 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 RATE = 50.0  # [Hz] of the states
 STATUS_STEPS = 10, 25  # [-] steps between two statuses: of the stage, of the controller
 BEAT = 5  # [ms]
+DRAGGED, DRAG_PERIOD = 60.0, 30  # [px] about the middle, [ms] between two moves of the mouse
+POINT = 0.05  # [m] between two points of a trail
+WAYS = {  # name: curves visible, trails filled, view dragged, run saved
+    "no curves": (False, False, False, False),
+    "curves": (True, False, False, False),
+    "trails": (False, True, False, False),
+    "dragged": (False, True, True, False),
+    "saving": (False, True, False, True),
+}
 SETTLE = 6.0  # [s] of wall time before the measurement
 LIMIT = 90.0  # [s] for anything to come about
 SPEEDS = 0.3, 0.5  # [m/s] forward, [rad/s] the most of a turn
 SPACING = 3.0  # [m] between robots at first
-COLUMNS = "robots", "curves", "frames/s", "GUI CPU", "p99 ms", "longest ms", "at work ms"
+COLUMNS = "robots", "shown", "frames/s", "GUI CPU", "p99 ms", "longest ms", "at work ms"
 COLUMNS += "MB", "MB grown", "2nd half"
-ROW = "{robots:10d} {curves:>10} {frames:10.1f} {cpu:10.2f} {late:10.1f} {longest:10.1f}"
+ROW = "{robots:10d} {shown:>10} {frames:10.1f} {cpu:10.2f} {late:10.1f} {longest:10.1f}"
 ROW += " {worked:10.1f} {mb:10.0f} {grown:10.1f} {late_grown:10.1f}"
 
 
@@ -97,8 +108,11 @@ def feed(n):
 # The process that shows it
 
 
-def show(n, seconds, curves):
-    """Show what is published for so many seconds; print what was measured as one line of JSON."""
+def show(n, seconds, way, points):
+    """Show what is published for so many seconds; print what was measured as one line of JSON.
+
+    ``way``: one of ``WAYS``; ``points``: of trails, in all.
+    """
     import rospy
     from python_qt_binding.QtCore import QEvent, QObject, Qt, QTimer
     from python_qt_binding.QtWidgets import QApplication
@@ -120,7 +134,15 @@ def show(n, seconds, curves):
     scenario = scenario_from_dict({"poses": grid(n).tolist()}, "benchmark")
     gui = StudyWidget(RosConnection(), Processes(), scenario)
     gui.resize(1366, 768)
+    curves, filled, dragged, saved = WAYS[way]
     gui.results_tabs.setCurrentIndex(0 if curves else 3)
+    heard, show_snapshot = [], gui.map.show_snapshot
+
+    def listen(snapshot):
+        heard[:] = [snapshot]
+        show_snapshot(snapshot)
+
+    gui.map.show_snapshot = listen
     gui.show()
     gc.collect()
     gc.freeze()  # as the GUI's own window does
@@ -131,6 +153,12 @@ def show(n, seconds, curves):
     def start():
         if not gui.connection.is_fresh("state"):
             raise SystemExit("no states were heard")
+        if filled:
+            fill(show_snapshot, heard[0], points)
+        if dragged:
+            drag(gui.map)
+        if saved:
+            gui.results.save(tempfile.mkdtemp(prefix="mrs_saved_"))
         begin.update(time=time.monotonic(), cpu=cpu_time("self"), paints=paints.count, mb=memory())
         beats.clear()
 
@@ -161,6 +189,38 @@ def show(n, seconds, curves):
     application.exec_()
 
 
+def fill(show_snapshot, newest, points):
+    """Give the robots trails of ``points`` in all, which end where they are in the snapshot ``newest``."""
+    steps = points // len(newest.numbers)
+    turns = np.linspace(0.0, 0.05 * steps, steps)[:, np.newaxis] + np.arange(len(newest.numbers))
+    moves = POINT * np.stack([np.cos(turns), np.sin(turns)], axis=2)
+    back = np.cumsum(moves[::-1], axis=0)[::-1]
+    for away in back:
+        pose = newest.pose.copy()
+        pose[:, :2] -= away
+        show_snapshot(newest._replace(pose=pose))
+
+
+def drag(widget):
+    """Drag the view of ``widget`` about, for ever."""
+    from python_qt_binding.QtCore import QEvent, QPointF, Qt, QTimer
+    from python_qt_binding.QtGui import QMouseEvent
+    from python_qt_binding.QtWidgets import QApplication
+
+    middle = QPointF(widget.rect().center())
+
+    def send(kind, button):
+        turn = 2.0 * time.monotonic()
+        at = middle + DRAGGED * QPointF(math.cos(turn), math.sin(turn))
+        left, keys = Qt.LeftButton, Qt.NoModifier
+        QApplication.sendEvent(widget, QMouseEvent(kind, at, button, left, keys))
+
+    send(QEvent.MouseButtonPress, Qt.LeftButton)
+    timer = QTimer(widget, interval=DRAG_PERIOD, timerType=Qt.PreciseTimer)
+    timer.timeout.connect(lambda: send(QEvent.MouseMove, Qt.NoButton))
+    timer.start()
+
+
 def memory():
     """Return the resident memory of this process [MB]."""
     with open("/proc/self/statm") as file:
@@ -187,9 +247,10 @@ def ended(processes):
             process.kill()
 
 
-def shown(n, seconds, curves):
+def shown(n, seconds, way, points):
     """Return what the GUI's process measured of itself."""
-    gui = part(n, "--part", "show", "--seconds", seconds, *["--curves"] * curves, stdout=-1)
+    asked = "--seconds", seconds, "--way", way, "--trails", points
+    gui = part(n, "--part", "show", *asked, stdout=-1)
     try:
         output, _ = gui.communicate(timeout=seconds + LIMIT)
     finally:
@@ -199,18 +260,25 @@ def shown(n, seconds, curves):
     return json.loads(output.decode().splitlines()[-1])
 
 
-def print_pictures(sizes, seconds, ways):
-    """Print the table of frames and pauses; return figures for the history."""
+NAMES = {"no curves": "curves hidden", "curves": "curves visible"}  # in the history
+
+
+def print_pictures(sizes, seconds, ways, points=0):
+    """Print the table of frames and pauses; return figures for the history.
+
+    With ``points`` of trails also the largest team with that many.
+    """
     figures = []
     print(" ".join("{:>10}".format(column) for column in COLUMNS))
     for n in sizes:
         feeder = part(n, "--part", "feed")
         try:
-            for curves in ways:
-                row = shown(n, seconds, curves)
-                row.update(robots=n, curves="visible" if curves else "hidden")
+            more = ("trails", "dragged", "saving") if points and n == max(sizes) else ()
+            for way in (*ways, *more):
+                row = shown(n, seconds, way, points)
+                row.update(robots=n, shown=way)
                 print(ROW.format(**row), flush=True)
-                case = "curves {}: ".format(row["curves"])
+                case = "{}: ".format(NAMES.get(way, way))
                 figures.append((case + "CPU", n, row["cpu"], "share"))
                 figures.append((case + "pause, 99th percentile", n, row["late"], "ms"))
         finally:
@@ -306,12 +374,15 @@ def main():
     parser.add_argument("--no-stage", action="store_true", help="no real-time factors")
     parser.add_argument("--keep", action="store_true", help="add the figures to the history")
     parser.add_argument("--part", choices=("feed", "show"), help=argparse.SUPPRESS)
-    parser.add_argument("--curves", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--way", choices=WAYS, default="no curves", help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--trails", type=int, default=100000, help="points of trails, 0: no such rows"
+    )
     options = parser.parse_args()
     if options.part == "feed":
         feed(options.robots[0])
     elif options.part == "show":
-        show(options.robots[0], options.seconds, options.curves)
+        show(options.robots[0], options.seconds, options.way, options.trails)
     else:
         if not options.display:
             os.environ["QT_QPA_PLATFORM"] = "offscreen"
@@ -321,9 +392,10 @@ def main():
 def tables(options):
     """Print the tables asked for, keep them if that is wanted."""
     if options.minutes:
-        print_pictures(options.robots, 60.0 * options.minutes, (True,))
+        print_pictures(options.robots, 60.0 * options.minutes, ("curves",))
         return
-    figures = print_pictures(options.robots, options.seconds, (False, True))
+    ways = "no curves", "curves"
+    figures = print_pictures(options.robots, options.seconds, ways, options.trails)
     if not options.no_stage:
         figures += print_factors(options.robots, options.seconds)
     if options.keep:

@@ -61,10 +61,10 @@ def test_the_loops_give_numpys_bits(name, dimension):
     compare(name, dimension, same, same, EXACT)
 
 
-@pytest.mark.parametrize("name", ["spring", "off_bearing", "tension", "alpha"])
+@pytest.mark.parametrize("name", ["off_bearing", "alpha"])  # which call most of what there is
 def test_the_compiled_loops_do(name):
     pytest.importorskip("numba")
-    compare(name, 2, jit(), jit(), LIBM if name == "alpha" else EXACT)
+    compare(name, 2, jit(), jit(cache=True), LIBM if name == "alpha" else EXACT)
 
 
 def by_all(compile_, compile_kept):
@@ -82,7 +82,7 @@ def test_the_loops_over_all_robots():
 
 def test_the_compiled_loops_over_all_robots():
     pytest.importorskip("numba")
-    by_all(jit(), jit())
+    by_all(jit(), jit(cache=True))
 
 
 def test_what_is_kept_is_known_by_what_it_computes():

@@ -1,5 +1,6 @@
 """Several steps in one compiled call: the same trajectories, contacts and errors as step by step."""
 
+import functools
 import os
 import re
 
@@ -203,7 +204,7 @@ FIELDS = {
     "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), LEAP),
     "kinds": (("robotino3",) * 5, STEP),
     "title": ("other", LEAP),
-    "fidelity": ("dynamic", STEP),
+    "fidelity": ("point_mass", STEP),
     "limits": ("top", LEAP),
     "odometry": ("wheel", STEP),
     "control": (Control(safety=True, protocol="consensus"), STEP),
@@ -261,6 +262,11 @@ def test_what_is_to_befall_robots_stops_leaps():
 
 def test_numba_gives_the_same(compiled, monkeypatch):
     pytest.importorskip("numba")
-    jit = compiling.jit()
-    monkeypatch.setattr(leaping, "compiled_stretch", kernel_of(jit))
+    jit, kept = compiling.jit(), compiling.jit(cache=True)
+    compiled_stretch = functools.partial(compiled_terms.kernel, loops=leaping.stretch)
+    monkeypatch.setattr(
+        leaping,
+        "compiled_stretch",
+        functools.partial(compiled_stretch, compile_=jit, compile_kept=kept),
+    )
     compare(compiled, shipped("paper", 5.0))

@@ -1,6 +1,8 @@
 """What the GUI does with a scenario and a run, without Qt and ROS: edits, what is sent, what is said."""
 
+import threading
 from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Collision, read_run_csv
 from mrs_simulator.nodes.stage.world_topics import stamp_at
 from mrs_simulator.ros.messages import team_state
-from mrs_simulator.rqt_plugin.ros_side import connection as connection_module
+from mrs_simulator.rqt_plugin.ros_side import inbox
+from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.study.experiment import Experiment, run_experiment
@@ -314,6 +317,34 @@ def test_an_unsaved_run_is_kept_when_another_team_or_time_begins_anew(tmp_path, 
     assert len(said) == 2
 
 
+def test_a_run_is_kept_aside_as_it_was_while_another_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    run, history = study("paper_four"), commanded(History(), 4)
+    asked = run.files._connection.do = mock.Mock()
+    history.before_clearing = lambda: run.files.keep_aside(history)
+    history.clear()
+    commanded(history, 9, command=0.7)
+    waiting = threading.Thread(target=run.files.wait_kept)
+    waiting.start()
+    (name, work), _ = asked.call_args
+    done, said = work()
+    waiting.join(20.0)
+    assert not waiting.is_alive() and (name, done) == ("keep", True)
+    kept = read_run_csv(said.rpartition(" ")[2])
+    assert len(kept.time) == 4 and (kept.command == 0.1).all()
+
+
+def test_a_frozen_run_stays_while_the_history_goes_on_and_thins_itself(monkeypatch):
+    monkeypatch.setattr(history_module, "MOST_VALUES", 1)
+    monkeypatch.setattr(history_module, "FEWEST_SAMPLES", 8)
+    history = commanded(History(), 8)
+    frozen = history.frozen(2)
+    commanded(history, 20, command=0.7)
+    assert len(history.time) <= 8 and history.time[-1] > 20.0
+    np.testing.assert_array_equal(frozen.time, np.arange(2.0, 8.0))
+    assert (frozen.command == 0.1).all() and frozen.begun == 0.0
+
+
 def test_of_one_time_the_newest_is_kept_and_may_begin_the_run():
     history, fresh = History(), np.ones(2, dtype=bool)
     for place, speed in ((1.0, 0.0), (2.0, 0.3)):  # odometry, then the stage with the first command
@@ -331,7 +362,7 @@ def test_a_kept_run_is_the_file_that_one_without_ros_writes(name, tmp_path, monk
     experiment, history, run = Experiment(scenario), History(), study(name)
     for stamp, _, _ in experiment.samples():
         message = team_state(experiment.world, stamp_at(stamp), "world", (1, 0))
-        history.append(connection_module._from_state(message, True))
+        history.append(inbox._from_state(message, True))
     path = run.files.keep(history).rpartition(" ")[2]
     with open(path) as kept, open(str(tmp_path / "alone" / "run.csv")) as alone:
         header, rows = kept.readline(), kept.read().splitlines()

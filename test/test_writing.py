@@ -138,7 +138,8 @@ def test_a_disk_that_stays_full_keeps_the_rows_so_far(tmp_path, impatient):
 def test_an_experiment_on_a_full_disk_names_the_file_and_keeps_its_rows(tmp_path):
     out = str(tmp_path / "out")
     code = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000));"
+        "import resource, sys; sys.dont_write_bytecode = True;"  # which would be cut off as well
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000));"
         "from mrs_simulator.study.command import main; main(sys.argv[1:])"
     )
     arguments = ["paper_four.yaml", "--duration", "30", "--out", out]

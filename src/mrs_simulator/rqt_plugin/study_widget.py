@@ -149,7 +149,7 @@ class StudyWidget(StudyPanels):
             self.pending_team.answered()
         if name == "save" and self.results.ended(success, answer):
             return
-        self.say(self.study.take_result(name, success, answer))
+        self.say(answer if name == "keep" else self.study.take_result(name, success, answer))
         if name == "preflight":
             check = self.study.preflight
             told = check.findings, check.passed, check.outcome, check.may_judge()
@@ -170,7 +170,7 @@ class StudyWidget(StudyPanels):
         for timer in self.findChildren(QTimer):
             timer.stop()
         self.trial.close()
-        self.results.keep_unsaved()
+        self.results.close()
         self.edits.forget()
         self._faults.close()
         self.bar.forget_key()

@@ -48,7 +48,9 @@ def draw_robots(painter, look, frame, pose, numbers, fresh, shapes, sprites):
         fresh = place < many - 1
         _draw_each(brush, look, local, pose, [of_place.get(place, 1)], [fresh], own)
 
-    kind = look, frame.scale, shapes.distinct
+    # Arrows are as large at any scale.
+    scale = None if are_arrows(frame, look.unit, shapes).all() else frame.scale
+    kind = look, scale, shapes.distinct
     sprites.put(painter, kind, half, frame.to_screen(pose), keys.tolist(), paint)
 
 

@@ -72,24 +72,24 @@ class TrailPainter:
 
     def begin(self, painter, look, frame, trails, now, numbers, hidden):
         """Draw the trails of all robots but the ``hidden`` ones, on to where they are ``now``."""
-        self._shades = [look.shade(number) for number in numbers]
+        self._places = look.places(numbers).tolist()
         shown = np.array([number not in hidden for number in numbers], dtype=bool)
         self._shown = shown & (trails.count > 0)
         rows = [row for row in trails.in_view(frame).tolist() if self._shown[row]]
         self._many = len(rows) > MANY_TRAILS
+        self._pens = self._pens_of(look)
         ends = trails.last() if now is None else np.where(np.isfinite(now), now, trails.last())
         self._tips, self._lengths = frame.to_screen(ends), np.zeros(len(numbers))
         self._starts = trails.first()
         painter.setRenderHint(QPainter.Antialiasing, not self._many)
         painter.setBrush(Qt.NoBrush)
-        for row in rows:
-            path = trails.path(row, trails.stride(row, frame.scale))
-            self._draw(painter, look, frame, row, np.concatenate([path, ends[row : row + 1]]))
+        for row, line in zip(rows, _lines(trails, rows, ends, frame)):
+            self._draw(painter, frame, row, line)
         painter.setRenderHint(QPainter.Antialiasing, True)
         draw_starts(painter, look, frame, self._starts[rows])
 
-    def _draw(self, painter, look, frame, row, path):
-        line, pen = frame.to_screen(path), self._pen(look, row)
+    def _draw(self, painter, frame, row, line):
+        pen = self._pen(row)
         if self._many:
             painter.setPen(pen)
             painter.drawPolyline(polygon(line))
@@ -102,13 +102,18 @@ class TrailPainter:
             painter.setPen(pen)
             painter.drawPolyline(polygon(line[begin:end]))
 
-    def _pen(self, look, row):
+    def _pens_of(self, look):
+        """Return the pens of trails, one for each of the robots' colours."""
         if self._many:
-            return QPen(mixed(look.base, self._shades[row], 0.6), 1)
-        pen = QPen(self._shades[row], 1.4 * look.unit)
-        pen.setDashPattern(DASHES)
-        pen.setCapStyle(Qt.FlatCap)
-        return pen
+            return [QPen(mixed(look.base, shade, 0.6), 1) for shade in look.shades]
+        pens = [QPen(shade, 1.4 * look.unit) for shade in look.shades]
+        for pen in pens:
+            pen.setDashPattern(DASHES)
+            pen.setCapStyle(Qt.FlatCap)
+        return pens
+
+    def _pen(self, row):
+        return QPen(self._pens[self._places[row]])
 
     def go_on(self, painter, look, frame, now):
         """Continue the trails to where the robots are ``now`` (n, 2), if that is to be seen."""
@@ -122,7 +127,7 @@ class TrailPainter:
         lines = np.hstack([self._tips[rows], screen[rows]])
         painter.setRenderHint(QPainter.Antialiasing, not self._many)
         for row, line in zip(rows[inside].tolist(), lines[inside].tolist()):
-            pen = self._pen(look, row)
+            pen = self._pen(row)
             if not self._many:
                 pen.setDashOffset(self._lengths[row] / pen.widthF() % sum(DASHES))
             painter.setPen(pen)
@@ -133,6 +138,17 @@ class TrailPainter:
         draw_starts(painter, look, frame, self._starts[near], self._starts)
         self._lengths[rows] += steps[rows]
         self._tips[rows] = screen[rows]
+
+
+def _lines(trails, rows, ends, frame):
+    """Return the trails of ``rows``, on to ``ends`` (n, 2) [m], on the screen, (m, 2) [px] each."""
+    parts = []
+    for row in rows:
+        parts += [trails.path(row, trails.stride(row, frame.scale)), ends[row : row + 1]]
+    if not parts:
+        return []
+    counts = np.array([len(part) for part in parts]).reshape(-1, 2).sum(axis=1)
+    return np.split(frame.to_screen(np.concatenate(parts)), np.cumsum(counts)[:-1])
 
 
 def _parts_in_view(frame, line):

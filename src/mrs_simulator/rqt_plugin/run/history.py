@@ -1,5 +1,6 @@
 """Newest state and history of a run, without Qt and ROS."""
 
+import copy
 from collections import deque
 from typing import FrozenSet, NamedTuple, Optional, Tuple, Union
 
@@ -57,6 +58,7 @@ class History:
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
+        self._lent = False  # whether somebody else reads the samples held
         self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))
 
     def append(self, snapshot):
@@ -120,9 +122,13 @@ class History:
         self._table = np.empty((len(self._time), len(numbers), columns))
 
     def _thin(self):
-        kept = len(self._time[::2])
-        self._time[:kept] = self._time[::2].copy()
-        self._table[:kept] = self._table[::2].copy()
+        kept, time, table = len(self._time[::2]), self._time[::2], self._table[::2]
+        if self._lent:  # somebody else reads these
+            self._time, self._table = np.empty_like(self._time), np.empty_like(self._table)
+            self._lent = False
+            self._time[:kept], self._table[:kept] = time, table
+        else:
+            self._time[:kept], self._table[:kept] = time.copy(), table.copy()
         self._filled, self._stride = kept, 2 * self._stride
 
     def is_unsaved(self, shortest):
@@ -133,6 +139,18 @@ class History:
     def first_row(self):
         """Return the row where the run begins, with the first command; 0 while there was none."""
         return 0 if self.begun is None else int(np.searchsorted(self.time, self.begun))
+
+    def frozen(self, begin):
+        """Return a ``History`` of the samples from row ``begin`` on, which later ones leave as it is.
+
+        Nothing is copied: it would be a pause of a tenth of a second.
+        """
+        result = copy.copy(self)
+        result.before_clearing = lambda: None
+        result._time, result._table = self.time[begin:], self._table[begin : self._filled]
+        result._filled = len(result._time)
+        result.collisions, self._lent = list(self.collisions), True
+        return result
 
     @property
     def time(self):

@@ -6,7 +6,6 @@ import shutil
 import threading
 import time
 
-from mrs_simulator.core.load import Carried
 from mrs_simulator.core.moving import scene_facts, scene_time
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.spatial import upright
@@ -17,6 +16,7 @@ from mrs_simulator.vehicles.team_in_space import team_of
 
 CANCELLED = "cancelled; what was written is in {}"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
+KEEP_LIMIT = 60.0  # [s] of wall time that the GUI waits at its end for a run to be kept
 KEPT = "unsaved"  # the directory of runs that were not saved when another one began
 MOST_KEPT = 20  # [-] of them
 
@@ -29,6 +29,7 @@ class RunFiles:
         self._connection, self._processes = connection, processes
         self._edited, self._missed = edited, missed
         self.saving, self._cancelled = "", threading.Event()  # what a save is at
+        self._keeping = []  # ``Event``s, set when a run that nobody saved is written
 
     @staticmethod
     def results_directory():
@@ -47,9 +48,12 @@ class RunFiles:
         write = self._writing(history, directory)
         self._cancelled.clear()
 
+        def tell(share):
+            self.saving = "writing run.csv, {:.0%}".format(share)
+
         def work():
-            self.saving = "writing run.csv"
-            path = write()
+            tell(0.0)
+            path = write(tell)
             self.saving = "making figures and the verdict"
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
@@ -70,11 +74,39 @@ class RunFiles:
 
     def keep(self, history):
         """Write the data of a run that nobody has saved beside the other results; return a message."""
+        return self._to_keep(history)()
+
+    def keep_aside(self, history):
+        """As ``keep``, in the background: the result ``keep`` is the message."""
+        write, written = self._to_keep(history), threading.Event()
+        self._keeping = [each for each in self._keeping if not each.is_set()] + [written]
+
+        def work():
+            try:
+                return True, write()
+            finally:
+                written.set()
+
+        self._connection.do("keep", work)
+
+    def wait_kept(self, limit=KEEP_LIMIT):
+        """Wait until what is kept in the background is written, at most ``limit`` [s]."""
+        end = time.monotonic() + limit
+        for written in self._keeping:
+            written.wait(max(0.0, end - time.monotonic()))
+
+    def _to_keep(self, history):
+        """Return a function that writes the data of an unsaved run and returns a message."""
         folder = os.path.join(self.results_directory(), KEPT)
         directory = os.path.join(folder, self.suggested_name())
+        write = self._writing(history, directory)
+        return lambda: self._kept(write, folder, directory)
+
+    @staticmethod
+    def _kept(write, folder, directory):
         try:
             os.makedirs(directory, exist_ok=True)
-            path = self._writing(history, directory)()
+            path = write()
             runs = sorted(os.scandir(folder), key=lambda entry: entry.stat().st_mtime)
             for entry in runs[:-MOST_KEPT]:
                 shutil.rmtree(entry.path, ignore_errors=True)
@@ -83,19 +115,13 @@ class RunFiles:
         return "the run before was not saved; its data is kept in {}".format(path)
 
     def _writing(self, history, directory):
-        """Return a function that writes a run's data, and returns its path; from any thread."""
+        """Return a function that writes a run's data, and returns its path; from any thread.
+
+        It calls ``tell``, if given, with the share that is written, after each hundredth.
+        """
         # The run begins with the first command, as it does for the recorder.
-        begin = history.first_row()
-        when, pose = history.time[begin:].copy(), history.pose[begin:].copy()
-        command, joints = history.command[begin:].copy(), history.joints[begin:].copy()
-        twist, spatial = history.twist[begin:].copy(), history.spatial
-        heights = None if spatial is None else spatial.of(slice(begin, None)).copy()
-        load = history.load and Carried(*(each[begin:].copy() for each in history.load))
-        axes = history.axes
-        numbers, scenario = history.numbers, self._edited.scenario
-        collisions = [
-            c._replace(time=c.time - when[0]) for c in history.collisions if c.time >= when[0]
-        ]
+        run, scenario = history.frozen(history.first_row()), self._edited.scenario
+        numbers, when = run.numbers, run.time
         meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
         if history.begun is None:
             meta["uncommanded"] = True
@@ -103,32 +129,7 @@ class RunFiles:
             meta["degraded"] = self._missed.text()
         if not history.real.issuperset(numbers):
             meta.update(scene_facts(scenario.obstacles, scene_time(when[0])))
-        scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=pose[0])
-        if heights is not None:
-            scenario = scenario._replace(altitude=heights.z[0])
-        team = team_of(scenario._replace(kinds=_kinds_of(scenario, numbers)))
-
-        def write():
-            columns = team.record_columns
-            kept = columns.spatial and (heights is not None or team.has_arms)
-            columns = columns._replace(spatial=kept, load=load is not None)
-            with begin_run(scenario, directory, numbers, columns=columns) as file:
-                samples = zip(when - when[0], pose, command, joints, twist)
-                for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
-                    points = team.point(poses, inner, scenario.hand_length)
-                    given = given if axes == team.axes else on_axes(given, axes, team.axes)
-                    more = speeds, inner, None if heights is None else heights.of(row)
-                    if team.has_arms:
-                        tools = team.tools(poses, inner, scenario.hand_length)
-                        flat = upright(poses[:, 2]) if more[2] is None else more[2]
-                        more = speeds, inner, flat, flat.z + tools[:, 2]
-                    if load is not None:
-                        more += (load.at(row),)
-                    file.sample(round(float(stamp), 9), poses, given, points, *more)
-            write_facts(file.path, collisions, meta)
-            return file.path
-
-        return write
+        return lambda tell=lambda share: None: _write(run, scenario, directory, meta, tell)
 
     def _told(self, begin, end, real):
         """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
@@ -141,6 +142,37 @@ class RunFiles:
         meta.update({"ended": ended} if ended else {})
         # Nobody tells of real robots' collisions.
         return dict(meta, collisions_unknown=True) if real else meta
+
+
+def _write(run, scenario, directory, meta, tell):
+    """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
+    when, heights, axes, load = run.time, run.spatial, run.axes, run.load
+    scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=run.pose[0])
+    if heights is not None:
+        scenario = scenario._replace(altitude=heights.z[0])
+    team = team_of(scenario._replace(kinds=_kinds_of(scenario, run.numbers)))
+    columns = team.record_columns
+    kept = columns.spatial and (heights is not None or team.has_arms)
+    columns = columns._replace(spatial=kept, load=load is not None)
+    hundredth = max(1, len(when) // 100)
+    with begin_run(scenario, directory, run.numbers, columns=columns) as file:
+        samples = zip(when - when[0], run.pose, run.command, run.joints, run.twist)
+        for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
+            if row % hundredth == 0:
+                tell(row / len(when))
+            points = team.point(poses, inner, scenario.hand_length)
+            given = given if axes == team.axes else on_axes(given, axes, team.axes)
+            more = speeds, inner, None if heights is None else heights.of(row)
+            if team.has_arms:
+                tools = team.tools(poses, inner, scenario.hand_length)
+                flat = upright(poses[:, 2]) if more[2] is None else more[2]
+                more = speeds, inner, flat, flat.z + tools[:, 2]
+            if load is not None:
+                more += (load.at(row),)
+            file.sample(round(float(stamp), 9), poses, given, points, *more)
+    collisions = [c._replace(time=c.time - when[0]) for c in run.collisions if c.time >= when[0]]
+    write_facts(file.path, collisions, meta)
+    return file.path
 
 
 def _kinds_of(scenario, numbers):

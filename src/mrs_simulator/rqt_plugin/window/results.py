@@ -77,6 +77,13 @@ class Results:
         self._panels.results_tabs.setCurrentWidget(self._panels.verdict)
 
     def keep_unsaved(self):
-        """Keep the data of a run that nobody has saved, before it is forgotten."""
+        """Keep the data of a run that nobody has saved, before it is forgotten, in the background."""
+        if self._history.is_unsaved(SHORTEST_KEPT):
+            self._panels.say("keeping the run before, which was not saved")
+            self._study.files.keep_aside(self._history)
+
+    def close(self):
+        """Keep the data of a run that nobody has saved, before the GUI ends."""
+        self._study.files.wait_kept()
         if self._history.is_unsaved(SHORTEST_KEPT):
             self._panels.say(self._study.files.keep(self._history))

@@ -92,6 +92,21 @@ def test_commands_are_those_of_twists_whoever_made_and_read_them(read):
     )
 
 
+def test_planar_twists_that_were_written_to_tell_what_was_written():
+    twists = [make_twist(0.1, 0.2), make_twist(0.3, 0.4)]
+    twists[1].linear.x = 0.5
+    found = commands_of(twists, (1, 2), Team((DEFAULT_KIND,) * 2, None))
+    np.testing.assert_array_equal(found, [[0.1, 0.2], [0.5, 0.4]])
+
+
+def test_commands_just_beyond_a_limit_are_not_within():
+    team = Team((DEFAULT_KIND,) * 2, Limits(0.5, 1.0, 1.0, 1.0))
+    for command, within in (((0.5, -1.0), True), ((0.5001, 0.0), False), ((0.0, -1.0001), False)):
+        assert team.is_within(np.array([(0.1, 0.1), command])) == within
+    assert not team.is_within(np.full((2, 2), np.nan))
+    assert not Team((DEFAULT_KIND,) * 2, None).is_within(np.zeros((2, 2)))  # nobody knows
+
+
 def full_twist(v, omega):
     twist = Twist()
     twist.linear.x, twist.angular.z = v, omega

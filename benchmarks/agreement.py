@@ -38,14 +38,14 @@ ARMED = ("carrying",)  # of robots with arms, which are never points
 DYNAMIC_CASES = (("full dynamics", "dynamic", None, None),)  # the scenario's own limits and rate
 DYNAMIC_HEADER = """## On full dynamics
 
-The shipped scenarios of robots, with masses, motors, contacts and friction, or hulls and rotors; made by
-`python3 benchmarks/agreement.py --dynamic`. In brackets as above. What robots make of their commands
-is taken from the record, and the published law has to show the same with it ([where tolerances come
-from](verdict.md#where-tolerances-come-from)); so robots use up nearly all of these tolerances, too, and a
-tenth of what points are allowed is all that comes on top.
+The shipped scenarios with robots that have masses, motors, contacts and friction, or hulls and rotors;
+made by `python3 benchmarks/agreement.py --dynamic`, with numbers in brackets as above. What robots make
+of their commands is taken from the record, and the published law must show the same when it is given
+that ([where tolerances come from](verdict.md#where-tolerances-come-from)). So robots use up nearly all
+of these tolerances, too, and only a tenth of what points are allowed comes on top.
 
-How much slip may cost at all is not derived. These bounds are round numbers above the worst that was
-measured over the runs of this table, beside what held commands and limits cost:
+How much slip may cost is not derived. These bounds, beside what held commands and limits cost, are
+round numbers above the worst that was measured over the runs of this table:
 
 | bound | of what | the worst run | by which factor above it |
 |---|---|---|---|
@@ -62,23 +62,24 @@ measured over the runs of this table, beside what held commands and limits cost:
 | 2 % of the team's size | a spiral's distance from the exact one | cyclic_pursuit, 0.4 % | 5 |
 | 0.1 % | growth of an energy in a sample | coverage, 4e-11 | |
 
-Laws that see velocities or poses, and robots with wheel odometry, have these bounds alone.
+For laws that see velocities or poses, and for robots with wheel odometry, only these bounds hold.
 """
 HEADER = """# How far from theory
 
-What each shipped scenario's claims measure on point masses and on robots; made by
-`python3 benchmarks/agreement.py > docs/agreement.md`. The robots are of the scenario's own kinds,
-kinematic, with speeds limited to 1.5 m/s and 360 deg/s. In brackets: how much of the claim's tolerance
-the difference uses up ([where tolerances come from](verdict.md#where-tolerances-come-from)); where limits
-cost a claim more than it allows, of the part of the run after that. A dash: not judged (a condition does
-not hold, robots touched, limits left no rest of the run, or the run is too short for the claim). Bold:
+What each shipped scenario's claims measure on point masses and on robots; made by `python3
+benchmarks/agreement.py > docs/agreement.md`. The robots are of the scenario's own kinds, kinematic,
+with speeds limited to 1.5 m/s and 360 deg/s. The number in brackets is the share of the claim's
+tolerance that the difference uses up ([where tolerances come
+from](verdict.md#where-tolerances-come-from)). Where speed limits cost a claim more than it allows, only
+the part of the run after they have let go is judged. A dash means not judged: a condition does not
+hold, robots touched, limits left no rest of the run, or the run is too short for the claim. Bold means
 outside the claim's tolerance. Collisions are those of bodies, which point masses do not have.
 
-Robots use up nearly all of a tolerance that is computed: held commands, ramps and limits cost them just
-what they cost in the computation, and a tenth of what points are allowed is all that comes on top.
+Robots use up nearly all of a tolerance that is computed, since held commands, ramps and limits cost
+them what they cost in the computation; only a tenth of what points are allowed comes on top.
 
-How robots do [on full dynamics](#on-full-dynamics), and how well wrong laws are told apart, is in
-[the last tables](#mistakes-put-into-the-laws).
+Two more sections tell how robots do [on full dynamics](#on-full-dynamics), and [which wrong laws are
+caught](#mistakes-put-into-the-laws).
 """
 
 

@@ -1,12 +1,16 @@
 """Overlaps of footprints, and the list of pairs against all pairs."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from mrs_simulator.core.neighbours import close_pairs, least_distance, least_distance_over
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.vehicles.kind import Body
+from mrs_simulator.world import bodies
 from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.clock import Clock
 from mrs_simulator.world.collisions import (
     Footprints,
     Rectangles,
@@ -14,7 +18,9 @@ from mrs_simulator.world.collisions import (
     circle_overlap,
     rectangle_overlap,
 )
+from mrs_simulator.world.contacts import Contacts
 from mrs_simulator.world.kinematic import KinematicMotion
+from mrs_simulator.world.touches import Contact, Touches
 from mrs_simulator.world.world import EVERY, World
 
 
@@ -175,3 +181,39 @@ def test_bodies_that_cannot_have_met_need_no_look(limits, monkeypatch):
     np.testing.assert_array_equal(track, each_step[0])
     assert (collisions, closest) == each_step[1:] and len(collisions) > 5
     assert seldom < len(looks) - seldom == 400
+
+
+@pytest.mark.parametrize("kinds", [("pioneer3dx",), ("pioneer3dx", "turtlebot3_burger")])
+@pytest.mark.parametrize("loose", [0.05, 0.3, 9.0])
+def test_a_pile_is_pushed_apart_the_same_whichever_pairs_are_kept(kinds, loose, monkeypatch):
+    draw = np.random.default_rng(4)
+    piled = np.column_stack([draw.uniform(-1.5, 1.5, (60, 2)), draw.uniform(-3.0, 3.0, 60)])
+    found = []
+    for kept in (0.0, loose):  # 0: pairs are looked up in each pass
+        monkeypatch.setattr(bodies, "LOOSE", kept)
+        pose = piled.copy(order="F")
+        found.append((list(Bodies(kinds * (60 // len(kinds))).separate(pose)), pose))
+    assert found[0][0] == found[1][0] and len(found[0][0]) > 50
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+    assert np.abs(pose - piled).max() > 0.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_contacts_as_arrays_are_noted_as_one_by_one(seed):
+    """Pairs and a crate are touched on and off, some longer ago than a touch is remembered."""
+    draw, clock = np.random.default_rng(seed), Clock(0.02)
+    motion = SimpleNamespace(closest=lambda: 1.0)
+    arrays, one_by_one = Contacts(motion, clock), Contacts(motion, clock)
+    pairs, begun = np.stack(np.triu_indices(6, 1)), []
+    for clock.steps in range(200):
+        first, second = pairs[:, draw.random(pairs.shape[1]) < 0.15]
+        middle, some = draw.normal(size=(len(first), 2)), np.zeros(len(first))
+        touches = Touches(first, second, middle, some, some)
+        if draw.random() < 0.2:
+            touches.others.append(Contact("robot1", "crate", 1.0, 2.0, 0.0))
+        arrays.note(touches)
+        one_by_one.note([contact[:4] for contact in touches])
+        taken = arrays.take()
+        assert taken == one_by_one.take()
+        begun += taken
+    assert 100 < len(begun) < 300

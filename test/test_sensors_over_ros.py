@@ -1,6 +1,8 @@
 """A law hears the same over ROS in lockstep as without ROS, from every type of sensor."""
 
 import json
+import os
+import re
 
 import numpy as np
 import pytest
@@ -52,6 +54,31 @@ def plain(reading):
 
 FILE = {file!r}
 """
+
+
+ROBOT = re.compile(r"/robot\d+/")
+# What the displays of RViz subscribe to.
+SHOWN = {
+    "rviz/LaserScan": "sensor_msgs/LaserScan",
+    "rviz/Map": "nav_msgs/OccupancyGrid",
+    "rviz/MarkerArray": "visualization_msgs/MarkerArray",
+    "rviz/PointCloud": "sensor_msgs/PointCloud",
+}
+
+
+def rviz_displays():
+    """Return the fixed frame, and the type of message by topic, of the shipped file of RViz."""
+    path = os.path.join(os.path.dirname(__file__), "..", "rviz", "mrs_simulator.rviz")
+    with open(path, encoding="utf-8") as file:
+        manager = yaml.safe_load(file)["Visualization Manager"]
+    found, waiting = {}, list(manager["Displays"])
+    while waiting:
+        display = waiting.pop()
+        waiting += display.get("Displays", [])
+        topic = display.get("Topic") or display.get("Marker Topic")
+        if topic:
+            found[topic] = SHOWN[display["Class"]]
+    return manager["Global Options"]["Fixed Frame"], found
 
 
 @pytest.fixture
@@ -131,6 +158,19 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     info = probe.wait("'/map_metadata' in newest and str(newest['/map_metadata'])")
     assert "resolution: 0.05000000074505806" in info
     assert probe.ask("newest['/map'].header.frame_id") == "world"
+    # RViz's displays of these robots find topics of their types, in frames that lead to theirs.
+    told = dict(probe.ask("rospy.get_published_topics()"))
+    fixed, displays = rviz_displays()
+    near = {topic: kind for topic, kind in displays.items() if not ROBOT.match(topic)}
+    near.update((t, k) for t, k in displays.items() if ROBOT.match(t) and int(t[6]) <= 2)
+    near.pop("/stage/markers")  # of the node markers
+    assert {"/robot1/sonar", "/robot2/laser", "/map"} <= set(near)
+    assert {topic: told.get(topic) for topic in near} == near
+    for topic, kind in near.items():
+        probe.ask("listen({!r}, {})".format(topic, kind.partition("/")[2]))
+        frame = probe.wait("{0!r} in newest and newest[{0!r}].header.frame_id".format(topic))
+        while frame != fixed:
+            frame = probe.wait("parents().get({!r})".format(frame))
     # Rates, lateness and faults of both nodes.
     assert probe.wait("diagnostics.get('pioneer_control')")[:2] == [0, "running"]
     level, message, values = probe.wait("diagnostics.get('stage: sensors')")

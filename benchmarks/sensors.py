@@ -148,7 +148,7 @@ def main():
             os.getloadavg()[0], os.cpu_count(), is_wanted()
         )
     )
-    for n, duration in ((7, 10.0), (100, 5.0)):
+    for n, duration in ((7, 60.0), (100, 30.0)):
         ratios = unheard(n, duration, repeats)
         text = "{:4d} robots, unheard: {:.3f} (quartiles {:.3f} to {:.3f}) of the CPU time without"
         print(text.format(n, np.median(ratios), *np.percentile(ratios, [25, 75])))

@@ -72,6 +72,44 @@ def state(study, name):
     return rows[name]
 
 
+def test_own_programs_survive_a_restart_and_wait_for_a_click(study, tmp_path):
+    mark = tmp_path / "it ran"
+    name = add(study, '\'open("{}", "w")\''.format(mark), "1")
+    add(study, '"{}"'.format(ENDS), "2")
+    kept = study.save_settings()
+    again = quiet_study(scenario_from_dict({"poses": [[0, 0, 0]]}))
+    processes = Processes()
+    try:
+        programs = again.program_control.programs
+        programs._processes = processes
+        again.restore_settings(kept)
+        own = [program for program in programs.all() if programs.is_users(program.name)]
+        assert [(program.name, program.state) for program in own] == [
+            (name, "not started"),
+            (name + "_2", "not started"),
+        ]
+        again.program_control.follow()
+        assert not mark.exists() and not any(processes.is_running(each.name) for each in own)
+        again.connection.master_online = True
+        programs.start(name)
+        wait_until(mark.exists)
+        assert again.save_settings()["programs"] == kept["programs"]
+    finally:
+        processes.close()
+        processes.wait_closed()
+        again.study.edited.close()
+        again.close()
+        again.deleteLater()
+
+
+@pytest.mark.parametrize("text", [None, "", "[", "3", '{"a": 1}', '[3, null, "", "\'", "{}"]'])
+def test_settings_that_are_no_commands_are_left_out(study, text):
+    text = text and text.replace("{}", "x" * 5000)
+    study.program_control.programs.take_up(text)
+    assert not any(map(study.program_control.programs.is_users, ("program", "x" * 5000)))
+    assert study.save_settings()["programs"] == "[]"
+
+
 def test_a_program_of_ones_own_is_listed_started_and_its_end_told(study):
     name = add(study, '"{}"'.format(ENDS), "3")
     assert state(study, name) == "not started"

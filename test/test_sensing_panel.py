@@ -12,6 +12,7 @@ from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
 from python_qt_binding.QtGui import QColor
 from python_qt_binding.QtWidgets import QApplication
 
+from mrs_simulator.core.incidents import Incident
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.ros.sensor_messages import forms_of
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
@@ -297,6 +298,35 @@ def test_depth_is_shown_in_colours_with_a_scale_in_metres(app):
 )
 def test_scales_end_at_round_numbers(most, end):
     assert round_end(most) == pytest.approx(end)
+
+
+def test_flight_states_and_incidents_of_the_robot_are_told(study):
+    incidents = [
+        Incident(2.5, "robot2", "rotor_lost", 3),
+        Incident(2.6, "robot1", "saturated"),
+        Incident(2.75, "robot2", "upside_down"),
+    ]
+    study.connection.take_incidents.return_value = incidents
+    study.live.show_frame()
+    study.connection.take_incidents.return_value = []
+    study.results_tabs.setCurrentWidget(study.sensors)
+    stage = SimpleNamespace(flight=("hovering", "falling"))
+    study.connection.newest.side_effect = lambda name: stage if name == "stage" else None
+    study.connection.is_fresh.side_effect = lambda name: name == "stage"
+    study.sensing._on_robot(2)
+    study.sensing.show()
+    state = study.sensors.state
+    assert state.message == (
+        "Falling; lost rotor 3 at 2.5 s; is upside down, its motors are cut at 2.8 s"
+    )
+    study.sensing._on_robot(1)
+    study.sensing.show()
+    assert state.message == "Hovering; has rotors at their limit at 2.6 s"
+    assert "robot2 lost rotor 3 at 2.50 s" in study.messages.toPlainText()
+    study.history.clear()
+    study.connection.is_fresh.side_effect = lambda name: False
+    study.sensing.show()
+    assert state.message == "" and not state.isVisible()
 
 
 def test_only_the_depth_that_is_wanted_is_listened_to(study):

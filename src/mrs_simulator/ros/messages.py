@@ -101,6 +101,9 @@ class Stage(NamedTuple):
     command_periods: int
     real_silent: Tuple[int, ...]
     closest_approach: float  # [m]
+    flight: Tuple[
+        str, ...
+    ] = ()  # what each robot does that flies, "" for others; () where none does
 
 
 class Look(NamedTuple):
@@ -382,6 +385,7 @@ def read_stage_status(message):
     # Bags of earlier versions do not count the periods.
     values = {name: getattr(message, name, 0) for name in Stage._fields[1:]}
     values["real_silent"] = tuple(message.real_silent)
+    values["flight"] = tuple(getattr(message, "flight", ()))
     return Stage(stamp=message.header.stamp.to_sec(), **values)
 
 

@@ -12,7 +12,7 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import defer_interrupts
 from mrs_simulator.study.shipped import shipped_scenarios
 
-KEYS = ("scenario", "across", "down", "shown")
+KEYS = ("scenario", "across", "down", "shown", "programs")
 
 
 class MrsSimulator(Plugin):
@@ -41,13 +41,13 @@ class MrsSimulator(Plugin):
 
     @guarded
     def save_settings(self, _plugin_settings, instance_settings):
-        """Keep scenario and layout."""
+        """Keep scenario, layout and the user's own programs."""
         for key, value in self._widget.save_settings().items():
             instance_settings.set_value(key, value)
 
     @guarded
     def restore_settings(self, _plugin_settings, instance_settings):
-        """Take up scenario and layout."""
+        """Take up scenario, layout and the user's own programs, none of which is started."""
         settings = {key: instance_settings.value(key) for key in KEYS}
         # Later, as a user's law may take its time: rqt is to have its windows up by then.
         QTimer.singleShot(0, guarded(lambda: self._widget.restore_settings(settings)))

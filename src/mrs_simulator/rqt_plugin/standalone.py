@@ -98,7 +98,7 @@ def main():
             settings.clear()
         processes = Processes()
         study = StudyWidget(RosConnection(), processes, scenario, Autosave())
-        kept = {key: settings.value(key) for key in ("across", "down", "shown")}
+        kept = {key: settings.value(key) for key in ("across", "down", "shown", "programs")}
         if not arguments.scenario:
             kept["scenario"] = settings.value("scenario")
         window = Window(study, settings)

@@ -43,7 +43,7 @@ class StudyWidget(StudyPanels):
         self.editing = ScenarioEditing(self, self.study, self.live, *pending)
         self.files = ScenarioFiles(self, self.study, self.editing, self.live, self.pending_team)
         self.load, self.save_scenario = self.files.load, self.files.save
-        self.sensing = Sensing(self, self.study)
+        self.sensing = Sensing(self, self.study, self.history)
         self.program_control = ProgramControl(self, self.study)
         self.results = Results(self, self.study, self.history, self.files)
         self.save_results = self.results.save
@@ -179,7 +179,8 @@ class StudyWidget(StudyPanels):
 
     def save_settings(self):
         """Return what is to survive a restart, as texts by name."""
-        return dict(kept_layout(self), scenario=self.files.text())
+        programs = self.program_control.programs.kept()
+        return dict(kept_layout(self), scenario=self.files.text(), programs=programs)
 
     def restore_settings(self, settings):
         """Take in what ``save_settings`` returned; anything that is not right is left out."""
@@ -189,3 +190,4 @@ class StudyWidget(StudyPanels):
         except Exception as error:  # its protocol may raise anything
             self.say(Trouble("the last scenario is not taken up: {}".format(reason(error))))
         restore_layout(self, settings)
+        self.program_control.programs.take_up(settings.get("programs"))

@@ -32,6 +32,7 @@ class RosConnection:
             self._inbox.silence,
         )
         self.is_fresh, self.begin_run = self._inbox.is_fresh, self._inbox.begin_run
+        self.take_incidents = self._inbox.take_incidents
         self.take_collisions, self.controller = self._inbox.take_collisions, self._inbox.controller
         self.watch_sensors = self._sensors.watch
         self.watch_diagnostics = self._diagnostics.watch

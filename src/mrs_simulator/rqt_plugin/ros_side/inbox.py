@@ -8,9 +8,11 @@ import numpy as np
 
 from mrs_simulator.core.controller_log import Interruptions
 from mrs_simulator.ros.messages import (
+    MessageError,
     is_commanded,
     read_collision,
     read_control_status,
+    read_incident,
     read_stage_status,
     read_state,
 )
@@ -31,6 +33,7 @@ class Inbox:
         self._newest, self._heard, self._moves = {}, {}, False
         self._samples = deque(maxlen=MOST_WAITING)
         self._collisions = deque(maxlen=MOST_COLLISIONS)
+        self._incidents = deque(maxlen=MOST_COLLISIONS)
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.controller = Interruptions()
 
@@ -63,6 +66,10 @@ class Inbox:
     def keep_collision(self, message):
         """Keep a collision."""
         self._collisions.append(message)
+
+    def keep_incident(self, message):
+        """Keep an incident."""
+        self._incidents.append(message)
 
     def begin_run(self):
         """Count what is heard from now on as another run."""
@@ -115,6 +122,16 @@ class Inbox:
         taken = []
         while self._collisions:
             taken.append(read_collision(self._collisions.popleft()))
+        return taken
+
+    def take_incidents(self):
+        """Return the ``core.incidents.Incident``s since the last call; what is none is left out."""
+        taken = []
+        while self._incidents:
+            try:
+                taken.append(read_incident(self._incidents.popleft()))
+            except MessageError:  # of another version
+                continue
         return taken
 
 

@@ -7,7 +7,7 @@ import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 from std_msgs.msg import Bool, String
 
-from mrs_simulator.ros.messages import Collision, ControlStatus, StageStatus, TeamState
+from mrs_simulator.ros.messages import Collision, ControlStatus, Incident, StageStatus, TeamState
 
 AT_ONCE = 20  # [-] states of a fast simulation that may come together, and none is missed
 LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
@@ -73,6 +73,7 @@ class MasterWatch:
             "collisions": rospy.Subscriber(
                 "stage/collisions", Collision, self._inbox.keep_collision
             ),
+            "incidents": rospy.Subscriber("stage/incidents", Incident, self._inbox.keep_incident),
         }
         for name, topic, kind in KEPT:
             subscribers[name] = rospy.Subscriber(topic, kind, self._inbox.keep, name, queue_size=1)

@@ -57,6 +57,7 @@ class History:
         self.numbers, self.begun = (), None  # begun: [s] at the first command that was not zero
         self.real = frozenset()
         self.collisions = deque(maxlen=MOST_COLLISIONS)
+        self.incidents = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
         self._lent = False  # whether somebody else reads the samples held
         self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))

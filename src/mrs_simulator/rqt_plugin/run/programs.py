@@ -1,5 +1,6 @@
 """The programs of a study: started, ended and started again, with their output and exit codes.  No Qt."""
 
+import json
 import os
 import shlex
 import shutil
@@ -22,6 +23,7 @@ ELSEWHERE = {
     "stage": "stage",
     "control": "control",
 }  # what tells that one runs that was started elsewhere
+MOST_KEPT, LONGEST = 50, 2000  # [-] commands that are taken up again, and characters of each
 SIGNALS = {-2: "interrupted", -9: "killed", -15: "terminated"}
 
 
@@ -99,12 +101,38 @@ class Programs:
         if shutil.which(words[0]) is None:
             text = "command {!r}: no program {!r} is found, wanted one such as rosrun or a path"
             return Trouble(text.format(command, words[0]))
+        self._list(words)
+        return ""
+
+    def _list(self, words):
+        """Put the program of a command on the list, by a name of its own."""
         base = _base(words)
         name, number = base, 2
         while name in TAKEN or self._commands.get(name, words) != words:
             name, number = "{}_{}".format(base, number), number + 1
         self._commands[name] = words
-        return ""
+
+    def kept(self):
+        """Return the commands of the user's own programs, as a text that ``take_up`` reads."""
+        return json.dumps([shlex.join(words) for words in self._commands.values()])
+
+    def take_up(self, text):
+        """Put the commands of ``kept`` on the list; nothing is started, whatever it says.
+
+        What is no list of commands is left out.
+        """
+        try:
+            commands = json.loads(text)
+        except (TypeError, ValueError):
+            return
+        given = commands[:MOST_KEPT] if isinstance(commands, list) else []
+        for command in given:
+            try:
+                words = shlex.split(command) if isinstance(command, str) else []
+            except ValueError:
+                continue
+            if words and len(command) <= LONGEST:
+                self._list(words)
 
     def remove(self, name):
         """Forget a program of the user's own that does not run."""

@@ -123,6 +123,11 @@ class RunFiles:
         run, scenario = history.frozen(history.first_row()), self._edited.scenario
         numbers, when = run.numbers, run.time
         meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
+        incidents = [
+            i._replace(time=i.time - when[0]) for i in history.incidents if i.time >= when[0]
+        ]
+        if incidents:
+            meta["incidents"] = incidents
         if history.begun is None:
             meta["uncommanded"] = True
         elif self._missed.text():

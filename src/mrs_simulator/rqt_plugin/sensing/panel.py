@@ -21,6 +21,7 @@ HEADERS = (
     ("state", "Whether it is heard"),
 )
 READING, STATE = 1, 4  # columns
+SHOWN = 3  # [-] incidents, the newest
 CHOOSE = "Choose a robot here, or click on one on the map."
 NONE = "Robot {} has no sensors: its kind declares none, and the scenario adds none."
 
@@ -35,6 +36,7 @@ class SensorsPanel(QWidget):
         self.number = 0  # of the robot shown, 0 for none
         self._shown = None
         self._robots, self._note = PatientComboBox(), MessageLabel("aside")
+        self.state = MessageLabel("aside")
         self._robots.setToolTip("The robot whose sensors are shown")
         self._robots.activated.connect(self._on_chosen)
         self.table = ResultsTable(HEADERS, widest=READING)
@@ -48,6 +50,7 @@ class SensorsPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addLayout(row)
+        layout.addWidget(self.state)
         below, beside = QHBoxLayout(), QVBoxLayout()
         self.picture, self.looks = Picture(), PatientComboBox()
         self.looks.addItems(["Picture", "Depth"])
@@ -78,6 +81,14 @@ class SensorsPanel(QWidget):
         self.number = number
         self._robots.setCurrentIndex(max(0, self._robots.findText(str(number))))
         self.show_sensors({}, {})
+
+    def show_state(self, flight, incidents):
+        """Show what the robot does that flies, ``flight`` in words or "", and its ``Incident``s."""
+        texts = [flight.capitalize()] if flight else []
+        texts += ["{} at {:.1f} s".format(what_of(each), each.time) for each in incidents[-SHOWN:]]
+        if len(incidents) > SHOWN:
+            texts.append("and {} before".format(len(incidents) - SHOWN))
+        self.state.say("; ".join(texts), "warning" if incidents else "good")
 
     @guarded
     def _on_chosen(self, place):
@@ -113,6 +124,11 @@ class SensorsPanel(QWidget):
         readings = [each.reading for each in heard.values() if each is not None]
         pictures = [each.image for each in readings if isinstance(each, CameraReading)]
         return self.picture.show_pixels(pictures[0] if pictures else None)
+
+
+def what_of(incident):
+    """Return what befell the robot of an ``incident``, in words without its name."""
+    return incident.text.partition(" ")[2]
 
 
 TINTS = {"heard": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}

@@ -44,6 +44,9 @@ class LiveRun:
         for collision in self._connection.take_collisions():
             self._history.collisions.append(collision)
             self._panels.map.flash_collision(collision.x, collision.y)
+        for incident in self._connection.take_incidents():
+            self._history.incidents.append(incident)
+            self._panels.say("{} at {:.2f} s".format(incident.text, incident.time))
 
     def take_samples(self):
         """Add the newest samples to the history; a new run begins it anew."""

@@ -11,8 +11,9 @@ DEPTH = " depth"  # after the name of a camera; no mount has a space in its name
 class Sensing:
     """Tells the connection what is looked at, and shows what it hears."""
 
-    def __init__(self, panels, study):
-        self._panels, self._study = panels, study
+    def __init__(self, panels, study, history):
+        """``history``: the ``History`` of the run, of whose incidents the panel tells."""
+        self._panels, self._study, self._history = panels, study, history
         self._scenario, self._mounts, self._trouble = None, {}, ""
         panels.map.robot_clicked.connect(self._on_robot)
         panels.sensors.robot_chosen.connect(self._on_robot)
@@ -28,6 +29,8 @@ class Sensing:
         self._know_mounts()
         panels, connection = self._panels, self._study.connection
         panels.sensors.set_robots(range(1, self._study.scenario.n + 1))
+        if panels.sensors.isVisible():
+            self._show_state()
         on_map, in_panel = self._on_map(), self._in_panel()
         depth = self._depth(in_panel)
         connection.watch_sensors({**on_map, **in_panel, **depth})
@@ -43,6 +46,16 @@ class Sensing:
             told = {name: heard.get((number, name)) for number, name in in_panel}
             told_depth = [heard[key] for key in depth if key in heard]
             panels.sensors.show_sensors(mounts, told, self._trouble, *told_depth)
+
+    def _show_state(self):
+        """Show what the robot in the panel does if it flies, and what has befallen it."""
+        number, stage = self._panels.sensors.number, self._study.connection.newest("stage")
+        fresh = stage is not None and self._study.connection.is_fresh("stage")
+        told = stage.flight if fresh else ()
+        flight = told[number - 1] if 0 < number <= len(told) else ""
+        name = "robot{}".format(number)
+        befell = [each for each in self._history.incidents if each.robot == name]
+        self._panels.sensors.show_state(flight, befell)
 
     def _is_old(self, key, heard):
         return heard[key].reading is None or heard[key].is_stale(self._mounts[key][0])

@@ -320,10 +320,12 @@ def compare(arguments):
     here = [name for name in ROWS if is_here(name)]
     print("not installed: {}".format(", ".join(sorted(set(ROWS) - set(here))) or "none"))
     found = {(name, n): [] for name in here for n in arguments.robots}
-    for _ in range(arguments.rounds):
+    for k in range(arguments.rounds):
         for key in found:
             if not any(isinstance(value, str) for value in found[key]):
                 found[key].append(measured(*key, arguments.seconds))
+                told = "round {}: {}, {}: {}".format(k + 1, *key, found[key][-1])
+                print(told, file=sys.stderr, flush=True)
     for (name, n), values in found.items():
         if isinstance(values[-1], str):
             print("{:44} {:>6} {}".format(name, n, values[-1]))

@@ -55,6 +55,21 @@ def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
         os.waitpid(drawing._process, 0)
 
 
+def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
+    def missing(formats):
+        raise ImportError("no matplotlib")
+
+    monkeypatch.setattr(figures, "warm_up", missing)
+    with Recorder(str(tmp_path / "run.csv"), (1,), kept=1) as recorder:
+        recorder.sample(0.0, np.zeros((1, 3)), np.zeros((1, 2)))
+    drawing = drawing_apart.Drawing(("png",))
+    drawing.fork(recorder, None)
+    with pytest.raises(RuntimeError, match="ended before it had drawn"):
+        drawing.figures(recorder.run(), str(tmp_path))
+        drawing.finish()
+    drawing.close()
+
+
 def test_nothing_is_forked_without_formats_or_on_one_core(monkeypatch):
     monkeypatch.setattr(drawing_apart, "Drawing", None)
     with drawing_apart.drawing(()) as apart:

@@ -51,7 +51,7 @@ class Drawing:
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
         told = run.time, run.collisions, run.hand.shape[2]
         for pipe in self._pipes:
-            pipe.send(("run", told, options))
+            _send(pipe, ("run", told, options))
         self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
         self._hand_out()
 
@@ -63,7 +63,7 @@ class Drawing:
     def _hand_out(self):
         while self._free and self._waiting:
             self._busy.append(self._free.pop(0))
-            self._busy[-1].send(self._waiting.popleft())
+            _send(self._busy[-1], self._waiting.popleft())
 
     def finish(self):
         """Wait until all is drawn; raises what a drawing raised."""
@@ -71,7 +71,7 @@ class Drawing:
             for pipe in wait(self._busy):
                 try:
                     error = pipe.recv()
-                except EOFError:
+                except (EOFError, OSError):
                     raise RuntimeError(ENDED) from None
                 if error is not None:
                     raise error
@@ -85,6 +85,13 @@ class Drawing:
             pipe.close()
         if self._process is not None:
             os.waitpid(self._process, 0)
+
+
+def _send(pipe, request):
+    try:
+        pipe.send(request)
+    except OSError:  # nobody is at its other end any more
+        raise RuntimeError(ENDED) from None
 
 
 @contextlib.contextmanager

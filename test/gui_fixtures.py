@@ -39,7 +39,7 @@ def until(condition, limit=60.0):
         application.processEvents()
         if condition():
             return
-        time.sleep(0.005)
+        time.sleep(0.02)
     raise SystemExit("not within {} s\\n{}\\n{}".format(limit, gui.messages.toPlainText(), trouble))
 
 def click(name):

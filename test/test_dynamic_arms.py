@@ -6,6 +6,7 @@ import pytest
 from test_carrying import scenario
 
 from mrs_simulator.core import grasps
+from mrs_simulator.core.obstacles import Cylinder
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.study.simulating import simulate
 from mrs_simulator.vehicles import kind
@@ -145,4 +146,23 @@ def test_arms_have_forces_beside_boats_and_drones():
     np.testing.assert_allclose(world.pose[3], poses[3], atol=0.02)
     world.reset()
     np.testing.assert_array_equal(world.joints, team.rest_joints)
+    world.close()
+
+
+def test_an_arm_touches_what_stands_in_its_way():
+    """The tool is 0.55 m ahead of the arm's foot: a column that stands there is hit as the arm turns."""
+    team = ArmedTeam(["husky_panda"])
+    x, y, _ = team.tools(np.zeros((1, 3)), team.rest_joints, 0.1)[0]
+    foot = team.kinds[0].arm.mount[0]
+    column = Cylinder("column", foot, x - foot, 0.1, 2.0)  # a quarter of a turn to the left
+    world = World(team, [[0.0, 0.0, 0.0]], obstacles=(column,), fidelity="dynamic", step=STEP)
+    command = np.zeros((1, len(team.axes)))
+    command[0, -7] = 0.8
+    told = []
+    for _ in range(125):
+        world.set_commands([0], command)
+        world.step()
+        told += [each[1:3] for each in world.take_collisions()]
+    assert told[:1] == [("robot1", "column")]
+    assert abs(world.joints[0, 1]) < 1.7  # it did not pass through
     world.close()

@@ -165,9 +165,17 @@ class HangingLoad(CarriedLoad):
             activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
             **self._client,
         )
+        self._pass_through()
         self._forces = []
         bodies.add_name(self._body, "load")
         bodies.grip = self._pull
+
+    def _pass_through(self):
+        """Let the arms' links pass through the load: what they hold it by is a spring."""
+        for row in range(len(self.grasps)):
+            body, links, _ = self._bodies.arm_of(row)
+            for link in links:
+                pybullet.setCollisionFilterPair(body, self._body, link, -1, 0, **self._client)
 
     def _pull(self):
         """Let grips pull at tools and load in the solver's next substep."""

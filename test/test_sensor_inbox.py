@@ -33,13 +33,13 @@ def times(monkeypatch):
     return Times
 
 
-def inbox_of(real=(), noise=None, names=("sonar",)):
+def inbox_of(real=(), noise=None, names=("sonar",), kept=()):
     content = {"poses": [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "step": 0.02}
     more = {"sonar": {"noise": noise or {}}, "imu": {"type": "imu", "rate": 10.0}}
     scenario = scenario_from_dict(dict(content, sensors=[{"mounts": more}]))
     team = Team.from_scenario(scenario)
     mounts = fitted_mounts(team, scenario.sensors)
-    return sensor_inbox.SensorInbox(names, mounts, team.kinds, real, scenario.step)
+    return sensor_inbox.SensorInbox(names, mounts, team.kinds, real, scenario.step, kept=kept)
 
 
 def put(inbox, row, stamp, count=16):
@@ -72,6 +72,19 @@ def test_readings_are_stamped_since_the_law_began(times):
     assert readings[1]["sonar"].ranges == pytest.approx([2.0] * 16, abs=4e-7)
     put(inbox, 1, 1.4)
     assert inbox.readings(1.0)[1]["sonar"].stamp == pytest.approx(0.4, abs=2e-9)
+
+
+def test_what_an_estimator_asks_for_is_kept_until_it_is_taken(times):
+    inbox = inbox_of(kept=("sonar",))
+    for row, stamp in ((1, 1.1), (0, 1.1), (0, 1.2), (0, 1.2)):  # the last one again
+        times.simulated = stamp
+        put(inbox, row, stamp)
+    taken = [(stamp, name, [row for row, _ in heard]) for stamp, name, heard in inbox.take()]
+    assert taken == [(1100000000, "sonar", [0, 1]), (1200000000, "sonar", [0])]
+    assert inbox.take() == [] and inbox.readings(1.0)[0]["sonar"].stamp == pytest.approx(0.2)
+    others = inbox_of()
+    put(others, 0, 1.2)
+    assert others.take() == []  # a law wants the newest alone
 
 
 def test_what_is_silent_or_refused_is_named(times):

@@ -231,6 +231,7 @@ FIELDS = {
     "takeoff": (False, LEAP),  # of what flies
     "load": (None, LEAP),  # of arms, a kind
     "record": ((), LEAP),
+    "engine": ("planar", LEAP),  # of motion with forces
 }
 
 

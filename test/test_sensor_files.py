@@ -7,10 +7,12 @@ import pytest
 
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.study.experiment import Experiment, perform
 from mrs_simulator.study.sensor_files import FILE, PICTURES, recorded_sensors
+from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import World
 
 MOUNTS = {
@@ -135,3 +137,16 @@ def test_what_nobody_has_is_refused():
     with pytest.raises(ScenarioError, match="record: 'laser', wanted a list"):
         scenario(record="laser")
     assert scenario_from_dict(scenario().to_dict()).record == ("sonar", *MOUNTS)
+
+
+def test_a_size_is_told_of_all_robots_that_may_be_seen(tmp_path):
+    given = scenario_from_dict({
+        "robots": 5, "poses": {"layout": "circle", "radius": 1.5}, "duration": 2.0,
+        "record": ["others"], "sensors": [{"mounts": {"others": {"type": "range_bearing"}}}],
+    })  # fmt: skip
+    team = Team.from_scenario(given)
+    (told,) = recorded_sensors(["others"], fitted_mounts(team, given.sensors), team.kinds)
+    assert told.most == 4 and "where all are seen, about" in told.told(2.0)
+    # A row of its file: 10 Hz, 5 robots that see 4 each.
+    row = len("0.1,1,2,1.73553495647023,0.448798950512828\n")
+    assert told.size(2.0) == pytest.approx(2.0 * 10.0 * 5 * 4 * row, rel=0.5)

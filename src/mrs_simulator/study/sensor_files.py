@@ -31,20 +31,22 @@ class Recorded(NamedTuple):
     digits: int
     robots: Tuple[int, ...]  # numbers
     rate: float  # [Hz] of all robots together
+    most: int = 1  # [-] rows of one sample at most: of whom a range-bearing sensor may see
 
     def size(self, duration):
         """Return about how many bytes ``duration`` [s] take."""
         row = WHO + len(self.columns) * SIZES[self.digits]
-        return self.rate * duration * row
+        return self.rate * duration * row * self.most
 
     def told(self, duration):
         """Return in words what is recorded in ``duration`` [s], and how much it is."""
         if not self.columns:
             return "record: pictures of {} are in bags alone".format(self.name)
-        text = "{}: {} robots, {} values at {:g} Hz for {:g} s: about {:.2g} MB"
+        text = "{}: {} robots, {} values at {:g} Hz for {:g} s: {} {:.2g} MB"
         values, size = len(self.columns), self.size(duration) / MEGABYTE
         file, rate = FILE.format(self.name), self.rate / len(self.robots)
-        return text.format(file, len(self.robots), values, rate, duration, size)
+        about = "about" if self.most == 1 else "where all are seen, about"
+        return text.format(file, len(self.robots), values, rate, duration, about, size)
 
 
 def recorded_sensors(names, mounts, kinds):
@@ -66,7 +68,8 @@ def recorded_sensors(names, mounts, kinds):
         columns = max((columns_of(mount, kind) for _, mount, kind in own), key=len)
         digits = 9 if own[0][1].type in RANGING else DIGITS
         robots, rate = tuple(number for number, _, _ in own), sum(mount.rate for _, mount, _ in own)
-        result.append(Recorded(name, columns, digits, robots, rate))
+        seen = max(1, len(mounts) - 1) if own[0][1].type == "range_bearing" else 1
+        result.append(Recorded(name, columns, digits, robots, rate, seen))
     return result
 
 

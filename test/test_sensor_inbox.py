@@ -80,7 +80,8 @@ def test_what_an_estimator_asks_for_is_kept_until_it_is_taken(times):
         times.simulated = stamp
         put(inbox, row, stamp)
     taken = [(stamp, name, [row for row, _ in heard]) for stamp, name, heard in inbox.take()]
-    assert taken == [(1100000000, "sonar", [0, 1]), (1200000000, "sonar", [0])]
+    first, second = (rospy.Time.from_sec(stamp).to_nsec() for stamp in (1.1, 1.2))
+    assert taken == [(first, "sonar", [0, 1]), (second, "sonar", [0])]
     assert inbox.take() == [] and inbox.readings(1.0)[0]["sonar"].stamp == pytest.approx(0.2)
     others = inbox_of()
     put(others, 0, 1.2)

@@ -97,6 +97,47 @@ def scenario_of(robots):
     return scenario_from_dict({"poses": poses.tolist(), "control": control}, "flock")
 
 
+def world_of_sensors():
+    """Return a scenario of robots with sonar and cameras among obstacles."""
+    from mrs_simulator.core.scenario import scenario_from_dict
+
+    eye = {"type": "camera", "place": [0.25, 0.0, 0.4], "width": 320, "height": 240}
+    obstacles = [
+        {"type": "box", "name": "crate", "center": [2.5, 0.6], "size": [0.8, 0.6], "yaw": 0.4},
+        {"type": "cylinder", "name": "column", "center": [-2.2, 1.5], "radius": 0.3},
+        {"type": "wall", "from": [-4.0, -3.0], "to": [4.0, -3.0], "thickness": 0.1},
+    ]
+    return scenario_from_dict({
+        "poses": {"layout": "circle", "radius": 1.5}, "robots": 7, "obstacles": obstacles,
+        "sensors": [{"mounts": {"eye": eye, "power": {"type": "battery"}}}],
+        "topology": {"preset": "ring"},
+        "control": {"protocol": "consensus", "parameters": {}, "safety": {"obstacles": True}},
+    }, "sensors")  # fmt: skip
+
+
+def take_world(gui, press, until, picture):
+    """Take the pictures of obstacles that are edited, of sensors and of programs."""
+    gui.show_scenario(world_of_sensors())
+    gui.map_panel.modes["obstacles"].click()
+    gui.map.editor.select("crate")
+    picture("gui_obstacles")
+    gui.shown["sensors"].setChecked(True)
+    press("simulate")
+    until(lambda: gui.connection.is_fresh("stage"))
+    gui.results_tabs.setCurrentWidget(gui.sensors)
+    gui.sensing._on_robot(1)
+    until(lambda: gui.sensors.picture.image is not None)
+    picture("gui_sensors")
+    gui.sensors.looks.setCurrentIndex(1)
+    until(lambda: gui.sensors.picture.most is not None)
+    picture("gui_depth")
+    gui.results_tabs.setCurrentWidget(gui.programs)
+    picture("gui_programs")
+    gui.shown["sensors"].setChecked(False)
+    press("end")
+    until(lambda: not gui.connection.is_fresh("stage"))
+
+
 def take(options):
     """Take the pictures of a whole study in one look."""
     import rosgraph
@@ -149,6 +190,10 @@ def take(options):
     try:
         rest(1.5)
         picture("gui_team")
+        if options.robots == 7:
+            take_world(gui, press, until, picture)
+            gui.show_scenario(scenario_of(options.robots))
+            rest(1.5)
         gui.bar.set_speed(5 if options.robots == 7 else 1)
         press("simulate")
         until(lambda: gui.connection.is_fresh("stage"))

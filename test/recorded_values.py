@@ -59,15 +59,16 @@ def cases():
     return [(name, fidelity) for name in names for fidelity in FIDELITIES]
 
 
-def run_values(name, fidelity, directory, nudge=0.0):
+def run_values(name, fidelity, directory, nudge=0.0, longest=np.inf):
     """Return the columns of ``run.csv``, name to (m, n), or the text that refused the run.
 
-    ``nudge`` is added to all initial poses.
+    ``nudge`` is added to all initial poses; ``longest`` [s]: what the run lasts at most.
     """
     scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
     if fidelity != scenario.fidelity:
         duration = min(scenario.duration, ELSEWHERE)
         scenario = scenario._replace(fidelity=fidelity, duration=duration)
+    scenario = scenario._replace(duration=min(scenario.duration, longest))
     if nudge:
         scenario = scenario._replace(poses=scenario.poses + nudge)
     path = os.path.join(str(directory), "run.csv")

@@ -7,6 +7,7 @@ keeps the bound of the pair (Wang, Ames and Egerstedt, 2017, of decentralised ba
 import numpy as np
 
 from mrs_simulator.control.safety_filter import FIXED_RATE, GAMMA
+from mrs_simulator.core.kinematics import cos_sin
 
 SHARE = 0.5  # [-] of what a pair may use up, which each of its robots takes
 ARC = 5  # [-] places in a cone where an echo may come from
@@ -74,7 +75,7 @@ def arcs(reading):
     heard = np.flatnonzero(np.isfinite(reading.ranges))
     x, y, direction = reading.places[heard].T
     angle = direction[:, np.newaxis] + np.linspace(-reading.cone, reading.cone, ARC)
-    along = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    along = np.stack(cos_sin(angle), axis=2)
     place = reading.ranges[heard, np.newaxis, np.newaxis] * along
     place += np.stack([x, y], axis=1)[:, np.newaxis]
     possible = ~_overheard(reading, place)
@@ -86,8 +87,8 @@ def _overheard(reading, place):
     """Return which of ``place`` (h, a, 2) some transducer would have heard, (h, a) bool."""
     way = place[:, :, np.newaxis] - reading.places[:, :2]
     far = np.hypot(way[..., 0], way[..., 1])
-    direction = reading.places[:, 2]
-    ahead = way[..., 0] * np.cos(direction) + way[..., 1] * np.sin(direction)
+    cos, sin = cos_sin(reading.places[:, 2])
+    ahead = way[..., 0] * cos + way[..., 1] * sin
     inside = ahead > far * np.cos(reading.cone)
     ranges = np.where(np.isnan(reading.ranges), 0.0, reading.ranges)  # what is lost tells nothing
     return (inside & (far < np.minimum(ranges, reading.most) - OVERHEARD)).any(axis=2)

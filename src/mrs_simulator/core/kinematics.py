@@ -77,6 +77,12 @@ def cos_sin(angle):
     return np.cos(angle), np.sin(angle)
 
 
+def direction_of(way):
+    """Return the angle [rad] in [-pi, pi] of ``way`` (..., 2), (...), like :func:`cos_sin` of copies."""
+    y, x = np.array([way[..., 1], way[..., 0]], dtype=float)
+    return np.arctan2(y, x)
+
+
 def compose(origin, pose):
     """Return ``pose`` (n, 3), given in frames at ``origin`` (n, 3), in the frame of ``origin``."""
     cos, sin = cos_sin(origin[:, 2])

@@ -29,7 +29,7 @@ from sensor_msgs.msg import (
 )
 from std_msgs.msg import Float32, Float64, Header
 
-from mrs_simulator.core.kinematics import yaw
+from mrs_simulator.core.kinematics import cos_sin, yaw
 from mrs_simulator.core.spatial import product
 from mrs_simulator.ros.defined_types import BumperState
 from mrs_simulator.ros.messages import (
@@ -143,7 +143,7 @@ class SonarCloud(Form):
     def __init__(self, mount, kind):
         super().__init__(mount, kind)
         self._places, self._most = places_of(mount), mount.numbers.most
-        self._along = np.column_stack([np.cos(self._places[:, 2]), np.sin(self._places[:, 2])])
+        self._along = np.column_stack(cos_sin(self._places[:, 2]))
 
     @property
     def frame(self):

@@ -8,7 +8,7 @@ fast they grow [1/s]; ``angular`` (k,) bool; and ``groups`` of values that are l
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import cos_sin, wrap_angle
+from mrs_simulator.core.kinematics import cos_sin, direction_of, wrap_angle
 from mrs_simulator.sensors.noise import SILENCE
 from mrs_simulator.sensors.types.position import local_place
 
@@ -129,7 +129,7 @@ class BeaconsTold(Measurement):
         by_origin = -way / far[..., np.newaxis]  # (m, K, 2)
         values, slopes = [far], [by_origin @ carried]
         if len(self.QUANTITIES) > 1:
-            values.append(wrap_angle(np.arctan2(way[..., 1], way[..., 0]) - pose[:, 2:]))
+            values.append(wrap_angle(direction_of(way) - pose[:, 2:]))
             across = np.stack([way[..., 1], -way[..., 0]], axis=-1) / far[..., np.newaxis] ** 2
             slope = across @ carried
             slope[..., 2] -= 1.0

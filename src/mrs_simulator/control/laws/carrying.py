@@ -27,6 +27,7 @@ from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core import grasps
 from mrs_simulator.core.claims import Claim, decay_rate
 from mrs_simulator.core.curves import Curve
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spatial import headings, rotated, turned_about_z
 
@@ -120,7 +121,7 @@ class Carrying(PioneerControl):
     def wanted(self, time):
         """Return where the tools are wanted at ``time`` (m,) [s], (m, n, d) [m]."""
         place, yaw = self.of_load(time)
-        cos, sin = np.cos(yaw)[:, np.newaxis], np.sin(yaw)[:, np.newaxis]
+        cos, sin = (each[:, np.newaxis] for each in cos_sin(yaw))
         x, y, *up = self._grasps.T
         turned = [cos * x - sin * y, sin * x + cos * y, *(z + 0.0 * cos for z in up)]
         return np.stack(turned, axis=-1) + place[:, np.newaxis]

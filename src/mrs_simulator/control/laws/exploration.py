@@ -6,7 +6,7 @@ from mrs_simulator.control.laws import exploration_equations as floors
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.curves import Curve
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
@@ -214,7 +214,7 @@ def _in_sight(shapes, row, pose, mount, points):
     origin, numbers = pose[:2] + turn @ mount.place[:2], mount.numbers
     way = points - origin
     far = np.maximum(np.hypot(*way.T), 1e-9)
-    bearing = wrap_angle(np.arctan2(way[:, 1], way[:, 0]) - pose[2] - mount.place[3])
+    bearing = wrap_angle(direction_of(way) - pose[2] - mount.place[3])
     shown = (far < numbers.most) & (bearing >= numbers.first) & (bearing <= numbers.last)
     if shown.any():
         along = (way[shown] / far[shown, np.newaxis])[np.newaxis]

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import direction_of
 from mrs_simulator.core.obstacles import clearance
 
 STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
@@ -108,7 +109,7 @@ def seen_by(floor, pose, reading):
     origin = pose[:2] + [cos * x - sin * y, sin * x + cos * y]
     way = floor.middles() - origin
     far = np.hypot(way[..., 0], way[..., 1])
-    bearing = np.arctan2(way[..., 1], way[..., 0]) - pose[2] - angle[0]
+    bearing = direction_of(way) - pose[2] - angle[0]
     bearing = np.mod(bearing + np.pi * 1e-9, 2.0 * np.pi)
     step = (angle[-1] - angle[0]) / max(1, len(angle) - 1) or 1.0
     ray = np.round(bearing / step).astype(int)

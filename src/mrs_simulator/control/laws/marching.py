@@ -36,7 +36,7 @@ from mrs_simulator.core.claims import (
     NothingDecays,
     decay_rate,
 )
-from mrs_simulator.core.kinematics import UNICYCLE_AXES, wrap_angle
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, direction_of, wrap_angle
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
 
@@ -377,7 +377,7 @@ class LeaderFollower(Shaped):
         leader, _ = tree(self.topology)
         places = self.places()
         away = places - places[leader]
-        return np.linalg.norm(away, axis=1), np.arctan2(away[:, 1], away[:, 0])
+        return np.linalg.norm(away, axis=1), direction_of(away)
 
     def targets(self, hand):
         """Return where the hand points ``hand`` (n, 2) are wanted beside their leaders, (n, 2) [m]."""

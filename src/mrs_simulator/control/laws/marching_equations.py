@@ -9,7 +9,7 @@ import numpy as np
 
 from mrs_simulator.control.laws.common import level
 from mrs_simulator.control.laws.formations_equations import displacement_formation
-from mrs_simulator.core.kinematics import arc, cos_sin, wrap_angle
+from mrs_simulator.core.kinematics import arc, cos_sin, direction_of, wrap_angle
 
 PATHS = ("line", "circle", "eight", "polygon")
 
@@ -145,7 +145,7 @@ def _joined(first, length, curvature):
 def _polygon(corner, radius):
     side = np.roll(corner, -1, axis=0) - corner
     long = np.linalg.norm(side, axis=1)
-    heading = np.arctan2(side[:, 1], side[:, 0])
+    heading = direction_of(side)
     # The turn at the end of each side, and how much of the side its rounding takes.
     angle = wrap_angle(np.roll(heading, -1) - heading)
     cut = radius * np.tan(0.5 * np.abs(angle))

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from mrs_simulator.control.laws.published import Published
+from mrs_simulator.core.kinematics import direction_of
 
 EPSILON, BUMP = (
     0.1,
@@ -151,7 +152,7 @@ class Headings(Published):
 
     def resumed(self, velocity, memory):
         """Return the headings (n,) [rad] of the command ``velocity`` (n, 2) [m/s]."""
-        return np.arctan2(velocity[:, 1], velocity[:, 0])
+        return direction_of(velocity)
 
     def velocity(self, points, time, memory):
         """Return ``(u, headings)``."""

@@ -15,7 +15,7 @@ from mrs_simulator.core.claims import (
     stays_below,
 )
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.core.obstacles import clearance
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.sensors.mounts import fitted_mounts
@@ -303,7 +303,7 @@ class SensedFollowing(Sensing):
         """Return ranges from points and bearings from headings to the robots before, (m, n - 1) each."""
         way = run.pose[:, :-1, :2] - run.hand[:, 1:]
         from_centre = run.pose[:, :-1, :2] - run.pose[:, 1:, :2]
-        angle = np.arctan2(from_centre[..., 1], from_centre[..., 0])
+        angle = direction_of(from_centre)
         return np.hypot(way[..., 0], way[..., 1]), wrap_angle(angle - run.pose[:, 1:, 2])
 
     def measures(self, run):

@@ -15,12 +15,12 @@ def carried(pose, place):
 def directions(theta, angle):
     """Return the unit vectors (m, K, 2) of ``angle`` (K,) [rad] from headings ``theta`` (m,) [rad]."""
     cos, sin = (each[:, np.newaxis] for each in cos_sin(theta))
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = cos_sin(angle)
     return np.stack([cos * c - sin * s, sin * c + cos * s], axis=-1)
 
 
 def echoes(ranges, place):
     """Return the points (..., K, 2) [m] ``ranges`` (..., K) away from ``place`` (K, 3): x, y, direction."""
-    along = np.stack([np.cos(place[:, 2]), np.sin(place[:, 2])], axis=-1)
+    along = np.stack(cos_sin(place[:, 2]), axis=-1)
     with np.errstate(invalid="ignore"):  # infinite times 0
         return place[:, :2] + ranges[..., np.newaxis] * along

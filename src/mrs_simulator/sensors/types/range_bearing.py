@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import wrap_angle
+from mrs_simulator.core.kinematics import direction_of, wrap_angle
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried
 
@@ -74,7 +74,7 @@ class RangeBearing:
         origin = carried(pose, self._place)  # (m, 1, 2)
         way = state.pose[:, :2] - origin  # (m, n, 2)
         far = np.hypot(way[..., 0], way[..., 1])
-        bearing = wrap_angle(np.arctan2(way[..., 1], way[..., 0]) - pose[:, 2:])
+        bearing = wrap_angle(direction_of(way) - pose[:, 2:])
         seen = far <= numbers.most
         seen[np.arange(len(pose)), self._rows] = False
         if numbers.view < 2.0 * math.pi:

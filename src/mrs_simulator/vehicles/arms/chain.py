@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import ScenarioError, shown
 from mrs_simulator.vehicles.importing.description import read_description
@@ -97,7 +98,7 @@ def _moved(chain, i, q):
         return result
     x, y, z = axis
     cross = np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)])
-    sin, cos = np.sin(q)[:, np.newaxis, np.newaxis], np.cos(q)[:, np.newaxis, np.newaxis]
+    cos, sin = (each[:, np.newaxis, np.newaxis] for each in cos_sin(q))
     result[:, :3, :3] = np.eye(3) + sin * cross + (1.0 - cos) * (cross @ cross)
     return result
 

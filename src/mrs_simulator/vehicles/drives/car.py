@@ -119,6 +119,7 @@ def _columns(first, second, out=None):
 
 def twist_of(speed, steering, numbers, out=None):
     """Return commands, (m, 2) [m/s, rad/s]: ``(v, v tan(delta)/L)``; in ``out`` if that is given."""
+    steering = np.array(steering)  # without gaps, as in core.kinematics.cos_sin
     return _columns(speed, speed * np.tan(steering) / numbers.wheelbase, out)
 
 

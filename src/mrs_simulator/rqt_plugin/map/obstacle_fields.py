@@ -30,7 +30,9 @@ SHAPES = (
     ),
 )
 WIDE = 6  # [average characters] of a field
+WIDER = 1.5  # [-] times that for an angle
 DIGITS = 6  # [-] after the point of what is shown
+TURN_DIGITS = 2  # of degrees
 
 
 class ObstacleFields(QWidget):
@@ -89,7 +91,8 @@ class ObstacleFields(QWidget):
         inner.setSpacing(3)
         label = self._labels[name] = QLabel(text)
         label.setBuddy(field)
-        field.setFixedWidth(int(WIDE * self.fontMetrics().averageCharWidth()))
+        wide = WIDE * WIDER if "yaw" in NUMBERS[name][2] else WIDE
+        field.setFixedWidth(int(wide * self.fontMetrics().averageCharWidth()))
         field.setToolTip("of the obstacle selected [{}]".format(unit))
         field.finished.connect(guarded(lambda: self._on_finished(name)))
         field.given_up.connect(guarded(lambda: self._show_number(name)))
@@ -122,7 +125,9 @@ class ObstacleFields(QWidget):
             field.clear()
             return
         value = getattr(self._editor.current, number)
-        field.show_value(round(math.degrees(value) if number == "yaw" else value, DIGITS))
+        turn = number == "yaw"
+        shown = round(math.degrees(value), TURN_DIGITS) if turn else round(value, DIGITS)
+        field.show_value(shown)
 
     @guarded
     def _on_finished(self, name):

@@ -196,7 +196,7 @@ def test_a_dead_robot_is_named_and_all_stop(team):
 def test_a_restarted_driver_is_noticed_and_not_followed(team, source, said):
     for number in (1, 2):
         team.robot(number)
-    control = team.forward("_frame_source:=" + source, n=2)
+    control = team.forward("_frame_source:=" + source, STALLS, n=2)
     team.drives((1, 2))
     team.robots[2].kill()
     team.trouble("no fresh odometry of robot2")
@@ -216,7 +216,7 @@ def test_drivers_left_running_count_from_where_they_are_first_heard(team):
     before = team.forward(n=1)
     team.drives((1,), 0.3)
     team.ros.stop(before)
-    team.forward("_frame_source:=first", "_geofence:=[-1, -1, 2.5, 1]", n=1)
+    team.forward("_frame_source:=first", "_geofence:=[-1, -1, 2.5, 1]", STALLS, n=1)
     # By the scenario it stands at (2.6, 0.2), by its driver 0.3 m farther on.
     team.trouble("robot1 stopped: outside the geofence at (2.6")
 
@@ -258,7 +258,7 @@ def test_a_missing_motor_service_is_said_and_nobody_moves(team):
 def test_a_start_that_waits_for_motors_does_not_survive_a_silence(team, autostart):
     robot = team.robot(1)
     team.probe.ask("offer('/robot1/held')")
-    team.forward(HELD, "_autostart:=" + autostart, n=1)
+    team.forward(HELD, "_autostart:=" + autostart, STALLS, n=1)
     if autostart == "false":
         team.trouble("not started")
         wait_until(lambda: team.odometry(1) is not None)
@@ -279,7 +279,7 @@ def test_the_others_go_on_when_all_motors_have_answered_again(team):
     team.robot(2)
     for number in (1, 2):
         team.probe.ask("offer('/robot{0}/held') and gates['/robot{0}/held'].set()".format(number))
-    team.forward(HELD, "_geofence:=[-5, -5, 2.65, 5]", "_v_max:=0.06", n=2)
+    team.forward(HELD, "_geofence:=[-5, -5, 2.65, 5]", "_v_max:=0.06", STALLS, n=2)
     team.trouble("robot1 stopped: outside the geofence")
     team.probe.ask("gates['/robot2/held'].clear()")
     assert "motors: /robot" in team.go()
@@ -476,7 +476,7 @@ def test_an_emergency_button_is_told_at_once_and_a_lost_link_soon(team):
     team.robot(2)
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
     state, slow = "_motors_state:=/robot{}/RosAria/motors_state", "_frozen_time:=5"
-    team.forward(ENABLE, state, slow, "_stuck_time:=0", n=2)
+    team.forward(ENABLE, state, slow, "_stuck_time:=0", STALLS, n=2)
     team.drives((1, 2))
     assert team.probe.ask("switch('/robot2/RosAria/disable_motors')")
     team.trouble("robot2 stopped: its motors are off (motors_state)")

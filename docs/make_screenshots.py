@@ -189,10 +189,12 @@ def take(options):
     gui.show()
     try:
         rest(1.5)
+        curves = gui.results_tabs.currentWidget()
         picture("gui_team")
         if options.robots == 7:
             take_world(gui, press, until, picture)
             gui.show_scenario(scenario_of(options.robots))
+            gui.results_tabs.setCurrentWidget(curves)
             rest(1.5)
         gui.bar.set_speed(5 if options.robots == 7 else 1)
         press("simulate")
@@ -204,7 +206,6 @@ def take(options):
         until(lambda: gui.history.time[-1] > begun + 15.0)
         gui.curves.setFocus()
         picture("gui_run")
-        curves = gui.results_tabs.currentWidget()
         gui.results_tabs.setCurrentWidget(gui.view)
         picture("gui_view")
         gui.results_tabs.setCurrentWidget(curves)

@@ -1,86 +1,53 @@
 """The control node: odometry in, the protocol's law, velocity commands out."""
 
 import random
-import re
-import shlex
-import signal
-import sys
 import threading
 import time
 from typing import Any, NamedTuple
 
 import numpy as np
 import rospy
-from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
 
-from mrs_simulator.control.law_apart import (
-    Law,
-    LawService,
-    is_shipped,
-    speaks_ros,
-    where_to_run,
-)
-from mrs_simulator.control.loading import choose_protocol
-from mrs_simulator.control.processes_apart import Nursery
+from mrs_simulator.control.law_apart import Law, where_to_run
 from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
-from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.moving import scene_time
-from mrs_simulator.core.pages import explained_by, with_page
-from mrs_simulator.nodes.control.command_gate import CommandGate, RobotCommands, command_topics
+from mrs_simulator.nodes.control.command_gate import CommandGate
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
+from mrs_simulator.nodes.control.ends import (
+    find_rivals,
+    heed_rates,
+    open_commands,
+    open_sensors,
+    refuse_arms_without_stage,
+)
 from mrs_simulator.nodes.control.estimated_poses import EstimatedPoses
 from mrs_simulator.nodes.control.guards import Guards, slower
 from mrs_simulator.nodes.control.motors import Motors
 from mrs_simulator.nodes.control.reconfigure import ParameterServer
+from mrs_simulator.nodes.control.requests import GOES_ON, Requests, how_to_start
+from mrs_simulator.nodes.control.status import ControlHealth, StatusPublisher
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.nodes.stage.lockstep import lockstep_wanted
-from mrs_simulator.ros import lifecycle
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.clock_watch import ClockWatch
-from mrs_simulator.ros.diagnostics import (
-    Diagnostics,
-    Rates,
-    control_health,
-    sensors_health,
-    too_slow,
-)
-from mrs_simulator.ros.messages import ControlStatus, control_status
+from mrs_simulator.ros.diagnostics import Diagnostics
 from mrs_simulator.ros.node_parameters import (
     AUTOSTART,
     DRY_RUN,
     LAW_LIMIT,
-    LAW_PROCESS,
     RATE,
     RESUME,
     SATURATION,
 )
-from mrs_simulator.ros.odometry_inbox import TeamInbox
 from mrs_simulator.ros.parameters import read
-from mrs_simulator.ros.rivals import Rivals
 from mrs_simulator.ros.senders import doubled_text
-from mrs_simulator.ros.sensor_inbox import SensorInbox
-from mrs_simulator.ros.team_topics import COMMAND, AnswersTold, TeamCommands
-from mrs_simulator.sensors.mounts import fitted_mounts
-from mrs_simulator.sensors.suite import check_fitted
-from mrs_simulator.srv import SetTopology
-from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.vehicles.team_in_space import team_of
 
-TOPOLOGY_PAGE = "docs/scenarios.md#graphs"
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
-STATUS_PERIOD = 0.5  # [s] of wall time
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
 STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
 STALLED = "the law took too long for its command: see to it"
-EMERGENCY = "emergency stop"
-GOES_ON = "running already"
-MOTORS_LIMIT = 1.0  # [s] of wall time that the answer to a start waits for the robots' motors
-MOTORS_NAP = 0.02  # [s] of wall time
 STILL = 1.0  # [s] of wall time after which the status tells that the law is waited for
 SIMULATED_LIMIT = 30.0  # [s] of wall time for a law while nothing real moves
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
@@ -114,7 +81,8 @@ class ControlNode:
         saturation = read(SATURATION, scenario.control.saturation)
         control = scenario.control._replace(rate=rate, saturation=saturation)
         real = real_among(scenario.n)
-        self.law_limit = read(LAW_LIMIT, self._usual_limit(real))
+        usual = max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT
+        self.law_limit = read(LAW_LIMIT, usual)
         apart = where_to_run(protocol, nursery)
         self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = read(DRY_RUN)
@@ -134,91 +102,49 @@ class ControlNode:
         self._all_heard = False  # with ~autostart it is waited for once
         self._acted = 0.0  # [s] the time of the last command
         self._id = random.SystemRandom().getrandbits(32)
-        self._told = None  # what the last status said of the controller itself
-        self._facts, self._sent = None, 0  # all that it said; commands so far
-        self._rates, self._sensor_rates = Rates(), Rates(rospy.get_time)
+        self._sent = 0  # commands so far
         self._warnings, self._jump = [], ""
         self._awaiting = None  # [s] of wall time since when a reading is waited for in lockstep
         self._held = ()  # the last deadlock that was logged
         self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
-        self._last = {"status": 0.0, "report": 0.0, "act": 0.0}
+        self._last = {"report": 0.0, "act": 0.0}
         self._simulated = rospy.get_param("/use_sim_time", False)
         simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
         self._simulated_rows = sorted(simulated)
         self._open_topics(real)
         if scenario.odometry_rate is not None:
-            self._heed_rates()
-
-    def _heed_rates(self):
-        """Wait for nobody's odometry that comes less often than commands are given."""
-        step = self.scenario.step
-        team = Team.from_scenario(self.scenario)
-        periods = step * odometry_steps(team, self.scenario.odometry_rate, step)
-        self.inbox.set_periods(periods, step)
-        often = periods < self.period + 0.5 * step
-        self._simulated_rows = [row for row in self._simulated_rows if often[row]]
-
-    def _usual_limit(self, real):
-        return max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT
+            often = heed_rates(self.inbox, scenario, self.period)
+            self._simulated_rows = [row for row in self._simulated_rows if often[row]]
 
     def _open_topics(self, real):
-        self._status = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
-        self.frame = make_common_frame(self.scenario, leads=True)
+        scenario, numbers, team = self.scenario, self.law.numbers, team_of(self.scenario)
+        self._status = StatusPublisher(team.axes)
+        self.frame = make_common_frame(scenario, leads=True)
         self.inbox = self.frame.inbox
-        self.sensors = self._open_sensors(real)
+        wake = self.inbox.wake if self.lockstep else None
+        self.sensors = open_sensors(scenario, self.law.sensors, real, wake)
         self.estimates = None
-        if self.scenario.estimates is not None:
-            self.estimates = EstimatedPoses(self.scenario, self.frame, self.sensors)
-        topics, numbers, self.rivals = None, self.law.numbers, None
-        team = team_of(self.scenario)
-        self._axes, landing = team.axes, team.landing
-        axes = team.axes
-        if team.has_arms and not isinstance(self.inbox, TeamInbox):
-            text = "robots with arms without a stage: commands of arms go to a stage alone so far"
-            raise ValueError(text)
+        if scenario.estimates is not None:
+            self.estimates = EstimatedPoses(scenario, self.frame, self.sensors)
+        refuse_arms_without_stage(team, self.inbox)
+        topics, self.rivals = None, None
         if not self.dry_run:
-            team = isinstance(self.inbox, TeamInbox)
-            names = command_topics(numbers)
-            # Before this node is one of those who drive.
-            self.rivals = Rivals([*names, COMMAND] if self._simulated else names)
-            if team:
-                topics = TeamCommands(numbers, axes)
-            else:
-                answers = AnswersTold(numbers, axes) if self._simulated else None
-                topics = RobotCommands(names, real, axes, answers)
+            self.rivals = find_rivals(numbers, self._simulated)
+            topics = open_commands(team, numbers, self.inbox, real, self._simulated)
         self.outlet = CommandGate(
-            topics, len(numbers), insists=bool(real), axes=axes, landing=landing
+            topics, len(numbers), insists=bool(real), axes=team.axes, landing=team.landing
         )
         if self.running:
             self.outlet.open()
         # Odometry may come before the clock that makes its command due.
         self._clock = ClockWatch(self.inbox.wake, bool(real)) if self._simulated else None
-        self._services = [
-            rospy.Service("~start", Trigger, self._on_start),
-            rospy.Service("~stop", Trigger, self._on_stop),
-            rospy.Service("~set_topology", SetTopology, self._on_set_topology),
-        ]
         self._reconfigure = ParameterServer(self.law)
-        self._diagnostics = Diagnostics(self._health)
-        self._emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop)
+        self._requests = Requests(self)
+        self._health = ControlHealth(self._status, self.inbox, self.sensors, self.estimates)
+        self._diagnostics = Diagnostics(lambda: self._health.told(self._sent))
         rospy.on_shutdown(self._on_shutdown)
         if real and not self.dry_run:
             threading.Thread(target=self._watch, daemon=True).start()
-
-    def _open_sensors(self, real):
-        """Return the inbox of the sensors that law and estimates ask for, None if it is none."""
-        scenario = self.scenario
-        estimating = scenario.estimates.asked if scenario.estimates else ()
-        asked = tuple(dict.fromkeys((*self.law.sensors, *estimating)))
-        if not asked:
-            return None
-        team = Team.from_scenario(scenario)
-        mounts = fitted_mounts(team, scenario.sensors)
-        for row, kind in enumerate(team.kinds):
-            check_fitted(mounts[row], asked, row + 1, kind)
-        wake = {"wake": self.inbox.wake} if self.lockstep else {}
-        known = asked, mounts, team.kinds, real, scenario.step
-        return SensorInbox(*known, kept=estimating, **wake)
 
     def _pose(self):
         """Return the poses (n, 3) that the control knows."""
@@ -239,7 +165,7 @@ class ControlNode:
             self.motors.enable()
         elif self._real:
             text = "pioneer_control: real robots stand until they are started. Check them: %s"
-            rospy.loginfo(text, self._how())
+            rospy.loginfo(text, how_to_start(self.scenario.control.protocol))
         while not rospy.is_shutdown():
             self.inbox.wait(NAP if self._simulated else min(NAP, self.period))
             with self._lock:
@@ -248,14 +174,6 @@ class ControlNode:
                 self._ask(job)
             self._meanwhile()
 
-    def _how(self):
-        """Return the commands with which real robots are checked and started."""
-        given = [argument for argument in sys.argv[1:] if not argument.startswith("__")]
-        if not any(re.match("--protocol|_protocol:=", argument) for argument in given):
-            given += ["--protocol", self.scenario.control.protocol]
-        check = " ".join(map(shlex.quote, ["rosrun", "mrs_simulator", "preflight", *given]))
-        return "{}, then: rosservice call {}".format(check, rospy.resolve_name("~start"))
-
     def _meanwhile(self):
         """To be called all the time, also while the law is waited for."""
         self.outlet.insist()
@@ -263,7 +181,7 @@ class ControlNode:
 
     def _turn(self):
         """Return the ``Job`` that is due, or None."""
-        silent = self._who_is_silent()
+        silent = self.who_is_silent()
         trouble = silent or self.motors.missing()
         self._all_heard = self._all_heard or not silent
         jump = self.frame.jump_trouble()
@@ -289,7 +207,7 @@ class ControlNode:
         if self.estimates is not None:
             self.estimates.update()
 
-    def _who_is_silent(self):
+    def who_is_silent(self):
         """Return why nobody can know where the robots are now, or ""."""
         trouble = self._doubled()
         trouble = trouble or (self._clock.trouble() if self._clock else "")
@@ -437,11 +355,8 @@ class ControlNode:
             self._stop("{} ({}), {}".format(STALLED, error, start))
             rospy.logerr("pioneer_control: robots stopped: %s", self.trouble)
         else:
-            said = (
-                error.said
-                if error.said.startswith(error.kind)
-                else "{}: {}".format(error.kind, error.said)
-            )
+            said = error.said
+            said = said if said.startswith(error.kind) else "{}: {}".format(error.kind, said)
             self._stop("{}: {}".format(LAW_FAILED, said.replace("\n", "; ")))
             rospy.logerr("pioneer_control: the law failed\n%s", error.trace)
 
@@ -481,44 +396,22 @@ class ControlNode:
         self.outlet.send(command, answered)
         self._sent += 1
 
-    # Services and events -------------------------------------------------------------------------
+    # What is asked of it -------------------------------------------------------------------------
 
-    def _on_emergency_stop(self, message):
-        pressed = message.data and not self.outlet.emergency
-        released = self.outlet.emergency and not message.data
-        self.outlet.alarm(message.data)
-        if pressed:
-            rospy.logerr("pioneer_control: emergency stop")
-            self.motors.forget()
-            with self._lock:
-                self._stop(EMERGENCY)
-        elif released and self.trouble == EMERGENCY:
-            self.trouble = "the emergency stop was released, " + START.format(
-                rospy.resolve_name("~start")
-            )
-
-    def _on_start(self, _):
+    def remake_law(self):
+        """Make a law that was given up anew; ``ValueError`` or ``TimedOut`` where it cannot be."""
         if self.law.lost:
-            try:
-                self.law.remake()
-            except (ValueError, TimedOut) as error:
-                return False, "{}: {}".format(LAW_FAILED, with_page(error))
+            self.law.remake()
             self._begun = None
-        done, said = self._start()
-        end = time.monotonic() + MOTORS_LIMIT
-        while done and self.running and self.motors.missing() and time.monotonic() < end:
-            time.sleep(MOTORS_NAP)  # most answer at once: whoever asked is told how it ended
-        if done and said != GOES_ON:
-            said = self._who_is_silent() or self.motors.missing() or self.guards.text() or "running"
-        return done, said
 
-    def _start(self):
+    def start(self):
+        """Let the robots be driven; return whether they are, and words for it."""
         with self._lock:
             if self._goes_on():
                 return True, GOES_ON
             if self.outlet.emergency:
                 return False, "emergency stop: release it first"
-            silent = self._who_is_silent()
+            silent = self.who_is_silent()
             if silent and not self.resumes:
                 return False, silent + ": nobody is to move later by surprise, start again then"
             self._all_heard = True  # or it goes on by itself after any silence
@@ -540,40 +433,18 @@ class ControlNode:
 
     def _goes_on(self):
         """Return whether the robots are driven already, with nothing to be released."""
-        waits = self.trouble or self.outlet.emergency or self._who_is_silent()
+        waits = self.trouble or self.outlet.emergency or self.who_is_silent()
         return self.running and not waits and self._begun is not None
 
-    def _on_stop(self, _):
-        self.outlet.shut()
+    def stop(self, reason):
+        """Stop the robots, until they are started."""
         with self._lock:
-            self._stop("stopped by request")
-        return self._who_drives_on()
+            self._stop(reason)
 
-    def _who_drives_on(self):
-        """Return whether nobody drives the robots now that this node does not, and words for it."""
-        if self.rivals is None:
-            return True, "stopped; in a dry run nothing was sent"
-        if not self.rivals.look():
-            return True, "zero commands sent; the master does not tell who else may drive"
-        others = doubled_text(self.rivals.found())
-        if others:
-            return False, "zero commands sent, but {}: stop the other too".format(others)
-        return True, "stopped, zero commands sent"
-
-    def _on_set_topology(self, request):
-        weights = list(request.weight) or [1.0] * len(request.hears)
-        if not len(request.hears) == len(request.heard) == len(weights):
-            return False, "{} hears, {} heard, {} weights: wanted as many of each".format(
-                len(request.hears), len(request.heard), len(request.weight)
-            )
-        edges = list(zip(request.hears, request.heard, weights))
-        try:
-            with explained_by(TOPOLOGY_PAGE):
-                self.law.set_topology(Topology(self.scenario.n, edges, request.directed))
-            self._reconfigure.show()
-        except ValueError as error:
-            return False, with_page(error)
-        return True, "{} edges".format(len(edges))
+    def set_topology(self, topology):
+        """Let the law have another graph; ``ValueError`` if it is not over these robots."""
+        self.law.set_topology(topology)
+        self._reconfigure.show()
 
     def _on_shutdown(self):
         self.running = False
@@ -583,10 +454,8 @@ class ControlNode:
 
     def _publish_status(self):
         trouble = self.trouble or self._waited_for()
-        told = (self.running, bool(trouble))
-        if time.monotonic() - self._last["status"] < STATUS_PERIOD and told == self._told:
+        if not self._status.is_due(self.running, trouble):
             return
-        self._last["status"], self._told = time.monotonic(), told
         topology = self.law.topology
         refused, refusal = self.frame.refused()
         facts = dict(
@@ -606,11 +475,7 @@ class ControlNode:
             latency=self._latency,
             missed_periods=self._missed,
         )
-        self._facts = facts
-        edges, targets = topology.edges, self._targets()
-        message = control_status(self.outlet.command, self._axes, edges, targets, **facts)
-        message.header.stamp = rospy.get_rostime()
-        self._status.publish(message)
+        self._status.publish(facts, self.outlet.command, topology.edges, self._targets())
 
     def _stale(self):
         """Return the numbers of the robots of which odometry, or a reading, is not known now."""
@@ -620,25 +485,6 @@ class ControlNode:
             more = {self.law.numbers[row] for row in self.sensors.stale(now)}
             stale = sorted(more.union(stale))
         return stale
-
-    def _health(self):
-        """Return how the control and what it hears are, for ``/diagnostics``."""
-        if self._facts is None:
-            return []
-        counts = dict(commands=self._sent, odometry=self.inbox.heard)
-        rates = self._rates.of(counts)
-        own = control_health(self._facts)
-        if self.estimates is not None:
-            own.values["readings too late for estimates"] = self.estimates.late
-        own.values.update({"{} [Hz]".format(name): rate for name, rate in rates.items()})
-        if self.sensors is None:
-            return [own]
-        told = self.sensors.rates()
-        heard = self._sensor_rates.of({topic: count for topic, _, count, _ in told})
-        late = self.sensors.missing(rospy.get_time())
-        wanted = {topic: rate for topic, rate, _, _ in told}
-        slow = too_slow(heard, wanted, self._sensor_rates.window)
-        return [own, sensors_health(heard, [late] * bool(late) + slow)]
 
     def _waited_for(self):
         """Return for how long the law has been waited for, in words, or ""."""
@@ -659,35 +505,3 @@ class ControlNode:
             with self._lock:
                 self._lose(error)
         return None
-
-
-def run(protocol=None, argv=None):
-    """Run the control node with ``protocol``, a ``PioneerControl`` subclass.
-
-    Without one the command line or the scenario names it.
-    """
-    # Until the node has handlers of its own, an interrupt ends it without a traceback.
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    argv = sys.argv[1:] if argv is None else argv
-    local = {k: v for k, v in RUN_ARGUMENTS.items() if protocol is None or k != "protocol"}
-    with refusing_bad_input("pioneer_control"):
-        arguments = parse("Control of a team of robots over ROS.", local, argv, "pioneer_control")
-        scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
-        # Before there are threads, which no fork survives.
-        nursery = None if is_shipped(protocol) else Nursery(lambda: LawService(protocol))
-        own = [parameter.name for parameter in protocol.PARAMETERS]
-        foreign = protocol.__module__.partition(".")[0] != "mrs_simulator"
-        lifecycle.start_node("pioneer_control", own, foreign)
-        apart = read(LAW_PROCESS, not speaks_ros(protocol))
-        node = ControlNode(scenario, protocol, nursery if apart else None)
-    lifecycle.run(node.spin)
-
-
-def main():
-    """Run the node ``pioneer_control``."""
-    run()
-
-
-if __name__ == "__main__":
-    main()

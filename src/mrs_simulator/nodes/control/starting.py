@@ -6,7 +6,7 @@ import sys
 from mrs_simulator.control.loading import in_progress
 
 INTERRUPTED = 130  # exit code
-NODE = "mrs_simulator.nodes.control.node"
+NODE = "mrs_simulator.nodes.control.program"
 WITHOUT_ROS = (
     "pioneer_control: {}: a control node needs ROS (first: source devel/setup.bash of the workspace); "
     "without ROS: mrs-simulator experiment SCENARIO --protocol {} --out DIR"

@@ -1,0 +1,68 @@
+"""The status and the diagnostics of a control node."""
+
+import time
+
+import rospy
+
+from mrs_simulator.ros.diagnostics import Rates, control_health, sensors_health, too_slow
+from mrs_simulator.ros.messages import ControlStatus, control_status
+
+STATUS_PERIOD = 0.5  # [s] of wall time
+
+
+class StatusPublisher:
+    """Publishes ``~status``: every half second, and at once when the robots start, stop or recover."""
+
+    def __init__(self, axes):
+        """``axes``: those of the team's commands."""
+        self._axes = axes
+        self._publisher = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
+        self._last, self._told = 0.0, None
+        self.facts = None  # the fields of the last status by name, None before the first
+
+    def is_due(self, running, trouble):
+        """Return whether a status is to be published now; if so, it counts as published."""
+        told = (running, bool(trouble))
+        if time.monotonic() - self._last < STATUS_PERIOD and told == self._told:
+            return False
+        self._last, self._told = time.monotonic(), told
+        return True
+
+    def publish(self, facts, command, edges, targets):
+        """Publish ``facts``, fields by name, with the ``command`` (n, a) and the graph's ``edges``.
+
+        ``targets`` (n, d) [m]: where the points are wanted, or None.
+        """
+        self.facts = facts
+        message = control_status(command, self._axes, edges, targets, **facts)
+        message.header.stamp = rospy.get_rostime()
+        self._publisher.publish(message)
+
+
+class ControlHealth:
+    """How the control and what it hears are, for ``/diagnostics``."""
+
+    def __init__(self, status, inbox, sensors, estimates):
+        """``status``: a ``StatusPublisher``; ``sensors`` and ``estimates``: None where there are none."""
+        self._status, self._inbox = status, inbox
+        self._sensors, self._estimates = sensors, estimates
+        self._rates, self._sensor_rates = Rates(), Rates(rospy.get_time)
+
+    def told(self, sent):
+        """Return a list of ``Health``, empty before the first status; ``sent``: commands so far."""
+        if self._status.facts is None:
+            return []
+        own = control_health(self._status.facts)
+        if self._estimates is not None:
+            own.values["readings too late for estimates"] = self._estimates.late
+        rates = self._rates.of(dict(commands=sent, odometry=self._inbox.heard))
+        own.values.update({"{} [Hz]".format(name): rate for name, rate in rates.items()})
+        return [own] if self._sensors is None else [own, self._of_sensors()]
+
+    def _of_sensors(self):
+        told = self._sensors.rates()
+        heard = self._sensor_rates.of({topic: count for topic, _, count, _ in told})
+        late = self._sensors.missing(rospy.get_time())
+        wanted = {topic: rate for topic, rate, _, _ in told}
+        slow = too_slow(heard, wanted, self._sensor_rates.window)
+        return sensors_health(heard, [late] * bool(late) + slow)

@@ -15,7 +15,7 @@ import rospy
 from geometry_msgs.msg import Pose2D, PoseStamped, Twist  # noqa: F401 expressions name it
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry  # noqa: F401
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, LaserScan, PointCloud  # noqa: F401
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud  # noqa: F401
 from std_msgs.msg import Bool, String  # noqa: F401
 from std_srvs.srv import Empty, EmptyResponse, SetBool, Trigger
 from tf2_msgs.msg import TFMessage

@@ -102,6 +102,14 @@ def test_depths_are_lost_and_noisy_and_colours_are_not():
     assert np.nanstd((noisy.depth - plain.depth)[wall]) == pytest.approx(0.05, rel=0.1)
 
 
+def test_a_camera_of_colours_alone_knows_no_depth():
+    (reading,), _ = sensed(dict(EYE, depth=False))
+    np.testing.assert_array_equal(reading.image, sensed()[0][0].image)
+    assert np.isnan(reading.depth).all()
+    with pytest.raises(ScenarioError, match="depth: 1, wanted true or false"):
+        sensed(dict(EYE, depth=1))
+
+
 def test_a_depth_buffer_is_undone():
     far = np.array([0.1, 0.5, 5.0])
     buffer = 20.0 * (far - 0.1) / (far * (20.0 - 0.1))
@@ -142,7 +150,12 @@ def test_messages_tell_picture_depth_and_intrinsics():
         assert depth.encoding == encoding
         back = form.reading(depth, 1.0).depth
         np.testing.assert_allclose(back[known], reading.depth[known], atol=off)
-        assert known.any() and not known.all() and np.isnan(back[~known]).all()
+        is_nothing = np.isposinf if form is far else np.isnan
+        assert known.any() and not known.all() and is_nothing(back[~known]).all()
+    lost = np.where(known, reading.depth, np.nan)
+    assert np.isnan(
+        far.reading(far.message([reading.image, lost], Header()), 1.0).depth[~known]
+    ).all()
     nothing = np.frombuffer(raw.message(item, Header()).data, "<u2").reshape(60, 80)[~known]
     assert not nothing.any()
     for form in (pinhole, far_pinhole):
@@ -152,6 +165,14 @@ def test_messages_tell_picture_depth_and_intrinsics():
     told.width = 81
     with pytest.raises(messages.MessageError, match="wanted rgb8 of 80 x 60"):
         colours.reading(told, 1.0)
+
+
+def test_a_camera_of_colours_alone_tells_no_depth():
+    messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
+    for has_depth, forms, parts in ((True, 5, ["", "_depth"]), (False, 2, [""])):
+        (mount,) = [m for m in sensed(dict(EYE, depth=has_depth))[1].mounts[0] if m.name == "eye"]
+        assert len(messages.forms_of(mount, None)) == forms
+        assert [form.SUFFIX for form in messages.parts_of(mount, None)] == parts
 
 
 def test_optical_axes_lie_to_the_right_down_and_ahead():

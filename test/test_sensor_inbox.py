@@ -52,7 +52,7 @@ def put(inbox, row, stamp, count=16):
 
 
 def test_topics_follow_the_pattern(times):
-    assert [i.topic for i in inbox_of()._inlets] == [
+    assert [i.topics[0] for i in inbox_of()._inlets] == [
         "/robot{}/RosAria/sonar".format(k) for k in (1, 2)
     ]
     SETTINGS["sensor_topic"] = "/robot{}/sonar"
@@ -136,6 +136,63 @@ def test_lockstep_waits_for_what_was_measured(times):
     assert late.awaited(1.28, 1.0) == "" and "never heard" in late.awaited(1.3, 1.0)
     looks_back = inbox_of(names=("imu",))
     assert looks_back.awaited(1.08, 1.0) == "" and "never heard" in looks_back.awaited(1.1, 1.0)
+
+
+def camera_inbox(real=()):
+    """Return the inbox of a camera of 2 x 1 pixels at 5 Hz, and ``tell(stamp, part, value)``."""
+    eye = {"type": "camera", "width": 2, "height": 1, "rate": 5.0}
+    scenario = scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": {"eye": eye}}]})
+    team = Team.from_scenario(scenario)
+    mounts = fitted_mounts(team, scenario.sensors)
+    inbox = sensor_inbox.SensorInbox(("eye",), mounts, team.kinds, real, scenario.step)
+    (inlet,) = inbox._inlets
+
+    def tell(stamp, part, value):
+        picture = np.full((1, 2, 3), value, dtype=np.uint8), np.full((1, 2), float(value))
+        header = Header(0, rospy.Time.from_sec(stamp), "")
+        inbox.put(inlet.forms[part].message(picture, header), inlet, part)
+
+    return inbox, tell
+
+
+def heard(inbox):
+    """Return stamp, value of the picture and value of the depth of the newest reading, None without."""
+    reading = inbox.readings(0.0)[0].get("eye")
+    return reading and (round(reading.stamp, 6), reading.image[0, 0, 0], reading.depth[0, 0])
+
+
+def test_a_picture_and_its_depth_are_one_reading(times):
+    inbox, tell = camera_inbox()
+    assert inbox._inlets[0].topics == ["/robot1/RosAria/eye", "/robot1/RosAria/eye_depth"]
+    tell(1.0, 0, 1)
+    assert heard(inbox) is None and inbox.awaited(1.0, 1.0)
+    assert inbox.missing(1.0).endswith("(never heard); nothing came on /robot1/RosAria/eye_depth")
+    tell(1.0, 1, 1)
+    assert heard(inbox) == (1.0, 1, 1.0) and inbox.missing(1.0) == inbox.awaited(1.0, 1.0) == ""
+    # Each topic has a thread of its own: the next picture may overtake the depth.
+    times.simulated = 1.4
+    for stamp, part, value in ((1.2, 1, 2), (1.2, 0, 2), (1.4, 0, 3)):
+        tell(stamp, part, value)
+    assert heard(inbox) == (1.2, 2, 2.0)
+    tell(1.4, 1, 3)
+    assert heard(inbox) == (1.4, 3, 3.0)
+    # After a restart nothing of the last run is taken for this one's.
+    times.simulated = 0.0
+    tell(1.2, 0, 4)
+    assert heard(inbox) == (1.4, 3, 3.0)
+    tell(1.2, 1, 4)
+    assert heard(inbox) == (1.2, 4, 4.0) and inbox.rates()[0][2] == 4
+
+
+def test_real_cameras_tell_picture_and_depth_when_they_like(times):
+    inbox, tell = camera_inbox(real=(0,))
+    for k in range(4):
+        times.simulated = times.wall = 100.0 + 0.2 * k
+        tell(times.wall, 0, k)
+        assert heard(inbox) == (None if k < 2 else (round(times.wall - 0.2, 6), k - 1, k - 1.0))
+        times.simulated = times.wall = times.wall + 0.03
+        tell(times.wall, 1, k)
+    assert heard(inbox) == (100.6, 3, 3.0)
 
 
 def test_nothing_is_missing_where_nothing_is_asked_for(times):

@@ -14,7 +14,7 @@ from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.study.experiment import perform
 from mrs_simulator.study.sensor_files import FILE
 
-FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7}  # [m]
+FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7, "camera": 4e-6}  # [m], as far as each sees
 COMMANDS = 26  # [-] that are compared: half a second
 MOUNTS = {
     "laser": {"range": [0.1, 5.0], "rays": 31},
@@ -26,6 +26,13 @@ MOUNTS = {
     "altimeter": {"type": "altimeter", "noise": {"dropout": 0.3}},
     "gps": {"type": "gps", "origin": [49.1, 12.3, 400.0], "noise": {"stddev": 1.0}},
     "mocap": {"type": "motion_capture", "noise": {"position": {"latency": 0.1}}},
+    "camera": {
+        "type": "camera",
+        "place": [0.3, 0.0, 0.4],
+        "width": 24,
+        "height": 18,
+        "noise": {"depth": {"stddev": 0.01, "dropout": 0.1, "latency": 0.06}},
+    },
     "front": {"type": "sonar", "transducers": [["0.1 m", 0.0, 0.0]]},
 }
 LAW = """
@@ -57,9 +64,12 @@ FILE = {file!r}
 
 
 ROBOT = re.compile(r"/robot\d+/")
+TOPICS = "Topic", "Marker Topic", "Image Topic", "Depth Map Topic", "Color Image Topic"
 # What the displays of RViz subscribe to.
 SHOWN = {
     "rviz/LaserScan": "sensor_msgs/LaserScan",
+    "rviz/DepthCloud": "sensor_msgs/Image",
+    "rviz/Image": "sensor_msgs/Image",
     "rviz/Map": "nav_msgs/OccupancyGrid",
     "rviz/MarkerArray": "visualization_msgs/MarkerArray",
     "rviz/PointCloud": "sensor_msgs/PointCloud",
@@ -75,9 +85,10 @@ def rviz_displays():
     while waiting:
         display = waiting.pop()
         waiting += display.get("Displays", [])
-        topic = display.get("Topic") or display.get("Marker Topic")
-        if topic:
+        for topic in (display[key] for key in TOPICS if key in display):
             found[topic] = SHOWN[display["Class"]]
+            if display["Class"] == "rviz/DepthCloud":  # as image_transport has it, beside either
+                found[topic.rpartition("/")[0] + "/camera_info"] = "sensor_msgs/CameraInfo"
     return manager["Global Options"]["Fixed Frame"], found
 
 
@@ -164,7 +175,7 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     near = {topic: kind for topic, kind in displays.items() if not ROBOT.match(topic)}
     near.update((t, k) for t, k in displays.items() if ROBOT.match(t) and int(t[6]) <= 2)
     near.pop("/stage/markers")  # of the node markers
-    assert {"/robot1/sonar", "/robot2/laser", "/map"} <= set(near)
+    assert {"/robot1/sonar", "/robot2/laser", "/map", "/robot2/camera_depth"} <= set(near)
     assert {topic: told.get(topic) for topic in near} == near
     for topic, kind in near.items():
         probe.ask("listen({!r}, {})".format(topic, kind.partition("/")[2]))

@@ -1,24 +1,27 @@
 """Newest reading of each sensor that a law asks for: written by subscriber threads, read by the loop."""
 
+import functools
 import math
 import threading
 import time
+from collections import deque
 
 import rospy
 
 from mrs_simulator.core.intake import Intake
 from mrs_simulator.ros.messages import MessageError
 from mrs_simulator.ros.node_parameters import SENSOR_TIMEOUT, SENSOR_TOPIC
-from mrs_simulator.ros.odometry_inbox import clock_at, silence
+from mrs_simulator.ros.odometry_inbox import MOST_NAMED, clock_at, silence
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.senders import Senders
-from mrs_simulator.ros.sensor_messages import forms_of, listened_topic
+from mrs_simulator.ros.sensor_messages import listened_topic, parts_of
 from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.sensors.types import TYPES
 
 MISSED = 2.5  # [-] periods of a sensor after which its reading is stale, where that is longer
 MOST_KEPT = 200  # [-] readings of a sensor that wait to be taken
 CLOSE = 1e-6  # [s] within which times are equal
+PARTS_KEPT = 4  # [-] newest of each part of a reading, until the others of its time are there
 
 
 class SensorInbox:
@@ -41,43 +44,54 @@ class SensorInbox:
             for row, (own, kind) in enumerate(zip(mounts, kinds))
         ]
         self._rows = range(len(mounts))
-        self._subscribers = [self._subscribed(inlet, pattern) for inlet in self._inlets]
+        self._subscribers = [
+            self._subscribed(inlet, part, pattern)
+            for inlet in self._inlets
+            for part in range(len(inlet.forms))
+        ]
 
     def _inlet(self, row, mount, kind, real, step):
         is_real = row in real
         period = 1.0 / mount.rate if is_real else steps_between(mount, step) * step
         return _Inlet(row, mount, kind, is_real, period, self._least)
 
-    def _subscribed(self, inlet, pattern):
-        form = inlet.form
+    def _subscribed(self, inlet, part, pattern):
+        form = inlet.forms[part]
         name = listened_topic(pattern, inlet.row + 1, form)
-        inlet.topic = rospy.resolve_name(name)
+        inlet.topics[part] = rospy.resolve_name(name)
         return rospy.Subscriber(
             name,
             form.MESSAGE,
-            self.put,
+            functools.partial(self.put, part=part),
             callback_args=inlet,
             queue_size=MOST_KEPT if form.mount.name in self._kept else 1,
             tcp_nodelay=True,
         )
 
-    def put(self, message, inlet):
-        """Take in a message of one sensor; what cannot be now, or is not the mount's, is refused."""
+    def put(self, message, inlet, part=0):
+        """Take in a message of one sensor; what cannot be now, or is not the mount's, is refused.
+
+        ``part``: which of the ``inlet``'s forms it is.
+        """
         stamp = message.header.stamp
         seconds = stamp.to_sec()
         now = rospy.get_time() if inlet.is_real else clock_at(seconds, inlet.timeout)
         arrival = time.monotonic()
         with self._lock:
-            self._senders.note(inlet.topic, message)
-            if not inlet.intake.believes_stamp(0, seconds, now, arrival):
+            self._senders.note(inlet.topics[part], message)
+            if not inlet.intake.believes_stamp(part, seconds, now, arrival):
                 return
         try:
-            reading = inlet.form.reading(message, seconds)
+            reading = inlet.forms[part].reading(message, seconds)
         except MessageError as error:
             with self._lock:
-                inlet.intake.refuse(0, str(error))
+                inlet.intake.refuse(part, str(error))
             return
         with self._lock:
+            stamp, reading = inlet.completed(part, stamp, reading)
+            if reading is None:
+                return
+            seconds = stamp.to_sec()
             if inlet.is_real and abs(now - seconds) > inlet.timeout:
                 stamp = rospy.Time.from_sec(now)  # its clock is another
             known = inlet.keep(
@@ -139,8 +153,13 @@ class SensorInbox:
         texts = []
         for name in dict.fromkeys(inlet.form.mount.name for inlet, _ in late):
             own = [(inlet, age) for inlet, age in late if inlet.form.mount.name == name]
-            reasons = {i.row + 1: i.intake.reasons[0] for i, _ in own if i.intake.reasons}
+            reasons = {
+                i.row + 1: min(i.intake.reasons.items())[1] for i, _ in own if i.intake.reasons
+            }
             texts.append(silence({i.row + 1: age for i, age in own}, name, reasons))
+        lacking = [topic for inlet, _ in late for topic in inlet.lacking]
+        if lacking:
+            texts.append("nothing came on " + ", ".join(lacking[:MOST_NAMED]))
         return "; ".join(texts)
 
     def stale(self, now):
@@ -151,7 +170,9 @@ class SensorInbox:
     def rates(self):
         """Return ``(topic, rate wanted, messages so far, refused so far)`` of each sensor; rates in Hz."""
         with self._lock:
-            return [(i.topic, 1.0 / i.period, i.count, i.intake.refused[0]) for i in self._inlets]
+            return [
+                (i.topics[0], 1.0 / i.period, i.count, sum(i.intake.refused)) for i in self._inlets
+            ]
 
     def doubled(self):
         """Return ``{topic: [nodes]}`` of the topics on which several nodes publish."""
@@ -168,18 +189,54 @@ def _row(heard):
     return heard[0]
 
 
+def _gap_to(stamp):
+    return lambda other: abs((other[0] - stamp).to_sec())
+
+
 class _Inlet:
     """What has come of one sensor of one robot."""
 
     def __init__(self, row, mount, kind, is_real, period, least):
         self.row, self.is_real, self.period = row, is_real, period
-        self.form = forms_of(mount, kind)[0]
-        self.topic = ""
+        self.forms = parts_of(mount, kind)
+        self.form, self.topics = self.forms[0], [""] * len(self.forms)
         self.timeout = mount.latency + max(least, MISSED * period)
-        self.intake = Intake([is_real], self.timeout)
+        self.intake = Intake([is_real] * len(self.forms), self.timeout)
+        self._parts = [deque(maxlen=PARTS_KEPT) for _ in self.forms]
+        self._apart = 0.5 * period if is_real else CLOSE  # [s] that parts of a reading may be
         self.newest, self.count, self._received = None, 0, -math.inf
         looks_back = getattr(TYPES[mount.type], "LOOKS_BACK", False)
         self._first = mount.latency + (period if looks_back else 0.0)  # [s] since it is listened to
+
+    def completed(self, part, stamp, reading):
+        """Return stamp and reading that the ``reading`` of a ``part`` completes, None where others lack.
+
+        Of real robots' drivers, whose parts may bear other stamps, the nearest in time belong together.
+        """
+        if len(self.forms) == 1:
+            return stamp, reading
+        own = self._parts[part]
+        if own and stamp < own[0][0]:  # time began anew
+            for each in self._parts:
+                each.clear()
+        own.appendleft((stamp, reading))
+        for begun, whole in self._parts[0]:
+            others = [min(each, key=_gap_to(begun), default=None) for each in self._parts[1:]]
+            if all(each and abs((each[0] - begun).to_sec()) <= self._apart for each in others):
+                if reading is not (whole if part == 0 else others[part - 1][1]):
+                    break  # it was complete without this one
+                filled = zip(self.forms[1:], others)
+                fields = {
+                    name: getattr(of, name) for form, (_, of) in filled for name in form.FILLS
+                }
+                return begun, whole._replace(**fields)
+        return stamp, None
+
+    @property
+    def lacking(self):
+        """Return the topics on which nothing came, while something did on others of the sensor."""
+        empty = [not own for own in self._parts] if len(self.forms) > 1 else [False]
+        return [] if all(empty) else [t for t, is_empty in zip(self.topics, empty) if is_empty]
 
     def keep(self, reading, stamp, received):
         """Keep a ``reading`` of ``stamp`` [ns], received at a time [s]: of wall time from a real robot.

@@ -68,6 +68,7 @@ class Form:
     SUFFIX = ""  # of the topic, after the mount's name
     FRAME = OWN
     MESSAGE = None
+    FILLS = ()  # fields of the first form's reading that this one tells instead
 
     def __init__(self, mount, kind):
         """``mount`` on a robot of ``kind``."""
@@ -568,7 +569,7 @@ class Colours(CameraForm):
         return _image(header, "rgb8", np.ascontiguousarray(item[0]))
 
     def reading(self, message, stamp):
-        """Return the ``CameraReading``; its depth comes by another topic, and is nan."""
+        """Return the ``CameraReading``; its depth, which ``Depths`` tells, is nan."""
         triples = self.pixels(message, {"rgb8": np.dtype((np.void, 3))})
         image = np.ascontiguousarray(triples).view(np.uint8).reshape(*triples.shape, 3)
         unknown = np.full(triples.shape, np.nan)
@@ -576,15 +577,15 @@ class Colours(CameraForm):
 
 
 class Depths(CameraForm):
-    """Image 32FC1 of depths [m] (REP 118): nan where nothing is, or where it is not known."""
+    """Image 32FC1 of depths [m] (REP 118): inf where nothing is, nan where it is not known."""
 
     MESSAGE = Image
     SUFFIX = "_depth"
+    FILLS = ("depth",)
 
     def message(self, item, header):
         """Return the ``Image`` of a picture's depth."""
-        depth = np.where(np.isfinite(item[1]), item[1], np.nan)
-        return _image(header, "32FC1", np.ascontiguousarray(depth, dtype="<f4"))
+        return _image(header, "32FC1", np.ascontiguousarray(item[1], dtype="<f4"))
 
     def reading(self, message, stamp):
         """Return the ``CameraReading``, its picture black; 16UC1 [mm], 0 for nothing, is read as well."""
@@ -600,6 +601,7 @@ class RawDepths(Depths):
     """Image 16UC1 of depths [mm], as cameras tell them: 0 where nothing is, or farther than it can tell."""
 
     SUFFIX = "_depth_raw"
+    FILLS = ()
 
     def message(self, item, header):
         """Return the ``Image`` of a picture's depth."""
@@ -643,7 +645,7 @@ def _image(header, encoding, pixels):
     return Image(header, height, width, encoding, 0, step, pixels.tobytes())
 
 
-# Of each type of sensor; the first is the one that is listened to.
+# Of each type of sensor; the first is listened to, with those that ``FILLS`` what it leaves out.
 FORMS = {
     "altimeter": (Height,),
     "battery": (Charge, Voltage, StateOfCharge),
@@ -663,10 +665,18 @@ FORMS = {
 
 def forms_of(mount, kind):
     """Return the forms of the ``mount`` on a robot of ``kind``."""
-    forms = [form(mount, kind) for form in FORMS[mount.type]]
+    kinds = FORMS[mount.type]
+    if mount.type == "camera" and not mount.numbers.has_depth:
+        kinds = tuple(form for form in kinds if not form.SUFFIX.startswith(Depths.SUFFIX))
     if mount.type == "sonar" and len(mount.numbers.transducers) == 1:
-        forms.append(SonarRange(mount, kind))
-    return forms
+        kinds = (*kinds, SonarRange)
+    return [form(mount, kind) for form in kinds]
+
+
+def parts_of(mount, kind):
+    """Return the forms that make up a reading of the ``mount``; the others fill fields of the first."""
+    first, *others = forms_of(mount, kind)
+    return [first, *(form for form in others if form.FILLS)]
 
 
 def topic_of(number, form):

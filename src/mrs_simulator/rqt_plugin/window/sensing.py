@@ -85,7 +85,11 @@ class Sensing:
 
     def _depth(self, in_panel):
         """Return the depth of the camera that the panel shows, if it is that which is wanted."""
-        found = [(key, of) for key, of in in_panel.items() if of[0].type == "camera"]
+        found = [
+            (key, (mount, kind))
+            for key, (mount, kind) in in_panel.items()
+            if mount.type == "camera" and mount.numbers.has_depth
+        ]
         if not found or not self._panels.sensors.wants_depth:
             return {}
         (number, name), of = found[0]

@@ -21,6 +21,7 @@ class Numbers(NamedTuple):
     down: float  # [rad] by which it looks below the level
     least: float  # [m] along its axis
     most: float
+    has_depth: bool = True
 
     @property
     def intrinsics(self):
@@ -34,7 +35,9 @@ class CameraReading(NamedTuple):
 
     stamp: float  # [s]
     image: np.ndarray  # (..., height, width, 3) uint8, red, green, blue
-    depth: np.ndarray  # (..., height, width) [m] along the camera's axis, inf where nothing is
+    depth: (
+        np.ndarray
+    )  # (..., height, width) [m] along the camera's axis, inf where nothing is, nan: unknown
     intrinsics: Tuple[float, ...]  # fx, fy, cx, cy [pixels]
 
     PER_ROBOT = ("image", "depth")
@@ -62,6 +65,7 @@ class Camera:
             section.quantity("down", "rad", 0.0, low=-0.5 * math.pi, high=0.5 * math.pi),
             max(least, 1e-3),
             most,
+            section.flag("depth", True),
         )
 
     def __init__(self, mount, rows, team):
@@ -80,4 +84,6 @@ class Camera:
         pictures = [environment.picture(state, *each, numbers) for each in zip(eyes, ahead)]
         image, depth = (np.stack(each) for each in zip(*pictures))
         depth = rng.noisy(np.where(depth < numbers.most, depth, np.inf), "depth")
+        if not numbers.has_depth:
+            depth = np.full_like(depth, np.nan)
         return CameraReading(state.time, image, depth, numbers.intrinsics)

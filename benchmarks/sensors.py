@@ -105,7 +105,7 @@ def serialised(suite, world):
     try:
         from std_msgs.msg import Header
 
-        from mrs_simulator.ros.sensor_messages import Colours, Depths, Pinhole
+        from mrs_simulator.ros.sensor_forms.camera import Colours, Depths, Pinhole
     except ImportError:
         return []
     (sensor,), found = suite.active, []

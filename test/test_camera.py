@@ -134,6 +134,8 @@ def test_messages_tell_picture_depth_and_intrinsics():
     messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
     from std_msgs.msg import Header
 
+    from mrs_simulator.ros.messages import MessageError
+
     (reading,), suite = sensed()
     (mount,) = [each for each in suite.mounts[0] if each.name == "eye"]
     colours, far, raw, pinhole, far_pinhole = messages.forms_of(mount, None)
@@ -163,7 +165,7 @@ def test_messages_tell_picture_depth_and_intrinsics():
         told_of = info.K[0], info.K[2], info.K[5]
         assert told_of == pytest.approx((reading.intrinsics[0], 39.5, 29.5))
     told.width = 81
-    with pytest.raises(messages.MessageError, match="wanted rgb8 of 80 x 60"):
+    with pytest.raises(MessageError, match="wanted rgb8 of 80 x 60"):
         colours.reading(told, 1.0)
 
 

@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.ros import sensor_inbox
-from mrs_simulator.ros.sensor_messages import Cloud
+from mrs_simulator.ros.sensor_forms.cloud import Cloud
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.vehicles import Team
 

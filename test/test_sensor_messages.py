@@ -14,7 +14,8 @@ from mrs_simulator.nodes.stage import sensor_topics
 from mrs_simulator.nodes.stage.robot_topics import Frames
 from mrs_simulator.ros import defined_types
 from mrs_simulator.ros.messages import MessageError
-from mrs_simulator.ros.sensor_messages import FORMS, Cloud, forms_of, topic_of
+from mrs_simulator.ros.sensor_forms.cloud import Cloud
+from mrs_simulator.ros.sensor_messages import FORMS, forms_of, topic_of
 from mrs_simulator.sensors.suite import Suite, of_robot
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.world.world import World

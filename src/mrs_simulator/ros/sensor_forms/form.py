@@ -1,0 +1,45 @@
+"""A form: how one type of sensor is told in one type of message."""
+
+# Frames: the mount's, the robot's, the common one, and a camera's with z ahead and x to the right.
+OWN, BASE, WORLD, OPTICAL = "own", "base", "world", "optical"
+OPTICAL_FRAME = "_optical_frame"  # after the mount's frame
+
+
+class Form:
+    """What the forms have in common; ``frame`` (x, y, z [m], yaw [rad]) is that of ``OWN`` on the robot."""
+
+    SUFFIX = ""  # of the topic, after the mount's name
+    FRAME = OWN
+    MESSAGE = None
+    FILLS = ()  # fields of the first form's reading that this one tells instead
+
+    def __init__(self, mount, kind):
+        """``mount`` on a robot of ``kind``."""
+        self.mount, self.kind = mount, kind
+        self.noise = dict(mount.noise)
+
+    @property
+    def frame(self):
+        """Return where the frame ``OWN`` lies on the robot: x, y, z [m], yaw [rad]."""
+        return self.mount.place
+
+    def rows(self, reading):
+        """Return what the messages of the robots of ``reading`` are made of, one item for each."""
+        return [list(row) for row in zip(*(getattr(reading, name) for name in reading.PER_ROBOT))]
+
+    def message(self, item, header):
+        """Return the message of one robot's ``item`` of ``rows``."""
+        raise NotImplementedError
+
+    def reading(self, message, stamp):
+        """Return the reading in ``message``; ``MessageError`` says why it cannot be this sensor's."""
+        raise NotImplementedError
+
+    def variance(self, quantity=""):
+        """Return the variance of the sensor's white noise."""
+        return self.noise[quantity].stddev ** 2 if quantity in self.noise else 0.0
+
+
+def diagonal(variance):
+    """Return the covariance, 9 numbers, of three components of one ``variance``."""
+    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -39,12 +40,12 @@ def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
         raise OSError(28, "No space left on device", run.pose.shape)
 
     monkeypatch.setattr(figures, "figures", fail)
-    recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3)
     drawing = drawing_apart.Drawing(("png",))
     assert not drawing.is_able
-    drawing.fork(recorder, None)
-    for time in (0.0, 0.1, 0.2):  # only now, and seen there all the same
-        recorder.sample(time, np.zeros((2, 3)), np.zeros((2, 2)))
+    recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3, memory=drawing.memory)
+    drawing.begin(recorder)
+    for stamp in (0.0, 0.1, 0.2):  # seen there as well
+        recorder.sample(stamp, np.zeros((2, 3)), np.zeros((2, 2)))
     assert drawing.is_able
     recorder.close()
     drawing.figures(recorder.run(), str(tmp_path))
@@ -60,10 +61,11 @@ def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
         raise ImportError("no matplotlib")
 
     monkeypatch.setattr(figures, "warm_up", missing)
-    with Recorder(str(tmp_path / "run.csv"), (1,), kept=1) as recorder:
-        recorder.sample(0.0, np.zeros((1, 3)), np.zeros((1, 2)))
     drawing = drawing_apart.Drawing(("png",))
-    drawing.fork(recorder, None)
+    memory = drawing.memory
+    with Recorder(str(tmp_path / "run.csv"), (1,), kept=1, memory=memory) as recorder:
+        recorder.sample(0.0, np.zeros((1, 3)), np.zeros((1, 2)))
+    drawing.begin(recorder)
     with pytest.raises(RuntimeError, match="ended before it had drawn"):
         drawing.figures(recorder.run(), str(tmp_path))
         drawing.finish()
@@ -77,3 +79,23 @@ def test_nothing_is_forked_without_formats_or_on_one_core(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
     with drawing_apart.drawing(("png",)) as apart:
         assert apart is None
+    monkeypatch.delattr(os, "sched_getaffinity")  # as on macOS
+    with drawing_apart.drawing(("png",)) as apart:
+        assert apart is None
+
+
+def test_a_run_that_never_begins_waits_for_no_drawing(monkeypatch):
+    monkeypatch.setattr(figures, "warm_up", lambda formats: time.sleep(1000.0))
+    with pytest.raises(ValueError, match="no such scenario"), drawing_apart.drawing(("png",)):
+        raise ValueError("no such scenario")
+
+
+def test_what_runs_is_loaded_beside_what_draws():
+    code = """
+import sys
+import mrs_simulator.study.command
+heavy = "mrs_simulator.study.experiment", "mrs_simulator.world.world", "matplotlib", "pybullet"
+print([name for name in heavy if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, timeout=60)
+    assert done.stdout.decode().strip() == "[]"

@@ -107,6 +107,35 @@ class RunError(ValueError):
     page = "docs/scenarios.md#columns-of-runcsv"
 
 
+class Kept:
+    """The numbers of a recorder's first samples, in memory that forked processes share."""
+
+    def __init__(self, robots, columns, samples, memory=None):
+        """Keep ``samples`` of ``robots`` in a file of ``columns``; none if they take over ``MOST_KEPT``.
+
+        ``memory``: an ``mmap`` of ``MOST_KEPT`` to keep them in, by default one of their own.
+        """
+        self.layout = list(robots), columns, samples
+        shape = columns.width - STAMPS, samples, len(self.layout[0])
+        size = 8 * math.prod(shape)
+        if not 0 < size <= MOST_KEPT:
+            self.table = np.empty((0, shape[2], shape[0]))
+            return
+        memory = mmap.mmap(-1, size) if memory is None else memory
+        table = np.frombuffer(memory, count=size // 8).reshape(shape)
+        self.table = np.moveaxis(table, 0, -1)  # (samples, n, numbers), column by column
+
+    def run(self, time, scenario, facts):
+        """Return the ``Run`` of the first m samples, at ``time`` (m,) [s].
+
+        ``facts``: its collisions and its ``meta``.
+        """
+        robots, columns, _ = self.layout
+        kinds = tuple(" ".join(kind.split()) for kind in columns.kinds)
+        table = self.table[: len(time)]
+        return _run_of(time, np.array(robots), table, columns, kinds, facts, scenario)
+
+
 class Recorder:
     """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
 
@@ -119,12 +148,13 @@ class Recorder:
         axes=UNICYCLE_AXES,
         columns=None,
         kept=0,
+        memory=None,
     ):
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
         ``columns``: the ``Columns`` of the file, by default those for commands with ``axes`` alone.
         ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, if these are no
-        more than ``MOST_KEPT``.
+        more than ``MOST_KEPT``; ``memory``: where they are :class:`Kept`.
         What is told there of an earlier run is taken away.  ``tell`` is called with a text when
         samples find no room on the disk, and when they do again: a run goes on all the same.
         """
@@ -135,7 +165,8 @@ class Recorder:
         self.columns = Columns(tuple(axes)) if columns is None else columns
         self._numbers, self._samples = list(robots), 0
         shape = len(self._numbers), self.columns.width - STAMPS
-        self._kept = _shared(kept, *shape)
+        self.kept = Kept(self._numbers, self.columns, kept, memory)
+        self._kept = self.kept.table
         self._times = np.empty(len(self._kept))
         # What waits to be written: text is made of several small samples at once, in half of the time.
         self._stamps = []
@@ -222,7 +253,7 @@ class Recorder:
         """
         if not self.has_kept_all:
             return read_run_csv(self.path, scenario)
-        return self.kept_run(self._times[: self._samples], scenario, _read_facts(self.path))
+        return self.kept.run(self._times[: self._samples], scenario, _read_facts(self.path))
 
     @property
     def has_kept_all(self):
@@ -230,15 +261,6 @@ class Recorder:
         if self._file.lost or not 0 < self._samples <= len(self._kept):
             return False
         return all(np.isfinite(sample).all() for sample in self._kept[: self._samples])
-
-    def kept_run(self, time, scenario, facts):
-        """Return the ``Run`` of the first m samples, at ``time`` (m,) [s]; ``facts``: collisions, ``meta``.
-
-        In processes that were forked meanwhile, too.
-        """
-        kinds = tuple(" ".join(kind.split()) for kind in self.columns.kinds)
-        told = time, np.array(self._numbers), self._kept[: len(time)]
-        return _run_of(*told, self.columns, kinds, facts, scenario)
 
     def close(self):
         """Finish the file; closing twice does no harm."""
@@ -332,17 +354,6 @@ def read_run_csv(path, scenario=None):
     columnwise = np.moveaxis(table[:, :, STAMPS:], -1, 0).copy()  # as a recorder keeps them
     told = time, robots.astype(int), np.moveaxis(columnwise, 0, -1)
     return _run_of(*told, columns, tuple(kinds[:n]), facts, scenario)
-
-
-def _shared(samples, n, width):
-    """Return an array (samples, n, width), column by column in memory that forked processes share.
-
-    Without samples where it would be larger than ``MOST_KEPT``.
-    """
-    size = 8 * samples * n * width
-    if not 0 < size <= MOST_KEPT:
-        return np.empty((0, n, width))
-    return np.moveaxis(np.frombuffer(mmap.mmap(-1, size)).reshape(width, samples, n), 0, -1)
 
 
 def _run_of(time, robots, table, columns, kinds, facts, scenario):

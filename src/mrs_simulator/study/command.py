@@ -1,4 +1,7 @@
-"""The commands ``experiment`` and ``sweep``: one headless run, or many."""
+"""The commands ``experiment`` and ``sweep``: one headless run, or many.
+
+What runs and judges is imported only once a process apart has begun to load what draws.
+"""
 
 import argparse
 import contextlib
@@ -8,12 +11,10 @@ import sys
 
 from mrs_simulator.core.scenario import OVERRIDES, load_scenario
 from mrs_simulator.core.verdict import add_require_verdict, exit_code, verdict_text
-from mrs_simulator.study import sweep
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.look import add_look, look_of
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.study.report import control_of, read_run
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.video import add_video, check_video, write_video
 
@@ -27,9 +28,12 @@ def main(argv=None):
         look, formats = look_of(arguments)
         if arguments.sweep:
             sys.exit(_sweep(arguments))
-        scenario = _scenario(arguments)
-        options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
-        verdict = run_experiment(scenario, arguments.out, **options)
+        with drawing(formats) as apart:
+            from mrs_simulator.study.experiment import run_experiment
+            from mrs_simulator.study.report import control_of, read_run
+
+            options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
+            verdict = run_experiment(_scenario(arguments), arguments.out, **options, apart=apart)
         written = write_exports(arguments, lambda: read_run(arguments.out), verdict)
         written += write_video(arguments, lambda: read_run(arguments.out), control_of)
     print(verdict_text(verdict))
@@ -62,6 +66,8 @@ def _ending(program):
 
 def _sweep(arguments):
     """Run the sweep and say how many passed, and why not the others; return the exit code."""
+    from mrs_simulator.study import sweep
+
     given = _given(arguments, ("robots", *OVERRIDES))
     if arguments.protocol:
         given[sweep.PROTOCOL] = arguments.protocol

@@ -1,16 +1,21 @@
 """Figures drawn by processes of their own, while a run goes on and while it is judged.
 
-They are forked as a run begins, so that matplotlib is loaded meanwhile, and see the run's samples in the
-recorder's memory: none are copied.  Each draws one figure after the other, whichever is next.
+They are forked before the world is loaded, so that matplotlib is loaded meanwhile, and see the run's
+samples in the recorder's memory: none are copied.  Each draws one figure after the other, whichever is
+next.
 """
 
 import contextlib
+import gc
+import mmap
 import os
+import signal
 import threading
 from collections import deque
 from multiprocessing.connection import Pipe, wait
 
 from mrs_simulator.control.processes_apart import guarded
+from mrs_simulator.core.recording import MOST_KEPT, Kept
 
 PROCESSES = 2
 MOST_FIGURES = (
@@ -23,33 +28,35 @@ class Drawing:
     """Draws figures in processes apart; :meth:`finish` waits for them."""
 
     def __init__(self, formats):
-        """``formats``: those of the figures; :meth:`fork` begins."""
-        self.formats = formats
-        self._pipes, self._process = (), None
-        self._free, self._waiting, self._busy = [], deque(), []
-
-    def fork(self, recorder, scenario):
-        """Begin a run of ``scenario`` that ``recorder`` records; while this process has one thread."""
-        self._recorder = recorder
+        """Load what draws figures in ``formats``; while this process has one thread."""
+        self.memory = mmap.mmap(-1, MOST_KEPT)  # where a recorder is to keep the samples
+        self._recorder, self._is_drawing = None, False
+        self._waiting, self._busy = deque(), []
         pairs = [Pipe() for _ in range(PROCESSES)]
         self._pipes, theirs = zip(*pairs)
+        self._free = list(self._pipes)
         self._process = os.fork()
         if self._process == 0:
             for pipe in self._pipes:
                 pipe.close()
-            guarded(_draw_all, theirs, _drawings(recorder, scenario), self.formats)
+            guarded(_draw_all, theirs, _drawings(self.memory), formats)
         for pipe in theirs:
             pipe.close()
-        self._free = list(self._pipes)
+
+    def begin(self, recorder):
+        """Tell of a run that ``recorder`` keeps in :attr:`memory`."""
+        self._recorder = recorder
 
     @property
     def is_able(self):
         """Return whether the recorder holds the run that is to be drawn."""
-        return self._process is not None and self._recorder.has_kept_all
+        return self._recorder is not None and self._recorder.has_kept_all
 
     def figures(self, run, *options):
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
-        told = run.time, run.collisions, run.hand.shape[2]
+        dimension = run.hand.shape[2]
+        told = self._recorder.kept.layout, run.time, run.collisions, run.scenario, dimension
+        self._is_drawing = True
         for pipe in self._pipes:
             _send(pipe, ("run", told, options))
         self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
@@ -83,8 +90,10 @@ class Drawing:
         """End the processes."""
         for pipe in self._pipes:
             pipe.close()
-        if self._process is not None:
-            os.waitpid(self._process, 0)
+        if not self._is_drawing:  # it may still be loading
+            os.kill(self._process, signal.SIGKILL)
+        os.waitpid(self._process, 0)
+        self.memory = None
 
 
 def _send(pipe, request):
@@ -98,7 +107,7 @@ def _send(pipe, request):
 def drawing(formats):
     """Within it, a ``Drawing`` draws; None where processes of its own gain nothing or are not safe."""
     alone = threading.active_count() == 1  # a lock that another thread holds would stay locked
-    if not (formats and alone and len(os.sched_getaffinity(0)) > 1):
+    if not (formats and alone and _cores() > 1):
         yield None
         return
     made = Drawing(formats)
@@ -108,13 +117,18 @@ def drawing(formats):
         made.close()
 
 
-def _drawings(recorder, scenario):
-    """Return the functions that serve requests, by name, about the run that ``recorder`` holds."""
+def _cores():
+    """Return how many cores this process may use; 1 where only Linux could tell, or fork safely."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def _drawings(memory):
+    """Return the functions that serve requests, by name, about the run whose samples are in ``memory``."""
     given = []
 
     def begin(told, options):
-        time, collisions, dimension = told
-        run = recorder.kept_run(time, scenario, (collisions, {}))
+        layout, time, collisions, scenario, dimension = told
+        run = Kept(*layout, memory).run(time, scenario, (collisions, {}))
         given[:] = (run.in_space(dimension), *options)
 
     def draw(row):
@@ -132,6 +146,8 @@ def _drawings(recorder, scenario):
 
 def _draw_all(pipes, drawings, formats):
     """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
+    gc.disable()  # it would look through all of matplotlib again and again, a fourth of the time
+
     from mrs_simulator.study.figures import warm_up
 
     warm_up(formats)

@@ -1,5 +1,6 @@
 """Headless experiments: the world and the control in lockstep in one process, without a master."""
 
+import contextlib
 import os
 import sys
 import time
@@ -206,14 +207,17 @@ class Experiment:
             raise LawFailed(text) from error
 
 
-def run_experiment(scenario, out, protocol=None, progress=False, formats=("png", "pdf"), look=None):
+def run_experiment(
+    scenario, out, protocol=None, progress=False, formats=("png", "pdf"), look=None, apart=None
+):
     """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
 
     Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures, in ``formats``
     and as the ``study.look.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
-    fails is reported as far as it went; ``verdict["ended"]`` says which.
+    fails is reported as far as it went; ``verdict["ended"]`` says which.  ``apart``: the ``Drawing`` that
+    is to draw them, by default one that begins now.
     """
-    with drawing(formats) as apart:
+    with contextlib.nullcontext(apart) if apart else drawing(formats) as apart:
         run, control = perform(scenario, out, protocol, progress, apart)
         verdict = write_report(run, out, formats, control, look, apart)
     closest = verdict["min_distance"]  # in the samples too, at which the world does not look
@@ -232,11 +236,11 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
     columns = experiment.columns._replace(load=scenario.load is not None)
-    kept = {"columns": columns, "kept": _samples_of(scenario)}
+    kept = {"columns": columns, "kept": _samples_of(scenario), "memory": apart and apart.memory}
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         sensors = experiment.record_sensors(out, _tell)
         if apart is not None:
-            apart.fork(recorder, scenario)
+            apart.begin(recorder)
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
                 more = experiment.more()

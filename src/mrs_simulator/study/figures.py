@@ -60,6 +60,7 @@ WIDTH = WIDTHS["page"]  # [in]
 STATES_HEIGHT = 3.4  # [in]
 INPUTS_HEIGHT, INPUT_HEIGHT = 4.4, 1.05  # [in], and of each input where there are many
 TRAJECTORIES_HEIGHT = (3.2, 5.8)  # [in], least and most
+WARMING = (2.0, 1.5)  # [in], of a drawing that nobody sees
 
 MOST_POINTS_PER_LINE = 2000
 MOST_POINTS = 60000  # over all lines of one panel
@@ -153,7 +154,7 @@ def figures(run, out_dir, formats=("png", "pdf"), prediction=None, look=None, pa
 @styled
 def warm_up(formats):
     """Load fonts and what writes ``formats`` by a small drawing, so that no figure waits for it."""
-    figure = new_figure()
+    figure = new_figure(*WARMING)
     axes = _emptied(figure, 1)[0]
     axes.plot([0.0, 1.0], [0.0, 1.0], label="Robot 1234567890")
     axes.set(xlabel="$x$ [m]", ylabel=r"$\omega$ [rad/s]")

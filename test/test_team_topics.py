@@ -254,13 +254,3 @@ def test_what_comes_before_the_wait_is_not_slept_through():
     waiter = threading.Thread(target=inbox.wait, args=(60.0,), daemon=True)
     waiter.start()
     wait_until(lambda: not waiter.is_alive())
-
-
-def test_poses_are_fresh_until_used():
-    inbox = Inbox([1, 2, 3])
-    assert inbox.all_fresh([]) and not inbox.all_fresh([0, 2])
-    with inbox._changed:
-        inbox._note_arrival([0, 2])
-    assert inbox.all_fresh([0, 2]) and not inbox.all_fresh([0, 1])
-    inbox.used()
-    assert not inbox.all_fresh([0])

@@ -13,6 +13,7 @@ from mrs_simulator.core.kinematics import yaw
 from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.core.spatial import Spatial, upright
+from mrs_simulator.ros.expected_odometry import NEVER, ExpectedOdometry
 from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_joints, read_odometry
 from mrs_simulator.ros.node_parameters import ODOM_FRAME, ODOM_TOPIC
 from mrs_simulator.ros.parameters import read
@@ -21,7 +22,6 @@ from mrs_simulator.ros.senders import Senders
 from mrs_simulator.ros.team_topics import ODOMETRY, team_topics_wanted
 
 MOST_NAMED = 8  # robots named in one line
-NEVER = -1  # [ns] the stamp of what was not heard yet
 TIMEOUT = 0.5  # [s] after which a pose is too old to drive by
 CLOCK_PATIENCE = 0.5  # [s] of wall time for /clock to come to a message that has overtaken it
 NAP = 0.002  # [s] of wall time
@@ -78,13 +78,14 @@ class Inbox:
         self._lift[:, 4] = 1.0
         self._z = self._lift[:, 0]  # a view
         self._ages = np.zeros(n, dtype=np.int64)  # [ns] up to which the newest stamps may be older
+        self._expected = ExpectedOdometry(self._stamp, timeout)
         self._received = np.full(n, -math.inf)
         self._repeated, self._said = set(), {}
         self._changed = threading.Condition()
         self.arrived = -math.inf  # [s] of wall time, when the newest came
         self.heard = 0  # messages so far that were believed
-        self._fresh = np.zeros(n, dtype=bool)
         self._news = False
+        self._awaited = None  # rows of the robots whose odometry is waited for; None: any wakes
 
     def pose(self):
         """Return the newest poses, shape (n, 3), NaN for a robot that has not been heard."""
@@ -165,18 +166,22 @@ class Inbox:
     def _note_arrival(self, rows):
         self.arrived = time.monotonic()
         self.heard += 1
-        self._fresh[rows] = True
+        if self._awaited is not None:
+            if not self._awaited:
+                return
+            self._awaited.difference_update(rows)
+            if self._awaited:
+                return
         self._tell()
 
-    def used(self):
-        """To be called when commands are made of the poses."""
-        with self._changed:
-            self._fresh[:] = False
+    def told(self, rows, now):
+        """Return whether all odometry of robots ``rows`` is there that is told by ``now`` [s] in ROS time.
 
-    def all_fresh(self, rows):
-        """Return whether all robots ``rows`` were heard since their poses were ``used``."""
+        From then on messages wake ``wait`` only when the last of those that are missing has come.
+        """
         with self._changed:
-            return bool(self._fresh[rows].all())
+            self._awaited = set(self._expected.missing(rows, now).tolist())
+            return not self._awaited
 
     def wake(self):
         """Have ``wait`` return: time has gone on."""
@@ -209,7 +214,9 @@ class Inbox:
 
         ``step`` [s] of the world: the next of a robot has come before the period is over by half of it.
         """
-        self._ages = ((np.asarray(periods) - 0.5 * step) * 1e9).astype(np.int64)
+        periods = np.asarray(periods)
+        self._ages = ((periods - 0.5 * step) * 1e9).astype(np.int64)
+        self._expected.begin((periods * 1e9).astype(np.int64))
 
     def take_repeated(self):
         """Return the rows whose odometry came again with the same stamp, and forget them."""
@@ -282,6 +289,7 @@ class OdometryInbox(Inbox):
                 return
             if self._stamp[row] == stamped:
                 self._repeated.add(row)
+            self._expected.note(row, stamped)
             came = arrival if self._real[row] else min(now, seconds)
             self._stamp[row], self._received[row] = stamped, came
             other = self._real[row] and abs(now - seconds) > self._timeout
@@ -289,7 +297,7 @@ class OdometryInbox(Inbox):
             self._body[row], self._lift[row] = body, lift
             self._note_change(row, (*pose, z, *body), arrival)
             self._tracks.take(row, pose, (arrival if self._real[row] else now, seconds), z)
-            self._note_arrival(row)
+            self._note_arrival((row,))
 
     def _note_change(self, row, said, arrival):
         if said != self._said.get(row):
@@ -353,11 +361,12 @@ class TeamInbox(Inbox):
             self.changed[rows[moved]] = time.monotonic()
             lift = z[:, np.newaxis], spatial.orientation[good], spatial.twist[good]
             self._body[rows], self._lift[rows] = twists[good], np.concatenate(lift, axis=1)
+            self._expected.note_all(rows, stamp.to_nsec())
             came = self._times(min(now, stamp.to_sec()))[rows]
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
             self._true[rows] = stamp.to_nsec()
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()), z)
-            self._note_arrival(rows)
+            self._note_arrival(rows.tolist())
 
     def names(self):
         """Return the name of the topic, once for each robot."""

@@ -29,16 +29,10 @@ def open_sensors(scenario, law_sensors, real, wake=None):
     return SensorInbox(*known, kept=estimating, **wakes)
 
 
-def heed_rates(inbox, scenario, period):
-    """Tell ``inbox`` how often each robot's odometry comes; return who tells it at each command, (n,) bool.
-
-    ``period`` [s] between two commands.
-    """
-    step = scenario.step
-    team = Team.from_scenario(scenario)
-    periods = step * odometry_steps(team, scenario.odometry_rate, step)
-    inbox.set_periods(periods, step)
-    return periods < period + 0.5 * step
+def heed_rates(inbox, scenario):
+    """Tell ``inbox`` how often each robot's odometry comes, by the scenario."""
+    team, step = Team.from_scenario(scenario), scenario.step
+    inbox.set_periods(step * odometry_steps(team, scenario.odometry_rate, step), step)
 
 
 def refuse_arms_without_stage(team, inbox):

@@ -13,6 +13,7 @@ from mrs_simulator.control.user_code import CallFailed, TimedOut
 from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
 from mrs_simulator.core.moving import scene_time
 from mrs_simulator.nodes.control.command_gate import CommandGate
+from mrs_simulator.nodes.control.command_times import CommandTimes
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
 from mrs_simulator.nodes.control.ends import (
     find_rivals,
@@ -45,7 +46,6 @@ from mrs_simulator.vehicles.team_in_space import team_of
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
-LATE = 1.5  # [-] periods of wall time after which commands are given on what has come
 STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
 STALLED = "the law took too long for its command: see to it"
 STILL = 1.0  # [s] of wall time after which the status tells that the law is waited for
@@ -95,7 +95,8 @@ class ControlNode:
         self.trouble = "" if self.running else "not started"
         self._lock = threading.Lock()
         self._real = bool(real)
-        self._next, self._answered, self._begun = None, None, None
+        self._times = CommandTimes(self.period)
+        self._answered, self._begun = None, None
         self._epoch = 0
         self._recovers = False  # whether the next command is the first after a trouble
         self._asked = None  # [s] of wall time since when the law is waited for
@@ -106,15 +107,14 @@ class ControlNode:
         self._warnings, self._jump = [], ""
         self._awaiting = None  # [s] of wall time since when a reading is waited for in lockstep
         self._held = ()  # the last deadlock that was logged
-        self._compute_time, self._latency, self._missed = 0.0, 0.0, 0
-        self._last = {"report": 0.0, "act": 0.0}
+        self._compute_time, self._latency = 0.0, 0.0
+        self._reported = 0.0  # [s] of wall time when it was last told what is missing
         self._simulated = rospy.get_param("/use_sim_time", False)
         simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
         self._simulated_rows = sorted(simulated)
         self._open_topics(real)
         if scenario.odometry_rate is not None:
-            often = heed_rates(self.inbox, scenario, self.period)
-            self._simulated_rows = [row for row in self._simulated_rows if often[row]]
+            heed_rates(self.inbox, scenario)
 
     def _open_topics(self, real):
         scenario, numbers, team = self.scenario, self.law.numbers, team_of(self.scenario)
@@ -199,7 +199,7 @@ class ControlNode:
                 self._stop("{}: see to it, {}".format(silent, start))
         elif self.lockstep:
             return self._answer()
-        elif self._has_come() and self._due(rospy.get_time()):
+        elif self._times.take(rospy.get_time(), self._told, self.running):
             return self._job()
         return None
 
@@ -222,20 +222,9 @@ class ControlNode:
         sensors = self.sensors.doubled() if self.sensors else {}
         return doubled_text({**others, **self.frame.doubled(), **sensors})
 
-    def _has_come(self):
-        """Return whether the simulated robots' odometry is there, which comes together, or is late."""
-        since = time.monotonic() - self._last["act"]
-        return since > LATE * self.period or self.inbox.all_fresh(self._simulated_rows)
-
-    def _due(self, now):
-        # Waiting longer than this means that the clock went back: a simulator was started again.
-        if self._next is not None and 1e-6 < self._next - now <= 2.0 * self.period:
-            return False
-        late = self._next is None or now - self._next > self.period
-        if late and self._next is not None and now > self._next and self.running:
-            self._missed += int((now - self._next) / self.period + 1e-6)
-        self._next = (now if late else self._next) + self.period
-        return True
+    def _told(self, now):
+        """Return whether the simulated robots' odometry that is told by ``now`` [s] is there."""
+        return not self._simulated_rows or self.inbox.told(self._simulated_rows, now)
 
     def _answer(self):
         """Lockstep: commands for each odometry, the last ones between two periods of the control."""
@@ -246,7 +235,7 @@ class ControlNode:
         if stamp != self._answered:
             self._answered = stamp
             self._estimate()
-            if self._due(stamp.to_sec()):
+            if self._times.take(stamp.to_sec(), running=self.running):
                 return self._job()
             self._send(self.outlet.command, self.inbox.stamps())
         elif repeated:
@@ -270,8 +259,6 @@ class ControlNode:
             if self.lockstep:
                 self._send(np.zeros_like(self.outlet.command))
             return None
-        self._last["act"] = time.monotonic()
-        self.inbox.used()
         now = self._answered.to_sec() if self.lockstep else rospy.get_time()
         # A simulator that was started again begins another run.
         begins = self._begun is None or now < self._acted
@@ -371,11 +358,11 @@ class ControlNode:
         moving = bool(np.any(self.outlet.command)) and not self.lockstep
         self.trouble = self.trouble if not self.running else trouble
         if not self.lockstep:
-            self._next = None  # what passes meanwhile are no missed periods
+            self._times.forget()  # what passes meanwhile are no missed periods
         if moving:
             self._send(np.zeros_like(self.outlet.command))
-        if moving or time.monotonic() - self._last["report"] > REPORT_PERIOD:
-            self._last["report"] = time.monotonic()
+        if moving or time.monotonic() - self._reported > REPORT_PERIOD:
+            self._reported = time.monotonic()
             text = "robots stopped: " if moving else "waiting: "
             (rospy.logerr if moving else rospy.loginfo)("pioneer_control: %s%s", text, trouble)
 
@@ -417,7 +404,8 @@ class ControlNode:
             self._all_heard = True  # or it goes on by itself after any silence
             # Robots that are let go on join the others, whose law goes on too.
             self._begun = self._begun if self.running and self.guards.stopped else None
-            self.running, self._next = True, None
+            self.running = True
+            self._times.forget()
             self._epoch += 1
             self.outlet.open()
             if self.estimates is not None:
@@ -473,7 +461,7 @@ class ControlNode:
             period=self.period,
             compute_time=self._compute_time,
             latency=self._latency,
-            missed_periods=self._missed,
+            missed_periods=self._times.missed,
         )
         self._status.publish(facts, self.outlet.command, topology.edges, self._targets())
 

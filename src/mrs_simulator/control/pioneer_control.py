@@ -1,13 +1,19 @@
 """``PioneerControl``: the control of n robots by one function that a researcher rewrites."""
 
 import itertools
-from typing import NamedTuple
 
 import numpy as np
 
 from mrs_simulator.control.class_checks import HOOKS, OWN, check_class, refuse_own_name
 from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
 from mrs_simulator.control.network import Network
+from mrs_simulator.control.positions import (  # noqa: F401, laws import them from here
+    Neighbour,
+    Position,
+    RaisedNeighbour,
+    RaisedPosition,
+)
+from mrs_simulator.control.safe_distances import squash, sums_of_pairs, tracking_errors
 from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.safety_filter import safe_velocities
 from mrs_simulator.control.sensed_safety import Seer, safe_by_sensors
@@ -16,8 +22,13 @@ from mrs_simulator.control.twists import (
     ControlError,
     check_finite,
     commands_of,
-    described,
     twists_of,
+)
+from mrs_simulator.control.velocities import (
+    neighbours_of,
+    own_velocity,
+    team_velocities,
+    turned_by,
 )
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.environment import CALM
@@ -32,58 +43,6 @@ from mrs_simulator.vehicles import Team
 
 FASTEST = 1e12  # [m/s] of a wanted velocity: a greater one is mapped with care
 OF_POINTS = "of_points"  # in the meta of a run that theory gives
-
-
-class Position(NamedTuple):
-    """A robot's position in the common frame: x, y [m], theta [rad] of its centre.
-
-    The centre is the wheel-axle centre of robots with an axle.  ``z`` [m] is an attribute; a position
-    unpacks to x, y and theta.
-    """
-
-    x: float
-    y: float
-    theta: float
-
-    @property
-    def z(self):
-        """Return the height [m]: 0 on the ground."""
-        return 0.0
-
-
-class RaisedPosition(Position):
-    """The :class:`Position` of a robot in a team that leaves the ground, with a height ``z`` of its own."""
-
-    z = 0.0
-
-    @classmethod
-    def at(cls, pose, z):
-        """Return the position at ``pose`` (x, y, theta) and height ``z`` [m]."""
-        position = cls._make(pose)
-        position.z = z
-        return position
-
-
-class Neighbour(NamedTuple):
-    """A robot that another hears: relative position of its hand point [m] and the edge's weight."""
-
-    number: int
-    x: float
-    y: float
-    weight: float
-
-
-class RaisedNeighbour(Neighbour):
-    """A :class:`Neighbour` in a law of points in space, whose relative height ``z`` [m] is an attribute."""
-
-    z = 0.0
-
-    @classmethod
-    def at(cls, number, x, y, z, weight):
-        """Return the neighbour ``number`` at relative position ``(x, y, z)`` [m]."""
-        neighbour = cls(number, x, y, weight)
-        neighbour.z = z
-        return neighbour
 
 
 class PioneerControl:
@@ -472,20 +431,7 @@ class PioneerControl:
         if self.is_by_neighbours:
             u = np.array([self.seen_by(row, pose, hand) for row in range(len(pose))])
         else:
-            wanted = self.pointMassLaw(hand)
-            u = _numbers(wanted)
-            if u is None:
-                raise ControlError(
-                    "pointMassLaw returned {}, wanted an array {} of velocities".format(
-                        described(wanted), (len(self.numbers), self.dimension)
-                    )
-                )
-        if u.shape != (len(self.numbers), self.dimension):
-            raise ControlError(
-                "pointMassLaw returned shape {}, wanted {}: a velocity for each robot".format(
-                    u.shape, (len(self.numbers), self.dimension)
-                )
-            )
+            u = team_velocities(self.pointMassLaw(hand), len(self.numbers), self.dimension)
         return u, pointing
 
     def velocities(self, run):
@@ -511,22 +457,10 @@ class PioneerControl:
         """
         theta, turn = float(pose[row, 2]), np.eye(hand.shape[1])
         if self.LOCAL_FRAMES:
-            turn[:2, :2] = _rotation(theta)
-        neighbour = Neighbour if hand.shape[1] == 2 else RaisedNeighbour.at
-        seen = [
-            neighbour(self.numbers[other], *((hand[other] - hand[row]) @ turn).tolist(), weight)
-            for other, weight in self.topology.heard_by(row)
-        ]
+            turn[:2, :2], theta = turned_by(theta), 0.0
         robot = self.numbers[row]
-        wanted = self.neighbourLaw(robot, 0.0 if self.LOCAL_FRAMES else theta, tuple(seen))
-        velocity = _numbers(wanted)
-        if velocity is None or velocity.shape != (self.dimension,):
-            raise ControlError(
-                "neighbourLaw returned {} for robot {}, wanted {}".format(
-                    described(wanted), robot, "(ux, uy, uz)" if self.dimension == 3 else "(ux, uy)"
-                )
-            )
-        return turn @ velocity
+        seen = neighbours_of(row, hand, turn, self.numbers, self.topology)
+        return turn @ own_velocity(self.neighbourLaw(robot, theta, seen), robot, self.dimension)
 
     def _safe(self, command, pose):
         """Return ``command`` as the safety filter lets it pass, on the controlled points."""
@@ -552,7 +486,7 @@ class PioneerControl:
 
     def _safe_by_sensors(self, wanted, points, pose):
         """Return the velocities (n, 2) that the robots' own sensors let pass."""
-        turn = np.stack([_rotation(theta) for theta in pose[:, 2].tolist()])
+        turn = np.stack([turned_by(theta) for theta in pose[:, 2].tolist()])
         own = np.einsum("ij,ijk->ik", points - pose[:, :2], turn)
         reach = self._reach
         # Their centres are seen, while their points are kept apart.
@@ -607,7 +541,7 @@ class PioneerControl:
         A number where all robots are of one size, else (n, n).
         """
         late = self._late
-        return _of_pairs(self._radii + late if late.any() else self._radii)
+        return sums_of_pairs(self._radii + late if late.any() else self._radii)
 
     @property
     def kept_distance(self):
@@ -617,17 +551,12 @@ class PioneerControl:
 
         A number where all robots are of one size, else (n, n).
         """
-        return _of_pairs(self._radii)
+        return sums_of_pairs(self._radii)
 
     @property
     def safe_squash(self):
-        """Return by what (d,) [-] the filter measures distances along x, y and z; None for 1.
-
-        Above and below each other robots keep farther apart, for the air that rotors blow down.
-        """
-        if self.dimension == 2 or self.team.downwash == 1.0:
-            return None
-        return np.array([1.0, 1.0, 1.0 / self.team.downwash])
+        """Return by what (d,) [-] the filter measures distances along x, y and z; None for 1."""
+        return squash(self.team)
 
     @property
     def _radii(self):
@@ -636,11 +565,7 @@ class PioneerControl:
     @property
     def _late(self):
         """Return the bounds on the robots' tracking errors, (n,) [m], 0 where they obey at once."""
-        if self.fidelity == "point_mass" or not self.team.is_spatial:
-            return np.zeros(self.team.n)
-        cap = self._surroundings.speed
-        fastest = self.team.speeds[:, 0]
-        return self.team.tracking(fastest if cap is None else np.minimum(fastest, cap))
+        return tracking_errors(self.team, self.fidelity, self._surroundings.speed)
 
     @property
     def _reach(self):
@@ -653,26 +578,3 @@ OWN_NAMES = frozenset(OWN) | {
     for name, value in vars(PioneerControl).items()
     if callable(value) or isinstance(value, property)
 }
-
-
-def _of_pairs(reach):
-    """Return the sums of any two of ``reach`` (n,) or one number [m]: a number where all are the same."""
-    if reach.ndim and (reach != reach[0]).any():
-        return reach[:, np.newaxis] + reach
-    return 2.0 * float(reach.flat[0])
-
-
-def _numbers(value):
-    """Return ``value`` as an array of floats, None where it is no such thing."""
-    if value is None:
-        return None
-    try:
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        return None
-
-
-def _rotation(theta):
-    """Return R(theta)^T for row vectors: ``v @ R`` is ``v`` as seen from a frame turned by theta."""
-    cos, sin = np.cos(theta), np.sin(theta)
-    return np.array([[cos, -sin], [sin, cos]])

@@ -1,6 +1,7 @@
 """Maps of three makers: their walls collide and are seen, and a bad one is refused by line or key."""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -212,6 +213,32 @@ def test_a_bad_map_is_refused_by_its_line_or_key(room, name, text, wanted):
     walls.cache_clear()
     with pytest.raises(ScenarioError, match=wanted):
         obstacles_of(scenario(room, map=name))
+
+
+def test_an_image_that_unpacks_to_too_much_is_refused(room):
+    (room / "room.pgm").write_bytes(b"P5\n99999 99999\n255\n" + bytes(9))
+    with pytest.raises(ScenarioError, match="room.pgm: no image that can be read: Image size"):
+        obstacles_of(scenario(room))
+
+
+def test_a_wall_of_mobilesim_is_no_farther_than_a_floor_reaches(room):
+    (room / "office.map").write_text(LINES.replace("-1000 3000", "-99999999999 3000"))
+    with pytest.raises(ScenarioError, match="office.map, line 7: .*, of mm up to 1e"):
+        obstacles_of(scenario(room, map="office.map"))
+
+
+def test_an_image_of_sixteen_bits_has_the_same_walls(room):
+    found = obstacles_of(scenario(room))
+    values = np.where(ROOM, 300, 65000).astype(">u2")
+    (room / "room.pgm").write_bytes(b"P5\n6 4\n65535\n" + values.tobytes())
+    assert obstacles_of(scenario(room)) == found
+
+
+def test_an_image_that_is_drawn_anew_is_read_anew(room):
+    before = obstacles_of(scenario(room))
+    write_pgm(room / "room.pgm", 1 - ROOM)
+    os.utime(room / "room.pgm", ns=(0, 0))
+    assert obstacles_of(scenario(room)) != before
 
 
 @pytest.mark.parametrize(

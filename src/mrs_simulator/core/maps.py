@@ -25,8 +25,10 @@ IMAGES = (".png", ".pgm", ".jpg", ".jpeg", ".gif", ".bmp")
 MOST_BOXES = 20000  # [-] of one map
 LARGEST_FILE = 64 * 1024 * 1024  # [bytes]
 MOST_PIXELS = 50_000_000  # [-]
+FARTHEST = 1e6  # [m] from the middle of the map
 THICKNESS = 0.02  # [m] of a wall that a line stands for
 DARK = 0.5  # [-] share of black from which a pixel of a plain image is a wall
+DEEP = 257.0  # [-] values of an image of 16 bits for one of 8
 WALL, FLOOR, UNKNOWN = 100, 0, -1  # cells as nav_msgs/OccupancyGrid has them
 OCCUPIED, FREE = 0.65, 0.196  # [-] where map_server's file says nothing else
 
@@ -84,11 +86,7 @@ def obstacles_of(scenario):
         return scenario.obstacles
     beside = os.path.dirname(scenario.path) if scenario.path else ""
     source = scenario.map.located(beside)
-    try:
-        changed = os.stat(source.file).st_mtime_ns
-    except OSError as error:
-        raise ScenarioError("{}: cannot be read: {}".format(source.file, reason(error))) from None
-    found = walls(source, changed)
+    found = walls(source, _changed(source.file))
     taken = {obstacle.name for obstacle in scenario.obstacles} & {box.name for box in found}
     if taken:
         text = "{}: its walls are called {} as an obstacle is; wanted another name for that"
@@ -96,9 +94,21 @@ def obstacles_of(scenario):
     return scenario.obstacles + found
 
 
+def _changed(path):
+    """Return when the map's file was changed, and the image that it names, [ns] each."""
+    try:
+        stamps = [os.stat(path).st_mtime_ns]
+    except OSError as error:
+        raise ScenarioError("{}: cannot be read: {}".format(path, reason(error))) from None
+    if os.path.splitext(path)[1].lower() in SERVED:
+        image = _image_of(Section(load_yaml(path), path), path)
+        stamps += [os.stat(image).st_mtime_ns] if os.path.exists(image) else []
+    return tuple(stamps)
+
+
 @functools.lru_cache(maxsize=8)
-def walls(source, changed=0):
-    """Return the ``Box`` tuple of the ``Map`` ``source``; ``changed``: when its file was, for the cache."""
+def walls(source, changed=()):
+    """Return the ``Box`` tuple of the ``Map`` ``source``; ``changed``: as of its files, for the cache."""
     ending = os.path.splitext(source.file)[1].lower()
     if ending == LINES:
         found = mobilesim_lines(source.file)
@@ -173,7 +183,7 @@ def served_cells(path):
     Of a map_server file, as :func:`served` has them.
     """
     top = Section(load_yaml(path), path)
-    image = os.path.join(os.path.dirname(path), os.path.expanduser(top.text("image")))
+    image = _image_of(top, path)
     resolution = top.number("resolution", above=0.0)
     origin = number_list(top.take("origin"), 3, top.at("origin"))
     negate = top.take("negate", 0)
@@ -194,24 +204,31 @@ def served_cells(path):
     return cells.astype(np.int8), resolution, origin
 
 
+def _image_of(top, path):
+    """Return the path of the image that the ``Section`` of the map_server file at ``path`` names."""
+    return os.path.join(os.path.dirname(path), os.path.expanduser(top.text("image")))
+
+
 def grey(path):
     """Return the image at ``path`` as greys from 0 to 255, (rows, columns), the top row first.
 
-    Colours are averaged; what is transparent is white.
+    Colours are averaged; what is transparent is white; of 16 bits the upper ones count.
     """
+    try:
+        from PIL import Image  # only where a map is an image
+    except ImportError:
+        raise ScenarioError("{}: an image needs the package python3-pil".format(path)) from None
     try:
         refuse_special(path)
         if os.path.getsize(path) > LARGEST_FILE:
             raise OSError("is larger than {} bytes".format(LARGEST_FILE))
-        from PIL import Image  # only where a map is an image
-
         with Image.open(path) as image:
             if image.width * image.height > MOST_PIXELS:
                 raise OSError("has more than {} pixels".format(MOST_PIXELS))
+            if image.mode.startswith("I"):  # of which the conversion would keep no more than 255
+                return np.asarray(image, dtype=float) / DEEP
             pixels = np.asarray(image.convert("RGBA"), dtype=float)
-    except ImportError:
-        raise ScenarioError("{}: an image needs the package python3-pil".format(path)) from None
-    except (OSError, ValueError, SyntaxError, EOFError) as error:
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
         raise ScenarioError(
             "{}: no image that can be read: {}".format(path, reason(error))
         ) from None
@@ -254,7 +271,9 @@ def _whole(words, count, path, index):
         values = [int(word) for word in words]
     except ValueError:
         values = []
-    if len(values) != count:
-        text = "{}, line {}: {}, wanted {} whole numbers"
-        raise ScenarioError(text.format(path, index, shown(" ".join(words)), count))
+    if len(values) != count or any(abs(value) > 1000.0 * FARTHEST for value in values):
+        text = "{}, line {}: {}, wanted {} whole numbers, of mm up to {:g}"
+        raise ScenarioError(
+            text.format(path, index, shown(" ".join(words)), count, 1000.0 * FARTHEST)
+        )
     return values

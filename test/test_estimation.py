@@ -149,6 +149,19 @@ def test_the_filter_knows_how_wrong_it_is(sensors):
     assert BOUNDS[0] < chi_square(1, **sensors).mean() < BOUNDS[1]
 
 
+@pytest.mark.parametrize("rate", [7.0, 8.0, 30.0])
+def test_a_gyro_counts_every_time_once(rate):
+    """Also at rates that are no whole number of the world's steps, and above them."""
+    estimator, suite = known(imu={"type": "imu", "rate": rate}, gps=GPS)
+    pose, twist = estimator.pose, np.tile([0.0, 0.0, 0.3], (N, 1))
+    for k in range(8):  # wheels that tell of twice the turn
+        suite.update(k, lambda k=k: State(k * STEP, pose, twist))
+        heard = [each for each in estimator.fresh(suite.readings(k * STEP)) if each[1] == "imu"]
+        odometry = pose + k * np.array([0.0, 0.0, 0.06])
+        estimator.update(np.full(N, round(k * STEP * 1e9)), odometry, heard)
+    np.testing.assert_allclose(estimator.pose[:, 2], 7 * 0.03, atol=1e-12)
+
+
 def trusting(estimator):
     estimator._alpha = tuple(0.25 * value for value in ALPHA)
 

@@ -6,15 +6,22 @@ import numpy as np
 
 from mrs_simulator.sensors.noise import SILENCE
 from mrs_simulator.sensors.pose_measurements import offset, white
+from mrs_simulator.sensors.suite import steps_between
 
 
 class Gyro:
-    """What the gyros of a team have told of late; a reading holds for the period before its stamp."""
+    """What the gyros of a team have told of late.
+
+    A reading holds for the period before its stamp, but not for times of which the one before it has told.
+    """
 
     def __init__(self, mount, step):
-        """``mount`` of the inertial sensor; ``step`` [s] of the world, which no period is shorter than."""
+        """``mount`` of the inertial sensor; ``step`` [s] of the world."""
         noise = dict(mount.noise).get("rate", SILENCE)
-        self.name, self._period = mount.name, max(step, 1.0 / mount.rate)
+        self.name, self._period = (
+            mount.name,
+            max(steps_between(mount, step) * step, 1.0 / mount.rate),
+        )
         self._reach = int(round(1e9 * self._period))  # [ns]
         self._variance = white(noise)
         self.first, self.walks = [offset(noise)], [noise.bias_walk**2]
@@ -41,12 +48,15 @@ class Gyro:
         Return for how long (m,) [s] of it they have told; else the wheels do.
         """
         turned, covered = np.zeros(len(moved)), np.zeros(len(moved), dtype=np.int64)
+        told = np.full(len(moved), move.start)  # [ns] up to when
         at = bisect.bisect_right(self._heard, (move.start, np.inf))
         for stamp, _, rows, rates in self._heard[at:]:
-            overlap = min(stamp, move.end) - max(stamp - self._reach, move.start)
-            if overlap <= 0:
+            if stamp - self._reach >= move.end:
                 break
             _, here, there = np.intersect1d(move.rows, rows, True, return_indices=True)
+            begun = np.maximum(told[here], stamp - self._reach)
+            told[here] = min(stamp, move.end)
+            overlap = told[here] - begun
             turned[here] += rates[there] * (overlap / 1e9)
             covered[here] += overlap
         left = 1.0 - covered / (move.end - move.start)

@@ -139,6 +139,21 @@ def test_what_nobody_has_is_refused():
     assert scenario_from_dict(scenario().to_dict()).record == ("sonar", *MOUNTS)
 
 
+def test_one_file_is_of_one_type():
+    laser, compass = {"type": "laser", "rays": 3}, {"type": "compass"}
+    sensors = [{"mounts": {"s": laser}}, {"robots": 3, "mounts": {"s": compass}}]
+    with pytest.raises(ScenarioError, match="s of robot1 is a laser, and of robot3 a compass"):
+        Experiment(scenario(sensors=sensors, record=["s"]))
+
+
+def test_a_size_is_told_of_all_beacons_that_may_be_heard():
+    mounts = {"b": {"type": "beacons", "points": [[float(k), 0.0] for k in range(9)]}}
+    given = scenario(sensors=[{"mounts": mounts}], record=["b"])
+    team = Team.from_scenario(given)
+    (told,) = recorded_sensors(["b"], fitted_mounts(team, given.sensors), team.kinds)
+    assert told.most == 9
+
+
 def test_a_size_is_told_of_all_robots_that_may_be_seen(tmp_path):
     given = scenario_from_dict({
         "robots": 5, "poses": {"layout": "circle", "radius": 1.5}, "duration": 2.0,

@@ -31,7 +31,7 @@ class Recorded(NamedTuple):
     digits: int
     robots: Tuple[int, ...]  # numbers
     rate: float  # [Hz] of all robots together
-    most: int = 1  # [-] rows of one sample at most: of whom a range-bearing sensor may see
+    most: int = 1  # [-] rows of one sample at most: robots, or beacons, that may be seen
 
     def size(self, duration):
         """Return about how many bytes ``duration`` [s] take."""
@@ -65,12 +65,31 @@ def recorded_sensors(names, mounts, kinds):
             for mount in fitted
             if mount.name == name
         ]
+        _check_alike(name, own)
         columns = max((columns_of(mount, kind) for _, mount, kind in own), key=len)
         digits = 9 if own[0][1].type in RANGING else DIGITS
         robots, rate = tuple(number for number, _, _ in own), sum(mount.rate for _, mount, _ in own)
-        seen = max(1, len(mounts) - 1) if own[0][1].type == "range_bearing" else 1
+        seen = max(_most_seen(mount, len(mounts)) for _, mount, _ in own)
         result.append(Recorded(name, columns, digits, robots, rate, seen))
     return result
+
+
+def _check_alike(name, own):
+    """Raise ``ScenarioError`` if mounts ``own`` (number, mount, kind) of one name are of several types."""
+    (first, mount, _), *others = own
+    for number, other, _ in others:
+        if other.type != mount.type:
+            text = (
+                "record: {} of robot{} is a {}, and of robot{} a {}; wanted one type for one file"
+            )
+            raise ScenarioError(text.format(name, first, mount.type, number, other.type))
+
+
+def _most_seen(mount, n):
+    """Return how many rows one sample of a ``mount`` on one of ``n`` robots has at most."""
+    if mount.type == "beacons":
+        return len(mount.numbers.points)
+    return max(1, n - 1) if mount.type == "range_bearing" else 1
 
 
 def columns_of(mount, kind):

@@ -118,6 +118,10 @@ def test_everything_that_can_be_said():
         ({"step": 0.03}, r"step: 0.03 s, wanted the command period"),
         ({"topology": {"edges": [[1, 3]]}}, r"topology: edge \[1, 3\]: robot 3"),
         ({"topology": {"preset": "rung"}}, r"topology.preset: 'rung', wanted one of"),
+        (
+            {"obstacles": [{"type": "box", "name": "robot2", "center": [5, 5], "size": [1, 1]}]},
+            r"obstacles\[0\].name: 'robot2' is a robot's",
+        ),
         ({"obstacles": [{"type": "ball"}]}, r"obstacles\[0\].type: 'ball', wanted one of"),
         ({"obstacles": [{"type": "box", "center": [0, 0], "size": [0, 1]}]}, r"size: \[0.0, 1.0\]"),
         ({"obstacles": [{"type": "wall", "from": [0, 0], "to": [0, 0]}]}, r"the same point"),

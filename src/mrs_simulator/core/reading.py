@@ -220,6 +220,7 @@ def number(value, where, low=None, high=None, above=None):
     fits = fits and (low is None or value >= low) and (high is None or value <= high)
     if not fits or (above is not None and value <= above):
         limits = _range(low, high) if above is None else " above {:g}".format(above)
+        limits += " and up to {:g}".format(high) if None not in (above, high) else ""
         raise ScenarioError("{}: {}, wanted a number{}".format(where, shown(value), limits))
     return float(value)
 

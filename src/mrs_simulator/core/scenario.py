@@ -6,6 +6,7 @@ wanted.  Lengths in m, angles in rad, times in s, poses in the common frame.
 
 import math
 import os
+import re
 from typing import Any, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
@@ -43,6 +44,7 @@ from mrs_simulator.core.robots import (  # noqa: F401, names of the team that ot
 from mrs_simulator.core.safety import Safety, read_safety
 from mrs_simulator.core.sensor_changes import SensorChange, of_robots
 
+ROBOT = re.compile(r"robot\d+")  # names that obstacles cannot have
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
 ODOMETRIES = ("world", "wheel")
@@ -554,6 +556,12 @@ def _read_obstacles(top):
         if obstacle.name in names:
             raise ScenarioError(
                 "{}[{}]: the name {} is taken".format(
+                    top.at("obstacles"), index, shown(obstacle.name)
+                )
+            )
+        if ROBOT.fullmatch(obstacle.name):
+            raise ScenarioError(
+                "{}[{}].name: {} is a robot's, wanted another one".format(
                     top.at("obstacles"), index, shown(obstacle.name)
                 )
             )

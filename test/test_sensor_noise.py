@@ -78,6 +78,17 @@ def test_values_of_a_robot_depend_on_no_other_robot_sensor_or_quantity():
         assert not np.array_equal(measured(Noise(stddev=0.2), samples=1, **options), alone[:1])
 
 
+def test_values_of_those_that_are_seen_depend_on_no_larger_team():
+    noise = {"": Noise(stddev=0.2, bias_stddev=0.1, bias_walk=0.3, dropout=0.2)}
+
+    def seen(n):
+        drawn = Draws(noise, Streams(0, (1, 2), "others", grows=True), PERIOD)
+        return np.array([drawn.at(k).noisy(np.full((2, n), 5.0)) for k in range(50)])
+
+    np.testing.assert_array_equal(seen(3), seen(7)[:, :, :3])
+    assert abs(np.nanmean(seen(3)[:, 0] - seen(3)[:, 1])) > 1e-3
+
+
 def test_without_noise_values_are_those_that_came():
     values = np.array([[1.0, np.inf]])
     assert draws(Noise(latency=0.2), numbers=(1,)).noisy(values) is values
@@ -103,6 +114,11 @@ def test_noise_is_read_with_units_over_a_default():
         ({"dropout": 1.5}, "noise.dropout: 1.5, wanted a number from 0 to 1"),
         ({"latency": "2 m"}, "noise.latency: '2 m', wanted .* s, ms"),
         ({"bias": {"mean": 1.0}}, "noise.bias.stddev"),
+        ({"stddev": 1e200}, r"noise.stddev: 1e\+200, wanted at most 1e\+09"),
+        ({"bias": {"stddev": 1e200}}, r"noise.bias: 1e\+200, wanted at most 1e\+09"),
+        ({"bias": -1e200}, r"noise.bias: 1e\+200, wanted at most 1e\+09"),
+        ({"latency": 1e300}, r"noise.latency: 1e\+300, wanted at most 1e\+09"),
+        ({"quantum": 1e-320}, r"noise.quantum: .*, wanted 0 or at least 1e-12"),
     ],
 )
 def test_impossible_noise_is_refused_by_name(content, wanted):

@@ -11,7 +11,7 @@ from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types.inertial import GRAVITY
-from mrs_simulator.sensors.types.position import radii
+from mrs_simulator.sensors.types.position import local_place, radii
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World
 
@@ -111,6 +111,19 @@ def test_bodies_hide_beacons_below_their_height():
     near = {"b": dict(BEACONS, place=[0.0, 0.0, 0.1])}  # robot2 stands before the second
     assert [each.numbers.tolist() for each in read(near, at)] == [[1], [1, 2]]
     assert read({"b": dict(low, occlusion=False)}, at, obstacles=[crate])[0].numbers.size == 2
+
+
+def test_a_wall_does_not_hide_the_beacons_on_it():
+    wall = {"type": "box", "center": [5.5, 0.0], "size": [1.0, 8.0], "height": 1.0}
+    column = {"type": "cylinder", "center": [-3.0, 0.0], "radius": 0.3, "height": 1.0}
+    turn = np.linspace(-0.5, 0.5, 40)
+    points = [[5.0, y] for y in np.linspace(-3.0, 3.0, 40)]
+    points += np.stack([-3.0 + 0.3 * np.cos(turn), 0.3 * np.sin(turn)], axis=1).tolist()
+    points += [[5.1, 0.0], [-2.8, 0.0]]  # within them
+    mount = {"b": dict(BEACONS, points=points, place=[0.1, 0.0, 0.2])}
+    for theta in (0.0, 0.3, 2.0):
+        (heard,) = read(mount, state([[0.0, 0.0, theta]]), obstacles=[wall, column])
+        assert heard.numbers.tolist() == list(range(1, 81))
 
 
 # Bumpers -----------------------------------------------------------------------------------------
@@ -233,6 +246,15 @@ def test_a_gps_tells_degrees_of_the_earth(latitude, north, east):
     assert reading.altitude == pytest.approx(400.2)
 
 
+def test_longitudes_go_on_beyond_the_antimeridian():
+    for meridian, x, degrees in ((180.0, 10.0, -179.99991017), (-180.0, -10.0, 179.99991017)):
+        mount = {"type": "gps", "origin": [0.0, meridian, 0.0]}
+        (reading,) = read({"gps": mount}, state([[x, 2.0, 0.0]]))
+        assert reading.longitude == pytest.approx(degrees, abs=1e-8)
+        back = local_place(reading, (0.0, math.radians(meridian), 0.0))
+        assert back == pytest.approx((x, 2.0, 0.0), abs=1e-6)
+
+
 @pytest.mark.parametrize(
     "mount, wanted",
     [
@@ -266,6 +288,9 @@ def test_a_battery_drains_with_use_though_nobody_listens():
         found.update(step, lambda step=step: state([[0.0] * 3], [[0.5, 0.0, -0.2]], 0.02 * step))
     found.heed({0: ["battery"]}, 150, lambda: state([[0.0] * 3], time=3.0))
     reading = found.readings(3.0)[0]["battery"]
+    found.heed({}, 151, lambda: state([[0.0] * 3], [[9.0, 0.0, 0.0]], 3.5))
+    found.heed({0: ["battery"]}, 175, lambda: state([[0.0] * 3], [[9.0, 0.0, 0.0]], 3.5))
+    reading = found.readings(3.5)[0]["battery"]  # a new listener drains nothing
     assert reading.stamp == 3.0 and reading.charge == pytest.approx(0.5 - 3 * 42.0 / 3600.0)
     assert reading.voltage == pytest.approx(10.0 + 2.0 * reading.charge)
     for step in range(200, 20001, 50):

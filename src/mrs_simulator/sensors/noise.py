@@ -14,10 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.vehicles.quantities import QuantitySection
 
 WORDS = ("stddev", "bias", "bias_walk", "quantum", "dropout", "latency")
 BLOCK = 1024  # [-] numbers that are drawn at a time of each robot's stream, at least one sample's
+SAMPLES = (
+    16  # [-] samples that are drawn at a time where there is a value for each robot of the team
+)
+MOST = 1e9  # [SI] of every number of noise
+FINEST = 1e-12  # [SI] of a quantum
 
 
 class Noise(NamedTuple):
@@ -51,7 +57,21 @@ def read_noise(section, unit, default=SILENCE):
         latency=section.quantity("latency", "s", default.latency, low=0.0),
     )
     section.done()
+    _check_sizes(noise, section)
     return noise
+
+
+def _check_sizes(noise, section):
+    """Raise ``ScenarioError`` for numbers beyond what can be reckoned with."""
+    for key in WORDS:
+        value = abs(getattr(noise, key))
+        if key == "bias":
+            value = max(value, noise.bias_stddev)
+        if value > MOST or key == "quantum" and 0.0 < value < FINEST:
+            wanted = (
+                "at most {:g}".format(MOST) if value > MOST else "0 or at least {:g}".format(FINEST)
+            )
+            raise ScenarioError("{}: {:g}, wanted {}".format(section.at(key), value, wanted))
 
 
 def _read_bias(section, unit, default):
@@ -71,9 +91,14 @@ class Streams:
     Each robot has a generator for each purpose, such as ``"range.stddev"``, and block of samples.
     """
 
-    def __init__(self, seed, numbers, sensor):
-        """``numbers``: of the m robots in the team; ``sensor``: the name of the mount."""
+    def __init__(self, seed, numbers, sensor, grows=False):
+        """``numbers``: of the m robots in the team; ``sensor``: the name of the mount.
+
+        ``grows``: a sample has a value for each robot of the team, and a larger team leaves the first as
+        they are.
+        """
         self._seed, self._numbers, self._sensor = seed, tuple(numbers), sensor
+        self._grows = grows
         self._blocks = {}
 
     def normal(self, purpose, width, sample):
@@ -85,17 +110,17 @@ class Streams:
         return self._of("random", purpose, width, sample)
 
     def _of(self, method, purpose, width, sample):
-        length = max(1, BLOCK // max(1, width))
+        length = SAMPLES if self._grows else max(1, BLOCK // max(1, width))
+        shape = (width, length) if self._grows else (length, width)
         block, within = divmod(sample, length)
         known = self._blocks.get(purpose)
         if known is None or known[:2] != (block, width):
             key = zlib.crc32("{}/{}".format(self._sensor, purpose).encode())
             drawn = [
-                getattr(np.random.default_rng((self._seed, number, key, block)), method)(
-                    (length, width)
-                )
+                getattr(np.random.default_rng((self._seed, number, key, block)), method)(shape)
                 for number in self._numbers
             ]
+            drawn = [each.T for each in drawn] if self._grows else drawn
             known = self._blocks[purpose] = block, width, np.stack(drawn, axis=1)
         return known[2][within]
 

@@ -79,7 +79,7 @@ class Suite:
         """Listen from the world's ``step`` on as ``listen`` says; who was not heard before is read at once.
 
         ``state()`` returns the ``State`` then.  What is read between two samples of a sensor has the noise
-        of the last one; it looks back at nothing.
+        of the last one; it looks back at nothing.  One that is read at all its samples tells the last.
         """
         before = self._active
         self.listen(wanted)
@@ -87,7 +87,8 @@ class Suite:
             if fitted not in before:
                 if not fitted.keeps:
                     fitted.begin()
-                fitted.take(step - self._begun, state(), self._scenery)
+                if fitted.newest is None or not fitted.keeps:
+                    fitted.take(step - self._begun, state(), self._scenery)
 
     @property
     def active(self):
@@ -158,7 +159,8 @@ class _Fitted:
         self.is_listened_to = False
         self.keeps = getattr(self.sensor, "KEEPS", False)
         self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
-        streams = Streams(seed, (rows + 1).tolist(), mount.name)
+        grows = getattr(self.sensor, "SEES_ROBOTS", False)
+        streams = Streams(seed, (rows + 1).tolist(), mount.name, grows)
         self._draws = Draws(dict(mount.noise), streams, self.steps * step)
         self.begin()
 

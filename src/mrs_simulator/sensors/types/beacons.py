@@ -11,6 +11,9 @@ from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.vehicles.quantities import quantity
 
+TOUCH = (
+    1e-9  # [m] by which a body before a beacon must be nearer to hide it, not that which bears it
+)
 MOST = 1000  # [-] beacons of one sensor
 FARTHEST = 1e6  # [m] from the common frame's origin
 
@@ -93,7 +96,7 @@ class Beacons:
         length = np.where(far > 0.0, far, 1.0)[..., np.newaxis]
         height = state.heights()[self._rows] + self._height
         rays = Rays(origin, way / length, height, self._rows)
-        return cast(environment.at(state), rays, self._numbers.most) >= far
+        return cast(environment.at(state), rays, self._numbers.most) >= far - TOUCH
 
 
 def _read_points(section):

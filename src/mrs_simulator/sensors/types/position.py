@@ -109,14 +109,20 @@ def geodetic(place, origin):
     north, east = radii(origin[0])
     latitude = np.degrees(origin[0] + place[:, 1] / north)
     longitude = np.degrees(origin[1] + place[:, 0] / (east * math.cos(origin[0])))
+    beyond = np.abs(longitude) > 180.0
+    if beyond.any():
+        longitude = np.where(beyond, longitude - np.copysign(360.0, longitude), longitude)
     return latitude, longitude, origin[2] + place[:, 2]
 
 
 def local_place(reading, origin):
     """Return east, north, up [m] of a ``GpsReading`` from the ``origin``: undoes :func:`geodetic`."""
     north, east = radii(origin[0])
+    eastwards = math.radians(reading.longitude) - origin[1]
+    if abs(eastwards) > math.pi:  # on the other side of the antimeridian
+        eastwards -= math.copysign(2.0 * math.pi, eastwards)
     return (
-        east * math.cos(origin[0]) * (math.radians(reading.longitude) - origin[1]),
+        east * math.cos(origin[0]) * eastwards,
         north * (math.radians(reading.latitude) - origin[0]),
         reading.altitude - origin[2],
     )

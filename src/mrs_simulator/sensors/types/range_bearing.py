@@ -52,6 +52,7 @@ class RangeBearing:
 
     QUANTITIES = {"range": "m", "bearing": "rad"}
     RATE = 10.0
+    SEES_ROBOTS = True
 
     @staticmethod
     def settings(section):

@@ -71,6 +71,18 @@ def test_a_run_that_was_kept_is_the_one_that_is_read(tmp_path, kept):
             assert getattr(kept_run, name) == value
 
 
+def test_points_that_are_told_and_hand_points_may_take_turns(tmp_path):
+    draw, told = np.random.default_rng(0), {1, 2, 4}
+    poses, points = draw.normal(size=(6, 2, 3)), draw.normal(size=(6, 2, 2))
+    with Recorder(str(tmp_path / "run.csv"), (1, 2), 0.3, kept=6) as recorder:
+        for k in range(6):
+            recorder.sample(0.1 * k, poses[k], points[k], points[k] if k in told else None)
+    for run in (recorder.run(), read_run_csv(str(tmp_path / "run.csv"))):
+        for k in range(6):
+            wanted = points[k] if k in told else hand_points(poses[k], 0.3)
+            np.testing.assert_array_equal(run.hand[k], wanted)
+
+
 AXES = ("linear.x", "linear.y", "angular.z")
 
 

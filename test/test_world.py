@@ -151,6 +151,17 @@ def test_any_number_of_robots_drives(n):
     assert world.take_collisions() == []
 
 
+@pytest.mark.parametrize("mirrored", [(), (1,)])
+def test_arrays_lie_in_memory_column_by_column(mirrored):
+    # Laws, samples and steps read them by columns: a step of 10,000 robots takes a fourth more otherwise.
+    world = World(ONE * 3, make_layout("grid", 3, spacing=2.0), mirrored=mirrored)
+    drive(world, [0.3, 0.1], 0.1)
+    if mirrored:
+        world.place(mirrored, [[9.0, 0.0, 0.0]])
+    for array in (world.pose, world.estimate(), world.command, world.twist):
+        assert array.flags.f_contiguous and not array.flags.c_contiguous
+
+
 def test_watchdogs_look_at_every_robot_in_time():
     world = World(
         ONE * 6, make_layout("grid", 6, spacing=2.0), cmd_vel_timeout=0.1, watch_period=0.04

@@ -32,6 +32,7 @@ from mrs_simulator.core.writing import Blocks, write_text
 BLOCK = 1 << 22  # [characters] of a file read at once
 MOST_KEPT = 1 << 29  # [bytes] of numbers
 STAMPS = 2  # [-] columns before the numbers: time and robot
+POSE, HAND = slice(0, 3), slice(3, 5)  # the first numbers of a row
 LONGEST_CAUSE = 200  # [characters] of an error that is handed on
 FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "ended": str,
@@ -168,8 +169,8 @@ class Recorder:
         self.kept = Kept(self._numbers, self.columns, kept, memory)
         self._kept = self.kept.table
         self._times = np.empty(len(self._kept))
-        # What waits to be written: text is made of several small samples at once, in half of the time.
-        self._stamps = []
+        # What waits: of several small samples text and hand points are found at once, in half of the time.
+        self._stamps, self._pointless = [], []  # the latter: whether hand points are to be found
         self._waiting = np.empty((max(1, AT_ONCE // shape[0]), *shape))
         ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
@@ -199,8 +200,11 @@ class Recorder:
         ``spatial.z``, ``load``, a ``Carried``, and ``estimate`` (n, 3): needed where the file's columns
         have them, else left out.  Numbers are written with the fewest digits that read back to the same.
         """
-        hand = hand_points(pose, self._arms) if points is None else points
-        blocks, columns = [pose, hand, command], self.columns
+        self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
+        rows[:, POSE] = pose
+        if points is not None:
+            rows[:, HAND] = points
+        blocks, columns = [command], self.columns
         if columns.twist:
             blocks.append(twist)
         if columns.joints:
@@ -214,20 +218,27 @@ class Recorder:
             blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
         if columns.estimate:
             blocks.append(estimate)
-        self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
-        np.concatenate(blocks, axis=1, out=rows)
-        if self._samples < len(self._kept):
-            self._times[self._samples], self._kept[self._samples] = stamp, rows
+        rows[:, HAND.stop :] = command if len(blocks) == 1 else np.concatenate(blocks, axis=1)
         self._samples += 1
         self._stamps.append(self._stamp)
+        self._pointless.append(points is None)
         if self._file.is_due or len(self._stamps) == len(self._waiting):
             self._hand_over()
 
     def _hand_over(self):
-        """Give the file what waits, as text."""
+        """Keep what waits, and give it the file as text."""
         waiting = self._waiting[: len(self._stamps)]
+        if any(self._pointless):
+            found = waiting[self._pointless, :, POSE]
+            waiting[self._pointless, :, HAND] = hand_points(found, self._arms)
+        begin = self._samples - len(waiting)
+        room = slice(begin, min(self._samples, len(self._kept)))
+        if begin < room.stop:
+            kept = room.stop - begin
+            self._times[room], self._kept[room] = self._stamps[:kept], waiting[:kept]
         self._file.add(*self._lines.texts(self._stamps, waiting))
         self._stamps.clear()
+        self._pointless.clear()
         self._note()
 
     def _note(self):
@@ -258,6 +269,8 @@ class Recorder:
     @property
     def has_kept_all(self):
         """Return whether the numbers of all samples are in memory, and such as a reader takes."""
+        if self._stamps:
+            self._hand_over()
         if self._file.lost or not 0 < self._samples <= len(self._kept):
             return False
         return all(np.isfinite(sample).all() for sample in self._kept[: self._samples])
@@ -362,8 +375,8 @@ def _run_of(time, robots, table, columns, kinds, facts, scenario):
     run = Run(
         time=time,
         robots=robots,
-        pose=table[:, :, :3],
-        hand=table[:, :, 3:5],
+        pose=table[:, :, POSE],
+        hand=table[:, :, HAND],
         command=table[:, :, _slices(columns)["command"]],
         collisions=collisions,
         scenario=scenario,

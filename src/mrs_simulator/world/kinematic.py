@@ -146,7 +146,7 @@ class KinematicMotion:
 
     def place(self, rows, poses, twists):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
-        self.pose, self._twist = self.pose.copy(), None
+        self.pose, self._twist = self.pose.copy(order="F"), None
         self.pose[rows], self._told[rows] = poses, twists
 
     def advance(self, command):
@@ -156,7 +156,7 @@ class KinematicMotion:
             command[self._mirrored] = 0.0
         before = self.pose
         free = self._moved(before, command)
-        self.pose, self._twist = free.copy(), None
+        self.pose, self._twist = free.copy(order="F"), None
         self._contacts = self._separate()
         if self._contacts:
             self._feel_contacts(before, free)

@@ -71,8 +71,13 @@ def in_gui(scenario, out):
         assert done.returncode == 0, done.stdout.decode()[-2000:]
     finally:
         ros.close()
+    return read_run_csv(run_file(out), scenario)
+
+
+def run_file(out):
+    """Return the path of the samples that the GUI has kept below ``out``."""
     (path,) = glob.glob(os.path.join(str(out), "mrs_runs", "unsaved", "*", "run.csv"))
-    return read_run_csv(path, scenario)
+    return path
 
 
 def _written(scenario, out):

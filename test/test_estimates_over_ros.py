@@ -6,11 +6,13 @@ import xmlrpc.client
 import numpy as np
 import pytest
 import yaml
+from mixed_runs import in_gui, run_file
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.study.bag import read_bag
+from mrs_simulator.study.estimation import estimation_measures
 from mrs_simulator.study.experiment import run_experiment
 
 SAME = 1e-9  # [m, rad] by which estimates over ROS may differ: headings go as quaternions
@@ -74,6 +76,23 @@ def test_estimates_over_ros_are_those_without(ros, scenario, tmp_path):
     bagged = read_bag(str(tmp_path / "run.bag"))
     at = np.searchsorted(bagged.time, run.time - 1e-6)
     np.testing.assert_allclose(bagged.estimate[at], run.estimate, rtol=0.0, atol=SAME)
+
+
+def test_a_run_that_the_gui_saves_has_the_estimates_of_a_run_without_ros(scenario, tmp_path):
+    wanted = load_scenario(str(scenario))
+    run_experiment(wanted, str(tmp_path / "alone"), formats=())
+    alone = read_run_csv(str(tmp_path / "alone" / "run.csv"), wanted)
+    run = in_gui(wanted, tmp_path)
+    with open(tmp_path / "alone" / "run.csv") as one, open(run_file(tmp_path)) as other:
+        assert one.readline() == other.readline()
+    shared = run.time <= alone.time[-1] + 1e-6
+    rows = np.searchsorted(alone.time, run.time[shared] - 1e-6)
+    assert len(rows) > 20
+    for name in ("time", "pose", "command", "estimate"):
+        theirs, ours = getattr(alone, name)[rows], getattr(run, name)[shared]
+        np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=SAME, err_msg=name)
+    errors = estimation_measures(run)
+    assert errors["estimation_error"] > 1e-3 and not run.meta["warnings"]
 
 
 def test_of_real_robots_the_record_says_that_the_truth_is_not_known(ros, scenario, tmp_path):

@@ -19,6 +19,7 @@ from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
+from mrs_simulator.study.estimation import UNKNOWN
 from mrs_simulator.study.experiment import Experiment, run_experiment
 from mrs_simulator.study.report import predicted_settling
 
@@ -275,6 +276,64 @@ def test_a_saved_run_tells_what_its_controller_said(tmp_path):
     assert "2 times, 2.0 s in all: late; " + FAILED in warning
 
 
+def estimated_run(tmp_path, told, real=()):
+    """Return the run that is saved of 8 s of two robots whose control ``told`` poses, times and numbers."""
+    history, connection = History(), Connection()
+    pose, fresh = np.ones((2, 3)), np.ones(2, dtype=bool)
+    for time in np.arange(0.0, 9.0, 0.25):  # the run begins with the command at 1 s
+        command = np.full((2, 2), 0.1 * (time >= 1.0))
+        history.append(Snapshot(time, (1, 2), pose, pose, command, fresh, frozenset(real)))
+        # Some come before the samples of their times, some after.
+        early = [each for each in told if each[0] <= time + 0.3 * (int(time) % 2) - 0.1]
+        history.take_estimates([(at, (1, 2), np.full((2, 3), value)) for at, value in early])
+        told = told[len(early) :]
+    study("paper_four", connection).files.save(history, str(tmp_path))
+    ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
+    work()
+    return read_run_csv(str(tmp_path / "run.csv"))
+
+
+def test_a_saved_run_has_the_newest_estimates_of_each_of_its_times(tmp_path):
+    run = estimated_run(tmp_path, [(time, 10.0 + time) for time in np.arange(0.4, 8.5, 0.4)])
+    begun = 1.0 + run.time
+    assert run.time[0] == 0.0 and begun[-1] == 8.25  # of 8.5 nothing is known yet
+    wanted = 10.0 + 0.4 * np.floor((begun + 1e-6) / 0.4)
+    np.testing.assert_allclose(run.estimate[:, 0, 0], wanted, atol=1e-9)
+    assert (run.pose == 1.0).all() and run.meta == {"warnings": []}
+
+
+def test_samples_without_estimates_are_left_out_of_a_saved_run(tmp_path):
+    """Estimates hold for half a second: none of 3.75 to 4.75 s are known."""
+    told = [(time, 0.0) for time in np.arange(0.0, 9.0, 0.25) if not 3.0 < time < 5.0]
+    run = estimated_run(tmp_path, told)
+    gone = np.arange(3.75, 5.0, 0.25)
+    begun = 1.0 + run.time
+    assert not np.isin(begun, gone).any() and len(begun) == 31 - len(gone) and begun[-1] == 8.5
+    (warning,) = run.meta["warnings"]
+    assert warning.startswith("5 samples are left out")
+
+
+def test_of_real_robots_a_saved_run_has_the_estimates_as_poses(tmp_path):
+    run = estimated_run(tmp_path, [(time, 2.0) for time in np.arange(0.0, 9.0, 0.25)], real=(1, 2))
+    assert run.meta["truth_unknown"] is True and UNKNOWN in run.meta["warnings"]
+    assert (run.pose == 2.0).all() and (run.estimate == 2.0).all()
+
+
+def test_estimates_that_tell_of_no_sample_of_a_run_are_not_saved(tmp_path):
+    run = estimated_run(tmp_path, [(0.2, 2.0), (0.6, 2.0)])
+    assert run.estimate is None and len(run.time) == 32 and run.meta == {"warnings": []}
+
+
+def test_estimates_of_another_team_or_run_are_no_matter():
+    history = commanded(History(), 4)
+    history.take_estimates([(2.0, (1, 2, 3), np.zeros((3, 3)))])
+    assert history.estimate is None
+    history.take_estimates([(2.0, (1, 2), np.full((2, 3), 7.0))])
+    np.testing.assert_array_equal(np.isfinite(history.estimate).all(axis=(1, 2)), [0, 0, 1, 0])
+    history.clear()
+    assert commanded(history, 4).estimate is None
+
+
 def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):
     run = study(processes=Processes(directory=tmp_path))
     (tmp_path / "mrs_runs").write_text("a file")
@@ -338,11 +397,16 @@ def test_a_frozen_run_stays_while_the_history_goes_on_and_thins_itself(monkeypat
     monkeypatch.setattr(history_module, "MOST_VALUES", 1)
     monkeypatch.setattr(history_module, "FEWEST_SAMPLES", 8)
     history = commanded(History(), 8)
+    history.take_estimates([(time, (1, 2), np.full((2, 3), time)) for time in range(8)])
     frozen = history.frozen(2)
     commanded(history, 20, command=0.7)
+    history.take_estimates([(time, (1, 2), np.full((2, 3), time)) for time in range(8, 28)])
     assert len(history.time) <= 8 and history.time[-1] > 20.0
     np.testing.assert_array_equal(frozen.time, np.arange(2.0, 8.0))
     assert (frozen.command == 0.1).all() and frozen.begun == 0.0
+    np.testing.assert_array_equal(frozen.estimate[:, 0, 0], frozen.time)
+    known = np.isfinite(history.estimate[:, 0, 0])
+    assert known[-1] and (history.estimate[known, 1, 2] == history.time[known]).all()
 
 
 def test_of_one_time_the_newest_is_kept_and_may_begin_the_run():

@@ -31,7 +31,7 @@ from mrs_simulator.ros.messages import (
     read_stage_status,
     read_state,
 )
-from mrs_simulator.study.estimation import UNKNOWN
+from mrs_simulator.study.estimation import UNKNOWN, held_at
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.team import on_axes
@@ -44,7 +44,7 @@ JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 # What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
 LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
-TOLD, OLDEST = "/pioneer_control/estimates", 0.5  # [s] after which estimates no longer hold
+TOLD = "/pioneer_control/estimates"
 STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
 
 
@@ -180,8 +180,8 @@ def _with_estimates(taken, stamps, poses):
     """Return the samples of which estimates are known, with the newest of then."""
     if poses.shape[1] != taken.pose.shape[1]:
         return taken
-    newest = np.searchsorted(stamps, taken.time + 1e-6) - 1
-    known = np.flatnonzero((newest >= 0) & (taken.time - stamps[newest] <= OLDEST))
+    newest = held_at(stamps, taken.time)
+    known = np.flatnonzero(newest >= 0)
     return taken.kept(known)._replace(estimate=poses[newest[known]])
 
 

@@ -6,6 +6,20 @@ from mrs_simulator.core.curves import Curve
 from mrs_simulator.core.kinematics import wrap_angle
 
 UNKNOWN = "poses are those that the control estimated: where the robots truly were is not known"
+OLDEST = 0.5  # [s] of the run's time, after which estimates no longer hold
+SAME = 1e-6  # [s] by which stamps of one time may differ
+
+
+def held_at(stamps, times):
+    """Return which of the ascending ``stamps`` (k,) [s] holds at each of ``times`` (m,) [s], -1 for none.
+
+    That is the newest that is not after the time, unless it is more than ``OLDEST`` before it.
+    """
+    stamps, times = np.asarray(stamps, dtype=float), np.asarray(times, dtype=float)
+    newest = np.searchsorted(stamps, times + SAME) - 1
+    if not len(stamps):
+        return newest
+    return np.where(times - stamps[newest] <= OLDEST, newest, -1)
 
 
 def _is_known(run):

@@ -9,11 +9,10 @@ import rospy
 from mrs_simulator.nodes.control.common_frame import LocalisedFrame
 from mrs_simulator.nodes.control.estimated_poses import TOPIC
 from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
-from mrs_simulator.study.estimation import UNKNOWN
+from mrs_simulator.study.estimation import OLDEST, UNKNOWN
 
 CONNECTED, NAP = 15.0, 0.02  # [s] of wall time
 PATIENCE = 1.0  # [s] of wall time that a sample waits for the estimates of its time
-OLDEST = 0.5  # [s] of the run's time, after which estimates no longer hold
 KEPT = 500  # [-] newest messages
 REPORT = 5.0  # [s] of wall time between two reports of samples that are left out
 

@@ -13,6 +13,7 @@ from mrs_simulator.ros.messages import (
     read_collision,
     read_control_status,
     read_incident,
+    read_odometry,
     read_stage_status,
     read_state,
 )
@@ -34,6 +35,7 @@ class Inbox:
         self._samples = deque(maxlen=MOST_WAITING)
         self._collisions = deque(maxlen=MOST_COLLISIONS)
         self._incidents = deque(maxlen=MOST_COLLISIONS)
+        self._estimates = deque(maxlen=MOST_WAITING)
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.controller = Interruptions()
 
@@ -70,6 +72,10 @@ class Inbox:
     def keep_incident(self, message):
         """Keep an incident."""
         self._incidents.append(message)
+
+    def keep_estimates(self, message):
+        """Keep the poses that a controller has estimated."""
+        self._estimates.append(message)
 
     def begin_run(self):
         """Count what is heard from now on as another run."""
@@ -132,6 +138,18 @@ class Inbox:
                 taken.append(read_incident(self._incidents.popleft()))
             except MessageError:  # of another version
                 continue
+        return taken
+
+    def take_estimates(self):
+        """Return the estimates since the last call, ``(stamp [s], numbers, pose (n, 3))`` of each time."""
+        taken = []
+        while self._estimates:
+            message = self._estimates.popleft()
+            try:
+                numbers, pose = read_odometry(message)[:2]
+            except MessageError:  # of another version
+                continue
+            taken.append((message.header.stamp.to_sec(), tuple(numbers), pose))
         return taken
 
 

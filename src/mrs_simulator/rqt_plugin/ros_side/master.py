@@ -7,7 +7,14 @@ import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 from std_msgs.msg import Bool, String
 
-from mrs_simulator.ros.messages import Collision, ControlStatus, Incident, StageStatus, TeamState
+from mrs_simulator.ros.messages import (
+    Collision,
+    ControlStatus,
+    Incident,
+    StageStatus,
+    TeamOdometry,
+    TeamState,
+)
 
 AT_ONCE = 20  # [-] states of a fast simulation that may come together, and none is missed
 LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
@@ -74,6 +81,13 @@ class MasterWatch:
                 "stage/collisions", Collision, self._inbox.keep_collision
             ),
             "incidents": rospy.Subscriber("stage/incidents", Incident, self._inbox.keep_incident),
+            "estimates": rospy.Subscriber(
+                "pioneer_control/estimates",
+                TeamOdometry,
+                self._inbox.keep_estimates,
+                queue_size=AT_ONCE,
+                tcp_nodelay=True,
+            ),
         }
         for name, topic, kind in KEPT:
             subscribers[name] = rospy.Subscriber(topic, kind, self._inbox.keep, name, queue_size=1)

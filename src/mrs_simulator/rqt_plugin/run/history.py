@@ -9,6 +9,8 @@ import numpy as np
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.load import Carried
 from mrs_simulator.core.spatial import Spatial
+from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
+from mrs_simulator.study.estimation import SAME
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
 FEWEST_SAMPLES = 500
@@ -43,7 +45,7 @@ class History:
 
     def __init__(self):
         self.before_clearing = lambda: None  # called while what is forgotten is still there
-        self._filled = 0
+        self._filled, self._told = 0, EstimateLog()
         self.clear()
 
     def clear(self):
@@ -61,6 +63,10 @@ class History:
         self._filled, self._stride, self._skipped = 0, 1, 0
         self._lent = False  # whether somebody else reads the samples held
         self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))
+        self._estimate = (
+            None  # (rows, n, 3) as soon as the control has told any, nan where none held
+        )
+        self._told.clear()
 
     def append(self, snapshot):
         """Add ``snapshot``; another team, or a time that went back, begins anew.
@@ -91,6 +97,8 @@ class History:
         if self._filled == len(self._time):
             self._thin()
         self._time[self._filled] = snapshot.time
+        if self._estimate is not None:
+            self._estimate[self._filled] = np.nan
         self._put(self._filled, snapshot)
         self._filled += 1
 
@@ -123,14 +131,31 @@ class History:
         self._table = np.empty((len(self._time), len(numbers), columns))
 
     def _thin(self):
-        kept, time, table = len(self._time[::2]), self._time[::2], self._table[::2]
-        if self._lent:  # somebody else reads these
-            self._time, self._table = np.empty_like(self._time), np.empty_like(self._table)
-            self._lent = False
-            self._time[:kept], self._table[:kept] = time, table
-        else:
-            self._time[:kept], self._table[:kept] = time.copy(), table.copy()
-        self._filled, self._stride = kept, 2 * self._stride
+        kept = len(self._time[::2])
+        for name in ("_time", "_table", "_estimate"):
+            held = getattr(self, name)
+            if held is not None:
+                # Others may read what is lent to them.
+                thinned = np.empty_like(held) if self._lent else held
+                thinned[:kept] = held[::2]
+                setattr(self, name, thinned)
+        self._lent, self._filled, self._stride = False, kept, 2 * self._stride
+
+    def take_estimates(self, told):
+        """Take in what the control ``told``: ``(stamp [s], robots' numbers, pose (n, 3))`` of each time.
+
+        Each sample gets the estimates that held then, whichever of the two came first.
+        """
+        for stamp, numbers, pose in told:
+            if tuple(numbers) == self.numbers:
+                self._told.add(stamp, pose)
+        begin = int(np.searchsorted(self.time, self._told.first - SAME))
+        known, poses = self._told.at(self.time[begin:])
+        if not known.any():
+            return
+        if self._estimate is None:
+            self._estimate = np.full((len(self._time), len(self.numbers), 3), np.nan)
+        self._estimate[begin : self._filled][known] = poses
 
     def is_unsaved(self, shortest):
         """Return whether robots were commanded for ``shortest`` [s] that are in no saved run."""
@@ -146,11 +171,24 @@ class History:
 
         Nothing is copied: it would be a pause of a tenth of a second.
         """
-        result = copy.copy(self)
+        result = self.kept(slice(begin, None))
         result.before_clearing = lambda: None
-        result._time, result._table = self.time[begin:], self._table[begin : self._filled]
-        result._filled = len(result._time)
         result.collisions, self._lent = list(self.collisions), True
+        return result
+
+    def kept(self, rows):
+        """Return a ``History`` of the samples ``rows`` alone, a slice or (m,) bool, for reading."""
+        result = copy.copy(self)
+        result._time, result._table = self.time[rows], self._table[: self._filled][rows]
+        result._filled = len(result._time)
+        if self._estimate is not None:
+            result._estimate = self.estimate[rows]
+        return result
+
+    def without_estimates(self):
+        """Return a ``History`` of the same samples of which no estimates are known."""
+        result = copy.copy(self)
+        result._estimate = None
         return result
 
     @property
@@ -162,6 +200,11 @@ class History:
     def pose(self):
         """Return the poses (m, n, 3) [m, m, rad]."""
         return self._table[: self._filled, :, :3]
+
+    @property
+    def estimate(self):
+        """Return the poses (m, n, 3) that the control knew, nan where it told none; None without any."""
+        return None if self._estimate is None else self._estimate[: self._filled]
 
     @property
     def twist(self):

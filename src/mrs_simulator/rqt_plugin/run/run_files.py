@@ -7,14 +7,13 @@ import threading
 import time
 
 from mrs_simulator.core.moving import scene_facts, scene_time
-from mrs_simulator.core.recording import write_facts
-from mrs_simulator.core.spatial import upright
+from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
-from mrs_simulator.study.report import VERDICT_FILE, begin_run
-from mrs_simulator.vehicles.team import on_axes
-from mrs_simulator.vehicles.team_in_space import team_of
+from mrs_simulator.study.estimation import UNKNOWN
+from mrs_simulator.study.report import VERDICT_FILE
 
 CANCELLED = "cancelled; what was written is in {}"
+LOST = "{} samples are left out: the control node told no estimates of their time"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 KEEP_LIMIT = 60.0  # [s] of wall time that the GUI waits at its end for a run to be kept
 KEPT = "unsaved"  # the directory of runs that were not saved when another one began
@@ -120,7 +119,8 @@ class RunFiles:
         It calls ``tell``, if given, with the share that is written, after each hundredth.
         """
         # The run begins with the first command, as it does for the recorder.
-        run, scenario = history.frozen(history.first_row()), self._edited.scenario
+        run, lost = estimated(history.frozen(history.first_row()))
+        scenario = self._edited.scenario
         numbers, when = run.numbers, run.time
         meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
         incidents = [
@@ -132,9 +132,12 @@ class RunFiles:
             meta["uncommanded"] = True
         elif self._missed.text():
             meta["degraded"] = self._missed.text()
+        meta["warnings"] += [LOST.format(lost)] if lost else []
+        if run.estimate is not None and run.real.issuperset(numbers):
+            meta.update(truth_unknown=True, warnings=[*meta["warnings"], UNKNOWN])
         if not history.real.issuperset(numbers):
             meta.update(scene_facts(scenario.obstacles, scene_time(when[0])))
-        return lambda tell=lambda share: None: _write(run, scenario, directory, meta, tell)
+        return lambda tell=lambda share: None: write_run(run, scenario, directory, meta, tell)
 
     def _told(self, begin, end, real):
         """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
@@ -147,44 +150,3 @@ class RunFiles:
         meta.update({"ended": ended} if ended else {})
         # Nobody tells of real robots' collisions.
         return dict(meta, collisions_unknown=True) if real else meta
-
-
-def _write(run, scenario, directory, meta, tell):
-    """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
-    when, heights, axes, load = run.time, run.spatial, run.axes, run.load
-    scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=run.pose[0])
-    if heights is not None:
-        scenario = scenario._replace(altitude=heights.z[0])
-    team = team_of(scenario._replace(kinds=_kinds_of(scenario, run.numbers)))
-    columns = team.record_columns
-    kept = columns.spatial and (heights is not None or team.has_arms)
-    columns = columns._replace(spatial=kept, load=load is not None)
-    hundredth = max(1, len(when) // 100)
-    with begin_run(scenario, directory, run.numbers, columns=columns) as file:
-        samples = zip(when - when[0], run.pose, run.command, run.joints, run.twist)
-        for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
-            if row % hundredth == 0:
-                tell(row / len(when))
-            points = team.point(poses, inner, scenario.hand_length)
-            given = given if axes == team.axes else on_axes(given, axes, team.axes)
-            more = speeds, inner, None if heights is None else heights.of(row)
-            if team.has_arms:
-                tools = team.tools(poses, inner, scenario.hand_length)
-                flat = upright(poses[:, 2]) if more[2] is None else more[2]
-                more = speeds, inner, flat, flat.z + tools[:, 2]
-            if load is not None:
-                more += (load.at(row),)
-            file.sample(round(float(stamp), 9), poses, given, points, *more)
-    collisions = [c._replace(time=c.time - when[0]) for c in run.collisions if c.time >= when[0]]
-    write_facts(file.path, collisions, meta)
-    return file.path
-
-
-def _kinds_of(scenario, numbers):
-    """Return the kinds of the robots ``numbers`` of ``scenario``."""
-    kinds = scenario.kinds
-    return (
-        kinds
-        if len(kinds) == len(numbers)
-        else tuple(kinds[min(n, len(kinds)) - 1] for n in numbers)
-    )

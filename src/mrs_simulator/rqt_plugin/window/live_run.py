@@ -57,6 +57,7 @@ class LiveRun:
                 self._panels.map.clear_trails()
             else:
                 self._history.append(snapshot)
+        self._history.take_estimates(self._connection.take_estimates())
         self._predict_from_start()
 
     # Theory --------------------------------------------------------------------------------------

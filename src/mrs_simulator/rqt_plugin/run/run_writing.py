@@ -1,0 +1,69 @@
+"""Writes the samples of a run to ``run.csv``; without Qt and ROS."""
+
+import numpy as np
+
+from mrs_simulator.core.recording import write_facts
+from mrs_simulator.core.spatial import upright
+from mrs_simulator.study.report import begin_run
+from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.vehicles.team_in_space import team_of
+
+
+def estimated(run):
+    """Return the samples of a ``History`` with the poses that the control estimated, and how many are lost.
+
+    Lost are those of whose times it told none; after the last that it told, a run is over.  Of a
+    control that estimated nothing all samples are returned.
+    """
+    if run.estimate is None:
+        return run, 0
+    known = np.isfinite(run.estimate).all(axis=(1, 2))
+    if not known.any():
+        return run.without_estimates(), 0
+    end = len(known) - int(np.argmax(known[::-1]))
+    lost = end - int(np.count_nonzero(known))
+    return run.kept(known if lost else slice(0, end)), lost
+
+
+def write_run(run, scenario, directory, meta, tell):
+    """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
+    when, heights, axes, load = run.time, run.spatial, run.axes, run.load
+    truth = run.estimate if meta.get("truth_unknown") else run.pose
+    scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=truth[0])
+    if heights is not None:
+        scenario = scenario._replace(altitude=heights.z[0])
+    team = team_of(scenario._replace(kinds=_kinds_of(scenario, run.numbers)))
+    columns = team.record_columns
+    kept = columns.spatial and (heights is not None or team.has_arms)
+    estimated = run.estimate is not None
+    columns = columns._replace(spatial=kept, load=load is not None, estimate=estimated)
+    hundredth = max(1, len(when) // 100)
+    with begin_run(scenario, directory, run.numbers, columns=columns) as file:
+        samples = zip(when - when[0], truth, run.command, run.joints, run.twist)
+        for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
+            if row % hundredth == 0:
+                tell(row / len(when))
+            points = team.point(poses, inner, scenario.hand_length)
+            given = given if axes == team.axes else on_axes(given, axes, team.axes)
+            more = speeds, inner, None if heights is None else heights.of(row)
+            if team.has_arms:
+                tools = team.tools(poses, inner, scenario.hand_length)
+                flat = upright(poses[:, 2]) if more[2] is None else more[2]
+                more = speeds, inner, flat, flat.z + tools[:, 2]
+            if load is not None:
+                more += (load.at(row),)
+            told = {"estimate": run.estimate[row]} if estimated else {}
+            file.sample(round(float(stamp), 9), poses, given, points, *more, **told)
+    collisions = [c._replace(time=c.time - when[0]) for c in run.collisions if c.time >= when[0]]
+    write_facts(file.path, collisions, meta)
+    return file.path
+
+
+def _kinds_of(scenario, numbers):
+    """Return the kinds of the robots ``numbers`` of ``scenario``."""
+    kinds = scenario.kinds
+    return (
+        kinds
+        if len(kinds) == len(numbers)
+        else tuple(kinds[min(n, len(kinds)) - 1] for n in numbers)
+    )

@@ -5,10 +5,12 @@
 
 Wall time, for a machine that does nothing else, and processor time of all processes, which other programs
 change less.  Experiments are whole commands: rosrun, imports, run, recording at 10 Hz, verdict,
-certificates and figures as PNG and PDF.  The paper's scenario; 110 s of its law on 100 and 1,000 robots in
-a line, who never touch, and on as many put where there is room, who touch all the time; an hour of 100
-robots in a line, once, for its memory; two seconds of 10,000.  A run of a sweep is what ``LONG_SWEEP``
-runs of the paper's scenario take more than ``SHORT_SWEEP``, each another k, without figures of their own.
+certificates and figures as PNG and PDF.  The paper's scenario, also by ``mrs-simulator``, which the
+shell finds without rosrun, and what rosrun takes, by both commands' ``--help``; 110 s of its law on 100
+and 1,000 robots in a line, who never touch, and on as many put where there is room, who touch all the
+time; an hour of 100 robots in a line, once, for its memory; two seconds of 10,000.  A run of a sweep is
+what ``LONG_SWEEP`` runs of the paper's scenario take more than ``SHORT_SWEEP``, each another k, without
+figures of their own.
 """
 
 import argparse
@@ -26,6 +28,7 @@ REPEATS = 3
 MANY = 10000  # robots
 SHORT_SWEEP, LONG_SWEEP = 8, 40  # runs
 EXPERIMENT = ["rosrun", "mrs_simulator", "experiment"]
+DIRECT = ["mrs-simulator", "experiment"]  # the same, which the shell finds
 PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
 CORE = "import mrs_simulator.core.scenario, mrs_simulator.core.verdict, mrs_simulator.core.claims"
 
@@ -96,6 +99,9 @@ def main():
     with tempfile.TemporaryDirectory() as out:
         to = ["--out", os.path.join(out, "run")]
         note_times(report, "experiment on paper.yaml", 7, [*EXPERIMENT, PAPER, *to])
+        note_times(report, "the same without rosrun", 7, [*DIRECT, PAPER, *to])
+        helps = [wall_time([*command, "--help"]) for command in (EXPERIMENT, DIRECT)]
+        report.note("rosrun itself, wall time", 7, helps[0] - helps[1], "s")
         for n in (100, 1000):
             # So many are not in place by then: the verdict may be that of a run that fails.
             line = [*EXPERIMENT, line_of(n, 110, out), *to]

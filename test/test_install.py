@@ -1,6 +1,7 @@
 """The package built into catkin's install space, without the devel space."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -17,8 +18,17 @@ rossrv show mrs_simulator/SetTeam | grep -q 'RobotSpec'
 roslaunch --nodes mrs_simulator simulation.launch | grep -q pioneer_control
 rosrun mrs_simulator experiment {install}/share/mrs_simulator/scenarios/paper_dynamic.yaml \
   --duration 1 --out {out} || test $? = 1
+test "$(command -v mrs-simulator)" = {install}/bin/mrs-simulator
+mrs-simulator scenarios | grep -q paper_dynamic
 test -s {out}/run.csv -a -s {out}/trajectories.pdf
 """
+
+
+def test_the_command_is_in_the_path_of_the_devel_space():
+    found = shutil.which("mrs-simulator")
+    assert found and os.path.exists(os.path.join(os.path.dirname(found), "..", ".catkin"))
+    listed = subprocess.run([found, "scenarios"], stdout=subprocess.PIPE, timeout=60, check=True)
+    assert b"paper_dynamic.yaml" in listed.stdout
 
 
 def test_the_install_space_builds_and_runs(tmp_path):

@@ -131,6 +131,7 @@ make_environment() {
   [ -x "$root/.venv/bin/python" ] && "$root/.venv/bin/python" -c '' 2>/dev/null ||
     logged "making the virtual environment .venv" "remove .venv and run this again" \
       "$python" -m venv --clear --system-site-packages "$root/.venv"
+  rm -f "$root/.venv/lib64" # a link to lib: rosrun would look through all of it once more, for each program
   for file in "${wanted[@]}"; do options+=(-r "$file"); done
   echo "== installing Python packages into .venv"
   # Without a word of what is there already; pip shows its own progress.

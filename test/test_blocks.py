@@ -14,7 +14,7 @@ from mrs_simulator.core.possible import first_jump
 from mrs_simulator.core.recording import Run
 from mrs_simulator.study import judging
 from mrs_simulator.study.energy_balance import balance_of
-from mrs_simulator.study.figures import trajectories_height
+from mrs_simulator.study.plane_figure import trajectories_height
 
 SAMPLES, ROBOTS = 3000, 60
 

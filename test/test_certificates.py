@@ -14,8 +14,8 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Run, read_run_csv
 from mrs_simulator.study import energy_balance
+from mrs_simulator.study.canvas import save
 from mrs_simulator.study.certificate_figure import certificate_figure
-from mrs_simulator.study.figures import save
 
 BALANCE = "energy off its predicted change"
 PATH = Topology.preset("path", 3)

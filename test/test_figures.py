@@ -13,6 +13,7 @@ from matplotlib.image import imread
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.recording import Collision, Run
+from mrs_simulator.study import canvas, curve_figures, figure_parts, plane_figure
 from mrs_simulator.study import figures as report
 from mrs_simulator.study.look import FORMATS, LookError, look
 
@@ -118,7 +119,7 @@ def test_global_style_is_left_alone(tmp_path):
     assert matplotlib.rcParams.copy() == before
 
 
-@pytest.mark.parametrize("n", [1, 7, report.MOST_LINES])
+@pytest.mark.parametrize("n", [1, 7, figure_parts.MOST_LINES])
 def test_trajectories_are_dashed_green_and_are_the_runs(n):
     run = make_run(n)
     axes = report.draw_trajectories(report.new_figure(), run)
@@ -192,7 +193,7 @@ def test_land_is_named_and_drawn_beneath_what_stands_on_it():
 
 
 @pytest.mark.parametrize("component, column", [("x", 0), ("y", 1)])
-@pytest.mark.parametrize("n", [1, 7, report.MOST_LINES])
+@pytest.mark.parametrize("n", [1, 7, figure_parts.MOST_LINES])
 def test_states_are_the_runs_against_time(n, component, column):
     run = make_run(n)
     axes = report.draw_states(report.new_figure(), run, component)
@@ -240,7 +241,7 @@ def test_a_large_team_has_a_colour_bar_from_first_to_last_robot():
 
 
 def test_a_large_team_is_drawn_by_few_artists():
-    n = report.MOST_NUMBERED + 1
+    n = plane_figure.MOST_NUMBERED + 1
     run = make_run(n)
     theory = run.hand + 0.1
     axes = report.draw_states(report.new_figure(), run, "y", theory)
@@ -265,7 +266,7 @@ def test_a_large_team_is_drawn_by_few_artists():
 @pytest.mark.parametrize("n", [1, 7, 12, 100])
 def test_nothing_is_cut_off_and_the_legend_covers_no_data(n):
     for draw in (report.draw_trajectories, report.draw_inputs):
-        figure = report.new_figure(height=report.INPUTS_HEIGHT)
+        figure = report.new_figure(height=curve_figures.INPUTS_HEIGHT)
         first = np.ravel(draw(figure, make_run(n)))[0]
         figure.canvas.draw()
         drawn = figure.get_tightbbox(figure.canvas.get_renderer())
@@ -313,14 +314,14 @@ def test_long_runs_are_thinned_for_drawing_and_keep_their_peaks_and_ends():
     time = 0.01 * np.arange(100001)
     values = np.sin(time)
     values[54321], values[77777] = 9.0, -9.0
-    thinned_time, thinned = report.thin(time, values)
-    assert len(thinned) <= report.MOST_POINTS_PER_LINE + 200
+    thinned_time, thinned = figure_parts.thin(time, values)
+    assert len(thinned) <= figure_parts.MOST_POINTS_PER_LINE + 200
     assert {9.0, -9.0} <= set(thinned)
     assert np.all(np.diff(thinned_time) > 0)
     assert (thinned_time[0], thinned_time[-1]) == (time[0], time[-1])
     run = make_run(2, m=9001)
     path = report.draw_trajectories(report.new_figure(), run).lines[1].get_xydata()
-    assert len(path) <= report.MOST_POINTS_PER_LINE
+    assert len(path) <= figure_parts.MOST_POINTS_PER_LINE
     np.testing.assert_array_equal(path[[0, -1]], run.pose[[0, -1], 1, :2])
 
 
@@ -351,7 +352,7 @@ def test_a_columns_figure_holds_its_legend(tmp_path, n):
     report.figures(make_run(n), str(tmp_path), ("png",), look=narrow)
     for name in NAMES:
         width = imread(str(tmp_path / (name + ".png"))).shape[1]
-        assert width == round(3.5 * report.STYLE["savefig.dpi"]), name
+        assert width == round(3.5 * canvas.STYLE["savefig.dpi"]), name
     with report.in_style(narrow.style):
         figure = report.new_figure(narrow.width, 3.0)
         axes = report.draw_states(figure, make_run(n), "x")

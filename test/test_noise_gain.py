@@ -65,6 +65,6 @@ def test_the_command_tells_who_is_off(tmp_path, capsys, monkeypatch):
 
 
 def small_figure():
-    from mrs_simulator.study.figures import new_figure
+    from mrs_simulator.study.canvas import new_figure
 
     return new_figure(2.0, 2.0)

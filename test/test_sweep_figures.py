@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.stability import growth_rate, share_left
-from mrs_simulator.study.figures import save
+from mrs_simulator.study.canvas import save
 from mrs_simulator.study.sweep import SweepError, make_runs, read_axis, run_sweep, theorem_boundary
 from mrs_simulator.study.sweep_figures import stability_figure, sweep_figure
 

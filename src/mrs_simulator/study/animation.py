@@ -13,8 +13,15 @@ import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
 from mrs_simulator.core.writing import write_bytes
-from mrs_simulator.study import figures
+from mrs_simulator.study.canvas import new_figure, settle, styled
+from mrs_simulator.study.figure_parts import robot_colours
 from mrs_simulator.study.look import LookError
+from mrs_simulator.study.plane_figure import (
+    draw_ground,
+    robot_length,
+    robot_shapes,
+    trajectories_height,
+)
 
 SUFFIXES = (".gif", ".mp4")
 WIDTH = 4.8  # [in]
@@ -107,17 +114,17 @@ class Animation:
 class Stage:
     """The axes, and the artists that move on them."""
 
-    @figures.styled
+    @styled
     def __init__(self, run, width=WIDTH, figure=None):
         """Draw what stands still on ``figure``, by default a new one ``width`` [in] wide."""
         self.run = run
-        height = figures.trajectories_height(run, page=width)
-        self.figure = figures.new_figure(width, height) if figure is None else figure
+        height = trajectories_height(run, page=width)
+        self.figure = new_figure(width, height) if figure is None else figure
         self.figure.set_dpi(DPI)
         self.axes = self.figure.add_subplot(1, 1, 1)
-        low, high = figures.draw_ground(self.axes, run)
-        self._length = ENLARGED * figures.robot_length(run.pose[-1, :, :2], np.max(high - low))
-        colours = figures.robot_colours(run.robots)
+        low, high = draw_ground(self.axes, run)
+        self._length = ENLARGED * robot_length(run.pose[-1, :, :2], np.max(high - low))
+        colours = robot_colours(run.robots)
         self._edges = LineCollection([], colors="#b8c4d0", linewidths=0.8, zorder=1.5)
         self._trails = LineCollection([], colors=colours, linewidths=1.4, alpha=0.6, zorder=2)
         self._robots = PolyCollection([], facecolors=colours, edgecolors="white", linewidths=0.4)
@@ -126,7 +133,7 @@ class Stage:
         self.moving = (self._edges, self._trails, self._robots, self._clock)
         for artist in self.moving[:3]:
             self.axes.add_collection(artist, autolim=False)
-        figures.settle(self.figure)
+        settle(self.figure)
         self._pairs = _pairs(run)
         self._behind = max(1, int(TRAIL * len(run.time)))
         self._still = None
@@ -138,14 +145,14 @@ class Stage:
         begin = max(0, row - self._behind)
         chosen = np.unique(np.linspace(begin, row, min(row - begin + 1, 200)).astype(int))
         self._trails.set_segments(list(pose[chosen, :, :2].transpose(1, 0, 2)))
-        self._robots.set_verts(figures.robot_shapes(points, pose[row, :, 2], self._length))
+        self._robots.set_verts(robot_shapes(points, pose[row, :, 2], self._length))
         if self._pairs is not None:
             # Between the points that the law moves, in front of wheels' axles.
             self._edges.set_segments(list(self.run.hand[row, :, :2][self._pairs]))
         self._clock.set_text("{:.1f} s".format(self.run.time[row]))
         return self.moving
 
-    @figures.styled
+    @styled
     def picture(self, row):
         """Return sample ``row`` as (height, width, 4) uint8."""
         canvas = self.figure.canvas

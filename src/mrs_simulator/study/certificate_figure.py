@@ -6,7 +6,8 @@ import traceback
 import numpy as np
 from matplotlib import rcParams
 
-from mrs_simulator.study.figures import in_style, new_figure, save, settle, styled, thin
+from mrs_simulator.study.canvas import in_style, new_figure, save, settle, styled
+from mrs_simulator.study.figure_parts import thin
 from mrs_simulator.study.look import Look
 
 CERTIFICATES = "certificates"  # name of the file

@@ -190,8 +190,8 @@ def _scale(robot, name):
 
 def write_comparison(real, simulated, out, formats=("png", "pdf")):
     """Write ``compare.json`` and the overlaid figure to ``out``; return the mapping."""
+    from mrs_simulator.study.canvas import new_figure, save, settle
     from mrs_simulator.study.compare_figure import draw_comparison
-    from mrs_simulator.study.figures import new_figure, save, settle
 
     result = compared(real, simulated)
     os.makedirs(out, exist_ok=True)

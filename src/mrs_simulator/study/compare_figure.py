@@ -1,6 +1,7 @@
 """The figure of two runs laid over each other."""
 
-from mrs_simulator.study.figures import robot_colours, styled
+from mrs_simulator.study.canvas import styled
+from mrs_simulator.study.figure_parts import robot_colours
 
 
 @styled

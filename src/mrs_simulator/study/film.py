@@ -10,7 +10,8 @@ from mrs_simulator.core.robots import DEFAULT_KIND
 from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.look import LIGHT
 from mrs_simulator.pictures.scene import Scene, drawn, framed
-from mrs_simulator.study.figures import robot_colours, save
+from mrs_simulator.study.canvas import save
+from mrs_simulator.study.figure_parts import robot_colours
 from mrs_simulator.study.look import LookError
 from mrs_simulator.study.paint import DPI, paint
 from mrs_simulator.vehicles import Team

@@ -108,7 +108,7 @@ def _squares(scenario):
 
 def lossy_figure(study):
     """Return the figure: all runs faint, their mean, theory dashed; below, the mean over theory."""
-    from mrs_simulator.study.figures import WIDTH, new_figure, settle, styled
+    from mrs_simulator.study.canvas import WIDTH, new_figure, settle, styled
 
     @styled
     def drawn():
@@ -156,7 +156,7 @@ def _draw_ratio(axes, study):
 
 def main(argv=None):
     """Run the command ``lossy_edges``; exits with 0 if theory holds, 1 if not, 2 for bad input."""
-    from mrs_simulator.study.figures import save
+    from mrs_simulator.study.canvas import save
 
     parser = argparse.ArgumentParser(
         prog="lossy_edges",

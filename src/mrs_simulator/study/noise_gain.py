@@ -131,7 +131,7 @@ def _variance(scenario, seed, begin):
 
 def noise_figure(scenario, points):
     """Return the figure: a column for each kind of noise, variance over its level and over the gain."""
-    from mrs_simulator.study.figures import WIDTH, new_figure, settle, styled
+    from mrs_simulator.study.canvas import WIDTH, new_figure, settle, styled
 
     @styled
     def drawn():
@@ -186,7 +186,7 @@ def write_points(points, path):
 
 def main(argv=None):
     """Run the command ``noise_gain``; exits with 0 if theory holds, 1 if not, 2 for bad input."""
-    from mrs_simulator.study.figures import save
+    from mrs_simulator.study.canvas import save
 
     parser = argparse.ArgumentParser(
         prog="noise_gain",

@@ -94,7 +94,7 @@ class StudyRun:
         def draw(figure, run, prediction, axes):
             return figures.draw_states(figure, run, component, prediction, axes)
 
-        return self._drawn(draw, figures.STATES_HEIGHT, ax, width, style)
+        return self._drawn(draw, figures.HEIGHT, ax, width, style)
 
     def inputs(self, ax=None, width="", style=""):
         """Draw the commands against time, on one ``ax`` for each input; see :meth:`trajectories`."""

@@ -3,7 +3,8 @@
 import mpl_toolkits.mplot3d  # noqa: F401 which registers the projection "3d" before matplotlib 3.2
 import numpy as np
 
-from mrs_simulator.study.figures import START_COLOUR, robot_colours, styled
+from mrs_simulator.study.canvas import styled
+from mrs_simulator.study.figure_parts import START_COLOUR, robot_colours
 
 SPACE_HEIGHT = 5.4  # [in]
 MOST_SAMPLES = 600  # of a path

@@ -346,7 +346,7 @@ def _measure(verdict, key):
 
 
 def _write_figures(runs, verdicts, out, boundary):
-    from mrs_simulator.study.figures import save  # matplotlib is slow to import
+    from mrs_simulator.study.canvas import save  # matplotlib is slow to import
     from mrs_simulator.study.sweep_figures import stability_figure, sweep_figure
 
     table = [(values, verdict) for (_, values, _), verdict in zip(runs, verdicts)]

@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from mrs_simulator.study.figures import WIDTH, new_figure, settle, styled
+from mrs_simulator.study.canvas import WIDTH, new_figure, settle, styled
 
 PASSED, FAILED, UNJUDGED = "#2e8b57", "#c00000", "#8a8a8a"
 POOLED = ("seed",)  # keys that are never an axis where there are others: their runs are averaged

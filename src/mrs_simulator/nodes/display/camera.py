@@ -20,7 +20,7 @@ from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
 from mrs_simulator.ros.node_parameters import PICTURES
 from mrs_simulator.ros.parameters import read
-from mrs_simulator.study.figures import robot_colours
+from mrs_simulator.study.figure_parts import robot_colours
 from mrs_simulator.study.paint import pixels
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles.portable import told_team

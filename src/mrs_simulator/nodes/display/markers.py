@@ -24,7 +24,7 @@ from mrs_simulator.ros.lifecycle import run, start_node
 from mrs_simulator.ros.messages import TeamState, read_state
 from mrs_simulator.ros.node_parameters import HAND_LENGTH
 from mrs_simulator.ros.parameters import read
-from mrs_simulator.study.figures import PALETTE
+from mrs_simulator.study.figure_parts import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.portable import told_team

@@ -7,7 +7,7 @@ from python_qt_binding.QtGui import QBrush, QColor, QPen
 from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
 from mrs_simulator.rqt_plugin.map.look import faded
 from mrs_simulator.rqt_plugin.map.marks import SHADE
-from mrs_simulator.study.figures import START_COLOUR
+from mrs_simulator.study.figure_parts import START_COLOUR
 
 LEGEND = {  # in the order of the map's words
     "start": "start",

@@ -1,0 +1,105 @@
+"""What the drawings of a run share: colours, lines of many robots, legends."""
+
+import matplotlib
+import numpy as np
+from matplotlib.cbook import pts_to_poststep
+from matplotlib.cm import viridis
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, Normalize
+
+START_COLOUR = "#d60000"
+# Okabe and Ito's colour-blind-safe palette; its yellow is too faint on white, black is for theory.
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
+# Without the pale end, which is too faint on white.
+MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
+MOST_IN_LEGEND = 12  # above it robots are told apart by a colour bar
+MOST_IN_LEGEND_ROW = 6
+ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
+MOST_LINES = (
+    MOST_IN_LEGEND  # above it one artist draws all: each artist costs milliseconds in every file
+)
+MOST_POINTS_PER_LINE = 2000
+MOST_POINTS = 60000  # over all lines of one panel
+
+
+def emptied(figure, rows):
+    """Return ``rows`` axes above each other on ``figure``, which is emptied."""
+    figure.clear()
+    return figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+
+
+def robot_colours(robots):
+    """Return a colour (r, g, b, a) for each of ``robots`` (n,), their numbers."""
+    if len(robots) <= MOST_IN_LEGEND:
+        chosen = [PALETTE[row % len(PALETTE)] for row in range(len(robots))]
+        return matplotlib.colors.to_rgba_array(chosen)
+    return MANY_ROBOTS(Normalize(np.min(robots), np.max(robots))(np.asarray(robots, dtype=float)))
+
+
+def draw_alike(axes, lines, label, **style):
+    """Draw ``lines``, each (x, y), in one ``style``; the legend names them once."""
+    if len(lines) > MOST_LINES:
+        draw_many(axes, lines, label=label, **style)
+        return
+    for row, line in enumerate(lines):
+        axes.plot(*line, label="_nolegend_" if row else label, **style)
+
+
+def draw_many(axes, lines, drawstyle="default", **style):
+    """Draw ``lines``, each (x, y), as one artist."""
+    if drawstyle == "steps-post":
+        lines = [pts_to_poststep(*line) for line in lines]
+    paths = [np.stack(line, axis=1) for line in lines]
+    axes.add_collection(LineCollection(paths, zorder=2, **style))
+    axes.autoscale_view()
+
+
+def thin(time, values, most=MOST_POINTS_PER_LINE):
+    """Return ``time`` and ``values`` (m,) with about ``most`` samples, for drawing only.
+
+    Of each stretch of samples the first, lowest, highest and last stay, so no peak is lost.
+    """
+    if len(values) <= most:
+        return time, values
+    stretch = -(-4 * len(values) // most)
+    begins = np.arange(len(values) // stretch) * stretch
+    rest = np.arange(len(begins) * stretch, len(values))
+    table = values[: rest[0] if len(rest) else None].reshape(-1, stretch)
+    peaks = begins + table.argmin(axis=1), begins + table.argmax(axis=1)
+    chosen = np.unique(np.concatenate([begins, begins + stretch - 1, rest, *peaks]))
+    return time[chosen], values[chosen]
+
+
+def most_points(n):
+    return min(MOST_POINTS_PER_LINE, max(200, MOST_POINTS // n))
+
+
+def points_of(run, prediction):
+    """Return the points to draw, (m, n, 2) [m]: centres, or hand points to hold against theory."""
+    return run.pose[:, :, :2] if prediction is None else run.hand[:, :, :2]
+
+
+def predicted_of(run, prediction):
+    """Return theory's times (p,) [s] and hand points (p, n, 2) [m]."""
+    if isinstance(prediction, dict):
+        return np.asarray(prediction["time"]), np.asarray(prediction["hand"])
+    return run.time, np.asarray(prediction)
+
+
+def sized(table, few, many):
+    """Return a size between ``few``, for a team that a legend can name, and ``many``, for 50."""
+    return float(np.interp(table.shape[1], [MOST_IN_LEGEND, 50], [few, many]))
+
+
+def legend_above(axes, labels=None):
+    """Put the legend above ``axes``, where it covers no data; only ``labels``, in order, if given."""
+    handles, names = axes.get_legend_handles_labels()
+    named = dict(zip(names, handles))
+    shown = [(named[name], name) for name in labels or names if name in named]
+    fitting = int(axes.figure.get_figwidth() / ENTRY_WIDTH + 0.5)
+    rows = -(-len(shown) // max(2, min(MOST_IN_LEGEND_ROW, fitting)))
+    columns = -(-len(shown) // rows)
+    # A legend fills column by column; people read row by row.
+    shown = [pair for column in range(columns) for pair in shown[column::columns]]
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.3}
+    axes.legend(*zip(*shown), ncol=columns, **place)

@@ -6,26 +6,27 @@ wanted.  Lengths in m, angles in rad, times in s, poses in the common frame.
 
 import math
 import os
-import re
 from typing import Any, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 import yaml
 
+from mrs_simulator.core.control_reading import Control, read_control
 from mrs_simulator.core.environment import CALM, Environment, read_environment
 from mrs_simulator.core.estimates import Estimates, read_estimates
-from mrs_simulator.core.graphs import PRESETS, Topology
+from mrs_simulator.core.graph_reading import read_topology
+from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.incidents import Event, of_first, read_events
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
+from mrs_simulator.core.limits_reading import LoweredLimits, limits_to_plain, read_limits
 from mrs_simulator.core.links import NO_FAULTS, Links, read_links
 from mrs_simulator.core.load import Load, read_load
 from mrs_simulator.core.maps import Map, read_map
 from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, read_mismatch
-from mrs_simulator.core.moving import moves, read_track
-from mrs_simulator.core.obstacles import Box, Cylinder, is_flat, wall
+from mrs_simulator.core.obstacle_reading import obstacle_to_plain, read_obstacles
+from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.odometry_errors import OdometryErrors, read_odometry_errors
-from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import (
     ScenarioError,
     Section,
@@ -41,58 +42,15 @@ from mrs_simulator.core.robots import (  # noqa: F401, names of the team that ot
     located_kinds,
     read_team,
 )
-from mrs_simulator.core.safety import Safety, read_safety
 from mrs_simulator.core.sensor_changes import SensorChange, of_robots
 
-ROBOT = re.compile(r"robot\d+")  # names that obstacles cannot have
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
 ODOMETRIES = ("world", "wheel")
-SATURATIONS = ("robot", "team", "none")
-ALWAYS_UNDIRECTED = ("random", "proximity")
-OTHER_GRAPHS = ALWAYS_UNDIRECTED + ("k_nearest", "erdos_renyi")  # of chance, of places
-LIMIT_PRESETS = ("firmware", "top", "none")
 # Keys that command lines change, beside the number of robots and the protocol.
 OVERRIDES = ("fidelity", "engine", "odometry", "limits", "duration", "seed")
-DEFAULT_PROTOCOL = "formation"
-RATES = (0.1, 1000.0)  # [Hz] of commands, least and most
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
 MOST_TURNED = 4.0 * math.pi  # [rad] of a heading, beyond which degrees may have been meant
-
-
-class LoweredLimits(NamedTuple):
-    """The limits of a preset, and no faster than this."""
-
-    preset: str
-    v_max: float = math.inf  # [m/s]
-    omega_max: float = math.inf  # [rad/s]
-
-
-class Control(NamedTuple):
-    """How the team is controlled: the protocol, its parameters and the rate of commands."""
-
-    protocol: str = DEFAULT_PROTOCOL
-    rate: float = 50.0  # [Hz]
-    parameters: Dict[str, Any] = {}
-    saturation: str = "robot"
-    safety: Union[bool, Safety] = False
-    dimension: Optional[int] = None  # of the controlled points, None: the least of the protocol's
-
-    def with_robots(self, n):
-        """Return this for n robots."""
-        return self._replace(safety=self.safety.with_robots(n)) if self._is_safety_given else self
-
-    def to_plain(self):
-        """Return it as a scenario's plain values."""
-        safety = self.safety.to_plain() if self._is_safety_given else self.safety
-        plain = {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
-        if self.dimension is None:
-            del plain["dimension"]
-        return plain
-
-    @property
-    def _is_safety_given(self):
-        return isinstance(self.safety, Safety)
 
 
 class Scenario(NamedTuple):
@@ -262,10 +220,10 @@ class Scenario(NamedTuple):
             "model": self.kinds[0] if len(set(self.kinds)) == 1 else list(self.kinds),
             "poses": [[float(value) for value in pose] for pose in self.poses],
             "fidelity": self.fidelity,
-            "limits": _limits_to_plain(self.limits),
+            "limits": limits_to_plain(self.limits),
             "odometry": self.odometry,
             "control": self.control.to_plain(),
-            "obstacles": [_obstacle_to_plain(obstacle) for obstacle in self.obstacles],
+            "obstacles": [obstacle_to_plain(obstacle) for obstacle in self.obstacles],
         }
         for key in ("duration", "seed", "speed", "record_rate", "step"):
             result[key] = getattr(self, key)
@@ -338,20 +296,20 @@ def scenario_from_dict(content, where="scenario"):
     top = Section(content, where)
     seed = top.whole("seed", 0, low=0, high=2**32 - 1)
     poses, kinds, own_kinds, altitude, sensors = read_team(top, seed)
-    control = _read_control(top, len(poses))
-    topology = _read_topology(top, poses, seed)
+    control = read_control(top, len(poses))
+    topology = read_topology(top, poses, seed)
     scenario = Scenario(
         poses=poses,
         kinds=kinds,
         title=top.text("title", ""),
         fidelity=top.text("fidelity", "kinematic", FIDELITIES),
-        limits=_read_limits(top),
+        limits=read_limits(top),
         odometry=top.text("odometry", "world", ODOMETRIES),
         control=control,
         topology=topology,
         links=read_links(top.take("links", {}), top.at("links"), len(poses), topology),
         mismatch=read_mismatch(top.take("mismatch", {}), top.at("mismatch"), len(poses)),
-        obstacles=_read_obstacles(top),
+        obstacles=read_obstacles(top),
         environment=read_environment(top.take("environment", {}), top.at("environment")),
         duration=top.number("duration", 60.0, above=0.0),
         seed=seed,
@@ -413,66 +371,6 @@ def _read_odometry_rate(top):
     return top.number("odometry_rate", above=0.0)
 
 
-def _read_limits(top):
-    given = top.take("limits", "firmware")
-    if not isinstance(given, dict):
-        preset = top.text("limits", "firmware", LIMIT_PRESETS)
-        return None if preset == "none" else preset
-    section = Section(given, top.at("limits"))
-    if section.has("preset"):
-        return _read_lowered(section)
-    section.take("preset")
-    top_speeds = [section.number(name, above=0.0) for name in ("v_max", "omega_max")]
-    # A ramp left out is none: the robot answers at once.
-    ramps = [
-        section.number(name, above=0.0) if section.has(name) else section.take(name, math.inf)
-        for name in ("v_accel", "omega_accel")
-    ]
-    section.done()
-    return Limits(*top_speeds, *ramps)
-
-
-def _read_lowered(section):
-    preset = section.text("preset", choices=LIMIT_PRESETS[:2])
-    lowered = LoweredLimits(
-        preset,
-        *(
-            section.number(name, above=0.0) if section.has(name) else section.take(name, math.inf)
-            for name in ("v_max", "omega_max")
-        ),
-    )
-    section.done()
-    return lowered
-
-
-def _read_control(top, n):
-    section = Section(top.take("control", {}), top.at("control"))
-    parameters = section.take("parameters", {})
-    if not isinstance(parameters, dict):
-        raise ScenarioError(
-            "{}: {}, wanted a mapping".format(section.at("parameters"), shown(parameters))
-        )
-    for name, value in parameters.items():
-        if not isinstance(name, str) or not isinstance(value, (int, float, str, bool)):
-            place = section.at("parameters.{}".format(shown(name).strip("'")))
-            raise ScenarioError(
-                "{}: {}, wanted a number, a text, true or false".format(place, shown(value))
-            )
-    if "l" in parameters:
-        Section(parameters, section.at("parameters")).number("l", above=0.0)
-    control = Control(
-        protocol=section.text("protocol", DEFAULT_PROTOCOL),
-        rate=section.number("rate", 50.0, low=RATES[0], high=RATES[1]),
-        parameters=parameters,
-        saturation=section.text("saturation", "robot", SATURATIONS),
-        safety=read_safety(section, n),
-        dimension=section.whole("dimension", low=2, high=3) if section.has("dimension") else None,
-    )
-    section.take("dimension")
-    section.done()
-    return control
-
-
 def _read_timeout(top):
     if not top.has("cmd_vel_timeout"):
         return top.take("cmd_vel_timeout")
@@ -491,49 +389,6 @@ def _read_step(top, rate):
     return step
 
 
-@explained_by("docs/scenarios.md#graphs")
-def _read_topology(top, poses, seed):
-    if not top.has("topology"):
-        top.take("topology")
-        return None
-    section = Section(top.take("topology"), top.at("topology"))
-    try:
-        topology = _made_topology(section, poses, seed)
-    except ScenarioError:
-        raise
-    except ValueError as error:
-        raise ScenarioError("{}: {}".format(top.at("topology"), error)) from None
-    section.done()
-    return topology
-
-
-def _made_topology(section, poses, seed):
-    if not section.has("preset"):
-        edges = section.take("edges", [])
-        if not isinstance(edges, list):
-            raise ValueError(
-                "edges {}: wanted a list of [i, j] or [i, j, weight]".format(shown(edges))
-            )
-        return Topology(len(poses), edges, section.flag("directed", True))
-    name, n = section.text("preset", choices=PRESETS + OTHER_GRAPHS), len(poses)
-    directed = section.flag("directed", True) if section.has("directed") else None
-    if name in ALWAYS_UNDIRECTED and directed:
-        raise ScenarioError("{}: true, but {} is undirected".format(section.at("directed"), name))
-    if name == "random":
-        return Topology.random(n, _probability(section), seed)
-    if name == "proximity":
-        return Topology.proximity(poses[:, :2], section.number("radius", above=0.0))
-    if name == "k_nearest":
-        return Topology.k_nearest(poses[:, :2], section.whole("k", low=1), directed is not False)
-    if name == "erdos_renyi":
-        return Topology.erdos_renyi(n, _probability(section), seed, directed is True)
-    return Topology.preset(name, n, directed)
-
-
-def _probability(section):
-    return section.number("probability", 0.3, low=0.0, high=1.0)
-
-
 def _read_record(top):
     """Return the names of the sensors under ``record``."""
     names, where = top.take("record", []), top.at("record")
@@ -543,82 +398,3 @@ def _read_record(top):
         if names.count(name) > 1:
             raise ScenarioError("{}: {} twice".format(where, shown(name)))
     return tuple(names)
-
-
-@explained_by("docs/scenarios.md#obstacles")
-def _read_obstacles(top):
-    given = top.take("obstacles", [])
-    if not isinstance(given, list):
-        raise ScenarioError("{}: {}, wanted a list".format(top.at("obstacles"), shown(given)))
-    obstacles, names = [], set()
-    for index, item in enumerate(given):
-        obstacle = _read_obstacle(item, "{}[{}]".format(top.at("obstacles"), index), index)
-        if obstacle.name in names:
-            raise ScenarioError(
-                "{}[{}]: the name {} is taken".format(
-                    top.at("obstacles"), index, shown(obstacle.name)
-                )
-            )
-        if ROBOT.fullmatch(obstacle.name):
-            raise ScenarioError(
-                "{}[{}].name: {} is a robot's, wanted another one".format(
-                    top.at("obstacles"), index, shown(obstacle.name)
-                )
-            )
-        names.add(obstacle.name)
-        obstacles.append(obstacle)
-    return tuple(obstacles)
-
-
-def _read_obstacle(item, where, index):
-    section = Section(item, where)
-    shape = section.text("type", choices=("box", "cylinder", "wall", "land"))
-    name = section.text("name", "{}{}".format(shape, index + 1))
-    height = 0.0 if shape == "land" else section.number("height", 0.5, above=0.0)
-    if shape == "wall":
-        start, end = section.numbers("from", 2), section.numbers("to", 2)
-        thickness = section.number("thickness", 0.1, above=0.0)
-        try:
-            obstacle = wall(name, start, end, thickness, height)
-        except ValueError as error:
-            raise ScenarioError("{}: {}".format(where, error)) from None
-    elif shape == "cylinder":
-        x, y = section.numbers("center", 2)
-        obstacle = Cylinder(name, x, y, section.number("radius", above=0.0), height)
-    else:
-        x, y = section.numbers("center", 2)
-        length, width = section.numbers("size", 2)
-        if length <= 0.0 or width <= 0.0:
-            raise ScenarioError("{}.size: {}, wanted above 0".format(where, [length, width]))
-        obstacle = Box(name, x, y, section.number("yaw", 0.0), length, width, height)
-    if shape != "land":
-        obstacle = obstacle._replace(track=read_track(section, (obstacle.x, obstacle.y)))
-    section.done()
-    return obstacle
-
-
-def _limits_to_plain(limits):
-    if limits is None:
-        return "none"
-    if isinstance(limits, str):
-        return limits
-    return {name: value for name, value in limits._asdict().items() if value != math.inf}
-
-
-def checked_obstacles(obstacles):
-    """Return ``obstacles`` as they are read from a file; ``ScenarioError`` says what is wrong with them."""
-    plain = [_obstacle_to_plain(obstacle) for obstacle in obstacles]
-    return _read_obstacles(Section({"obstacles": plain}, "scenario"))
-
-
-def _obstacle_to_plain(obstacle):
-    plain = {"name": obstacle.name, "center": [obstacle.x, obstacle.y], "height": obstacle.height}
-    if is_flat(obstacle):
-        plain.pop("height")
-    if moves(obstacle):
-        plain["track"] = obstacle.track.to_plain()
-    if isinstance(obstacle, Cylinder):
-        return {"type": "cylinder", "radius": obstacle.radius, **plain}
-    size = [obstacle.length, obstacle.width]
-    shape = "land" if is_flat(obstacle) else "box"
-    return {"type": shape, "size": size, "yaw": obstacle.yaw, **plain}

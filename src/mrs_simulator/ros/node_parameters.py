@@ -7,8 +7,9 @@ import re
 import sys
 from typing import Any, NamedTuple, Optional, Tuple
 
+from mrs_simulator.core.control_reading import RATES
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH
-from mrs_simulator.core.scenario import MOST_ROBOTS, RATES
+from mrs_simulator.core.scenario import MOST_ROBOTS
 
 # Kinds.  A pattern has one {} for the robot's number; for each robot: a number, or one for each.
 NUMBER, FLAG, TEXT, PATTERN = "a number", "true or false", "a text", "a pattern"

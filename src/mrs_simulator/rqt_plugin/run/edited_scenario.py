@@ -7,8 +7,8 @@ import numpy as np
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.maps import obstacles_of
+from mrs_simulator.core.obstacle_reading import checked_obstacles
 from mrs_simulator.core.parameters import checked_values
-from mrs_simulator.core.scenario import checked_obstacles
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess

@@ -10,6 +10,8 @@ from test_stage_node import start
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.nodes.stage.rosaria import behind_rosaria, driver_commands
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.vehicles import Team
 
 # Factory settings of the Pioneer's firmware, in m and rad.
 FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))
@@ -48,10 +50,39 @@ def test_the_scenario_gets_the_drivers_odometry_limits_and_watchdog():
         behind_rosaria(scenario_from_dict(dict(given, fidelity="point_mass")))
 
 
-def test_odometry_is_the_drivers(ros):
+def test_the_sensors_are_what_the_driver_tells():
+    given = {"poses": [[0.0, 0.0, 0.0]] * 2, "model": ["pioneer3dx", "turtlebot3_burger"]}
+    own = [{"robots": 1, "mounts": {"bumper": None, "sonar": {"turns": 1}}}]
+    for sensors, names, turns in (
+        ([], ["sonar", "bumper", "battery"], 8),
+        (
+            own,
+            ["sonar", "battery"],
+            1,
+        ),
+    ):
+        changed = behind_rosaria(scenario_from_dict(dict(given, sensors=sensors)))
+        mounts = fitted_mounts(Team.from_scenario(changed), changed.sensors)
+        assert [mount.name for mount in mounts[0]] == names
+        assert mounts[0][0].numbers[-2:] == (turns, 0.04)
+        assert dict(mounts[0][0].noise)[""].quantum == 0.001
+        assert mounts[0][-1].rate == 10.0 and dict(mounts[0][-1].noise)[""].quantum == 0.1
+        assert [mount.name for mount in mounts[1]] == ["laser"]
+
+
+def test_odometry_and_topics_are_the_drivers(ros):
     _, probe = start(ros, "--robots", 1, PRESET)
     probe.ask("listen('/robot1/odom', Odometry)")
     odom = probe.wait("odom(1)")
+    assert {tuple(each) for each in probe.ask("rospy.get_published_topics('/robot1')")} >= {
+        ("/robot1/battery_recharge_state", "std_msgs/Int8"),
+        ("/robot1/battery_state_of_charge", "std_msgs/Float32"),
+        ("/robot1/battery_voltage", "std_msgs/Float64"),
+        ("/robot1/bumper_state", "rosaria/BumperState"),
+        ("/robot1/motors_state", "std_msgs/Bool"),
+        ("/robot1/sonar", "sensor_msgs/PointCloud"),
+        ("/robot1/sonar_pointcloud2", "sensor_msgs/PointCloud2"),
+    }
     assert odom["pose"] == [0.0, 0.0, 0.0] and odom["covariance"] == [0.0] * 36
     assert probe.ask("list(newest['/robot1/odom'].twist.covariance)") == [0.0] * 36
     # Stamps lie 0.1 s apart, however few of them come through.

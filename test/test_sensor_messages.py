@@ -136,6 +136,18 @@ def test_what_drivers_mark_as_ignored_is_lost(sensors):
     assert math.isnan(form.reading(message, 0.0).ranges[3])
 
 
+def test_a_transducer_without_an_echo_of_any_is_lost(sensors):
+    # RosAria tells one that has not fired since the sonars were switched on at the robot's centre.
+    form = forms_of(sensors[0]["sonar"].mount, sensors[1].kinds[0])[0]
+    points = form.rows(sensors[0]["sonar"].known(1.0))[0]
+    whole = form.reading(sent(form, points), 0.0).ranges
+    points[8:] = 0.0  # a robot without the array behind
+    found = form.reading(sent(form, points), 0.0).ranges
+    assert np.isnan(found[8:]).all() and (found[:8] == whole[:8]).all()
+    with pytest.raises(MessageError, match="no transducer has fired yet"):
+        form.reading(sent(form, np.zeros((16, 3))), 0.0)
+
+
 def test_another_sensor_than_the_mounts_is_refused(sensors):
     fitted, world = sensors
 

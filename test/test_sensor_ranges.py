@@ -188,3 +188,34 @@ def test_robots_read_together_read_what_they_read_alone():
     for row in range(12):
         alone = Rays(*(each[row : row + 1] for each in rays))
         assert np.array_equal(cast(shapes, alone, 7.0)[0], together[row])
+
+
+def test_transducers_that_take_turns_tell_what_they_heard_last():
+    wall = {"type": "box", "name": "wall", "center": [3.5, 0.0], "size": [1.0, 9.0]}
+    ahead = [["0 m", "0 m", "0 deg"]] * 4
+    ring = {"type": "sonar", "transducers": ahead, "turns": 4, "cycle": "0.04 s", **CLEAN}
+    content = {
+        "poses": [[0.0, 0.0, 0.0]],
+        "obstacles": [wall],
+        "sensors": [{"mounts": {"ring": ring}}],
+    }
+    suite = suite_of(content)
+    heard = []
+    for step in range(0, 21, 5):  # samples of 0.1 s, in which the robot drives 0.1 m
+        now = state([[0.02 * step, 0.0, 0.0]])._replace(time=0.02 * step)
+        suite.update(step, lambda now=now: now)
+        heard.append(suite.readings(0.02 * step)[0]["ring"].ranges.tolist())
+    # Turns 1 and 2 are over by 0.1 s, then 3, 4 (the first transducer), and 5 at 0.2 s, and so on.
+    wanted = [[3.0, 3.0, 3.0, 3.0], [3.0, 2.9, 2.9, 3.0], [2.8, 2.8, 2.9, 2.8]]
+    wanted += [[2.8, 2.8, 2.7, 2.7], [2.6, 2.6, 2.6, 2.7]]
+    np.testing.assert_allclose(heard, wanted, atol=1e-12)
+    suite.begin()
+    suite.update(0, lambda: state([[0.5, 0.0, 0.0]]))
+    assert suite.readings(0.0)[0]["ring"].ranges == pytest.approx([2.5] * 4)  # all at first
+
+
+def suite_of(content):
+    scenario = scenario_from_dict(content)
+    suite = Suite.of_scenario(scenario, Team.from_scenario(scenario))
+    suite.listen({0: ["ring"]})
+    return suite

@@ -167,8 +167,9 @@ class _Fitted:
     def begin(self):
         self._late = deque()
         self.newest = self._known = self.before = self._taken = None
-        if self.keeps:
-            self.sensor.begin()
+        begin = getattr(self.sensor, "begin", None)
+        if begin is not None:
+            begin()
 
     def take(self, elapsed, state, environment):
         """Read the sample at ``elapsed`` steps, once."""

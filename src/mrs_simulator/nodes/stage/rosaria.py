@@ -4,20 +4,46 @@ import math
 
 import numpy as np
 import rospy
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Int8
 from std_srvs.srv import Empty, EmptyResponse
+
+from mrs_simulator.vehicles import Team
 
 ODOM_RATE = 10.0  # [Hz] at the usual packets of 100 ms
 CMD_VEL_TIMEOUT = 0.6  # [s]
 WATCH_PERIOD = 0.1  # [s] between two looks of the driver's watchdog
+NOT_CHARGING = 0  # of ``battery_recharge_state``
+# What the driver tells of the sensors that kinds declare, by type: all with its poses, voltages in steps of
+# 0.1 V, echoes in whole mm; the transducers of an array of eight take turns.
+TOLD = {
+    "battery": {"rate": ODOM_RATE, "noise": {"quantum": 0.1}},
+    "bumper": {},
+    "sonar": {"turns": 8, "cycle": 0.04, "noise": {"quantum": 0.001}},
+}
 UNIT = np.array([0.001, math.radians(1.0)])  # [m/s, rad/s] the finest command of the protocol
 
 
 def behind_rosaria(scenario):
-    """Return ``scenario`` with the odometry, limits and watchdog of robots behind RosAria."""
+    """Return ``scenario`` with odometry, limits, watchdog and sensors of robots behind RosAria."""
     if scenario.fidelity == "point_mass":
         raise ValueError("preset rosaria: fidelity point_mass, wanted kinematic or dynamic")
-    return scenario.changed(odometry="wheel", limits="firmware", cmd_vel_timeout=CMD_VEL_TIMEOUT)
+    told = {kind.name: _told(kind) for kind in Team.from_scenario(scenario).kinds}
+    sensors = [{"kind": name, "mounts": mounts} for name, mounts in told.items() if mounts]
+    return scenario.changed(
+        odometry="wheel",
+        limits="firmware",
+        cmd_vel_timeout=CMD_VEL_TIMEOUT,
+        sensors=sensors + [change.to_plain() for change in scenario.sensors],
+    )
+
+
+def _told(kind):
+    """Return what the driver tells of the sensors that ``kind`` declares, mounts by name."""
+    return {
+        name: dict(TOLD[mount["type"]])
+        for name, mount in kind.mounts.items()
+        if mount is not None and mount.get("type") in TOLD
+    }
 
 
 def driver_commands(commands, limits):
@@ -73,7 +99,7 @@ class Drivers:
 
 
 class Motors:
-    """``/robotN/motors_state``, ``/robotN/enable_motors`` and ``/robotN/disable_motors``."""
+    """``/robotN/motors_state``, the services that switch them, and ``/robotN/battery_recharge_state``."""
 
     def __init__(self, row, switch, requests):
         """``switch(row, on)`` is called in the main loop, by ``requests``, when a service asks."""
@@ -81,6 +107,10 @@ class Motors:
         self._state = rospy.Publisher(name + "motors_state", Bool, queue_size=1, latch=True)
         self.enabled = None
         self.show(True)
+        self._recharge = rospy.Publisher(
+            name + "battery_recharge_state", Int8, queue_size=1, latch=True
+        )
+        self._recharge.publish(NOT_CHARGING)
 
         def service(verb, on):
             def answer(_):
@@ -102,5 +132,6 @@ class Motors:
     def close(self):
         """Withdraw the topic and the services."""
         self._state.unregister()
+        self._recharge.unregister()
         for service in self._services:
             service.shutdown("the robot was taken away")

@@ -19,7 +19,8 @@ TURNED = 1e-3  # [rad] by which all rays may be turned from the mount's, or one 
 class SonarCloud(Form):
     """Echoes in the robot's axes, z 0, in a frame at the sonar's height, as RosAria tells them.
 
-    One that hears nothing is told at the greatest distance, one that is lost as nan.
+    One that hears nothing is told at the greatest distance, one that is lost as nan.  RosAria tells one
+    that has not fired yet, or is not there, at the robot's centre: it is lost, too.
     """
 
     MESSAGE = Cloud
@@ -45,12 +46,16 @@ class SonarCloud(Form):
         return Cloud(header, item)
 
     def reading(self, message, stamp):
-        """Return the ``RangeReading`` in a PointCloud."""
+        """Return the ``RangeReading`` in a PointCloud; one without an echo of any is refused."""
         count = len(self._places)
         if len(message.points) != count:
             text = "{} echoes, but the mount has {} transducers"
             raise MessageError(text.format(len(message.points), count))
-        way = np.asarray(message.points, dtype=float)[:, :2] - self._places[:, :2]
+        points = np.asarray(message.points, dtype=float)[:, :2]
+        silent = (points == 0.0).all(axis=1)
+        if silent.all():
+            raise MessageError("no transducer has fired yet")
+        way = np.where(silent[:, np.newaxis], np.nan, points - self._places[:, :2])
         ranges = (way * self._along).sum(axis=1)
         aside = way[:, 0] * self._along[:, 1] - way[:, 1] * self._along[:, 0]
         wrong = np.flatnonzero((np.abs(aside) > ASIDE) | (ranges < -ASIDE))

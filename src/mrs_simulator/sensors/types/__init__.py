@@ -14,8 +14,9 @@ each robot; one that has ``of(k)`` tells itself what its k-th robot has.
 
 Optional are ``check(kind, where)``, which raises ``ScenarioError`` where robots of a kind cannot have the
 sensor; ``LOOKS_BACK = True`` for one whose ``read`` takes a fourth argument, the ``State`` one step before;
-``KEEPS = True`` for one that is read at all its samples though nobody listens, with ``begin()``, which
-makes it forget; ``SEES_ROBOTS = True`` for one whose values have a column for each robot of the team.
+``KEEPS = True`` for one that is read at all its samples though nobody listens; ``begin()``, which makes one
+forget that knows what it has read; ``SEES_ROBOTS = True`` for one whose values have a column for each robot
+of the team.
 """
 
 from mrs_simulator.sensors.types.battery import Battery

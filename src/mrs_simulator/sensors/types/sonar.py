@@ -11,6 +11,8 @@ from mrs_simulator.sensors.types.ranging import Ranging, read_range
 from mrs_simulator.vehicles.quantities import quantity
 
 MOST = 64  # [-] transducers of one ring
+CYCLE = 0.04  # [s] of Pioneers
+ROUNDING = 1e-6  # [-] of a turn
 
 
 class Numbers(NamedTuple):
@@ -20,13 +22,17 @@ class Numbers(NamedTuple):
     least: float  # [m]
     most: float  # [m]
     cone: float  # [rad] from one side to the other
+    turns: int = 1  # [-] in which an array fires
+    cycle: float = 0.0  # [s] from one turn to the next
 
 
 class Sonar(Ranging):
     """The distance of a transducer is that to the nearest point of any body within its cone.
 
-    Echoes are heard from every surface, however it is turned, and from no other transducer; all fire at
-    once.
+    Echoes are heard from every surface, however it is turned, and from no other transducer.  All fire at
+    once, or in ``turns``: the k-th transducer in the turn k modulo ``turns``, one turn every ``cycle``.  A
+    sample then has the newest echo of each as it was heard at the first sample after it had fired, in the
+    axes of the robot then; all fire at the first.
     """
 
     NOISE = {"": Noise(stddev=0.0005 / math.sqrt(3.0))}
@@ -38,12 +44,32 @@ class Sonar(Ranging):
         cone = section.quantity(
             "cone", "rad", math.radians(30.0), low=0.0, high=math.radians(170.0)
         )
-        return Numbers(_read_transducers(section), least, most, cone)
+        turns = section.whole("turns", 1, low=1, high=MOST)
+        cycle = section.quantity("cycle", "s", CYCLE, above=0.0)
+        return Numbers(_read_transducers(section), least, most, cone, turns, cycle)
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
         numbers = mount.numbers
         super().__init__(mount, rows, np.array(numbers.transducers), 0.5 * numbers.cone)
+        self._turn = np.arange(len(numbers.transducers)) % numbers.turns
+        self.begin()
+
+    def begin(self):
+        """Let all transducers fire at the next sample."""
+        self._fired, self._heard = None, None
+
+    def read(self, state, environment, rng):
+        """Return the ``RangeReading`` of all robots in ``rows``."""
+        reading, numbers = super().read(state, environment, rng), self._numbers
+        if numbers.turns == 1:
+            return reading
+        fired, before = math.floor(state.time / numbers.cycle + ROUNDING), self._fired
+        if before is not None:
+            new = np.isin(self._turn, np.arange(before + 1, fired + 1) % numbers.turns)
+            reading = reading._replace(ranges=np.where(new, reading.ranges, self._heard))
+        self._fired, self._heard = fired, reading.ranges
+        return reading
 
 
 def _read_transducers(section):

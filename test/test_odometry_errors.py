@@ -8,6 +8,7 @@ import pytest
 from mrs_simulator.core.odometry_errors import OdometryErrors, step_deviations, true_squares
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.world.odometry_covariance import OdometryCovariance
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 TRACK = 0.357  # [m] of a P3-DX
@@ -215,3 +216,74 @@ def test_the_noise_in_odometrys_speeds_is_known():
     squares = true_squares(alpha, *map(np.array, mean), step)
     np.testing.assert_allclose(squares[:, 0], [v * v, w * w], rtol=0.02)
     assert not true_squares(alpha, np.zeros(1), np.zeros(1), step).any()
+
+
+# How sure it is --------------------------------------------------------------------------------
+
+
+def driven(errors, n, legs, every=1):
+    """Return the covariances (n, 3, 3) that are told of robots that have driven ``legs``, and their world.
+
+    Each is (v, w, seconds); odometry is told ``every`` so many steps of 0.1 s.
+    """
+    moved = world(errors, n, control={"rate": 10.0}, step=0.1)
+    content = {"poses": [[0, 0, 0]], "odometry": "wheel", "odometry_errors": errors}
+    given = scenario_from_dict(content).odometry_errors
+    sure = OdometryCovariance(moved.team, given, moved.pose, moved.odometry())
+    for v, w, seconds in legs:
+        for _ in range(int(round(seconds / 0.1 / every))):
+            for _ in range(every):
+                moved.set_commands(EVERY, np.array([[v, w]] * n))
+                moved.step()
+            sure.follow(moved.pose, moved.odometry(), 0.1 * every)
+    return sure.covariance(), moved
+
+
+LEGS = ((0.5, 0.0, 1.0), (0.3, 0.8, 1.6))
+
+
+@pytest.mark.parametrize(
+    "n, every, errors",
+    [
+        (
+            10000,
+            1,
+            {
+                "alpha": [0.01, 0.0, 0.0, 0.002, 0.002, 0.001],
+                "gyro": {"walk": 0.02},
+                "factor": 0.03,
+            },
+        ),
+        (2000, 2, {"alpha": [0.01, 0.004, 0.0, 0.002, 0.002, 0.001]}),
+        (2000, 1, {"factor": 0.05}),
+    ],
+)
+def test_the_covariance_told_is_that_of_ten_thousand_robots(n, every, errors):
+    told, moved = driven(errors, n, LEGS, every)
+    error = relative_errors(moved)
+    found, expected = np.cov(error.T), told.mean(axis=0)
+    # A covariance of n draws is within 4 of its standard deviations; 3 % more for what is not linear.
+    variances = np.diagonal(expected)
+    spread = np.sqrt((expected**2 + np.outer(variances, variances)) / n)
+    scale = np.sqrt(np.outer(variances, variances))
+    assert (np.abs(found - expected) < 4.0 * spread + 0.03 * scale).all(), (found, expected)
+
+
+def relative_errors(moved):
+    """Return how far odometry is off, (n, 3), in the axes in which robots began."""
+    return moved.odometry() - moved.pose + [0.0, 4.0, 0.0] * np.arange(moved.n)[:, np.newaxis]
+
+
+@pytest.mark.parametrize("errors", [{"Ed": 1.005}, {"Eb": 1.01}, {"gyro": {"bias": 0.01}}])
+def test_what_is_always_alike_has_its_own_square_as_variance(errors):
+    told, moved = driven(errors, 1, LEGS)
+    error = relative_errors(moved)[0]
+    np.testing.assert_allclose(told[0], np.outer(error, error), atol=0.04 * (error @ error))
+
+
+def test_who_stands_is_as_sure_as_before_and_another_run_begins_surely():
+    told, _ = driven({"alpha": [0.01] * 6}, 1, [(0.0, 0.0, 2.0)])
+    assert not told.any()
+    moved, _ = driven({"alpha": [0.01] * 6}, 1, LEGS)
+    more, _ = driven({"alpha": [0.01] * 6}, 1, (*LEGS, (0.0, 0.0, 2.0)))
+    np.testing.assert_allclose(more, moved, rtol=0.02)  # it ramps down

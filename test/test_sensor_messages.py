@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import rospy
+from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Header
 
 from mrs_simulator.core.scenario import scenario_from_dict
@@ -16,8 +17,11 @@ from mrs_simulator.ros import defined_types
 from mrs_simulator.ros.messages import MessageError
 from mrs_simulator.ros.sensor_forms.cloud import Cloud
 from mrs_simulator.ros.sensor_messages import FORMS, forms_of, topic_of
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.noise import Draws, Streams
 from mrs_simulator.sensors.suite import Suite, of_robot
 from mrs_simulator.sensors.types import TYPES
+from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import World
 
 # [m, rad] by which values may differ on their way
@@ -321,3 +325,63 @@ def test_a_bag_holds_what_the_scenario_has_recorded():
     assert "/robot2/eye" in command_of(seen, ".")  # pictures are in bags alone
     plain = command_of(scenario(), ".")
     assert not any("robot" in topic or topic == "/map" for topic in plain)
+
+
+NOISE = {"stddev": 0.02, "quantum": 0.05, "bias": 0.01}
+
+
+@pytest.mark.parametrize(
+    "kind, quantity, told",
+    [
+        ("gps", "", lambda m: (m.position_covariance, m.position_covariance_type)),
+        ("imu", "acceleration", lambda m: (m.linear_acceleration_covariance,)),
+        ("imu", "rate", lambda m: (m.angular_velocity_covariance,)),
+        ("motion_capture", "heading", lambda m: ((m.pose.covariance[35],),)),
+    ],
+)
+def test_variances_are_those_of_ten_thousand_draws(kind, quantity, told):
+    noise = {quantity: NOISE} if quantity else NOISE
+    made = scenario(sensors=[{"mounts": {"it": {"type": kind, "noise": noise}}}])
+    (mount,) = [
+        m for m in fitted_mounts(Team.from_scenario(made), made.sensors)[0] if m.name == "it"
+    ]
+    draws = Draws(dict(mount.noise), Streams(3, [1], "it"), 0.02)
+    # Far from a multiple of the quantum, and from sample to sample elsewhere.
+    true = np.linspace(0.0, 7.0, 10000)
+    errors = [draws.at(k).noisy(np.array([[v]]), quantity)[0, 0] - v for k, v in enumerate(true)]
+    squares = np.square(errors)
+    item = {
+        "gps": [0.1, 0.2, 3.0],
+        "imu": [(0, 0, 9.8), (0, 0, 0)],
+        "motion_capture": [1.0, 2.0, 0.5],
+    }
+    form = forms_of(mount, Team.from_scenario(made).kinds[0])[-1]
+    (known, *of), mean = told(form.message(item[kind], Header())), squares.mean()
+    assert known[0] == pytest.approx(mean, abs=4.0 * squares.std() / 100.0)
+    assert of in ([], [NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN])
+    if kind == "imu":
+        assert form.message(item[kind], Header()).orientation_covariance[0] == -1.0
+
+
+def test_what_is_lost_or_without_noise_has_no_known_variance():
+    for noise, item in (({}, [0.1, 0.2, 3.0]), ({"stddev": 1.0}, [math.nan] * 3)):
+        made = scenario(sensors=[{"mounts": {"it": {"type": "gps", "noise": noise}}}])
+        mounts = fitted_mounts(Team.from_scenario(made), made.sensors)[0]
+        (form,) = forms_of(next(m for m in mounts if m.name == "it"), None)
+        message = form.message(item, Header())
+        assert message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN
+        assert not any(message.position_covariance)
+
+
+def test_filters_are_told_what_motion_capture_does_not_measure():
+    made = scenario(
+        sensors=[{"mounts": {"it": {"type": "motion_capture", "noise": {"position": NOISE}}}}]
+    )
+    mounts = fitted_mounts(Team.from_scenario(made), made.sensors)[0]
+    plain, surely = forms_of(next(m for m in mounts if m.name == "it"), None)
+    message = sent(surely, [1.0, 2.0, 0.5])
+    assert message.pose.pose == plain.message([1.0, 2.0, 0.5], Header()).pose
+    variance = 0.02**2 + 0.05**2 / 12.0 + 0.01**2
+    known = [variance, variance, 1e6, 1e6, 1e6, 1e-6]
+    assert np.reshape(message.pose.covariance, (6, 6)) == pytest.approx(np.diag(known))
+    assert surely.reading(message, 3.0) == plain.reading(message.pose, 3.0)

@@ -1,6 +1,7 @@
 """The stage over ROS: topics, frames, clock, services, watchdogs, any number of robots."""
 
 import contextlib
+import math
 import socket
 import xmlrpc.client
 
@@ -35,6 +36,32 @@ def test_a_single_robot_has_its_namespace_frames_and_true_odometry(ros):
         for child in ("odom", "base_link")
     ]
     assert links == [["world", "robot1/odom"], ["robot1/odom", "robot1/base_link"]]
+
+
+def test_odometry_tells_how_far_its_declared_errors_have_grown(ros, tmp_path):
+    scenario = tmp_path / "errors.yaml"
+    errors = "odometry: wheel\nodometry_errors: {alpha: [0.01, 0, 0, 0, 0, 0.01], Eb: 1.05}\n"
+    scenario.write_text("poses: [[0, 0, 0.5]]\nlimits: none\nduration: 1000\n" + errors)
+    _, probe = start(ros, "--scenario", scenario, "_speed:=2")
+    probe.ask("listen('/robot1/odom', Odometry)")
+    known = probe.wait("(odom(1) or {}).get('covariance')")
+    assert [known[k] for k in (0, 7, 35)] == pytest.approx([1e-6] * 3, abs=1e-12)
+    probe.ask("drive([1], 0.5, 0.0)")
+    probe.wait("odom(1)['pose'][0] > 1.0")
+    probe.ask("drive([1], 0.0, 0.0)")
+    probe.wait("odom(1)['twist'][0] == 0.0")
+    odom = probe.ask("odom(1)")
+    # Of x alone, 0.01 0.5^2 T = 0.01 0.5 x; turns have not begun.
+    known = odom["covariance"]
+    assert known[0] == pytest.approx(0.005 * odom["pose"][0], rel=0.05)
+    assert known[14] == 1e6 and known[35] == pytest.approx(1e-6, abs=1e-12)
+    probe.ask("drive([1], 0.0, 0.5)")
+    odom = probe.wait("odom(1)['pose'][2] > 0.2 and odom(1)")
+    turned = 2.0 * math.asin(odom["pose"][2])
+    grown = 0.005 * turned + (0.05 * turned) ** 2
+    assert odom["covariance"][35] == pytest.approx(grown, rel=0.1)
+    probe.ask("call('/stage/reset', Trigger)")
+    probe.wait("max(odom(1)['covariance'][:2]) < 1e-5")
 
 
 def test_frame_names_are_parameters_and_wheel_odometry_starts_at_zero(ros):

@@ -47,6 +47,12 @@ class PlanarOdometry(Odometry):
             _COVARIANCE.pack(*known(c)) for c in (pose_covariance, twist_covariance)
         )
 
+    def tell_pose_covariance(self, covariance):
+        """Let the next messages have another ``covariance`` (36,) of the pose."""
+        of_pose, of_twist = _COVARIANCE.pack(*covariance), self._covariances[1]
+        self._covariances = of_pose, of_twist
+        self._known = _COVARIANCE.pack(*known(covariance)), self._known[1]
+
     def serialize(self, buff):
         """Write the message; ``stamp``, ``planar`` and ``body`` are its contents."""
         x, y, theta = self.planar

@@ -23,7 +23,7 @@ from mrs_simulator.ros.sensor_forms.camera import (
     RawDepths,
 )
 from mrs_simulator.ros.sensor_forms.others import BeaconsHeard, Seen
-from mrs_simulator.ros.sensor_forms.place import Fix, Heading, Height, Tracked
+from mrs_simulator.ros.sensor_forms.place import Fix, Heading, Height, Tracked, TrackedSurely
 from mrs_simulator.ros.sensor_forms.ranging import Scan, SonarCloud, SonarCloud2, SonarRange
 
 # Of each type of sensor; the first is listened to, with those that ``FILLS`` what it leaves out.
@@ -38,7 +38,7 @@ FORMS = {
     "gps": (Fix,),
     "imu": (Inertia,),
     "laser": (Scan,),
-    "motion_capture": (Tracked,),
+    "motion_capture": (Tracked, TrackedSurely),
     "range_bearing": (Seen,),
     "sonar": (SonarCloud, SonarCloud2),
 }

@@ -93,7 +93,7 @@ class RealTopics:
             )
         ]
 
-    def publish(self, stamp, pose, twist, lift=None):
+    def publish(self, stamp, pose, twist, lift=None, covariance=None):
         """Publish nothing: the robot does."""
 
     def close(self):

@@ -158,7 +158,8 @@ class Stage:
     def _follow_team(self):
         self.inbox.answers.begin(self.world.n)
         self.sensors.follow_team(self.scenario, self.world)
-        self.topics.follow_team()
+        told = self._odometry_told() == "wheel"
+        self.topics.follow_team(self.scenario.odometry_errors if told else None)
         self.arms.follow_team()
         self.load.follow_team()
         self.flight.follow_team()
@@ -180,8 +181,11 @@ class Stage:
     def _topics_of(self, row):
         if row in self.mirror.rows:
             return RealTopics(row, self.inbox, self.mirror)
-        odometry = (self._preset and self._preset.odometry) or self.scenario.odometry
-        return RobotTopics(row, self.inbox, odometry, self.frames)
+        return RobotTopics(row, self.inbox, self._odometry_told(), self.frames)
+
+    def _odometry_told(self):
+        """Return whose odometry robots tell: "world", "wheel", or of a driver, "rosaria"."""
+        return (self._preset and self._preset.odometry) or self.scenario.odometry
 
     # The main loop -------------------------------------------------------------------------------
 

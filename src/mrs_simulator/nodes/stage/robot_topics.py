@@ -26,6 +26,8 @@ from mrs_simulator.vehicles.team import on_all_axes
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
 # them; what a planar robot does not measure is marked as unknown by a very large value.
 UNKNOWN = 1e6
+PLANAR = (0, 1, 5, 6, 7, 11, 30, 31, 35)  # of x, y and yaw among the 36 numbers of a covariance
+LEAST = 1e-6  # [m^2, rad^2] which keeps a covariance invertible
 POSE_VARIANCE = {"world": (1e-6, 1e-6, 1e-6), "wheel": (1e-3, 1e-3, 1e-2)}
 TWIST_VARIANCE = (1e-6, 1e-6, 1e-6)
 
@@ -124,14 +126,17 @@ class RobotTopics(Link):
             covariance(TWIST_VARIANCE if told else None),
         )
 
-    def publish(self, stamp, pose, twist, lift=None):
+    def publish(self, stamp, pose, twist, lift=None, covariance=None):
         """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens.
 
-        ``lift``: what a robot that leaves the ground tells besides, as ``PlanarOdometry`` has it.
+        ``lift``: what a robot that leaves the ground tells besides, as ``PlanarOdometry`` has it;
+        ``covariance`` (36,) of the pose, None for one that does not change.
         """
         if not self.listened_to:
             return
         message = self._message
+        if covariance is not None:
+            message.tell_pose_covariance(covariance)
         message.lift = lift
         message.stamp, message.planar, message.body = stamp, pose, twist
         self._publisher.publish(message)
@@ -252,6 +257,13 @@ def covariance(variances):
         return [0.0] * 36
     matrix = np.diag([variances[0], variances[1], UNKNOWN, UNKNOWN, UNKNOWN, variances[2]])
     return matrix.ravel().tolist()
+
+
+def full_covariances(planar):
+    """Return the row-major 6x6 covariances (m, 36) with those of x, y and yaw, ``planar`` (m, 3, 3)."""
+    full = np.tile(covariance((LEAST, LEAST, LEAST)), (len(planar), 1))
+    full[:, PLANAR] += np.reshape(planar, (-1, 9))
+    return full
 
 
 def fill(place, turn, pose, lift=None):

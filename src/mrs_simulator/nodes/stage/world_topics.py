@@ -12,6 +12,7 @@ from mrs_simulator.nodes.stage.robot_topics import (
     AnswersTopic,
     TeamTopics,
     TruePose,
+    full_covariances,
     lifts,
     transform,
 )
@@ -26,6 +27,7 @@ from mrs_simulator.ros.messages import (
 from mrs_simulator.ros.node_parameters import TRUE_POSE_TOPIC
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.parameters import read
+from mrs_simulator.world.odometry_covariance import OdometryCovariance
 
 
 class WorldTopics:
@@ -39,6 +41,7 @@ class WorldTopics:
         ``fixed()`` returns further frames, as ``SensorTopics.fixed_frames`` does.
         """
         self._fixed = fixed
+        self._sure, self._sure_at = None, 0.0  # OdometryCovariance, and its time [s]
         self._world, self._frames = world, frames
         self._real, self._topics_of = real, topics_of
         self.robots = []
@@ -58,14 +61,20 @@ class WorldTopics:
         self.team_topics = None if real else TeamTopics(inbox)
         self._answers = AnswersTopic(inbox.answers)
 
-    def follow_team(self):
-        """Open or withdraw robots' own topics, so that every robot of the world has its own."""
+    def follow_team(self, errors=None):
+        """Open or withdraw robots' own topics, so that every robot of the world has its own.
+
+        ``errors``: ``OdometryErrors`` by which to tell how sure odometry is, None for always alike.
+        """
         while len(self.robots) > self._world.n:
             self.robots.pop().close()
         for row in range(len(self.robots), self._world.n):
             self.robots.append(self._topics_of(row))
         self._follow_true_poses()
         self._publish_static_transforms()
+        world, self._sure_at = self._world, self._world.time
+        known = world.team, errors, world.pose, world.odometry()
+        self._sure = None if errors is None else OdometryCovariance(*known)
 
     def _follow_true_poses(self):
         wanted = set(range(self._world.n)).difference(self._real) if self._pose_topic else set()
@@ -104,7 +113,7 @@ class WorldTopics:
         """Publish the odometry of the robots in ``rows``, by default of all, and its transforms."""
         rows, stamp = range(self._world.n) if rows is None else rows.tolist(), self.stamp()
         poses, twists = self._world.odometry(), self._world.twist
-        spatial = self._world.odometry_spatial()
+        spatial, covariances = self._world.odometry_spatial(), self._covariances(rows)
         if len(rows) < self._world.n:
             poses, twists = poses[rows], twists[rows]
             spatial = None if spatial is None else spatial.of(rows)
@@ -112,8 +121,9 @@ class WorldTopics:
             joints = self._world.joints[rows] if self._world.team.has_arms else None
             self.team_topics.publish(stamp, poses, twists, rows, spatial, joints)
         poses, raised = poses.tolist(), lifts(spatial, len(rows))
-        for row, pose, twist, lift in zip(rows, poses, twists.tolist(), raised):
-            self.robots[row].publish(stamp, pose, twist, lift)
+        told = zip(rows, poses, twists.tolist(), raised, covariances)
+        for row, pose, twist, lift, covariance in told:
+            self.robots[row].publish(stamp, pose, twist, lift, covariance)
         if self._true_poses:
             self._publish_true_poses(stamp, rows)
         listeners = self._tf.get_num_connections()
@@ -122,6 +132,15 @@ class WorldTopics:
             self._tf_sent = (stamp, listeners)
             frames = self._frames.odom, self._frames.base
             self._tf.publish(self._transforms(*frames, poses, rows, raised))
+
+    def _covariances(self, rows):
+        """Return the covariances (36,) of the poses that robots ``rows`` tell, None for one that stays."""
+        if self._sure is None:
+            return [None] * len(rows)
+        world = self._world
+        self._sure.follow(world.pose, world.odometry(), world.time - self._sure_at)
+        self._sure_at = world.time
+        return full_covariances(self._sure.covariance()[rows])
 
     def _publish_true_poses(self, stamp, rows):
         world = self._world

@@ -1,5 +1,8 @@
 """A form: how one type of sensor is told in one type of message."""
 
+from mrs_simulator.sensors.noise import SILENCE
+from mrs_simulator.sensors.pose_measurements import offset, white
+
 # Frames: the mount's, the robot's, the common one, and a camera's with z ahead and x to the right.
 OWN, BASE, WORLD, OPTICAL = "own", "base", "world", "optical"
 OPTICAL_FRAME = "_optical_frame"  # after the mount's frame
@@ -36,8 +39,12 @@ class Form:
         raise NotImplementedError
 
     def variance(self, quantity=""):
-        """Return the variance of the sensor's white noise."""
-        return self.noise[quantity].stddev ** 2 if quantity in self.noise else 0.0
+        """Return the mean square of the errors of the sensor's ``quantity``, when a run begins.
+
+        Of white noise, rounding and a bias; 0, which says unknown, where there is none of them.
+        """
+        noise = self.noise.get(quantity, SILENCE)
+        return white(noise) + offset(noise)
 
 
 def diagonal(variance):

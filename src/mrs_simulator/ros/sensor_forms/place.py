@@ -2,7 +2,8 @@
 
 import math
 
-from geometry_msgs.msg import PointStamped, PoseStamped
+import numpy as np
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
 from sensor_msgs.msg import MagneticField, NavSatFix, NavSatStatus
 
 from mrs_simulator.core.kinematics import yaw
@@ -10,6 +11,7 @@ from mrs_simulator.ros.sensor_forms.form import BASE, WORLD, Form, diagonal
 from mrs_simulator.sensors.types.inertial import AltimeterReading, CompassReading
 from mrs_simulator.sensors.types.position import GpsReading, PoseReading
 
+UNKNOWN, LEAST = 1e6, 1e-6  # [m^2, rad^2] variances: of what is not measured, and the smallest told
 FIELD = 2e-5  # [T] the earth's horizontal field as it is told, about that of middle latitudes
 
 
@@ -60,15 +62,13 @@ class Fix(Form):
 
     def message(self, item, header):
         """Return the ``NavSatFix`` at latitude, longitude [deg] and altitude [m]."""
-        found = all(map(math.isfinite, item))
+        found, variance = all(map(math.isfinite, item)), self.variance()
         status = NavSatStatus.STATUS_FIX if found else NavSatStatus.STATUS_NO_FIX
-        return NavSatFix(
-            header,
-            NavSatStatus(status, NavSatStatus.SERVICE_GPS),
-            *item,
-            diagonal(self.variance()),
-            NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN,
-        )
+        known, kind = (0.0, NavSatFix.COVARIANCE_TYPE_UNKNOWN)
+        if found and variance > 0.0:
+            known, kind = variance, NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        status = NavSatStatus(status, NavSatStatus.SERVICE_GPS)
+        return NavSatFix(header, status, *item, diagonal(known), kind)
 
     def reading(self, message, stamp):
         """Return the ``GpsReading``; without a fix it is nan."""
@@ -97,3 +97,23 @@ class Tracked(Form):
         """Return the ``PoseReading``."""
         place, turn = message.pose.position, message.pose.orientation
         return PoseReading(stamp, place.x, place.y, yaw(turn.x, turn.y, turn.z, turn.w))
+
+
+class TrackedSurely(Tracked):
+    """PoseWithCovarianceStamped in the common frame, which filters take."""
+
+    SUFFIX = "_with_covariance"
+    MESSAGE = PoseWithCovarianceStamped
+
+    def message(self, item, header):
+        """Return the ``PoseWithCovarianceStamped`` at x, y [m] and theta [rad]; the rest is unknown."""
+        place, turn = (max(self.variance(name), LEAST) for name in ("position", "heading"))
+        message = PoseWithCovarianceStamped(header=header)
+        message.pose.pose = super().message(item, header).pose
+        covariance = np.diag([place, place, UNKNOWN, UNKNOWN, UNKNOWN, turn])
+        message.pose.covariance = covariance.ravel().tolist()
+        return message
+
+    def reading(self, message, stamp):
+        """Return the ``PoseReading``."""
+        return super().reading(message.pose, stamp)

@@ -91,6 +91,56 @@ def test_a_law_that_was_edited_is_run_again(tmp_path):
     assert names[0] == names[2] != names[1]
 
 
+def test_a_map_or_kind_that_was_edited_is_run_again(tmp_path):
+    room, slow = tmp_path / "room.map", tmp_path / "slow.yaml"
+    path = tmp_path / "s.yaml"
+    path.write_text("poses: [[0, 0, 0]]\nmap: room.map\nkind: slow.yaml\n")
+
+    def name(far, speed):
+        room.write_text("2D-Map\nLINES\n{0} 0 {0} 1000\nDATA\n".format(far))
+        limits = "{{firmware: {{linear.x: {{max: {} m/s}}}}}}".format(speed)
+        slow.write_text("base: pioneer3dx\nlimits: {}\n".format(limits))
+        ((name, _, _),) = make_runs(str(path), [("seed", [1])])
+        return name
+
+    first = name(4000, 0.2)
+    assert len({first, name(5000, 0.2), name(4000, 0.3)}) == 3 and name(4000, 0.2) == first
+
+
+def test_entries_of_lists_are_swept(tmp_path):
+    path, key = tmp_path / "s.yaml", "sensors[0].mounts.gps.noise.stddev"
+    path.write_text("poses: [[0, 0, 0]]\nsensors: [{mounts: {gps: {type: gps}}}]\n")
+    runs = make_runs(str(path), [(key, [0.1, 0.2]), ("poses[0][1]", [3])])
+    told = [run.sensors[0].mounts["gps"]["noise"]["stddev"] for _, _, run in runs]
+    assert told == [0.1, 0.2] and runs[0][2].poses[0].tolist() == [0.0, 3.0, 0.0]
+    for wrong in (
+        "sensors[1].mounts",
+        "sensors[x].mounts",
+        "seed[0].mounts",
+        "sensors[0",
+        "sensors[]",
+    ):
+        with pytest.raises(SweepError, match="no entry of a list"):
+            make_runs(str(path), [(wrong, [1])])
+
+
+def test_runs_alike_are_run_once(tmp_path, monkeypatch):
+    ran = []
+
+    def run(scenario, out):
+        ran.append(out)
+        return sweep.failed("as told")
+
+    monkeypatch.setattr(sweep, "_guarded_run", run)
+    monkeypatch.setattr(
+        sweep, "on_cores", lambda run, tasks, jobs: enumerate(run(*t) for t in tasks)
+    )
+    runs = make_runs(FOUR, [("seed", [1, 2, 1]), ("duration", [1.0])])
+    verdicts = run_sweep(runs, str(tmp_path), jobs=2)
+    assert len(ran) == 2 and len(verdicts) == 3 and None not in verdicts
+    assert [row["seed"] for row in rows(str(tmp_path))] == ["1", "2", "1"]
+
+
 def test_what_was_finished_is_not_run_again(tmp_path):
     runs = make_runs(FOUR, [("seed", [0, 1]), ("duration", [1.0])])
     run_sweep(runs[:1], str(tmp_path), jobs=1)

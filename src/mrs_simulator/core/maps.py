@@ -86,7 +86,7 @@ def obstacles_of(scenario):
         return scenario.obstacles
     beside = os.path.dirname(scenario.path) if scenario.path else ""
     source = scenario.map.located(beside)
-    found = walls(source, _changed(source.file))
+    found = walls(source, tuple(map(_changed, files_of_map(scenario))))
     taken = {obstacle.name for obstacle in scenario.obstacles} & {box.name for box in found}
     if taken:
         text = "{}: its walls are called {} as an obstacle is; wanted another name for that"
@@ -94,16 +94,18 @@ def obstacles_of(scenario):
     return scenario.obstacles + found
 
 
+def files_of_map(scenario):
+    """Return the paths of the map that ``scenario`` names, and of the image that it names, if it does."""
+    beside = os.path.dirname(scenario.path) if scenario.path else ""
+    path = scenario.map.located(beside).file
+    if os.path.splitext(path)[1].lower() not in SERVED:
+        return [path]
+    return [path, _image_of(Section(load_yaml(path), path), path)]
+
+
 def _changed(path):
-    """Return when the map's file was changed, and the image that it names, [ns] each."""
-    try:
-        stamps = [os.stat(path).st_mtime_ns]
-    except OSError as error:
-        raise ScenarioError("{}: cannot be read: {}".format(path, reason(error))) from None
-    if os.path.splitext(path)[1].lower() in SERVED:
-        image = _image_of(Section(load_yaml(path), path), path)
-        stamps += [os.stat(image).st_mtime_ns] if os.path.exists(image) else []
-    return tuple(stamps)
+    """Return when the file at ``path`` was changed [ns], None for one that is not there."""
+    return os.stat(path).st_mtime_ns if os.path.exists(path) else None
 
 
 @functools.lru_cache(maxsize=8)

@@ -1,5 +1,6 @@
 """Sweeps: one scenario under many values of its keys, run in parallel, as one table and figure."""
 
+import contextlib
 import copy
 import csv
 import hashlib
@@ -13,6 +14,7 @@ import numpy as np
 
 from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
+from mrs_simulator.core.maps import files_of_map
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
@@ -20,6 +22,7 @@ from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import naming
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
+from mrs_simulator.vehicles.registry import files_of_kinds
 
 TABLE = "sweep.csv"
 FIGURE, MAP = "sweep", "stability"  # with the formats' suffixes
@@ -59,8 +62,9 @@ def read_axis(text):
     """Return ``(key, values)`` of ``key=v1,v2,...``, ``key=first..last`` for whole numbers, or
     ``key=first..last/count`` for so many evenly spaced ones.
 
-    ``key`` is the path of a scenario's key, ``control.parameters.k``; values are YAML, so that
-    ``poses={layout: random, min_distance: 2.0},{layout: circle}`` is two values.
+    ``key`` is the path of a scenario's key, ``control.parameters.k``, where ``sensors[0]`` is the first
+    entry of a list; values are YAML, so that ``poses={layout: random, min_distance: 2.0},{layout: circle}``
+    is two values.
     """
     key, equals, values = text.partition("=")
     if not equals or not key.strip() or not values.strip():
@@ -217,12 +221,29 @@ def _shared(path, given):
 
 
 def _put(content, key, value):
-    parts = key.split(".")
-    for part in parts[:-1]:
-        content = content.setdefault(part, {})
+    *parts, last = key.split(".")
+    for part in parts:
+        content = _entry(content, part, key)
         if not isinstance(content, dict):
             raise SweepError("--sweep {}: {} holds no keys".format(key, part))
-    content[parts[-1]] = value
+    if "[" in last:
+        content, last = _entry(content, last, key, above=1)
+    content[last] = value
+
+
+def _entry(content, part, key, above=0):
+    """Return what the mapping ``content`` has under ``part`` of a ``key``: ``sensors``, ``sensors[0]``.
+
+    ``above=1``: the list that holds it, and its count there.
+    """
+    name, *counts = part.split("[")
+    found, held = content.setdefault(name, {}), None
+    for count in (count.rpartition("]") for count in counts):
+        fits = count[1:] == ("]", "") and count[0].isdigit() and isinstance(found, list)
+        if not fits or int(count[0]) >= len(found):
+            raise SweepError("--sweep {}: {} is no entry of a list".format(key, part))
+        held, found = (found, int(count[0])), found[int(count[0])]
+    return held if above else found
 
 
 def _name(values, scenario):
@@ -231,8 +252,12 @@ def _name(values, scenario):
     readable = re.sub(r"[^A-Za-z0-9=.+-]+", "-", shown)[:60]
     content = scenario.to_yaml().encode()
     law = protocol_file(scenario.control.protocol, scenario.path)
-    if law:
-        with open(law, "rb") as file:
+    files, kinds = files_of_kinds(scenario)
+    if kinds:
+        content += repr(kinds).encode()
+    files = ([law] if law else []) + (files_of_map(scenario) if scenario.map else []) + files
+    for path in files:
+        with contextlib.suppress(OSError), open(path, "rb") as file:  # the run says what is missing
             content += file.read()
     key = hashlib.sha256(content).hexdigest()[:10]
     return "{}_{}".format(readable, key)
@@ -286,13 +311,17 @@ def table_name(part=None):
 
 def _run_all(runs, out, table, jobs, scheduler, progress):
     """Run ``runs``, write ``table`` and return the verdicts."""
-    tasks = [(scenario, os.path.join(out, name)) for name, _, scenario in runs]
-    verdicts, due = [None] * len(runs), 0.0
+    verdicts, due, rows = [None] * len(runs), 0.0, {}
+    for row, (name, _, _) in enumerate(runs):
+        rows.setdefault(name, []).append(row)  # runs alike are one
+    alike = list(rows.values())
+    tasks = [(runs[own[0]][2], os.path.join(out, runs[own[0]][0])) for own in alike]
     run = _guarded_run
     done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
     try:
         for row, verdict in _with_progress(done, len(tasks), progress):
-            verdicts[row] = verdict
+            for each in alike[row]:
+                verdicts[each] = verdict
             if time.monotonic() >= due:  # it grows as runs end
                 _write_table(runs, verdicts, out, table)
                 due = time.monotonic() + TABLE_EVERY

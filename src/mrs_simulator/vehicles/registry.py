@@ -102,6 +102,22 @@ def file_named(scenario):
     return ""
 
 
+def files_of_kinds(scenario):
+    """Return the paths of the models of those kinds of ``scenario`` that are files, and what these say."""
+    beside = os.path.dirname(scenario.path) if scenario.path else ""
+    models, said = [], []
+    for name in dict.fromkeys(scenario.kinds):
+        if (
+            name not in scenario.own_kinds
+            and is_file(name)
+            or names_a_file(name, scenario.own_kinds)
+        ):
+            content, _, _ = merged(name, beside, scenario.own_kinds)
+            models += [content["model"]] if isinstance(content.get("model"), str) else []
+            said.append(content)
+    return models, said
+
+
 def _file_key(content):
     """Return the key of a kind's ``content`` that names a file, "" if none does."""
     keys = content if isinstance(content, dict) else {}

@@ -61,6 +61,19 @@ def test_a_law_stops_by_what_its_sonar_hears():
     assert not experiment.collisions
 
 
+@pytest.mark.parametrize("field", ["ranges", "places"])
+def test_a_law_cannot_change_what_its_sonar_told(field):
+    """The safety filter, and the sensor itself, go by the same arrays."""
+
+    class Writes(StopsBefore):
+        def pointMassLaw(self, hand):
+            getattr(self.readings[1].sonar, field)[:] = 9.0
+            return np.zeros_like(hand)
+
+    with pytest.raises(LawFailed, match="read-only"):
+        finished(Writes, duration=0.1)
+
+
 def test_readings_over_edges_with_faults_are_ones_own():
     class Asks(StopsBefore):
         def pointMassLaw(self, hand):

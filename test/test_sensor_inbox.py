@@ -70,6 +70,8 @@ def test_readings_are_stamped_since_the_law_began(times):
     assert readings is inbox.readings(1.0) and readings[0] == {}
     assert readings[1]["sonar"].stamp == pytest.approx(0.3, abs=2e-9)
     assert readings[1]["sonar"].ranges == pytest.approx([2.0] * 16, abs=4e-7)
+    with pytest.raises(ValueError, match="read-only"):  # the safety filter goes by it, too
+        readings[1]["sonar"].ranges[:] = 9.0
     put(inbox, 1, 1.4)
     assert inbox.readings(1.0)[1]["sonar"].stamp == pytest.approx(0.4, abs=2e-9)
 

@@ -15,6 +15,7 @@ from mrs_simulator.ros.odometry_inbox import MOST_NAMED, clock_at, silence
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.senders import Senders
 from mrs_simulator.ros.sensor_messages import listened_topic, parts_of
+from mrs_simulator.sensors.readings import frozen
 from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.sensors.types import TYPES
 
@@ -91,6 +92,7 @@ class SensorInbox:
             stamp, reading = inlet.completed(part, stamp, reading)
             if reading is None:
                 return
+            frozen(reading)
             seconds = stamp.to_sec()
             if inlet.is_real and abs(now - seconds) > inlet.timeout:
                 stamp = rospy.Time.from_sec(now)  # its clock is another

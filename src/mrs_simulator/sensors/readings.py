@@ -1,5 +1,7 @@
 """What a law is given of its robots' sensors."""
 
+import numpy as np
+
 
 class Readings:
     """The newest readings of one robot, each an attribute by its sensor's name; None until one has come."""
@@ -19,6 +21,14 @@ class Readings:
 
     def __setattr__(self, name, value):
         raise AttributeError("readings are not to be changed: {!r}".format(name))
+
+
+def frozen(reading):
+    """Return the ``reading``, whose arrays nobody can write to from now on: others go by it, too."""
+    for value in reading:
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return reading
 
 
 def readings_by_number(numbers, asked, known):

@@ -8,6 +8,7 @@ import numpy as np
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.noise import Draws, Streams
+from mrs_simulator.sensors.readings import frozen
 from mrs_simulator.sensors.scenery import Scenery
 from mrs_simulator.sensors.types import TYPES
 
@@ -208,10 +209,11 @@ def check_fitted(mounts, names, number, kind):
 
 
 def of_robot(reading, k):
-    """Return the ``reading`` of the k-th of its robots."""
+    """Return the ``reading`` of the k-th of its robots; its arrays are not to be written to."""
     if hasattr(reading, "of"):
-        return reading.of(k)
-    return reading._replace(**{name: getattr(reading, name)[k] for name in reading.PER_ROBOT})
+        return frozen(reading.of(k))
+    own = {name: getattr(reading, name)[k] for name in reading.PER_ROBOT}
+    return frozen(reading._replace(**own))
 
 
 class _Key(NamedTuple):

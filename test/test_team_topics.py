@@ -8,9 +8,11 @@ from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.core.guards import JumpBounds, Tracks
 from mrs_simulator.nodes.stage.answers import Answers
+from mrs_simulator.nodes.stage.robot_topics import Inbox as StageInbox
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.ros.messages import MessageError, read_answered, team_command
 from mrs_simulator.ros.odometry_inbox import Inbox
+from mrs_simulator.ros.planar_messages import QuickTwist
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
 
@@ -254,3 +256,30 @@ def test_what_comes_before_the_wait_is_not_slept_through():
     waiter = threading.Thread(target=inbox.wait, args=(60.0,), daemon=True)
     waiter.start()
     wait_until(lambda: not waiter.is_alive())
+
+
+def quick(value):
+    message = QuickTwist()
+    message.values = (value,) * 6
+    return message
+
+
+def test_of_several_commands_the_newest_is_taken(monkeypatch):
+    inbox = StageInbox()
+    monkeypatch.setattr(inbox, "_senders", type("Anybody", (), {"note": lambda *_: None}))
+    nobody = np.full(3, np.nan)
+    rows, commands = inbox.take(6)
+    assert rows == [] and commands.shape == (0, 6)
+    inbox.put(quick(1.0), 3)
+    inbox.put_all(np.array([5, 3, 0]), np.tile([[2.0], [3.0], [4.0]], 6), nobody)
+    inbox.put(quick(5.0), 5)
+    rows, commands = inbox.take(6)
+    assert rows == [0, 3, 5] and commands.tolist() == [[4.0] * 6, [3.0] * 6, [5.0] * 6]
+    assert inbox.take(6)[0] == []
+    inbox.put_all(np.array([-1, 1, 4]), np.ones((3, 6)), nobody)
+    rows, commands = inbox.take(4)  # there is no robot 0, and robot 5 has been taken away
+    assert rows == [1] and commands.tolist() == [[1.0] * 6]
+    assert inbox.answers.take()[0].tolist() == []
+    inbox.answers.begin(4)
+    inbox.answers.note_all(np.array([-1, 1, 4]), 0.0, nobody)
+    assert inbox.answers.take()[0].tolist() == [1]

@@ -1,7 +1,6 @@
 """The GUI in a window of its own, for systems without rqt."""
 
 import argparse
-import gc
 import os
 import signal
 import subprocess
@@ -17,6 +16,7 @@ from python_qt_binding.QtWidgets import QApplication, QMainWindow
 from mrs_simulator.core.pages import with_page
 from mrs_simulator.ros.arguments import DIRECTORY_MEANING, RUN_ARGUMENTS, scenario_from
 from mrs_simulator.ros.diagnostics import OK, Diagnostics, Health
+from mrs_simulator.ros.lifecycle import spare_garbage_collection
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import SHARED
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
@@ -105,9 +105,7 @@ def main():
         window.show()
         # A user's law may take its time: the window, and its emergency stop, are there meanwhile.
         study.restore_settings(kept)
-        # What is there now stays: looking it through for garbage takes 50 ms at a time.
-        gc.collect()
-        gc.freeze()
+        spare_garbage_collection()
         code = application.exec_()
         processes.wait_closed()
     except (ValueError, OSError) as error:

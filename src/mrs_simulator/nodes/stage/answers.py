@@ -37,7 +37,7 @@ class Answers:
         with self._lock:
             n = len(self._told)
             for row, command, stamp in zip(rows, commands, stamps):
-                if row < n:
+                if 0 <= row < n:
                     self._told[row].append((tuple(command), stamp))
 
     def note(self, row, numbers, when):
@@ -70,7 +70,9 @@ class Answers:
                     found.append((row, when, stamp))
         columns = [np.array(column, dtype=float) for column in zip(*found)] or [np.empty(0)] * 3
         parts = [np.concatenate(each) for each in zip(columns, *batches)]
-        kept = parts[0] < n  # a late message may still come for a robot that has been taken away
+        kept = (parts[0] >= 0) & (
+            parts[0] < n
+        )  # a late message may still come for a robot that has been taken away
         return parts[0][kept].astype(int), parts[1][kept], parts[2][kept]
 
     def _matched(self, row, numbers):

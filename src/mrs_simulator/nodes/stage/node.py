@@ -1,6 +1,5 @@
 """The stage node: a world of robots behind ROS topics and services."""
 
-import gc
 import random
 import time
 
@@ -29,7 +28,7 @@ from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
 from mrs_simulator.ros import node_parameters as declared
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.diagnostics import Diagnostics, Rates, sensors_health, stage_health
-from mrs_simulator.ros.lifecycle import run, start_node
+from mrs_simulator.ros.lifecycle import run, spare_garbage_collection, start_node
 from mrs_simulator.ros.messages import StageStatus, read_robot_specs, stage_status
 from mrs_simulator.ros.parameters import is_given, read
 from mrs_simulator.ros.requests import Requests
@@ -166,9 +165,7 @@ class Stage:
         if self.drivers:
             self.drivers.follow_team()
         self._tell_scenario()
-        # With 2000 topics each of the collector's rounds over them would take longer than a period.
-        gc.collect()
-        gc.freeze()
+        spare_garbage_collection()
 
     def _tell_scenario(self):
         """Publish the scenario, without the names of files: displays draw what they are told."""

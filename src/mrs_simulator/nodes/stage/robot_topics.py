@@ -37,7 +37,8 @@ class Inbox:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._commands, self._senders = {}, Senders()
+        self._commands, self._senders = {}, Senders()  # by row, newer than the batches
+        self._batches = []  # rows (m,) and commands (m, 6) of several robots, the newest last
         self._arms = {}  # rates of arms by row
         self.answers = Answers()
 
@@ -61,7 +62,8 @@ class Inbox:
         self._senders.note("stage/command", message)
         self.answers.note_all(rows, time.monotonic(), stamps)
         with self._lock:
-            self._commands.update(zip(rows, commands))
+            self._close_batch()
+            self._batches.append((rows, commands))
             self._arms.update(zip(rows, arms))
 
     def take_arms(self):
@@ -76,10 +78,21 @@ class Inbox:
         Shapes (m,) and (m, 6) [m/s, rad/s], all components of Twist.
         """
         with self._lock:
-            taken, self._commands = self._commands, {}
+            self._close_batch()
+            batches, self._batches = self._batches, []
+        if not batches:
+            return [], np.empty((0, 6))
+        rows, commands = (np.concatenate(parts)[::-1] for parts in zip(*batches))
+        rows, newest = np.unique(rows, return_index=True)
         # A late message may still come for a robot that has been taken away.
-        rows = sorted(row for row in taken if row < n)
-        return rows, np.array([taken[row] for row in rows], dtype=float).reshape(-1, 6)
+        here = (rows >= 0) & (rows < n)
+        return rows[here].tolist(), commands[newest[here]]
+
+    def _close_batch(self):
+        if self._commands:
+            rows = np.array(list(self._commands), dtype=int)
+            self._batches.append((rows, np.array(list(self._commands.values()), dtype=float)))
+            self._commands = {}
 
 
 class Link:
@@ -127,13 +140,11 @@ class RobotTopics(Link):
         )
 
     def publish(self, stamp, pose, twist, lift=None, covariance=None):
-        """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega) if anybody listens.
+        """Publish ``pose`` (x, y, theta) and body ``twist`` (vx, vy, omega).
 
         ``lift``: what a robot that leaves the ground tells besides, as ``PlanarOdometry`` has it;
         ``covariance`` (36,) of the pose, None for one that does not change.
         """
-        if not self.listened_to:
-            return
         message = self._message
         if covariance is not None:
             message.tell_pose_covariance(covariance)
@@ -202,7 +213,8 @@ class AnswersTopic:
     def _put(self, message):
         told = read_commands_told(message, self._subscriber.resolved_name)
         if told is not None:
-            self._answers.tell(*told[:3])
+            rows, twists, stamps, _ = told
+            self._answers.tell(rows.tolist(), twists.tolist(), stamps.tolist())
 
 
 def read_commands_told(message, name):
@@ -216,10 +228,10 @@ def read_commands_told(message, name):
     except MessageError as error:
         rospy.logerr_throttle(5.0, "stage: refused a command on {}: {}".format(name, error))
         return None
-    rows = [number - 1 for number in numbers]
+    rows = np.array(numbers, dtype=int) - 1
     planar = tuple(axis for axis in axes if axis in TWIST_AXES)  # those of arms come after them
     arms = command[:, len(planar) :] if len(planar) < len(axes) else ()
-    return rows, on_all_axes(command[:, : len(planar)], planar).tolist(), stamps, arms
+    return rows, on_all_axes(command[:, : len(planar)], planar), stamps, arms
 
 
 class Frames:

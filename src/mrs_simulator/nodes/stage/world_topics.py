@@ -113,17 +113,15 @@ class WorldTopics:
         """Publish the odometry of the robots in ``rows``, by default of all, and its transforms."""
         rows, stamp = range(self._world.n) if rows is None else rows.tolist(), self.stamp()
         poses, twists = self._world.odometry(), self._world.twist
-        spatial, covariances = self._world.odometry_spatial(), self._covariances(rows)
+        spatial = self._world.odometry_spatial()
+        self._follow_covariances()
         if len(rows) < self._world.n:
             poses, twists = poses[rows], twists[rows]
             spatial = None if spatial is None else spatial.of(rows)
         if self.team_topics:
             joints = self._world.joints[rows] if self._world.team.has_arms else None
             self.team_topics.publish(stamp, poses, twists, rows, spatial, joints)
-        poses, raised = poses.tolist(), lifts(spatial, len(rows))
-        told = zip(rows, poses, twists.tolist(), raised, covariances)
-        for row, pose, twist, lift, covariance in told:
-            self.robots[row].publish(stamp, pose, twist, lift, covariance)
+        self._publish_by_robots(stamp, rows, poses, twists, spatial)
         if self._true_poses:
             self._publish_true_poses(stamp, rows)
         listeners = self._tf.get_num_connections()
@@ -131,15 +129,31 @@ class WorldTopics:
         if listeners and (stamp, listeners) != self._tf_sent:
             self._tf_sent = (stamp, listeners)
             frames = self._frames.odom, self._frames.base
-            self._tf.publish(self._transforms(*frames, poses, rows, raised))
+            raised = lifts(spatial, len(rows))
+            self._tf.publish(self._transforms(*frames, poses.tolist(), rows, raised))
+
+    def _publish_by_robots(self, stamp, rows, poses, twists, spatial):
+        """Publish odometry on robots' own topics, where anybody listens."""
+        places = [place for place, row in enumerate(rows) if self.robots[row].listened_to]
+        if not places:
+            return
+        spatial = None if spatial is None else spatial.of(places)
+        rows = [rows[place] for place in places]
+        told = poses[places].tolist(), twists[places].tolist(), lifts(spatial, len(rows))
+        for row, *each in zip(rows, *told, self._covariances(rows)):
+            self.robots[row].publish(stamp, *each)
+
+    def _follow_covariances(self):
+        """Take in how far the robots have gone since the last odometry."""
+        if self._sure is not None:
+            world = self._world
+            self._sure.follow(world.pose, world.odometry(), world.time - self._sure_at)
+            self._sure_at = world.time
 
     def _covariances(self, rows):
         """Return the covariances (36,) of the poses that robots ``rows`` tell, None for one that stays."""
         if self._sure is None:
             return [None] * len(rows)
-        world = self._world
-        self._sure.follow(world.pose, world.odometry(), world.time - self._sure_at)
-        self._sure_at = world.time
         return full_covariances(self._sure.covariance()[rows])
 
     def _publish_true_poses(self, stamp, rows):

@@ -129,6 +129,8 @@ class Team:
         order = sorted(range(self.n), key=lambda row: drives.index(self.kinds[row].drive))
         self._order, self._place = np.array(order), np.argsort(order)
         self.groups = tuple(self._group(drive, of_kind, limits) for drive in drives)
+        if len(self.groups) == 1:
+            del self._order, self._place  # large, and needed by several groups alone
         # Whether a drive has an inner joint that moves, such as a steering angle.
         self.jointed = tuple(group for group in self.groups if group.drive.JOINTS)
         self.has_joints = bool(self.jointed)
@@ -152,7 +154,7 @@ class Team:
         self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
         self.unobeyed = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
         self.unobeyed[:, self.components] = ~self.robot_axes
-        self._top = self.grouped(self.limits.of_all(self.n).top)
+        self._top = self.by_group(lambda group: group.limits.top, np.inf)
         self._is_bounded = bool(
             not self._limited and (self._top > 0.0).all() and (self._top < np.inf).all()
         )

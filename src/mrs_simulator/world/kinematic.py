@@ -89,7 +89,7 @@ class KinematicMotion:
         self._reach = step * float(self.team.speeds[:, 0].max())
         self._encoders, self._bounds, self._shares = encoders, None, None
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
-        self._mirrored = np.array(mirrored, dtype=int)
+        self._mirrored = np.array(sorted(mirrored), dtype=int)
         self._current = currents(self.team, environment, self._mirrored)
         if self._current is not None:
             self._reach += step * float(np.hypot(*environment.current))
@@ -100,7 +100,7 @@ class KinematicMotion:
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float, order="F")
-        self._twist, self._told = None, np.zeros_like(self.pose)
+        self._twist, self._told = None, np.zeros((len(self._mirrored), 3))  # what ``place`` told
         # What ramps, group after group: velocities along the team's axes, or joints instead.
         self._inner = np.zeros((self.team.n, len(self.team.axes)), order="F")
         self.wheel_travel = [  # how far the wheels of each group have rolled, (m, encoders) [m]
@@ -147,7 +147,8 @@ class KinematicMotion:
     def place(self, rows, poses, twists):
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
         self.pose, self._twist = self.pose.copy(order="F"), None
-        self.pose[rows], self._told[rows] = poses, twists
+        self.pose[rows] = poses
+        self._told[np.searchsorted(self._mirrored, rows)] = twists
 
     def advance(self, command):
         """Move for one step under ``command`` (n, a), a column for each axis of the team."""
@@ -253,7 +254,7 @@ class KinematicMotion:
             self._twist = self._own_twist()
             if self._current is not None:
                 self._twist[:, :2] += into_body(self._current, self.pose[:, 2])
-            self._twist[self._mirrored] = self._told[self._mirrored]
+            self._twist[self._mirrored] = self._told
         return self._twist
 
     def _own_twist(self):

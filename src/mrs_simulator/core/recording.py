@@ -29,7 +29,7 @@ from mrs_simulator.core.scenario import MOST_ROBOTS, Scenario
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.core.writing import Blocks, write_text
 
-BLOCK = 1 << 22  # [characters] of a file read at once
+BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
 MOST_KEPT = 1 << 29  # [bytes] of numbers
 STAMPS = 2  # [-] columns before the numbers: time and robot
 POSE, HAND = slice(0, 3), slice(3, 5)  # the first numbers of a row

@@ -162,6 +162,15 @@ def test_arrays_lie_in_memory_column_by_column(mirrored):
         assert array.flags.f_contiguous and not array.flags.c_contiguous
 
 
+def test_each_step_counts_with_numbers_of_pythons_own():
+    # A numpy scalar takes ten times as long: together a tenth of a step of few robots.
+    world = drive(World(ONE * 2, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]), [0.3, 0.1], 3.0)
+    commands, bodies = world._commands, world._motion._bodies
+    counted = commands._longest_silent, bodies.room, bodies._free
+    assert commands._longest_silent > 0 and 0.0 < bodies.room < bodies._free
+    assert [type(number) for number in counted] == [int, float, float]
+
+
 def test_watchdogs_look_at_every_robot_in_time():
     world = World(
         ONE * 6, make_layout("grid", 6, spacing=2.0), cmd_vel_timeout=0.1, watch_period=0.04

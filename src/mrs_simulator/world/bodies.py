@@ -1,5 +1,7 @@
 """Footprints of the robots among obstacles: contacts, and how overlapping bodies are separated."""
 
+import math
+
 import numpy as np
 
 from mrs_simulator.core.moving import moves
@@ -166,7 +168,8 @@ class Bodies:
         """
         self.room -= travel
         if self.room <= 0.0 < self._free:
-            self.room = self._free - np.sqrt(squared(pose[:, :2] - self._looked).max())
+            moved = float(squared(pose[:, :2] - self._looked).max())
+            self.room = self._free - math.sqrt(moved)
         if self.room > 0.0:
             return []
         contacts = self._pushed_apart(pose, z)
@@ -181,7 +184,7 @@ class Bodies:
         room = self._list.room(pose[:, :2])
         if self.obstacles:
             room = min(room, float(self._obstacle_gaps(pose).min()))
-        return room - ROUNDING
+        return float(room) - ROUNDING  # a number of Python's, which each step counts down
 
     def _pushed_apart(self, pose, z=None):
         contacts, pairs = Touches(), self._pairs_at(pose)

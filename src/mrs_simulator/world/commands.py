@@ -116,7 +116,7 @@ class Commands:
             if self.efforts is not None:
                 told = late & ~np.isnan(self.efforts).all(axis=1)
                 self.efforts[told] = AT_REST
-        self._longest_silent = self.heard[self.commanded].min(initial=self._clock.steps)
+        self._longest_silent = int(self.heard[self.commanded].min(initial=self._clock.steps))
 
     def stop_silent(self, late):
         """Let robots ``late``, (n,) bool, do what their drives do in silence, such as land."""

@@ -40,6 +40,7 @@ class Bodies:
         self._halves = np.array([_halves(each) for each in self.obstacles])
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
+        self._are_mirrored = self.mirrored.any()
         # Whom a solver keeps apart from each other and from obstacles, so that nothing here does.
         self.solved = np.zeros(team.n, dtype=bool)
         self.resting = (
@@ -88,8 +89,10 @@ class Bodies:
         """Return the ``Pairs`` of robots that overlap, or would if each moved by half of ``LOOSE``."""
         first, second = self.near_pairs(pose)
         near = squared_apart(pose[:, :2], first, second) < (self._list.reach + LOOSE) ** 2
-        near &= ~(self.solved[first] & self.solved[second])
-        return Pairs(self.footprints, pose, first[near], second[near])
+        if self.solved.any():
+            near &= ~(self.solved[first] & self.solved[second])
+        near = np.flatnonzero(near)
+        return Pairs(self.footprints, pose, first.take(near), second.take(near))
 
     def _overlaps(self, pairs, pose, z):
         hit, depth, direction = pairs.overlaps(pose)
@@ -105,7 +108,7 @@ class Bodies:
             return least_distance(np.column_stack([pose[:, :2], z]))
         first, second = self.near_pairs(pose)
         if len(first):
-            nearest = squared(pose[second, :2] - pose[first, :2]).min()
+            nearest = squared_apart(pose[:, :2], first, second).min()
             # Every pair within reach is listed.
             if nearest < self._list.reach**2:
                 return float(np.sqrt(nearest))
@@ -201,8 +204,7 @@ class Bodies:
                     first, second = first[across], second[across]
                     depth, direction = depth[across], direction[across]
                 back, on = self._shares(first, second)
-                np.subtract.at(pose[:, :2], first, (back * depth)[:, np.newaxis] * direction)
-                np.add.at(pose[:, :2], second, (on * depth)[:, np.newaxis] * direction)
+                _push(pose, first, second, back * depth, on * depth, direction)
             for obstacle, rows, deep, toward in self.obstacle_overlaps(pose, z):
                 if turn == 0:
                     found = self._obstacle_contacts(obstacle, pose, rows, deep, toward, z)
@@ -217,7 +219,9 @@ class Bodies:
         return contacts
 
     def _shares(self, first, second):
-        """Return which part of the depth the robots of each pair give way by, (m,) and (m,)."""
+        """Return which part of the depth the robots of each pair give way by, (m,) or one for all, each."""
+        if not self._are_mirrored:
+            return 0.5, 0.5
         firm, other_firm = self.mirrored[first], self.mirrored[second]
         back = np.where(firm, 0.0, np.where(other_firm, 1.0, 0.5))
         on = np.where(other_firm, 0.0, np.where(firm, 1.0, 0.5))
@@ -250,6 +254,18 @@ class Bodies:
                 rows.tolist(), where.tolist(), depth.tolist(), height.tolist()
             )
         ]
+
+
+def _push(pose, first, second, back, on, direction):
+    """Move robots ``first`` by ``back`` against ``direction`` (m, 2), ``second`` by ``on`` along it, [m].
+
+    In place.  A robot in several pairs is moved pair by pair: ``np.bincount`` adds in this order, and takes
+    a tenth of the time of ``np.add.at`` before numpy 1.25.
+    """
+    n = len(pose)
+    rows = np.concatenate([np.arange(n), first, second])
+    for place, toward in zip(pose[:, :2].T, direction.T):
+        place[:] = np.bincount(rows, np.concatenate([place, -back * toward, on * toward]), n)
 
 
 def _halves(obstacle):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.core.neighbours import close_pairs, dot, squared
+from mrs_simulator.core.neighbours import close_pairs, dot, squared, squared_apart
 
 EVERY = slice(None)
 SKIN = 1.0  # [m] beyond reach, for which a pair is listed
@@ -52,7 +52,9 @@ class Pairs:
         each = footprints.at(pose)
         self._ahead = np.multiply(np.reshape(footprints.ahead, (-1, 1)), each.axis)
         self._a, self._b = each.of(first), each.of(second)
-        self._extents = None if self._round is not None else _extents(self._a, self._b)
+        if self._round is None:
+            self._sides = _sides(self._a.axis, self._b.axis)
+            self._extents = _extents(self._a, self._b)
 
     def left(self, pose, most):
         """Return whether a robot at ``pose`` (n, 3) now is more than ``most`` [m] from where it was."""
@@ -66,7 +68,7 @@ class Pairs:
         middle = pose[:, :2] + self._ahead
         if self._round is None:
             apart = _taken(middle, self.second) - _taken(middle, self.first)
-            return _deepest(apart, self._a.axis, self._b.axis, self._extents)
+            return _deepest(apart, self._sides, self._extents)
         a = self._a._replace(middle=middle[self.first])
         b = self._b._replace(middle=middle[self.second])
         round_a, round_b = self._round[self.first], self._round[self.second]
@@ -142,41 +144,41 @@ def rectangle_overlap(a, b):
     Separating axes: the least overlap over the four sides' directions; negative where apart (then
     at most the distance).  Pushing b by depth along the direction separates the pair.
     """
-    apart = b.middle - a.middle
-    along, overlap = _along(apart, a.axis, b.axis, _extents(a, b))
+    sides = _sides(a.axis, b.axis)
+    along, overlap = _along(b.middle - a.middle, sides, _extents(a, b))
     least = np.argmin(overlap, axis=0)
-    every = np.arange(len(apart))
-    return overlap[least, every], _outward(along, least, every, a.axis, b.axis)
+    every = np.arange(len(least))
+    return overlap[least, every], _outward(along, sides, least, every)
 
 
-def _deepest(apart, axis, other_axis, extents):
+def _deepest(apart, sides, extents):
     """Return :func:`rectangle_overlap` of those pairs, (k,), that overlap: which, depth and direction."""
-    along, overlap = _along(apart, axis, other_axis, extents)
+    along, overlap = _along(apart, sides, extents)
     hit = np.flatnonzero(overlap.min(axis=0) > 0.0)
     overlap = overlap.take(hit, axis=1)
     least = np.argmin(overlap, axis=0)
     depth = overlap[least, np.arange(len(hit))]
-    return (
-        hit,
-        depth,
-        _outward(along, least, hit, _taken(axis, hit), _taken(other_axis, hit)),
-    )
+    return hit, depth, _outward(along, sides, least, hit)
 
 
-def _along(apart, axis, other_axis, extents):
+def _sides(axis, other_axis):
+    """Return the directions of the lengths and widths of pairs of rectangles, (2, 4, m)."""
+    every = axis, _left(axis), other_axis, _left(other_axis)
+    return np.stack([each.T for each in every], axis=1)
+
+
+def _along(apart, sides, extents):
     """Return how far rectangles are ``apart`` along their sides, and overlap there, (4, m) [m] both."""
-    along = np.empty((4, len(apart)))
-    along[0], along[1] = dot(apart, axis), _cross(axis, apart)
-    along[2], along[3] = dot(apart, other_axis), _cross(other_axis, apart)
+    along = sides[0] * apart[:, 0]
+    along += sides[1] * apart[:, 1]
     return along, extents - np.abs(along)
 
 
-def _outward(along, least, rows, axis, other_axis):
+def _outward(along, sides, least, rows):
     """Return the directions (k, 2) of the ``least`` overlap, (k,), of the pairs in ``rows`` (k,)."""
-    axis = np.where((least < 2)[:, np.newaxis], axis, other_axis)
-    axis = np.where((least % 2 == 1)[:, np.newaxis], _left(axis), axis)
-    sign = np.where(along[least, rows] < 0.0, -1.0, 1.0)
-    return sign[:, np.newaxis] * axis
+    at = least * along.shape[1] + rows
+    sign = np.where(along.take(at) < 0.0, -1.0, 1.0)
+    return (sign * sides.reshape(2, -1).take(at, axis=1)).T
 
 
 def _extents(a, b):
@@ -248,7 +250,7 @@ class VerletList:
         unlisted = 0.5 * SKIN - np.sqrt(self._farthest_moved(position))
         if not len(first):
             return unlisted
-        nearest = np.sqrt(squared(position[second] - position[first]).min())
+        nearest = np.sqrt(squared_apart(position, first, second).min())
         return min(unlisted, 0.5 * (nearest - self.reach))
 
     def _moved_far(self, position):

@@ -90,7 +90,7 @@ def compiled(monkeypatch):
 
 
 def kernel_of(compile_):
-    return lambda law: compiled_terms.kernel(law, leaping.stretch, compile_, compile_)
+    return lambda law, loops: compiled_terms.kernel(law, loops, compile_, compile_)
 
 
 def recorded(scenario, protocol=None):
@@ -111,6 +111,7 @@ def compare(start, scenario, protocol=None):
     np.testing.assert_allclose(by_leap[0], by_step[0], rtol=0.0, atol=ROUNDING)
     assert len(by_leap[1]) == len(by_step[1])
     assert by_leap[3].time == by_step[3].time and by_leap[3].commanded.all()
+    np.testing.assert_allclose(by_leap[3].twist, by_step[3].twist, rtol=0.0, atol=ROUNDING)
     np.testing.assert_array_equal(by_leap[3]._commands.heard, by_step[3]._commands.heard)
     return by_step[2], by_leap[2]
 
@@ -141,6 +142,21 @@ def test_shipped_laws_leap_to_where_steps_lead(name, compiled):
     assert own < 0.3 * steps
 
 
+@pytest.mark.parametrize("name", SHIPPED)
+def test_points_leap_to_where_steps_lead(name, compiled):
+    given = shipped(name, 1.5).changed(fidelity="point_mass")
+    steps, own = compare(compiled, given)
+    assert steps == 1.5 / given.step and own == 0
+
+
+@pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
+def test_points_leap_whatever_the_rates(rates, compiled):
+    control, run = {"rate": rates[0]}, {"record_rate": rates[1], "duration": 1.9}
+    assert (
+        compare(compiled, scenario(fidelity="point_mass", control=control, **run), Gather)[1] == 0
+    )
+
+
 @pytest.mark.parametrize("saturation", ["none", "robot", "team"])
 @pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
 def test_a_users_law_leaps_whatever_the_rates(saturation, rates, compiled):
@@ -157,8 +173,10 @@ def test_robots_touch_as_they_do_step_by_step(compiled):
     assert 10 < own < steps
 
 
-def test_a_law_that_breaks_fails_as_it_does_step_by_step(compiled):
-    given, said = scenario(poses=[[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], robots=2), []
+@pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
+def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, compiled):
+    poses, said = [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], []
+    given = scenario(poses=poses, robots=2, fidelity=fidelity)
     for _ in range(2):
         with pytest.raises(LawFailed) as error:
             recorded(given, Breaking)
@@ -173,7 +191,8 @@ def test_a_law_that_breaks_fails_as_it_does_step_by_step(compiled):
         (Turned, {}),
         (Filtered, {}),
         (Formation, {"odometry": "wheel"}),
-        (Formation, {"fidelity": "point_mass"}),
+        (Formation, {"fidelity": "dynamic"}),
+        (Formation, {"fidelity": "point_mass", "model": "robotino3"}),
         (Formation, {"model": ["robotino3"] * 2 + ["pioneer3dx"] * 3}),
         (Formation, {"links": {"delay": 0.1}}),
         (Formation, {"control": {"rate": 1}, "cmd_vel_timeout": 0.5}),
@@ -204,7 +223,7 @@ FIELDS = {
     "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), LEAP),
     "kinds": (("robotino3",) * 5, STEP),
     "title": ("other", LEAP),
-    "fidelity": ("point_mass", STEP),
+    "fidelity": ("point_mass", LEAP),
     "limits": ("top", LEAP),
     "odometry": ("wheel", STEP),
     "control": (Control(safety=True, protocol="consensus"), STEP),
@@ -261,13 +280,10 @@ def test_what_is_to_befall_robots_stops_leaps():
     assert not world.can_leap(5)
 
 
-def test_numba_gives_the_same(compiled, monkeypatch):
+@pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
+def test_numba_gives_the_same(fidelity, compiled, monkeypatch):
     pytest.importorskip("numba")
     jit, kept = compiling.jit(), compiling.jit(cache=True)
-    compiled_stretch = functools.partial(compiled_terms.kernel, loops=leaping.stretch)
-    monkeypatch.setattr(
-        leaping,
-        "compiled_stretch",
-        functools.partial(compiled_stretch, compile_=jit, compile_kept=kept),
-    )
-    compare(compiled, shipped("paper", 5.0))
+    function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=kept)
+    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    compare(compiled, shipped("paper", 5.0).changed(fidelity=fidelity))

@@ -325,7 +325,7 @@ class PointMassMotion:
 
     def reset(self, poses, z=None):
         """Put the robots at rest at ``poses`` (n, 3) and heights ``z`` (n,) [m], by default 0."""
-        self.pose = np.array(poses, dtype=float)
+        self.pose = np.array(poses, dtype=float, order="F")
         self.twist = np.zeros_like(self.pose)
         self.z = None  # of a team on the ground
         if self.team.is_spatial:
@@ -350,13 +350,18 @@ class PointMassMotion:
 
         ``z`` (m,) [m]: their heights, by default as they are.
         """
-        self.pose, self.twist = self.pose.copy(), self.twist.copy()
+        self._renew()
         self.pose[rows], self.twist[rows] = poses, twists
         if self.z is not None and z is not None:
             self.z[rows] = z
 
+    def _renew(self):
+        """Let poses and twists be arrays that nobody else knows."""
+        self.pose, self.twist = self.pose.copy(order="F"), self.twist.copy(order="F")
+
     def advance(self, command):
         """Move for one step under ``command`` (n, a); the body twist is the point's velocity."""
+        self._renew()  # somebody may have kept them
         mirrored_twist = self.twist[self._mirrored]
         command = np.array(command, dtype=float)
         command[self._mirrored] = 0.0
@@ -371,6 +376,18 @@ class PointMassMotion:
         if self.z is not None and self._climb is not None:
             self._rising = command[:, self._climb]
             self.z = self.z + self.step * self._rising
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these points: those of unicycles that obey commands alone."""
+        drives = [group.drive for group in self.team.groups]
+        return drives == [differential] and not len(self._mirrored)
+
+    def leap(self, steps, until, every, command, function, *given):
+        """Move as ``KinematicMotion.leap`` does, by ``leaping.point_stretch``."""
+        self._renew()
+        moved = self.pose, self.twist, command, self.step
+        return function(steps, until, every, *moved, *given)
 
     def move_obstacles(self, obstacles):
         """Change nothing: points meet no obstacles."""

@@ -1,9 +1,9 @@
 """Unicycles moved over several steps in one compiled call: law, saturation, ramps, arcs, room to move.
 
-The numbers are those of ``KinematicMotion`` and ``Team`` in their order, but for sines and cosines: they
-are the C library's at the begin of a stretch, and turned with the robots from there on, which takes a
-third of the time.  Trajectories agree to rounding as long as robots do not touch: tests hold them to
-1e-9 m.
+The numbers are those of ``KinematicMotion``, ``PointMassMotion`` and ``Team`` in their order, but for sines
+and cosines: they are the C library's at the begin of a stretch, and turned with the robots from there on,
+which takes a third of the time.  Trajectories agree to rounding as long as robots do not touch: tests
+hold them to 1e-9 m.
 """
 
 import functools
@@ -72,21 +72,58 @@ def stretch(steps, until, every, pose, inner, command, limits, step, reach, room
         for row in range(n):
             points[row, 0] = pose[row, 0] + l * cos[row]
             points[row, 1] = pose[row, 1] + l * sin[row]
-        u = term(points, *given)
+        if not mapped(term(points, *given), cos, sin, l, after):
+            return count + 1, room, ODD
         worst = 1.0
         for row in range(n):
-            x, y = u[row, 0], u[row, 1]
-            v, omega = cos[row] * x + sin[row] * y, (cos[row] * y - sin[row] * x) / l
-            if not (abs(v) <= FASTEST and abs(omega) <= FASTEST):
-                return count + 1, room, ODD
-            after[row, 0], after[row, 1] = v, omega
-            excess = max(abs(v) / limits[row, 8], abs(omega) / limits[row, 9], 1.0)
+            v, omega = abs(after[row, 0]), abs(after[row, 1])
+            excess = max(v / limits[row, 8], omega / limits[row, 9], 1.0)
             worst = max(worst, excess)
             mean[row, 0] = excess if scope == 1 else 1.0
         for row in range(n):
             factor = worst if scope == 2 else mean[row, 0]
             command[row, 0], command[row, 1] = after[row, 0] / factor, after[row, 1] / factor
     return steps, room, DONE
+
+
+def point_stretch(steps, until, every, pose, twist, command, step, l, scope, *given):
+    """Move hand points as point masses by up to ``steps`` steps, in place; return as ``stretch`` does.
+
+    Arguments as there, and ``twist`` (n, 3), that of the last step; a point has neither limits nor a body,
+    so that ``scope`` means nothing.
+    """
+    n = len(pose)
+    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    points, wanted = np.empty((n, 2)), np.empty((n, 2))
+    for count in range(steps):
+        for row in range(n):
+            along, across = command[row, 0], l * command[row, 1]
+            pose[row, 0] += step * (cos[row] * along - sin[row] * across)
+            pose[row, 1] += step * (sin[row] * along + cos[row] * across)
+            twist[row, 0], twist[row, 1] = along, across
+        if count + 1 < until or (count + 1 - until) % every != 0:
+            continue
+        for row in range(n):
+            points[row, 0] = pose[row, 0] + l * cos[row]
+            points[row, 1] = pose[row, 1] + l * sin[row]
+        if not mapped(term(points, *given), cos, sin, l, wanted):
+            return count + 1, ODD
+        command[:] = wanted
+    return steps, DONE
+
+
+def mapped(u, cos, sin, l, wanted):
+    """Put the commands (n, 2) that give points the velocities ``u``, eq. (7), into ``wanted``.
+
+    Return whether robots could follow all of them.
+    """
+    for row in range(len(u)):
+        x, y = u[row, 0], u[row, 1]
+        v, omega = cos[row] * x + sin[row] * y, (cos[row] * y - sin[row] * x) / l
+        if not (abs(v) <= FASTEST and abs(omega) <= FASTEST):
+            return False
+        wanted[row, 0], wanted[row, 1] = v, omega
+    return True
 
 
 def half_turn(half):
@@ -100,9 +137,9 @@ def half_turn(half):
 
 
 @functools.lru_cache(maxsize=None)
-def compiled_stretch(law):
-    """Return :func:`stretch` under the function ``law`` of the points, compiled."""
-    return kernel(law, stretch, jit(), jit(cache=True))
+def compiled_stretch(law, loops):
+    """Return ``loops``, a stretch, under the function ``law`` of the points, compiled."""
+    return kernel(law, loops, jit(), jit(cache=True))
 
 
 class Leaps:
@@ -114,7 +151,8 @@ class Leaps:
         ``l`` [m] is the hand length, ``saturation`` one of ``SCOPES``.
         """
         self._world, self._every = world, every
-        self._function = compiled_stretch(law)
+        loops = point_stretch if world.fidelity == "point_mass" else stretch
+        self._function = compiled_stretch(law, loops)
         self._given = l, SCOPES.index(saturation), *given
 
     def advance(self, steps):

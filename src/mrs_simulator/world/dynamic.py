@@ -231,6 +231,8 @@ class DynamicMotion:
         return list(map(self._travel, self.team.groups, self._pushed))
 
     def _travel(self, group, forces):
+        if self._angles is None:
+            self._angles = self._turned()
         if forces is None and group.drive.ENCODERS == 2:
             return (self._angles[group.rows].T * group.numbers.radius).T
         travel = np.zeros((len(group.kinds), group.drive.ENCODERS))
@@ -381,24 +383,26 @@ class DynamicMotion:
         )
 
     def _read(self):
-        client = self._client
-        places, velocities, angles = [], [], []
-        for row, body in self._bodies.items():
-            wheels = self._wheels[row]
-            position, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        client, places, velocities = self._client, [], []
+        for body in self._bodies.values():
+            position, turn = pybullet.getBasePositionAndOrientation(body, client)
             places.append(position + turn)
-            linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)
+            linear, angular = pybullet.getBaseVelocity(body, client)
             velocities.append(linear + angular)
-            if wheels:
-                left, right = pybullet.getJointStates(body, wheels, physicsClientId=client)
-                angles.append((left[0], right[0]))
-            else:
-                angles.append((0.0, 0.0))
-        self._take_in(np.array(places), np.array(velocities), np.array(angles))
+        self._take_in(np.array(places), np.array(velocities))
 
-    def _take_in(self, place, velocity, angles):
+    def _take_in(self, place, velocity):
         self.pose, self.twist = seen_at_centre(place, velocity, self._ahead)
-        self._angles = angles
+        self._angles = None  # as the solver has them, which few ask for
+
+    def _turned(self):
+        """Return how far the wheels of the bodies have turned, (m, 2) [rad], 0 where none roll."""
+        angles = np.zeros((len(self._bodies), 2))
+        for row, body, own in zip(self._bodies, self._bodies.values(), angles):
+            wheels = self._wheels[row]
+            if wheels:
+                own[:] = [state[0] for state in pybullet.getJointStates(body, wheels, self._client)]
+        return angles
 
     def contacts(self):
         """Return the contacts after the last step: ``(first, second, x, y)`` each."""

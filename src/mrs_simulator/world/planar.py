@@ -203,13 +203,13 @@ class PlanarMotion(DynamicMotion):
         self._stood = self._stood + 1 if still else 0
         return self._stood > STANDING
 
-    def _take_in(self, place, velocity, angles):
+    def _take_in(self, place, velocity):
         rows = list(self._bodies)
         pose, twist = self.pose.copy(), self.twist.copy()
         ahead = self._ahead if np.ndim(self._ahead) == 0 else self._ahead[rows]
         pose[rows], twist[rows] = seen_at_centre(place, velocity, ahead)
         self.pose, self.twist = pose, twist
-        self._angles[rows] = angles
+        self._angles[rows] = self._turned()
         tilts = np.array([self._models[self.team.kinds[row]].tilt for row in rows])
         off = np.abs(_tilt(place[:, 3:]) - tilts).max(axis=1)
         shaken = np.abs(velocity[:, 2:5]).max(axis=1)

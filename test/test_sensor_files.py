@@ -11,7 +11,8 @@ from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.study.experiment import Experiment, perform
-from mrs_simulator.study.sensor_files import FILE, PICTURES, recorded_sensors
+from mrs_simulator.study.sensor_files import FILE, PICTURES, lines_of, recorded_sensors
+from mrs_simulator.study.sensor_sizes import with_sizes
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import World
 
@@ -105,15 +106,22 @@ def test_sizes_are_told_beforehand(out, tmp_path):
     experiment = Experiment(long)
     experiment.record_sensors(str(tmp_path), said.append).close()
     assert said[1].startswith(
-        "sensor_laser.csv: 2 robots, 31 values at 10 Hz for 600 s: about 4.2 MB"
+        "sensor_laser.csv: 2 robots, 31 values at 10 Hz for 600 s: about 1.6 MB"
     )
-    sensors = {
-        each.name: each
-        for each in recorded_sensors(long.record, experiment.sensors.mounts, experiment.world.kinds)
-    }
-    for name in ("laser", "sonar", "seen"):
+    world, mounts = experiment.world, experiment.sensors.mounts
+    recorded = recorded_sensors(long.record, mounts, world.kinds)
+    recorded = with_sizes(recorded, long, world.team, world.obstacles, lines_of)
+    sensors = {each.name: each for each in recorded}
+    # What is measured exactly, and is 0, has few digits: it takes less.
+    noiseless = "imu", "compass", "altimeter", "mocap", "gps", "encoders"
+    for name in set(sensors).difference(noiseless):
         size = (out / FILE.format(name)).stat().st_size
-        assert 0.4 < size / sensors[name].size(1.0) < 2.0, name
+        assert 0.8 < size / sensors[name].size(1.0) < 1.25, name
+    for name in noiseless:
+        assert (out / FILE.format(name)).stat().st_size < sensors[name].size(1.0), name
+    assert (
+        "at 10 Hz for 600 s: about 1.1 MB if as many are seen as at the start, at most" in said[2]
+    )
 
 
 def test_every_type_of_sensor_can_be_recorded_or_is_a_picture():
@@ -161,7 +169,7 @@ def test_a_size_is_told_of_all_robots_that_may_be_seen(tmp_path):
     })  # fmt: skip
     team = Team.from_scenario(given)
     (told,) = recorded_sensors(["others"], fitted_mounts(team, given.sensors), team.kinds)
-    assert told.most == 4 and "where all are seen, about" in told.told(2.0)
+    assert told.most == 4 and told.told(2.0).endswith("at most 0.02 MB")
     # A row of its file: 10 Hz, 5 robots that see 4 each.
     row = len("0.1,1,2,1.73553495647023,0.448798950512828\n")
     assert told.size(2.0) == pytest.approx(2.0 * 10.0 * 5 * 4 * row, rel=0.5)

@@ -24,7 +24,8 @@ from mrs_simulator.sensors.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.report import RUN_FILE, begin_run, write_report
-from mrs_simulator.study.sensor_files import SensorRecorder, recorded_sensors
+from mrs_simulator.study.sensor_files import SensorRecorder, lines_of, recorded_sensors
+from mrs_simulator.study.sensor_sizes import with_sizes
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.world.world import EVERY, World
 
@@ -66,7 +67,8 @@ class Experiment:
         """
         if not self._recorded:
             return None
-        for each in self._recorded:
+        known = self.scenario, *self.world.senses[:2], lines_of
+        for each in with_sizes(self._recorded, *known):
             tell(each.told(self.scenario.duration))
         self._recorder = SensorRecorder(self._recorded, self.scenario, self.world, out)
         return self._recorder.files

@@ -5,7 +5,7 @@ was seen: ``time`` [s] of the measurement since the run began, ``robot``, and th
 """
 
 import os
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -18,8 +18,9 @@ FILE = "sensor_{}.csv"  # by the sensor's name
 RANGING = ("laser", "sonar")
 PICTURES = ("camera",)  # no rows of a table: they are in bags alone
 DIGITS = 15  # [-] of a value; distances of sonar and laser have 9, as float32 has no more
-SIZES = {9: 11.0, DIGITS: 17.0}  # [bytes] of a value with so many digits, about
-WHO = 10.0  # [bytes] of time and robot, about
+SIZES = {9: 11.0, DIGITS: 18.0}  # [bytes] of a value with so many digits, about
+WHO, NUMBER = 8.0, 2.5  # [bytes] of time and robot, about, and of the number of one that was seen
+NUMBERS = ("seen", "beacon")  # columns
 MEGABYTE = 1e6  # [bytes]
 
 
@@ -32,21 +33,36 @@ class Recorded(NamedTuple):
     robots: Tuple[int, ...]  # numbers
     rate: float  # [Hz] of all robots together
     most: int = 1  # [-] rows of one sample at most: robots, or beacons, that may be seen
+    sample: Optional[float] = (
+        None  # [bytes] of one robot's where robots begin, None: all values are long
+    )
+
+    def largest(self, duration):
+        """Return about how many bytes ``duration`` [s] take at most."""
+        row = WHO + sum(NUMBER if c in NUMBERS else SIZES[self.digits] for c in self.columns)
+        return self._samples(duration) * row * self.most
 
     def size(self, duration):
-        """Return about how many bytes ``duration`` [s] take."""
-        row = WHO + len(self.columns) * SIZES[self.digits]
-        return self.rate * duration * row * self.most
+        """Return about how many bytes ``duration`` [s] take, where sensors go on to see as at the start."""
+        largest = self.largest(duration)
+        return largest if self.sample is None else self._samples(duration) * self.sample
+
+    def _samples(self, duration):
+        """Return how many samples of a robot are taken in ``duration`` [s], its beginning included."""
+        return self.rate * duration + len(self.robots)
 
     def told(self, duration):
         """Return in words what is recorded in ``duration`` [s], and how much it is."""
         if not self.columns:
             return "record: pictures of {} are in bags alone".format(self.name)
-        text = "{}: {} robots, {} values at {:g} Hz for {:g} s: {} {:.2g} MB"
+        text = "{}: {} robots, {} values at {:g} Hz for {:g} s: about {:.2g} MB"
         values, size = len(self.columns), self.size(duration) / MEGABYTE
         file, rate = FILE.format(self.name), self.rate / len(self.robots)
-        about = "about" if self.most == 1 else "where all are seen, about"
-        return text.format(file, len(self.robots), values, rate, duration, about, size)
+        told = text.format(file, len(self.robots), values, rate, duration, size)
+        if self.most == 1:
+            return told
+        most = self.largest(duration) / MEGABYTE
+        return "{} if as many are seen as at the start, at most {:.2g} MB".format(told, most)
 
 
 def recorded_sensors(names, mounts, kinds):
@@ -118,6 +134,22 @@ def columns_of(mount, kind):
     )
 
 
+def lines_of(sensor, number, time, reading):
+    """Return the lines of a ``reading`` of a ``Recorded`` of robot ``number``, at ``time`` [s]."""
+    if hasattr(reading, "numbers"):  # one row for each that was seen
+        rows = zip(reading.numbers.tolist(), reading.ranges.tolist(), reading.bearings.tolist())
+    else:
+        fields = [np.ravel(getattr(reading, field)) for field in reading.PER_ROBOT]
+        rows = [np.concatenate(fields).tolist()]
+    begin = "{!r},{}".format(round(float(time), 9), number)
+    return [_line(begin, row, sensor) for row in rows]
+
+
+def _line(begin, row, sensor):
+    form = ",%.{}g".format(sensor.digits) * len(row)
+    return begin + form % tuple(row) + "," * (len(sensor.columns) - len(row)) + "\n"
+
+
 class SensorFiles:
     """The files of one run; what finds no room on the disk is lost and told."""
 
@@ -135,19 +167,7 @@ class SensorFiles:
 
     def add(self, name, number, time, reading):
         """Append the ``reading`` of the sensor ``name`` of robot ``number``, measured at ``time`` [s]."""
-        sensor = self._sensors[name]
-        if hasattr(reading, "numbers"):  # one row for each that was seen
-            rows = zip(reading.numbers.tolist(), reading.ranges.tolist(), reading.bearings.tolist())
-        else:
-            fields = [np.ravel(getattr(reading, field)) for field in reading.PER_ROBOT]
-            rows = [np.concatenate(fields).tolist()]
-        begin = "{!r},{}".format(round(float(time), 9), number)
-        self._files[name].add([self._line(begin, row, sensor) for row in rows])
-
-    @staticmethod
-    def _line(begin, row, sensor):
-        form = ",%.{}g".format(sensor.digits) * len(row)
-        return begin + form % tuple(row) + "," * (len(sensor.columns) - len(row)) + "\n"
+        self._files[name].add(lines_of(self._sensors[name], number, time, reading))
 
     def warnings(self):
         """Return what is not in the files and why, a list of texts."""

@@ -6,12 +6,14 @@ from collections import deque
 
 import rospy
 
+from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.ros.messages import MessageError
 from mrs_simulator.ros.node_parameters import SENSOR_TOPIC
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.sensor_messages import forms_of, listened_topic
 from mrs_simulator.sensors.mounts import fitted_mounts
-from mrs_simulator.study.sensor_files import SensorFiles, recorded_sensors
+from mrs_simulator.study.sensor_files import SensorFiles, lines_of, recorded_sensors
+from mrs_simulator.study.sensor_sizes import with_sizes
 from mrs_simulator.vehicles import Team
 
 CONNECTED, NAP = 2.0, 0.02  # [s] of wall time
@@ -40,7 +42,8 @@ class SensorSource:
     def __init__(self, scenario, out, tell):
         """Write to the directory ``out``; ``tell`` is called with a text on each file's size."""
         sensors, forms = recorded_of(scenario)
-        for each in sensors:
+        known = scenario, Team.from_scenario(scenario), obstacles_of(scenario), lines_of
+        for each in with_sizes(sensors, *known):
             tell(each.told(scenario.duration))
         self._files = SensorFiles(sensors, out)
         pictures = {each.name for each in sensors if not each.columns}

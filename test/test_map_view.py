@@ -27,10 +27,11 @@ from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.ros.messages import team_state
-from mrs_simulator.rqt_plugin.map import edge_drawing, frame, geometry, marks
+from mrs_simulator.rqt_plugin.map import axes, edge_drawing, frame, geometry, marks
 from mrs_simulator.rqt_plugin.map import ground as map_ground
 from mrs_simulator.rqt_plugin.map import trails as map_trails
 from mrs_simulator.rqt_plugin.map.drawing import height_text
+from mrs_simulator.rqt_plugin.map.look import Look
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.ros_side.inbox import _from_state
@@ -785,6 +786,18 @@ def test_sprites_of_many_robots_are_of_their_own_kinds(view):
     wanted = [team_shade(row + 1, 40, QColor("white")) for row in (2, 3)]
     assert shade(view, poses[2, 0] - 0.35, poses[2, 1]) == wanted[0]
     assert shade(view, poses[3, 0] - 0.35, poses[3, 1]) != wanted[1]
+
+
+@pytest.mark.parametrize("scale", [3.0, 10.0, 30.0, 33.0, 47.0, 90.0, 400.0])
+def test_each_axis_has_some_ticks_however_low_the_map_is(view, scale):
+    view.resize(900, 19 * view.fontMetrics().height())
+    view._frame.scale = scale
+    look = Look.of(view)
+    step, ticks = axes._ticks(view._frame, look, view.fontMetrics())
+    assert min(map(len, ticks)) >= 3
+    labels = [axes._label(tick * step, axes._digits(step)) for tick in ticks[0]]
+    widest = max(map(view.fontMetrics().horizontalAdvance, labels))
+    assert widest + 0.3 * look.line < step * scale
 
 
 def test_the_legend_tells_the_signs_that_are_to_be_seen(view):

@@ -52,6 +52,16 @@ def test_a_program_that_heeds_no_signal_is_killed_with_all_it_has_started(deaf):
     wait_until(lambda: not exists(child))
 
 
+def test_of_a_long_output_the_end_is_read_alone():
+    processes = module.Processes()
+    processes.launch("noise", ["sh", "-c", "yes '\u00e4' | head -n 60000; echo end"])
+    wait_until(lambda: not processes.is_running("noise"))
+    output = processes.output("noise")
+    assert output.endswith("\u00e4\nend\n") and len(output) == module.TAIL
+    processes.close()
+    processes.wait_closed()
+
+
 def test_closing_ends_what_heeds_no_signal(deaf):
     child = int(deaf.output("control").split()[0])
     deaf.close()

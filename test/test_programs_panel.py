@@ -17,6 +17,8 @@ from mrs_simulator.rqt_plugin.ros_side import diagnostics as diagnostics_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.run.programs import _duration
+from mrs_simulator.rqt_plugin.run.programs_panel import short
+from mrs_simulator.rqt_plugin.run.trouble import Trouble
 
 ENDS = "import sys; print('so far'); sys.exit(int(sys.argv[1]))"
 RUNS = "import time; print('running', flush=True); time.sleep(1000)"
@@ -217,6 +219,25 @@ def test_diagnostics_are_told_for_each_part_and_those_not_heard_are_stale(study,
     now[0] += 60.0
     heard.parts()
     assert rows() == [("", "", "No node has told /diagnostics yet.")]
+
+
+@pytest.mark.parametrize(
+    "name, told",
+    [
+        ("mrs_gui_7882_1795362977123", "mrs_gui"),
+        ("mrs_gui_7882_1795362977123: sensors", "mrs_gui: sensors"),
+        ("laser_1_2", "laser_1_2"),
+    ],
+)
+def test_what_makes_an_anonymous_name_unique_is_not_shown(name, told):
+    assert short(name) == told
+
+
+def test_what_is_asked_for_next_puts_the_last_error_away(study):
+    study.say(Trouble("stage killed"))
+    assert study.banners.text("error")
+    press(study, "end")
+    assert not study.banners.text("error") and "stage killed" in study.messages.toPlainText()
 
 
 def test_nobody_listens_to_diagnostics_that_are_not_shown(study):

@@ -30,6 +30,7 @@ from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
+from mrs_simulator.study.shipped import shipped_scenarios
 
 POSES = [[0, 0, 0], [3, 0, 0]]
 FLOCK = {"poses": POSES, "control": {"protocol": "flocking"}}
@@ -202,6 +203,23 @@ def test_the_file_chosen_is_taken_and_one_that_exists_after_a_question(saving, t
     dialog.accept()
     dialog.accept()
     assert study.saved == [str(tmp_path / "old")] and not dialog.isVisible()
+
+
+def test_the_dialog_for_scenarios_offers_those_that_ship(app, study):
+    shown(app, study, 1022, 700)
+    study.files.ask_to_open()
+    (dialog,) = study.findChildren(FileDialog)
+    places = [url.toLocalFile() for url in dialog.sidebarUrls()]
+    assert shipped_scenarios() in places and os.path.isfile(places[-1] + "/paper.yaml")
+    dialog.close()
+
+
+def test_another_scenario_is_brought_into_view_without_what_was_before(app, study):
+    shown(app, study, 1022, 700)
+    study.map.show_targets(np.array([[-300.0, 0.0], [300.0, 0.0]]))
+    study.show_scenario(scenario_from_dict({"poses": [[0, k, 0] for k in range(4)]}))
+    low, high = study.map._frame.bounds()
+    assert (high - low).max() < 30.0
 
 
 def test_a_scenario_chosen_while_a_controller_runs_is_not_opened(app, study, tmp_path):

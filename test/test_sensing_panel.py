@@ -5,18 +5,25 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rospy
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
 from python_qt_binding.QtGui import QColor
 from python_qt_binding.QtWidgets import QApplication
+from sensor_msgs.msg import PointCloud
+from std_msgs.msg import Header
 
 from mrs_simulator.core.incidents import Incident
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.rqt_plugin.map.legend import LEGEND
+from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
+from mrs_simulator.rqt_plugin.ros_side import sensors as sensors_module
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
+from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
@@ -175,6 +182,14 @@ def test_a_sensor_is_found_under_the_names_of_drivers():
     assert topic_in(1, form, {"/robot1/sonar": []}, {}, {"/robot1/sonar": "other/Type"}) == ""
 
 
+def test_the_first_reading_which_comes_at_once_does_not_count_for_the_rate():
+    mount, kind = mounts_of(team_of(1))[1, "sonar"]
+    ear = sensors_module._Ear(mount, kind)
+    for second in (0.3, 1.0, 2.0, 3.0):
+        ear._keep(PointCloud(Header(0, rospy.Time(second), ""), [], []))
+    assert ear.told(3.0).rate == pytest.approx(1.0)
+
+
 # The map
 
 
@@ -196,6 +211,66 @@ def test_cones_rays_and_robots_seen_lie_where_they_were_sensed(study):
     assert shade(study, *at) != before
     hear(study, ("sonar", fan), age=9.0)  # stale
     assert study.map._readings == {}
+
+
+def moved(study, time, x):
+    """Show both robots at ``time`` [s], the first of them at ``x`` [m]."""
+    pose = np.array([[x, 0.0, 0.0], [8.0, 0.0, 0.0]])
+    zeros, fresh = np.zeros((2, 3)), np.ones(2, dtype=bool)
+    study.map.show_snapshot(Snapshot(time, (1, 2), pose, zeros, np.zeros((2, 2)), fresh))
+
+
+def test_what_was_sensed_stays_where_the_robot_was_then(study):
+    study.shown["sensors"].setChecked(True)
+    for layer in ("legend", "edges", "trails", "numbers"):
+        study.shown[layer].setChecked(False)
+    moved(study, 0.0, 0.0)
+    moved(study, 1.0, 2.0)
+    places = ((1.9, 0.0), (2.9, 0.0), (3.9, 0.0))
+    empty = {place: shade(study, *place) for place in places}
+    ahead = RangeReading(0.5, np.array([1.0]), np.array([[0.0, 0.0, 0.0]]), 5.0, 0.4)
+    hear(study, ("sonar", ahead))  # of 0.5 s, when the robot was at x = 1
+    moved(study, 1.1, 2.5)
+    assert {place for place in places if shade(study, *place) != empty[place]} == {(1.9, 0.0)}
+
+
+def test_poses_between_two_that_are_known():
+    recent = RecentPoses()
+    for time, heading in ((1.0, 3.0), (2.0, -3.0)):
+        recent.add(time, np.array([[time, 0.0, heading]]))
+    np.testing.assert_allclose(recent.at(0, 1.5)[[0, 2]], [1.5, np.pi])
+    assert [recent.at(0, time)[0] for time in (0.0, 1.0, 2.0, 9.0)] == [1.0, 1.0, 2.0, 2.0]
+    recent.add(0.5, np.zeros((1, 3)))  # another run
+    assert recent.at(0, 1.5)[0] == 0.0
+
+
+def test_what_others_sense_is_paler_than_what_the_robot_chosen_does(study):
+    study.shown["sensors"].setChecked(True)
+    for layer in ("legend", "edges"):
+        study.shown[layer].setChecked(False)
+    cone = RangeReading(0.0, np.array([1.5]), np.array([[0.0, 0.0, 0.0]]), 5.0, 0.3)
+    empty = shade(study, 1.0, 0.1).lightness()
+    dark = []
+    for chosen in (0, 1, 2):
+        study.map.select(chosen)
+        heard = {(number, "sonar"): Heard(cone, 0.0, 10.0, "/topic") for number in (1, 2)}
+        study.connection.heard_sensors.return_value = heard
+        study.sensing.show()
+        dark.append(empty - shade(study, 1.0, 0.1).lightness())
+    assert dark[0] == dark[1] > 2 * dark[2] > 0
+
+
+def test_the_legend_tells_what_is_drawn_of_sensors(study):
+    cone = RangeReading(0.0, np.array([1.5]), np.zeros((1, 3)), 5.0, 0.3)
+    touched = BumperReading(0.0, np.array([True]), np.array([False]))
+    seen = RangeBearingReading(0.0, np.array([2]), np.ones(1), np.zeros(1))
+    study.shown["sensors"].setChecked(True)
+    hear(study, ("sonar", cone), ("others", seen), ("bumper", touched))
+    assert {"cone", "seen", "pressed"} <= study.map._legend() <= set(LEGEND)
+    hear(study, ("sonar", cone._replace(cone=0.0)), ("bumper", touched._replace(front=[False])))
+    assert study.map._legend() & {"cone", "rays", "seen", "pressed"} == {"rays"}
+    study.shown["sensors"].setChecked(False)
+    assert not study.map._legend() & {"rays"}
 
 
 def test_a_point_of_the_robots_frame_in_the_common_frame():

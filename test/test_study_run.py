@@ -18,7 +18,7 @@ from mrs_simulator.ros.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
-from mrs_simulator.rqt_plugin.run.study_run import StudyRun
+from mrs_simulator.rqt_plugin.run.study_run import StudyRun, how_ended, last_lines
 from mrs_simulator.study.estimation import UNKNOWN
 from mrs_simulator.study.experiment import Experiment, run_experiment
 from mrs_simulator.study.report import predicted_settling
@@ -332,6 +332,25 @@ def test_estimates_of_another_team_or_run_are_no_matter():
     np.testing.assert_array_equal(np.isfinite(history.estimate).all(axis=(1, 2)), [0, 0, 1, 0])
     history.clear()
     assert commanded(history, 4).estimate is None
+
+
+@pytest.mark.parametrize(
+    "code, output, said",
+    [
+        (-9, "[WARN] 1: collision", "killed by signal 9; its output is in the tab Programs"),
+        (3, "[INFO] 1: ready\n[ERROR] 2: no map\n", "ended with 3: [ERROR] 2: no map"),
+        (1, "[INFO] 1: ready", "ended with 1"),
+    ],
+)
+def test_how_a_program_ended_in_words(code, output, said):
+    assert how_ended(code, output) == said
+
+
+def test_of_a_long_output_the_last_lines_are_told_whole():
+    lines = ["line {} {}".format(k, 60 * "x") for k in range(20)]
+    told = last_lines("\n".join(lines)).splitlines()
+    assert 2 < len(told) < 9 and told == lines[-len(told) :]
+    assert last_lines(3000 * "x") == 500 * "x"
 
 
 def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):

@@ -90,6 +90,7 @@ class StudyWidget(StudyPanels):
             self.results.ask_where()
             return
         before = self.scenario
+        self.close_error()  # that of what was done before
         self.say(self.study.do(name, self.bar.speed()))
         if self.scenario is not before:  # that of a stage that was started elsewhere
             self.editing.show()

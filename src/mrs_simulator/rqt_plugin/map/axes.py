@@ -14,6 +14,7 @@ from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import placed
 from mrs_simulator.rqt_plugin.map.look import faded, polygon
 
+FEWEST_TICKS = 4  # [-] on an axis, where there is room
 HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)
 
 
@@ -35,7 +36,7 @@ def _hint_height(metrics, width, hint):
 
 def draw_grid(painter, look, frame):
     """Draw the lines of the grid, those through the origin a little stronger."""
-    step, ticks = _ticks(frame, look)
+    step, ticks = _ticks(frame, look, painter.fontMetrics())
     area = frame.area
     painter.setRenderHint(painter.Antialiasing, False)
     for axis in (0, 1):
@@ -49,19 +50,37 @@ def draw_grid(painter, look, frame):
     painter.setRenderHint(painter.Antialiasing, True)
 
 
-def _ticks(frame, look):
+def _ticks(frame, look, metrics):
+    """Return the step [m] and the ticks on either axis, whole multiples of it.
+
+    Steps are wide, unless an axis would have fewer than ``FEWEST_TICKS`` and there is room for more.
+    """
     step = nice_step(4.2 * look.line / frame.scale)
+    finer = nice_step(0.4 * step)
+    labels = [_label(end, _digits(finer)) for end in np.ravel(frame.bounds())]
+    room = frame.scale * finer - max(map(metrics.horizontalAdvance, labels)) - 0.5 * look.line
+    if min(map(len, _multiples(frame, step))) < FEWEST_TICKS and room >= 0.0:
+        step = finer
+    return step, _multiples(frame, step)
+
+
+def _multiples(frame, step):
     low, high = frame.bounds()
-    return step, [
+    return [
         range(math.ceil(begin / step), math.floor(end / step) + 1) for begin, end in zip(low, high)
     ]
+
+
+def _digits(step):
+    """Return how many digits after the point tell multiples of ``step``."""
+    return max(0, -math.floor(math.log10(step) + 1e-9))
 
 
 def draw_axes(painter, look, frame):
     """Draw the frame about the area, its labels and the axes' names."""
     area, line = frame.area, look.line
-    step, ticks = _ticks(frame, look)
-    digits = max(0, -math.floor(math.log10(step) + 1e-9))
+    step, ticks = _ticks(frame, look, painter.fontMetrics())
+    digits = _digits(step)
     painter.setPen(QPen(look.mixed(0.6), 1))
     painter.setBrush(Qt.NoBrush)
     painter.drawRect(QRectF(area.toRect()))

@@ -1,14 +1,19 @@
 """Draws what the signs of the map mean."""
 
+import math
+
 import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
-from python_qt_binding.QtGui import QBrush, QColor, QPen
+from python_qt_binding.QtGui import QBrush, QColor, QPainterPath, QPen
 
 from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
 from mrs_simulator.rqt_plugin.map.look import faded
-from mrs_simulator.rqt_plugin.map.marks import SHADE
+from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
+from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
 from mrs_simulator.study.figure_parts import START_COLOUR
 
+HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
+WIDEST = 0.4, 0.6  # [-] of its width, in one column and in more
 LEGEND = {  # in the order of the map's words
     "start": "start",
     "trail": "path so far",
@@ -18,6 +23,10 @@ LEGEND = {  # in the order of the map's words
     "real": "real robot",
     "stale": "not heard lately",
     "aloft": "in the air, above its shade",
+    "cone": "cone of sonar, arc at its echo",
+    "rays": "seen by laser, points that it met",
+    "seen": "where a robot is seen",
+    "pressed": "bumper pressed",
 }
 
 
@@ -25,22 +34,35 @@ def draw_legend(painter, look, frame, shown):
     """Say in the lower left corner what the signs of the map mean: those in ``shown``, names."""
     area, line = frame.area, look.line
     entries = [name for name in LEGEND if name in shown]
-    width = 2.6 * line + max(
-        [painter.fontMetrics().horizontalAdvance(LEGEND[name]) for name in entries] + [0]
-    )
-    height = (1.2 * len(entries) + 0.3) * line
-    if not entries or 2.5 * width > area.width() or 2.0 * height > area.height():
+    columns = _columns(entries, int((HIGHEST * area.height() / line - 0.3) / 1.2))
+    metrics = painter.fontMetrics()
+    widths = [
+        2.6 * line + max(metrics.horizontalAdvance(LEGEND[name]) for name in column)
+        for column in columns
+    ]
+    if not columns or sum(widths) > WIDEST[len(columns) > 1] * area.width():
         return  # there is no room for words
+    height = (1.2 * len(columns[0]) + 0.3) * line
     left, top = area.left() + 0.4 * line, area.bottom() - 0.4 * line - height
     painter.setPen(QPen(look.mixed(0.25), 1))
     painter.setBrush(faded(look.base, 0.85))
-    painter.drawRect(QRectF(left, top, width, height))
-    for place, name in enumerate(entries):
-        y = top + (1.2 * place + 0.75) * line
-        _draw_sign(painter, look, name, QPointF(left + 1.1 * line, y))
-        painter.setPen(look.text)
-        box = QRectF(left + 2.1 * line, y - line, width, 2.0 * line)
-        painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, LEGEND[name])
+    painter.drawRect(QRectF(left, top, sum(widths), height))
+    for column, width in zip(columns, widths):
+        for place, name in enumerate(column):
+            y = top + (1.2 * place + 0.75) * line
+            _draw_sign(painter, look, name, QPointF(left + 1.1 * line, y))
+            painter.setPen(look.text)
+            box = QRectF(left + 2.1 * line, y - line, width, 2.0 * line)
+            painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, LEGEND[name])
+        left += width
+
+
+def _columns(entries, most):
+    """Return ``entries`` in as few columns of about the same length as have at most ``most`` each."""
+    if most < 1:
+        return []
+    each = math.ceil(len(entries) / max(1, math.ceil(len(entries) / most)))
+    return [entries[begin : begin + each] for begin in range(0, len(entries), max(1, each))]
 
 
 def _draw_sign(painter, look, name, at):
@@ -75,7 +97,39 @@ def _draw_sign(painter, look, name, at):
         for shade, shift in ((faded(look.text, SHADE), 5.0 * unit), (look.mixed(0.6), 0.0)):
             painter.setBrush(shade)
             painter.drawEllipse(QPointF(x + shift, y + shift), 4.0 * unit, 4.0 * unit)
+    elif name in ("cone", "rays", "seen", "pressed"):
+        _draw_sensed(painter, look, name, x, y)
     elif name == "stale":
         painter.setPen(Qt.NoPen)
         painter.setBrush(QBrush(look.mixed(0.5), Qt.BDiagPattern))
         painter.drawRect(QRectF(x - 0.5 * reach, y - 0.5 * reach, reach, reach))
+
+
+def _draw_sensed(painter, look, name, x, y):
+    """Draw the sign of what a sensor of the type ``name`` says about the point (x, y) [px]."""
+    unit, reach, shade = look.unit, 0.65 * look.line, look.mixed(0.6)
+    box = QRectF(x - 3.0 * reach, y - 2.0 * reach, 4.0 * reach, 4.0 * reach)
+    painter.setPen(QPen(shade, 1.6 * unit))
+    if name == "cone":
+        cone = QPainterPath(box.center())
+        cone.arcTo(box, -17.0, 34.0)
+        cone.closeSubpath()
+        painter.fillPath(cone, faded(shade, 2.0 * FELT))
+        painter.drawArc(box, -17 * 16, 34 * 16)
+    elif name == "rays":
+        painter.fillRect(
+            QRectF(x - reach, y - 0.6 * reach, 2.0 * reach, 1.2 * reach), faded(shade, FELT)
+        )
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(shade)
+        for place in (-0.5, 0.0, 0.5):
+            painter.drawEllipse(QPointF(x + reach, y + place * reach), HIT * unit, HIT * unit)
+    elif name == "seen":
+        painter.setPen(QPen(shade, 1.2 * unit, Qt.DotLine))
+        painter.drawLine(QLineF(x - reach, y, x + reach - 3.0 * unit, y))
+        painter.drawEllipse(QPointF(x + reach, y), 3.0 * unit, 3.0 * unit)
+    else:
+        pen = QPen(QColor(ALARM), 3.5 * unit)
+        pen.setCapStyle(Qt.FlatCap)
+        painter.setPen(pen)
+        painter.drawArc(box, -17 * 16, 34 * 16)

@@ -12,11 +12,12 @@ from mrs_simulator.rqt_plugin.map.legend import draw_legend
 from mrs_simulator.rqt_plugin.map.look import MANY_ROBOTS, Look
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
 from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
-from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading
+from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_EDGES = 40000  # [-] looked at when painting
+PALE = 0.3  # [-] opacity of what others sense than the robot chosen
 ALOFT = 0.01  # [m] from which a robot's height is shown
 
 
@@ -88,18 +89,31 @@ class PaintedMap(MapScene):
         """Paint what robots sense, below the robots."""
         if not self._shown["sensors"] or not self._readings:
             return
-        rows, shapes = (
-            {number: row for row, number in enumerate(self.team.numbers)},
-            self.team.shapes,
-        )
-        for (number, _), heard in self._readings.items():
+        rows = {number: row for row, number in enumerate(self.team.numbers)}
+        shapes, chosen = self.team.shapes, self._selected
+        is_chosen = any(number == chosen for number, _ in self._readings)
+        # The robot chosen last, above all others, which are then paler.
+        for (number, _), heard in sorted(
+            self._readings.items(), key=lambda each: each[0][0] == chosen
+        ):
             row = rows.get(number)
             if row is None or not self.team.known[row]:
                 continue
             body = shapes.reach[row], 0.5 * (shapes.front[row] - shapes.rear[row])
-            team = self.team.pose[row], body, look.shade(number)
-            whole = number == self._selected  # of others it would cover the map
+            team = self._pose_of(row, heard.reading), body, look.shade(number)
+            whole = number == chosen  # of others it would cover the map
+            painter.setOpacity(1.0 if whole or not is_chosen else PALE)
             draw_reading(painter, look, self._frame, *team, heard.reading, whole)
+        painter.setOpacity(1.0)
+
+    def _pose_of(self, row, reading):
+        """Return the pose (3,) that the robot in ``row`` had when it took ``reading``.
+
+        Of a real robot, whose clock is another one, that is its newest.
+        """
+        if self._at_rest or self.team.numbers[row] in self.team.real:
+            return self.team.pose[row]
+        return self._recent.at(row, reading.stamp)
 
     def _paint_edges(self, painter, look):
         """Paint the edges; return a remark where some are left out."""
@@ -182,7 +196,7 @@ class PaintedMap(MapScene):
             shown.add("stale")
         if self.team.z is not None and np.any(self.team.z >= ALOFT):
             shown.add("aloft")
-        return shown
+        return shown | (signs_of(self._readings) if self._shown["sensors"] else set())
 
     def _robot_at(self, at):
         """Return the row of the robot at ``at`` (2,) [px], -1 for none."""

@@ -16,6 +16,7 @@ from mrs_simulator.rqt_plugin.map.frame import Frame
 from mrs_simulator.rqt_plugin.map.in_space import scene_of, targets_of, trails_of
 from mrs_simulator.rqt_plugin.map.look import Look
 from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
+from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.team import MapTeam
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -39,6 +40,7 @@ class MapScene(QWidget):
         self._frame, self.team = Frame(), MapTeam()
         self._mode, self._drag = "look", None
         self._shown = dict(dict.fromkeys(LAYERS, True), sensors=False)
+        self._recent = RecentPoses()  # of the run shown
         self._readings = {}  # of the robots' sensors, by (number, name)
         self._hidden_trails, self._selected = set(), 0
         self._targets, self._target_z, self._obstacles = None, None, ()
@@ -115,6 +117,7 @@ class MapScene(QWidget):
         elif self._begin_anew or snapshot.time < self._time:
             self.clear_trails()
         self._time, self._begin_anew, self._at_rest = snapshot.time, False, False
+        self._recent.add(snapshot.time, poses)
         fresh = np.array(snapshot.fresh, dtype=bool)
         self.team.place(poses, fresh, snapshot.real, snapshot.spatial)
         if len(snapshot.real) < len(numbers):  # real robots alone have another time
@@ -131,6 +134,7 @@ class MapScene(QWidget):
         self._drag = None
         self.team.begin(numbers, poses)
         self._time, self._begin_anew, self._at_rest = -math.inf, False, True
+        self._recent.clear()
         self._trails = Trails(len(numbers))
         self._flashes.clear()
 

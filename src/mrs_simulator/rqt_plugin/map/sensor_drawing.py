@@ -36,6 +36,16 @@ def draw_reading(painter, look, frame, pose, body, shade, reading, whole=True):
         draw_pressed(painter, look, frame, pose, body, reading)
 
 
+def signs_of(readings):
+    """Return the names, as the legend knows them, of what is drawn of ``readings``, by any key."""
+    told = [heard.reading for heard in readings.values()]
+    ranges = [each for each in told if isinstance(each, RangeReading)]
+    signs = {"cone" if each.cone > 0.0 else "rays" for each in ranges}
+    signs |= {"seen" for each in told if isinstance(each, RangeBearingReading)}
+    pressed = (each for each in told if isinstance(each, BumperReading))
+    return signs | {"pressed" for each in pressed if np.any(each.front) or np.any(each.rear)}
+
+
 def draw_cones(painter, look, frame, pose, shade, reading, whole):
     """Draw the cone of each transducer, up to its echo with an arc there; paler where it hears nothing."""
     origins = frame.to_screen(in_plane(pose, reading.places[:, :2]))

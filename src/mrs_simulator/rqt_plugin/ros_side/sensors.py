@@ -130,7 +130,10 @@ class _Ear:
         with self._lock:
             if self._times and stamp < self._times[-1]:  # another run
                 self._times.clear()
-            self._times.append(stamp)
+            if (
+                self._newest is not None
+            ):  # the first is what a new listener gets, between two samples
+                self._times.append(stamp)
             self._newest = message, stamp, time.monotonic()
 
     def told(self, now):
@@ -161,5 +164,5 @@ class _Ear:
 
 
 def _rate(times):
-    span = times[-1] - times[0]
+    span = times[-1] - times[0] if times else 0.0
     return (len(times) - 1) / span if span > 0.0 else math.nan

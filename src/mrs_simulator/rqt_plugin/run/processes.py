@@ -13,7 +13,7 @@ from mrs_simulator.ros.lifecycle import PARENT
 
 # How a program is ended: with each signal, the time [s] that it has until the next one.
 ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
-TAIL = 2000  # [-] characters of output shown of a program that failed
+TAIL, LONGEST = 2000, 4  # [-] characters of output that are shown, and bytes of one at most
 
 
 class Processes:
@@ -100,8 +100,9 @@ class Processes:
         path = os.path.join(self.directory, name + ".log")
         if not os.path.exists(path):
             return ""
-        with open(path, encoding="utf-8", errors="replace") as file:
-            return file.read()[-TAIL:]
+        with open(path, "rb") as file:
+            file.seek(max(0, os.path.getsize(path) - LONGEST * TAIL))  # however long the rest is
+            return file.read().decode("utf-8", "replace")[-TAIL:]
 
     def stop(self, name):
         """End the program called ``name`` by the signals of ``ENDINGS`` in turn; return at once."""

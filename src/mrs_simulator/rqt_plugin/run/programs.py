@@ -149,11 +149,11 @@ class Programs:
             name, self._processes.is_running(name), self._processes.is_ending(name)
         )
         if why:
-            return Trouble("{} not started: {}".format(self._title(name), why))
+            return Trouble("{} not started: {}".format(called(name), why))
         try:
             return self._start(name, speed)
         except OSError as error:
-            return Trouble("{} not started: {}".format(self._title(name), error))
+            return Trouble("{} not started: {}".format(called(name), error))
 
     def _start(self, name, speed):
         if name in ("stage", "control", "rosbag"):
@@ -180,7 +180,7 @@ class Programs:
         if name == "rosbag":
             return self._study.do("bag") if self._processes.is_running(name) else ""
         self._processes.stop(name)
-        return "{} ended".format(self._title(name))
+        return "{} ended".format(called(name))
 
     def restart(self, name):
         """End the program called ``name`` and start it as soon as it has; return a message, or ""."""
@@ -192,7 +192,7 @@ class Programs:
         """Kill the program called ``name`` and what it has started; return a message."""
         self._again.discard(name)
         self._processes.kill(name)
-        return "{} killed".format(self._title(name))
+        return "{} killed".format(called(name))
 
     def follow(self, speed=1.0):
         """Start what is to be started again and has ended; return messages."""
@@ -204,8 +204,10 @@ class Programs:
         """Return the end of what the program called ``name`` has printed."""
         return self._processes.output(name)
 
-    def _title(self, name):
-        return OWN[name][0] if name in OWN else name
+
+def called(name):
+    """Return what the program ``name`` is called in the GUI; one that is ending has its id after it."""
+    return OWN[name][0] if name in OWN else name
 
 
 def _base(words):

@@ -1,5 +1,7 @@
 """Programs of the study with their states, output and exit codes, and the diagnostics of all nodes."""
 
+import re
+
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import (
     QHBoxLayout,
@@ -32,7 +34,9 @@ ACTIONS = (
     ("kill", "Kill", "Kill it, and whatever it has started, without asking"),
     ("remove", "Remove", "Take a program of your own off this list"),
 )
-COMMAND = "A program of your own: rosrun my_package my_node"
+COMMAND = "rosrun my_package my_node"
+TIP = "A program of your own: {}, roslaunch my_package my.launch, or any command"
+ANONYMOUS = re.compile(r"_\d+_\d{13}(?=$|:)")
 SILENT = "Nothing has been printed."
 QUIET = "No node has told /diagnostics yet."
 
@@ -73,7 +77,7 @@ class ProgramsPanel(QWidget):
             button.clicked.connect(guarded(lambda *_, n=name: self.asked.emit(n, self.selected)))
             first.addWidget(button)
         self.command.setPlaceholderText(COMMAND)
-        self.command.setToolTip(COMMAND + ", roslaunch my_package my.launch, or any command")
+        self.command.setToolTip(TIP.format(COMMAND))
         self.command.returnPressed.connect(self._on_added)
         self.add = QPushButton("Add")
         self.add.setToolTip("Put the command on the list; nothing is started")
@@ -147,7 +151,8 @@ class ProgramsPanel(QWidget):
 
     def show_diagnostics(self, parts):
         """Show each ``Part`` of ``/diagnostics``."""
-        rows = [(part.name, part.level, part.message) for part in parts] or [("", "", QUIET)]
+        rows = [(short(part.name), part.level, part.message) for part in parts]
+        rows = rows or [("", "", QUIET)]
         tips = [_told(part) for part in parts] or [QUIET]
         levels = [row[:2] for row in rows]
         if levels == self._levels:
@@ -166,6 +171,11 @@ class ProgramsPanel(QWidget):
 
 
 TINTS = {"good": "good", "warning": "warning", "error": "error", "stale": "aside"}
+
+
+def short(name):
+    """Return the ``name`` of a node or a part of one without what rospy adds to an anonymous node's."""
+    return ANONYMOUS.sub("", name)
 
 
 def _told(part):

@@ -6,6 +6,7 @@ from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import PreflightRun
 from mrs_simulator.rqt_plugin.run.control_run import ControlRun
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
+from mrs_simulator.rqt_plugin.run.programs import called
 from mrs_simulator.rqt_plugin.run.run_files import RunFiles
 from mrs_simulator.rqt_plugin.run.stage_run import StageRun
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
@@ -111,7 +112,7 @@ class StudyRun:
         if any(name == "stage" for name, _, _ in ended):
             self.stage.restore_time()
         return [
-            Trouble("{} {}".format(name, _how_ended(code, output.strip()[-LONGEST_OUTPUT:])))
+            Trouble("{} {}".format(called(name), how_ended(code, output)))
             for name, code, output in ended
             if code not in (0, -2, 130)  # ended in good order
         ]
@@ -124,6 +125,20 @@ class StudyRun:
         self.stage.restore_time()
 
 
-def _how_ended(code, output):
-    how = "ended with {}".format(code) if code >= 0 else "killed by signal {}".format(-code)
-    return "{}: {}".format(how, output) if output else how
+def how_ended(code, output):
+    """Return in words how a program ended that was not asked to; ``output``: what it has printed.
+
+    One that was killed has said nothing of it.
+    """
+    if code < 0:
+        return "killed by signal {}; its output is in the tab Programs".format(-code)
+    said = last_lines(output)
+    return "ended with {}{}".format(code, ": " + said if said else "")
+
+
+def last_lines(output):
+    """Return the last whole lines of ``output`` that tell more than that something went on."""
+    lines = [line for line in output.strip().splitlines() if not line.startswith("[INFO]")]
+    while len(lines) > 1 and len("\n".join(lines)) > LONGEST_OUTPUT:
+        del lines[0]
+    return "\n".join(lines)[-LONGEST_OUTPUT:]

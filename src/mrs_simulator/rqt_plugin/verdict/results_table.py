@@ -53,12 +53,20 @@ class ResultsTable(QTableWidget):
         self._fit_columns()
 
     def change_texts(self, rows, tips):
-        """Show other texts in the same cells, whose columns stay as wide as they are."""
+        """Show other texts in the same cells, whose columns grow only where a text needs it."""
         for row, (cells, tip) in enumerate(zip(rows, tips)):
             for column, text in enumerate(cells):
                 item = self.item(row, column)
                 item.setText(text)
                 item.setToolTip(tip)
+        wanted = [c for c in range(self.columnCount()) if c != self._widest]
+        most = self._most()
+        if any(min(most, self.sizeHintForColumn(c)) > self.columnWidth(c) for c in wanted):
+            self._fit_columns()
+
+    def _most(self):
+        """Return the width [px] that a column takes at most by itself."""
+        return max(100, int(WIDEST * self.viewport().width()))
 
     def _paint_tints(self):
         for row, column, kind in self._tints:
@@ -69,7 +77,7 @@ class ResultsTable(QTableWidget):
 
     def _fit_columns(self):
         room = self.viewport().width()
-        most = max(100, int(WIDEST * room))
+        most = self._most()
         for column in range(self.columnCount()):
             self.resizeColumnToContents(column)
             self.setColumnWidth(column, min(most, self.columnWidth(column)))

@@ -2,6 +2,7 @@
 
 import os
 
+from python_qt_binding.QtCore import QUrl
 from python_qt_binding.QtWidgets import QFileDialog, QLineEdit
 
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -15,11 +16,15 @@ class FileDialog(QFileDialog):
     do not exist, and asks by its button whether one that exists is to be replaced.
     """
 
-    def __init__(self, parent, title, start, kinds, chosen, saves=False):
-        """``start``: directory or file to begin with; ``chosen``: is called with the path."""
+    def __init__(self, parent, title, start, kinds, chosen, saves=False, places=()):
+        """``start``: directory or file to begin with; ``chosen``: is called with the path.
+
+        ``places``: directories that are offered beside the files.
+        """
         super().__init__(parent, title, os.path.dirname(start), kinds)
         for option in (self.DontUseNativeDialog, self.ReadOnly, self.DontConfirmOverwrite):
             self.setOption(option)
+        self.setSidebarUrls([QUrl.fromLocalFile(place) for place in dict.fromkeys(places)])
         self._saves, self._title = saves, title
         self.setAcceptMode(self.AcceptSave if saves else self.AcceptOpen)
         self.setFileMode(self.AnyFile)

@@ -14,6 +14,7 @@ class ProgramControl:
 
     @guarded
     def _on_asked(self, action, name):
+        self._panels.close_error()  # that of what was done before
         if action == "remove":
             self.programs.remove(name)
         elif action == "start":

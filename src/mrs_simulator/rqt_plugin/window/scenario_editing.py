@@ -38,9 +38,9 @@ class ScenarioEditing:
         scenario = self._study.scenario
         self._show_team()
         self.obstacles.begin()
-        self._panels.map.fit(whole=True)
         self._panels.bar.set_speed(scenario.speed)
         self._show_protocol()
+        self._panels.map.fit(whole=True)  # with its own wanted places, not those of the one before
 
     def _show_team(self):
         """Show the team in force."""

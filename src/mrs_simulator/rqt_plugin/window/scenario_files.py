@@ -7,6 +7,7 @@ from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.study.report import from_anywhere
+from mrs_simulator.study.shipped import shipped_scenarios
 
 SCENARIOS = "Scenarios (*.yaml *.yml)"
 PROTOCOLS = "Python files (*.py)"
@@ -38,6 +39,7 @@ class ScenarioFiles:
             say(Trouble("not opened: {}".format(reason(error))))
             return
         self._live.put_away()
+        self._panels.map.fit(whole=True)  # without the trails of the run before
         self.saved_text = self.text()
         say("opened {}".format(path))
         say(self._study.control.follow_protocol())
@@ -65,7 +67,10 @@ class ScenarioFiles:
             self.directory = os.path.dirname(path)
             chosen(path)
 
-        FileDialog(self._panels, title, os.path.join(self.directory, start), kinds, taken, saves)
+        start = os.path.join(self.directory, start)
+        places = [os.getcwd(), os.path.expanduser("~")]
+        places += [] if saves else [shipped_scenarios()]
+        FileDialog(self._panels, title, start, kinds, taken, saves, places)
 
     @guarded
     def ask_to_open(self):

@@ -5,12 +5,15 @@ import xmlrpc.client
 
 import numpy as np
 import pytest
+import rosbag
 import yaml
 from mixed_runs import in_gui, run_file
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.nodes.record.bag import ESTIMATES, bagged_forms
+from mrs_simulator.nodes.record.bag_size import RECORD, told, written
 from mrs_simulator.study.bag import read_bag
 from mrs_simulator.study.estimation import estimation_measures
 from mrs_simulator.study.experiment import run_experiment
@@ -34,6 +37,7 @@ CONTENT = {
             }
         }
     ],
+    "record": ["gps", "imu", "beacons"],
     "record_rate": 50,
     "duration": 1.2,
 }  # fmt: skip
@@ -73,9 +77,30 @@ def test_estimates_over_ros_are_those_without(ros, scenario, tmp_path):
     assert "Traceback" not in log_of(stage) + log_of(control) + log_of(record)
     bag.send_signal(2)
     bag.wait(PATIENCE)
+    check_size(tmp_path / "run.bag", load_scenario(str(scenario)), log_of(bag))
     bagged = read_bag(str(tmp_path / "run.bag"))
     at = np.searchsorted(bagged.time, run.time - 1e-6)
     np.testing.assert_allclose(bagged.estimate[at], run.estimate, rtol=0.0, atol=SAME)
+
+
+def check_size(path, scenario, log):
+    """Check that a bag is as large as was told: rates and lengths of messages, and the file itself."""
+    items = written(scenario, bagged_forms(scenario), ESTIMATES)
+    assert told(items, scenario.duration) in log
+    lengths, times = {}, {}
+    with rosbag.Bag(str(path)) as bag:
+        for topic, (_, data, *_), time in bag.read_messages(raw=True):
+            lengths.setdefault(topic, []).append(len(data))
+            times.setdefault(topic, []).append(time.to_sec())
+    for item in items:
+        # A waiting stage tells the time again, and odometry that was not answered.
+        own, when = lengths[item.topic], sorted(set(times[item.topic]))
+        assert np.mean(own) == pytest.approx(item.length, rel=0.2), item
+        assert (len(when) - 1) / (when[-1] - when[0]) == pytest.approx(item.rate, rel=0.2), item
+    assert {"/robot3/imu", "/robot1/beacons", ESTIMATES, "/tf"} <= {item.topic for item in items}
+    # Else there are what comes seldom, and definitions of messages, which do not grow with time.
+    records = sum(sum(own) + RECORD * len(own) for own in lengths.values())
+    assert records <= path.stat().st_size < 1.1 * records + 8000 * len(lengths)
 
 
 def test_a_run_that_the_gui_saves_has_the_estimates_of_a_run_without_ros(scenario, tmp_path):

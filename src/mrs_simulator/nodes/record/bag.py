@@ -3,9 +3,10 @@
 import os
 import sys
 
+from mrs_simulator.nodes.record.bag_size import told, written
 from mrs_simulator.nodes.record.sensor_source import recorded_of
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.sensor_messages import topic_of
+from mrs_simulator.ros.sensor_messages import forms_of, topic_of
 from mrs_simulator.study.programs import refusing_bad_input
 
 STAGE = ("/clock", "/tf", "/tf_static")
@@ -13,7 +14,19 @@ STAGE += tuple(
     "/stage/" + name for name in ("state", "status", "collisions", "incidents", "scenario")
 )
 ESTIMATES = "/pioneer_control/estimates"
+PICTURES = ("", "_info", "_depth")  # what of a camera is recorded
 LOCAL = dict(RUN_ARGUMENTS, out="directory for run.bag")
+
+
+def bagged_forms(scenario):
+    """Return ``{(name, number): forms}`` of what ``scenario`` records; of cameras all but the raw depth."""
+    _, forms = recorded_of(scenario)
+    return {
+        key: [each for each in forms_of(form.mount, form.kind) if each.SUFFIX in PICTURES]
+        if form.mount.type == "camera"
+        else [form]
+        for key, form in forms.items()
+    }
 
 
 def command_of(scenario, directory, more=()):
@@ -21,8 +34,8 @@ def command_of(scenario, directory, more=()):
 
     Topics by name: rosbag looks for patterns by simulated time, which waits for it.
     """
-    _, forms = recorded_of(scenario)
-    topics = [topic_of(number, form) for (_, number), form in sorted(forms.items())]
+    forms = bagged_forms(scenario)
+    topics = [topic_of(number, form) for (_, number), own in sorted(forms.items()) for form in own]
     if scenario.map is not None or scenario.obstacles:
         topics = ["/map", *topics] if topics else topics
     topics += [ESTIMATES] if scenario.estimates is not None else []
@@ -39,6 +52,9 @@ def main():
         scenario = scenario_from(arguments)
         own = [argument for argument in sys.argv[1:] if argument.startswith("__")]
         command = command_of(scenario, directory, own)
+        estimates = ESTIMATES if scenario.estimates is not None else ""
+        items = written(scenario, bagged_forms(scenario), estimates)
+        print("bag: " + told(items, scenario.duration), file=sys.stderr)
         os.makedirs(directory, exist_ok=True)
     os.execvp(command[0], command)
 

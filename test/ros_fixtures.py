@@ -5,6 +5,7 @@ import functools
 import json
 import os
 import select
+import shutil
 import signal
 import socket
 import subprocess
@@ -14,6 +15,7 @@ import time
 import xmlrpc.client
 
 import pytest
+from forked import forker
 
 PATIENCE = 60.0  # [s] with a machine that has much else to do
 STOP_LIMIT = 10.0  # [s]
@@ -76,9 +78,8 @@ class Ros:
             PYTHONUNBUFFERED="1",
         )
         self.environment.pop("ROS_IP", None)
-        self.master = self.start(
-            "master", ["rosmaster", "--core", "-p", self.uri.rpartition(":")[2]]
-        )
+        port = self.uri.rpartition(":")[2]
+        self.master = self._forked("master", shutil.which("rosmaster"), "--core", "-p", port)
         wait_until(self._master_answers)
         xmlrpc.client.ServerProxy(self.uri).setParam("/test", "/use_sim_time", True)
 
@@ -96,20 +97,31 @@ class Ros:
 
     def node(self, script, *arguments, name=None):
         """Start a node of the package, as rosrun would."""
-        return self.start(name or script, [program(script), *map(str, arguments)])
+        return self._forked(name or script, program(script), *map(str, arguments))
+
+    def _forked(self, name, script, *arguments):
+        """Start a ``script`` of Python, where it can be as a fork of what is loaded already."""
+        if not forker().can_run(self.environment):
+            return self.start(name, [script, *arguments])
+        log = os.path.join(self.directory, name + ".log")
+        process = forker().start(script, arguments, self.environment, log)
+        process.log = log
+        self.processes.append(process)
+        return process
 
     def probe(self):
         """Start a :class:`Probe`."""
-        process = subprocess.Popen(
-            [
-                sys.executable,
-                os.path.join(os.path.dirname(os.path.abspath(__file__)), "ros_probe.py"),
-            ],
-            env=self.environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            preexec_fn=heed_interrupts,
-        )
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "ros_probe.py")
+        if forker().can_run(self.environment):
+            process = forker().start_piped(script, self.environment)
+        else:
+            process = subprocess.Popen(
+                [sys.executable, script],
+                env=self.environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                preexec_fn=heed_interrupts,
+            )
         self.processes.append(process)
         return Probe(process)
 
@@ -140,9 +152,10 @@ class Ros:
                 process.wait(STOP_LIMIT)
 
     def close(self):
-        """End everything, the master last."""
+        """End everything, the master last, which has nothing to keep."""
         self._stop_all([process for process in self.processes if process is not self.master])
-        self.stop(self.master)
+        self.master.kill()
+        self.master.wait(STOP_LIMIT)
 
 
 class Probe:

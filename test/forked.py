@@ -1,0 +1,192 @@
+"""Starts rosmaster and nodes as forks of a process that has loaded what they import.
+
+Loading it anew costs each process half a second of processor time, more than most tests take otherwise.
+The programs run as they stand; tests of launch files and of ``rosrun`` start them from nothing.
+"""
+
+import atexit
+import contextlib
+import functools
+import gc
+import importlib
+import json
+import multiprocessing.reduction
+import os
+import random
+import runpy
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+LOADED = (
+    "rosmaster",
+    "rospy",
+    "mrs_simulator.nodes.control.program",
+    "mrs_simulator.nodes.record.node",
+    "mrs_simulator.nodes.stage.node",
+    "sensor_msgs.msg",
+    "tf2_msgs.msg",
+    "visualization_msgs.msg",
+)
+READ_WHEN_LOADED = ("LD_", "MKL_", "MPL", "MRS_", "OMP_", "OPENBLAS_", "PYTHON")
+READY = b"!"
+NAP = 0.005  # [s]
+LIMIT = 60.0  # [s]
+
+
+class Forked:
+    """A process that was forked, with what tests use of ``subprocess.Popen``."""
+
+    def __init__(self, ask, pid, args):
+        self._ask, self.pid, self.args, self.returncode = ask, pid, args, None
+        self.stdin = self.stdout = None
+
+    def poll(self):
+        """Return its exit code, None while it runs."""
+        if self.returncode is None:
+            self.returncode = self._ask({"poll": self.pid})
+        return self.returncode
+
+    def wait(self, timeout=None):
+        """Return its exit code; ``TimeoutExpired`` after ``timeout`` [s]."""
+        end = None if timeout is None else time.monotonic() + timeout
+        while self.poll() is None:
+            if end is not None and time.monotonic() > end:
+                raise subprocess.TimeoutExpired(self.args, timeout)
+            time.sleep(NAP)
+        return self.returncode
+
+    def send_signal(self, number):
+        """Send it a signal, unless it has ended."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def terminate(self):
+        """End it politely."""
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self):
+        """End it for certain."""
+        self.send_signal(signal.SIGKILL)
+
+
+class Forker:
+    """The process that forks."""
+
+    def __init__(self):
+        self._socket, other = socket.socketpair()
+        self._environment = dict(os.environ, PYTHONUNBUFFERED="1")
+        with other:
+            number = other.fileno()
+            command = [sys.executable, os.path.abspath(__file__), str(number)]
+            self._process = subprocess.Popen(command, env=self._environment, pass_fds=(number,))
+        self._socket.settimeout(LIMIT)
+        self._answers = self._socket.makefile("r")
+        atexit.register(self.close)
+
+    def can_run(self, environment):
+        """Return whether what is loaded is what a process with ``environment`` would load."""
+        names = {*environment, *self._environment}
+        told = (name for name in names if name.startswith(READ_WHEN_LOADED))
+        return all(environment.get(name) == self._environment.get(name) for name in told)
+
+    def start(self, script, arguments, environment, log):
+        """Run a ``script`` of Python; its output goes to the file ``log``."""
+        with open(os.devnull) as nothing, open(log, "ab") as file:
+            streams = nothing.fileno(), file.fileno(), file.fileno()
+            return self._start(script, arguments, environment, streams)
+
+    def start_piped(self, script, environment):
+        """Run a ``script`` of Python with pipes to its input and from its output."""
+        (stdin, to), (of, stdout) = os.pipe(), os.pipe()
+        process = self._start(script, (), environment, (stdin, stdout, 2))
+        os.close(stdin)
+        os.close(stdout)
+        process.stdin, process.stdout = os.fdopen(to, "wb"), os.fdopen(of, "rb")
+        return process
+
+    def _start(self, script, arguments, environment, streams):
+        args = [script, *arguments]
+        given = dict(args=args, environment=environment, directory=os.getcwd())
+        return Forked(self._ask, self._ask(given, streams), args)
+
+    def _ask(self, request, streams=()):
+        self._socket.sendall(json.dumps(request).encode() + b"\n")
+        if streams:
+            assert self._socket.recv(1) == READY
+            multiprocessing.reduction.sendfds(self._socket, streams)
+        return json.loads(self._answers.readline())
+
+    def close(self):
+        """End it, when all that it started has ended."""
+        self._answers.close()
+        self._socket.close()
+        self._process.wait(LIMIT)
+
+
+@functools.lru_cache(maxsize=None)
+def forker():
+    """Return the ``Forker`` of this process, started at the first call."""
+    return Forker()
+
+
+def serve(link):
+    """Fork for each request on the socket ``link``; return in the child its request."""
+    children = {}
+    with link, link.makefile("r") as requests:
+        for line in requests:
+            request = json.loads(line)
+            if "poll" in request:
+                answer = children[request["poll"]] = _exit_code(children, request["poll"])
+            else:
+                link.sendall(READY)
+                request["streams"] = multiprocessing.reduction.recvfds(link, 3)
+                answer = os.fork()
+                if answer == 0:
+                    return request
+                for number in request["streams"]:
+                    os.close(number)
+                children[answer] = None
+            link.sendall(json.dumps(answer).encode() + b"\n")
+    return None
+
+
+def _exit_code(children, pid):
+    if children[pid] is not None:
+        return children[pid]
+    ended, status = os.waitpid(pid, os.WNOHANG)
+    if not ended:
+        return None
+    return -os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)
+
+
+def become(request):
+    """Let this process look as if the interpreter had been started with the script of ``request``."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    os.chdir(request["directory"])
+    for number, stream in enumerate(request["streams"]):
+        os.dup2(stream, number)
+        os.close(stream)
+    sys.argv[:] = request["args"]  # the list that defaults of arguments know
+    sys.path[0] = os.path.dirname(sys.argv[0])
+    atexit.unregister(shutil.rmtree)  # of what the others go on using
+    random.seed()
+    rospy = sys.modules["rospy"]
+    rospy.names.reload_mappings(sys.argv)  # which rospy does when it is loaded
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it ends with the tests
+    for module in LOADED:
+        importlib.import_module(module)
+    gc.freeze()
+    with contextlib.closing(socket.socket(fileno=int(sys.argv[1]))) as link_to_tests:
+        child = serve(link_to_tests)
+    if child is not None:
+        become(child)
+        runpy.run_path(sys.argv[0], run_name="__main__")

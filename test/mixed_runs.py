@@ -49,7 +49,7 @@ def over_ros(scenario, out):
         ros.node("stage", "--scenario", path, "_lockstep:=true", "_wait_for_recorders:=1")
         ros.node("pioneer_control", "--scenario", path, "_lockstep:=true")
         record = ros.node("record", "--scenario", path, "--out", os.path.join(str(out), "ros"))
-        record.wait(LIMIT)
+        ros.judged(record, os.path.join(str(out), "ros"), LIMIT)
     finally:
         ros.close()
     return read_run_csv(os.path.join(str(out), "ros", "run.csv"), scenario)

@@ -135,6 +135,16 @@ class Ros:
         """Run a piece of Python as a ROS program; return its output."""
         return self.call(sys.executable, "-c", code, *map(str, arguments), limit=limit)
 
+    def judged(self, record, out, limit=PATIENCE):
+        """Return the verdict that the node ``record`` wrote to ``out``; its figures are not waited for."""
+        path = os.path.join(str(out), "verdict.json")
+        wait_until(lambda: os.path.exists(path) or record.poll() is not None, limit)
+        assert os.path.exists(path), log_of(record)
+        record.kill()
+        record.wait(STOP_LIMIT)
+        with open(path, encoding="utf-8") as file:
+            return json.load(file)
+
     def stop(self, process):
         """End a process: politely first, then for certain."""
         self._stop_all([process])

@@ -25,7 +25,7 @@ def recorded(ros, directory, team_topics):
         ros.node("pioneer_control", "_lockstep:=true", "_team_topics:=" + team_topics),
         ros.node("record", "--out", out, "--duration", 4),
     ]
-    nodes[-1].wait(60)
+    ros.judged(nodes[-1], out)
     for node in nodes:
         ros.stop(node)
     return np.genfromtxt(out / "run.csv", delimiter=",", skip_header=1)

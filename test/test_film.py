@@ -8,7 +8,7 @@ import pytest
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.recording import Run
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures.camera import on_screen
 from mrs_simulator.study.animation import Animation, Stage
@@ -67,11 +67,35 @@ def test_an_animation_shows_the_run_in_space(tmp_path):
     assert above.shape != first.shape or (above != first).any()
 
 
+def test_obstacles_move_in_an_animation_from_above():
+    cart = {"type": "box", "name": "cart", "center": [0.0, 3.0], "size": [1.0, 0.5]}
+    ball = {"type": "cylinder", "name": "ball", "center": [2.0, 0.0], "radius": 0.3}
+    track = {"to": [[4.0, 3.0]], "speed": 1.0}
+    obstacles = [
+        dict(cart, track=track),
+        dict(ball, track={"to": [[2.0, 4.0]], "speed": 0.5}),
+        dict(cart, name="wall", center=[5, 5]),
+    ]
+    run = make_run()
+    scenario = scenario_from_dict({"poses": [[0, 0, 0]], "obstacles": obstacles})
+    run = run._replace(scenario=scenario, meta=dict(run.meta, scene_time=0.5))
+    stage = Stage(run, 2.0)
+    box, circle = stage.show(0)[:2]
+    assert box.get_xy()[:4].mean(axis=0) == pytest.approx([0.5, 3.0])
+    assert stage.show(5)[:2] == (box, circle)
+    time = 0.5 + run.time[5]
+    assert box.get_xy()[:4].mean(axis=0) == pytest.approx([time, 3.0])
+    assert circle.get_center() == pytest.approx((2.0, 0.5 * time))
+    first, *_, last = Animation(run, 0.5, 8.0, 2.0).frames()
+    assert (first != last).any()
+    assert len(stage.moving) == 6  # the wall is drawn once
+
+
 def test_edges_seen_from_above_join_the_points_that_the_law_moves():
     chain = Topology(4, [(2, 1, 1.0), (3, 2, 1.0), (4, 3, 1.0)])
     run = make_run(4)._replace(scenario=load_scenario(FOUR)._replace(topology=chain))
     run = run._replace(hand=run.hand + 0.5)
-    edges = Stage(run, 2.0).show(7)[0].get_segments()
+    (edges,) = (a.get_segments() for a in Stage(run, 2.0).show(7) if a.get_zorder() == 1.5)
     ends = {tuple(end) for edge in edges for end in np.round(edge, 6)}
     assert len(edges) == 3 and ends == {tuple(point) for point in np.round(run.hand[7], 6)}
 

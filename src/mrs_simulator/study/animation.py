@@ -1,6 +1,6 @@
 """Animations of a run: robots, their trails and the edges of their graph, as GIF or MP4.
 
-Axes and obstacles are drawn once; each frame adds what moves.
+Axes and what stands are drawn once; each frame adds what moves, obstacles on their tracks too.
 """
 
 import base64
@@ -18,6 +18,7 @@ from mrs_simulator.study.figure_parts import robot_colours
 from mrs_simulator.study.look import LookError
 from mrs_simulator.study.plane_figure import (
     draw_ground,
+    move,
     robot_length,
     robot_shapes,
     trajectories_height,
@@ -122,7 +123,10 @@ class Stage:
         self.figure = new_figure(width, height) if figure is None else figure
         self.figure.set_dpi(DPI)
         self.axes = self.figure.add_subplot(1, 1, 1)
-        low, high = draw_ground(self.axes, run)
+        low, high, self._carts = draw_ground(self.axes, run)
+        self._begun = run.meta.get(
+            "scene_time", 0.0
+        )  # [s] on the tracks of obstacles, as the run begins
         self._length = ENLARGED * robot_length(run.pose[-1, :, :2], np.max(high - low))
         colours = robot_colours(run.robots)
         self._edges = LineCollection([], colors="#b8c4d0", linewidths=0.8, zorder=1.5)
@@ -130,9 +134,10 @@ class Stage:
         self._robots = PolyCollection([], facecolors=colours, edgecolors="white", linewidths=0.4)
         self._robots.set_zorder(4)
         self._clock = self.axes.text(0.02, 0.97, "", transform=self.axes.transAxes, va="top")
-        self.moving = (self._edges, self._trails, self._robots, self._clock)
-        for artist in self.moving[:3]:
+        collections = self._edges, self._trails, self._robots
+        for artist in collections:
             self.axes.add_collection(artist, autolim=False)
+        self.moving = (*(patch for _, patch in self._carts), *collections, self._clock)
         settle(self.figure)
         self._pairs = _pairs(run)
         self._behind = max(1, int(TRAIL * len(run.time)))
@@ -149,6 +154,7 @@ class Stage:
         if self._pairs is not None:
             # Between the points that the law moves, in front of wheels' axles.
             self._edges.set_segments(list(self.run.hand[row, :, :2][self._pairs]))
+        move(self._carts, self._begun + float(self.run.time[row]))
         self._clock.set_text("{:.1f} s".format(self.run.time[row]))
         return self.moving
 

@@ -6,7 +6,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.core.moving import moves
+from mrs_simulator.core.moving import moves, obstacles_at
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.obstacles import corners, is_flat, with_obstacles
 from mrs_simulator.study.canvas import WIDTH, styled
@@ -63,11 +63,14 @@ def draw_trajectories(figure, run, prediction=None, axes=None):
 
 
 def draw_ground(axes, run):
-    """Draw obstacles and frame the plane as ``draw_trajectories`` does; return its corners (2,) [m]."""
-    _draw_obstacles(axes, run)
+    """Draw obstacles and frame the plane as ``draw_trajectories`` does.
+
+    Return its corners (2,) [m], and ``(obstacle, patch)`` of each obstacle that moves, for ``move``.
+    """
+    moving = _draw_obstacles(axes, run)
     low, high = _extent(run, None)
     _frame_plane(axes, low, high)
-    return low, high
+    return low, high, moving
 
 
 def trajectories_height(run, prediction=None, page=WIDTH):
@@ -125,8 +128,11 @@ def robot_length(points, extent):
 
 
 def _draw_obstacles(axes, run):
-    """Draw the scenario's boxes and cylinders in grey, and land, where only boats cannot go, lighter."""
-    named = set()
+    """Draw the scenario's boxes and cylinders in grey, and land, where only boats cannot go, lighter.
+
+    Return ``(obstacle, patch)`` of each that moves, drawn where it begins.
+    """
+    named, moving = set(), []
     for obstacle in _obstacles(run):
         if hasattr(obstacle, "radius"):
             patch = Circle((obstacle.x, obstacle.y), obstacle.radius)
@@ -140,12 +146,24 @@ def _draw_obstacles(axes, run):
         named.add(label)
         axes.add_patch(patch)
         if moves(obstacle):
+            moving.append((obstacle, patch))
             track = obstacle.track
             way = [(obstacle.x, obstacle.y), *track.to] + [(obstacle.x, obstacle.y)] * track.closed
             axes.plot(*zip(*way), color="#7a7a7a", linestyle=":", linewidth=1.0, zorder=1)
     for outline in _arena(run):
         style = {"edgecolor": "#7a7a7a", "linestyle": ":", "linewidth": 1.0, "label": "Arena"}
         axes.add_patch(Polygon(outline, closed=True, fill=False, zorder=1, **style))
+    return moving
+
+
+def move(moving, time):
+    """Move the patches of ``moving``, as ``draw_ground`` returns it, to where they are at ``time`` [s]."""
+    for obstacle, patch in moving:
+        (now,) = obstacles_at((obstacle,), time)
+        if hasattr(now, "radius"):
+            patch.set_center((now.x, now.y))
+        else:
+            patch.set_xy(corners(now))
 
 
 def _arena(run):

@@ -106,6 +106,50 @@ def test_what_is_kept_is_known_by_what_it_computes():
         flocking_equations.EPSILON = kept
 
 
+def test_constants_of_every_kind_are_part_of_what_is_kept():
+    def digest(constant, default=1.0):
+        def law(apart, gain=default):
+            return gain * GAINS * apart  # noqa: F821
+
+        law.__globals__["GAINS"] = constant
+        return compiled_terms.digest(law)
+
+    big = np.zeros(2000)
+    other = big.copy()
+    other[1000] = 1.0
+    values = [
+        1.0,
+        2.0,
+        True,
+        (1.0, 2.0),
+        (1.0, 3.0),
+        big,
+        other,
+        big.reshape(2, -1),
+        "a",
+        np.float32(1),
+    ]
+    try:
+        assert len({digest(value) for value in values}) == len(values)
+        assert digest(big) == digest(big.copy()) and digest(1.0) != digest(1.0, default=2.0)
+    finally:
+        globals().pop("GAINS", None)
+
+    def held(gain):
+        return lambda apart: gain * apart
+
+    def by_module(apart):
+        return flocking_equations.EPSILON * apart
+
+    assert compiled_terms.digest(held(1.0)) != compiled_terms.digest(held(2.0))
+    before = compiled_terms.digest(by_module)
+    flocking_equations.EPSILON, kept = 0.2, flocking_equations.EPSILON
+    try:
+        assert compiled_terms.digest(by_module) != before
+    finally:
+        flocking_equations.EPSILON = kept
+
+
 def test_the_environment_asks_for_them(monkeypatch):
     monkeypatch.setattr(compiled_terms, "jit", lambda **options: same)
     monkeypatch.setenv("MRS_SIMULATOR_COMPILED", "1")

@@ -49,6 +49,36 @@ class Breaking(PioneerControl):
         return np.where(hand[:, :1] > 0.5, np.nan, 1.0) * np.ones((len(hand), 2))
 
 
+class Raising(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        if hand[0, 0] > 0.5:
+            raise ValueError("too far")
+        return np.ones((len(hand), 2))
+
+
+class Narrowing(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return np.ones((len(hand), 1 if hand[0, 0] > 0.5 else 2))
+
+
+class Averaging(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return hand.mean(axis=0) - hand
+
+
+def halved(u, times):
+    return halved(0.5 * u, times - 1) if times else u
+
+
+class Recursive(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return halved(hand, 3)
+
+
 class Turned(Formation):
     def pointMassLaw(self, hand):
         return -super().pointMassLaw(hand)
@@ -173,16 +203,38 @@ def test_robots_touch_as_they_do_step_by_step(compiled):
     assert 10 < own < steps
 
 
+@pytest.mark.parametrize("law", ["Breaking", "Raising", "Narrowing"])
 @pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
-def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, compiled):
+def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, law, compiled):
     poses, said = [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], []
     given = scenario(poses=poses, robots=2, fidelity=fidelity)
     for _ in range(2):
         with pytest.raises(LawFailed) as error:
-            recorded(given, Breaking)
+            recorded(given, globals()[law])
         said.append(str(error.value))
         compiled()
-    assert said[0] == said[1] and "not finite" not in said[0] and "nan" in said[0]
+    assert said[0] == said[1] and "not finite" not in said[0]
+    assert {"Breaking": "nan", "Raising": "too far", "Narrowing": "(2, 1)"}[law] in said[0]
+    assert not said[0].startswith("at 0.000 s")
+
+
+@pytest.mark.parametrize(
+    "law, why",
+    [
+        ("Averaging", "No implementation of function .*mean"),
+        ("Recursive", "a function calls itself"),
+    ],
+)
+def test_a_law_that_cannot_be_compiled_is_refused_by_name(law, why, compiled, monkeypatch):
+    pytest.importorskip("numba")
+    jit = compiling.jit()
+    function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=jit)
+    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    compiled()
+    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    wanted = "at 0.000 s the law failed: ControlError: {}: numba cannot compile pointMassLaw: {}"
+    with pytest.raises(LawFailed, match=wanted.format(law, why)):
+        recorded(scenario(), globals()[law])
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@
 
         @array_law
         def pointMassLaw(hand, gain):
-            return gain * (hand.mean(axis=0) - hand)
+            return gain * (hand.sum(axis=0) / len(hand) - hand)
 
 or, of a law that is one sum over edges, a method that returns its ``core.edge_terms.Flow``:
 

@@ -74,11 +74,32 @@ def linked(function, compile_):
 def digest(function):
     """Return a name for what ``function`` computes: of its code, its constants and its helpers'."""
     code = function.__code__
-    numbers = {name: function.__globals__.get(name) for name in code.co_names}
-    numbers = {name: value for name, value in numbers.items() if isinstance(value, (int, float))}
-    own = repr((code.co_code, code.co_consts, code.co_names, sorted(numbers.items())))
-    parts = [own] + [digest(helper) for _, helper in sorted(_helpers(function).items())]
+    found = {name: function.__globals__.get(name) for name in code.co_names}
+    cells = zip(code.co_freevars, function.__closure__ or ())
+    found.update((name, cell.cell_contents) for name, cell in cells)
+    constants = [(name, _constant(value, code.co_names)) for name, value in sorted(found.items())]
+    own = code.co_code, code.co_consts, code.co_names, function.__defaults__
+    parts = [repr((*own, [each for each in constants if each[1]]))]
+    parts += [digest(helper) for _, helper in sorted(_helpers(function).items())]
     return hashlib.sha256("".join(parts).encode()).hexdigest()[:12]
+
+
+def _constant(value, names):
+    """Return what a ``value`` that a function finds by name is for compiled code, "" for nothing.
+
+    Of a module that are those of its constants that are among ``names``.
+    """
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, (tuple, list)):
+        return [type(value).__name__, *(_constant(each, names) for each in value)]
+    if isinstance(value, (bool, int, float, complex, str, np.generic)):
+        return type(value).__name__, repr(value)
+    if isinstance(value, types.ModuleType):
+        own = [(name, _constant(getattr(value, name, None), ())) for name in names]
+        return [each for each in own if each[1]]
+    compiled = getattr(value, "py_func", None)  # of numba
+    return digest(compiled) if isinstance(compiled, types.FunctionType) else ""
 
 
 def _helpers(function):

@@ -3,6 +3,7 @@
 import os
 
 VARIABLE = "MRS_SIMULATOR_COMPILED"
+PREAMBLE = ("Failed in nopython mode", "Resolution failure")  # before numba comes to the point
 
 
 def is_wanted():
@@ -11,6 +12,15 @@ def is_wanted():
     if wanted not in ("0", "1"):
         raise ValueError("{}={}: wanted 0 or 1".format(VARIABLE, wanted))
     return wanted == "1"
+
+
+def compile_failure(error):
+    """Return in a line why numba cannot compile something, as its ``error`` says; "" for other errors."""
+    if not type(error).__module__.startswith("numba."):
+        return "a function calls itself" if isinstance(error, RecursionError) else ""
+    lines = (line.strip(" -\t") for line in str(error).splitlines())
+    told = (line for line in lines if line and not line.startswith(PREAMBLE))
+    return next(told, type(error).__name__)
 
 
 def jit(cache=False, **options):

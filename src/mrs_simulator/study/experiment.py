@@ -32,6 +32,9 @@ from mrs_simulator.world.world import EVERY, World
 PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
 
 
+RAISED = -1  # why a leap ended: the law raised
+
+
 class LawFailed(RuntimeError):
     """The protocol raised, or returned no usable commands; the run ends there."""
 
@@ -133,23 +136,49 @@ class Experiment:
         world, control, step = self.world, self.control, 0
         every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
         self._command_all()
-        leaps = Leaps(world, *form_of(control), command_every, control.l, control.saturation)
+        form = form_of(control)
+        try:
+            leaps = Leaps(world, *form, command_every, control.l, control.saturation)
+        except RecursionError as error:
+            self._refuse_uncompiled(error)
         while True:
             if step % every == 0:
                 yield self._sample()
             if step == steps:
                 return
             end = min(steps, step + every - step % every)
+            raised = False
             while step < end:
-                done, why = leaps.advance(end - step)
+                done, why = (0, NEAR) if raised else self._leap(leaps, end - step)
+                raised = raised or why == RAISED
                 step += done
-                if why == NEAR:
+                if why in (NEAR, RAISED):
                     world.step()
                     self.collisions.extend(world.take_collisions())
                     self.incidents.extend(world.take_incidents())
                     step += 1
                 if why and step % command_every == 0:
                     self._command_all()
+
+    def _leap(self, leaps, steps):
+        """Return what ``leaps.advance`` does, or ``(0, RAISED)`` where the law raises.
+
+        It will raise again step by step, where it is known when.  ``LawFailed`` for a law that cannot be
+        compiled.
+        """
+        try:
+            return leaps.advance(steps)
+        except Exception as error:
+            self._refuse_uncompiled(error)
+            return 0, RAISED
+
+    def _refuse_uncompiled(self, error):
+        """Raise ``LawFailed`` if the ``error`` is that the law cannot be compiled."""
+        why = compiling.compile_failure(error)
+        if why:
+            text = "{}: numba cannot compile pointMassLaw: {}; wanted what it compiles, or {}=0"
+            name = type(self.control).__name__
+            self._asked(_refuse, text.format(name, why, compiling.VARIABLE))
 
     def _command_all(self):
         self.world.set_commands(EVERY, self._command(self._known()))
@@ -212,6 +241,10 @@ class Experiment:
             self.world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s {}".format(self.world.time, failure(raised(error)))
             raise LawFailed(text) from error
+
+
+def _refuse(text):
+    raise ControlError(text)
 
 
 def run_experiment(

@@ -179,8 +179,10 @@ class KinematicMotion:
             top = self.team.limits.of_all(self.team.n).top
             self._bounds = np.concatenate([*bounds, top], axis=1)
         pose, inner = self.pose.copy(order="F"), self._inner.copy(order="F")
-        moved = pose, inner, command, self._bounds, self.step, self._reach, self._bodies.room
+        told = command.copy()  # the law may raise: nothing has happened then
+        moved = pose, inner, told, self._bounds, self.step, self._reach, self._bodies.room
         done, self._bodies.room, why = function(steps, until, every, *moved, *given)
+        command[:] = told
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
         return done, why
 
@@ -385,9 +387,10 @@ class PointMassMotion:
 
     def leap(self, steps, until, every, command, function, *given):
         """Move as ``KinematicMotion.leap`` does, by ``leaping.point_stretch``."""
-        self._renew()
-        moved = self.pose, self.twist, command, self.step
-        return function(steps, until, every, *moved, *given)
+        pose, twist, told = self.pose.copy("F"), self.twist.copy("F"), command.copy()
+        result = function(steps, until, every, pose, twist, told, self.step, *given)
+        self.pose, self.twist, command[:] = pose, twist, told
+        return result
 
     def move_obstacles(self, obstacles):
         """Change nothing: points meet no obstacles."""

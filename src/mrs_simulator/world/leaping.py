@@ -115,8 +115,10 @@ def point_stretch(steps, until, every, pose, twist, command, step, l, scope, *gi
 def mapped(u, cos, sin, l, wanted):
     """Put the commands (n, 2) that give points the velocities ``u``, eq. (7), into ``wanted``.
 
-    Return whether robots could follow all of them.
+    Return whether robots could follow all of them, and there is one for each.
     """
+    if u.shape != wanted.shape:
+        return False
     for row in range(len(u)):
         x, y = u[row, 0], u[row, 1]
         v, omega = cos[row] * x + sin[row] * y, (cos[row] * y - sin[row] * x) / l

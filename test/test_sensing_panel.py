@@ -22,9 +22,11 @@ from mrs_simulator.rqt_plugin.map.legend import LEGEND
 from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
 from mrs_simulator.rqt_plugin.ros_side import sensors as sensors_module
+from mrs_simulator.rqt_plugin.ros_side.diagnostics import Part
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of
+from mrs_simulator.rqt_plugin.sensing.own_parts import parts_of, told_of
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
 from mrs_simulator.rqt_plugin.sensing.texts import told
@@ -324,6 +326,78 @@ def test_the_panel_tells_state_rate_and_age(study):
     assert row("bumper")[3] == "waiting"
 
 
+STANDS = Snapshot(
+    0.0,
+    (1, 2),
+    np.array([[0.0, 0.0, 0.0], [1.0, 2.0, np.pi]]),
+    np.array([[0.0, 0.0, 0.0], [0.3, 0.0, -0.1]]),
+    np.zeros((2, 2)),
+    np.array([False, True]),
+)
+QUIET = SimpleNamespace(real_silent=(), timed_out=())
+RUNS = SimpleNamespace(stopped=(), stale=(), running=True, trouble="")
+
+
+@pytest.mark.parametrize(
+    "robot, stage, control, rows",
+    [
+        (1, {}, {}, [("motion", "stale"), ("controller", "good")]),
+        (2, {}, {}, [("motion", "good"), ("controller", "good")]),
+        (3, {}, {}, [("controller", "good")]),
+        (2, {"timed_out": (2,)}, {"running": False}, [("stage", "warning"), ("controller", "warning")]),
+        (2, {"real_silent": (2,)}, {"stale": (2,)}, [("stage", "error"), ("controller", "error")]),
+        (2, {}, {"stopped": (2,)}, [("controller", "error")]),
+    ],
+)  # fmt: skip
+def test_what_is_told_of_one_robot(robot, stage, control, rows):
+    stage = SimpleNamespace(**{**vars(QUIET), **stage})
+    control = SimpleNamespace(**{**vars(RUNS), **control})
+    told = told_of(robot, STANDS, stage, control)
+    assert set(rows) <= {(each.name, each.level) for each in told}
+    assert len(told) == len(rows) + ("motion" not in dict(rows) and robot < 3)
+
+
+def test_motion_in_words_and_nothing_where_nothing_is_heard():
+    (motion,) = told_of(2, STANDS, None, None)
+    wanted = "(1.00, 2.00) m, \u03b8 = 180.0\u00b0, v = 0.30 m/s, \u03c9 = \u22120.10 rad/s"
+    assert motion.message == wanted and told_of(1, None, None, None) == []
+
+
+def part(name, hardware="", level="good"):
+    return Part(name, level, "said", (("volts", "12"),), 0.5, hardware)
+
+
+@pytest.mark.parametrize(
+    "name, hardware, is_its",
+    [
+        ("/robot1/RosAria: battery", "", True),
+        ("motors", "robot1", True),
+        ("robot1", "", True),
+        ("robot11/RosAria", "", False),
+        ("myrobot1", "", False),
+        ("stage", "stage", False),
+    ],
+)
+def test_which_diagnostics_are_a_robots_own(name, hardware, is_its):
+    assert bool(parts_of(1, [part(name, hardware)])) is is_its
+
+
+def test_the_panel_has_the_robots_own_diagnostics_and_its_motion(study):
+    study.results_tabs.setCurrentWidget(study.sensors)
+    study.sensing._on_robot(2)
+    study.connection.snapshot.return_value = STANDS
+    parts = [part("robot2/driver: motors", level="error"), part("robot1/driver"), part("stage")]
+    study.connection.diagnostics.return_value = parts
+    study.sensing.show()
+    table = study.sensors.table
+    rows = [[table.text(row, c) for c in (0, 1, 4)] for row in range(table.rowCount())]
+    assert ["motion", told_of(2, STANDS, None, None)[0].message, "good"] in rows
+    assert rows[-1] == ["robot2/driver: motors", "said", "error"]
+    assert "volts = 12" in table.item(len(rows) - 1, 0).toolTip()
+    study.program_control.follow()
+    study.connection.watch_diagnostics.assert_called_with(True)
+
+
 def test_the_picture_of_a_camera_is_shown_in_its_colours(app, study):
     study.results_tabs.setCurrentWidget(study.sensors)
     study.sensing._on_robot(2)
@@ -385,7 +459,7 @@ def test_flight_states_and_incidents_of_the_robot_are_told(study):
     study.live.show_frame()
     study.connection.take_incidents.return_value = []
     study.results_tabs.setCurrentWidget(study.sensors)
-    stage = SimpleNamespace(flight=("hovering", "falling"))
+    stage = SimpleNamespace(flight=("hovering", "falling"), real_silent=(), timed_out=())
     study.connection.newest.side_effect = lambda name: stage if name == "stage" else None
     study.connection.is_fresh.side_effect = lambda name: name == "stage"
     study.sensing._on_robot(2)

@@ -104,6 +104,7 @@ class Stage(NamedTuple):
     flight: Tuple[
         str, ...
     ] = ()  # what each robot does that flies, "" for others; () where none does
+    timed_out: Tuple[int, ...] = ()  # robots that their watchdogs stopped
 
 
 class Look(NamedTuple):
@@ -385,7 +386,8 @@ def read_stage_status(message):
     # Bags of earlier versions do not count the periods.
     values = {name: getattr(message, name, 0) for name in Stage._fields[1:]}
     values["real_silent"] = tuple(message.real_silent)
-    values["flight"] = tuple(getattr(message, "flight", ()))
+    for name in ("flight", "timed_out"):
+        values[name] = tuple(getattr(message, name, ()))
     return Stage(stamp=message.header.stamp.to_sec(), **values)
 
 

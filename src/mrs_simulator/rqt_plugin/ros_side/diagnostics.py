@@ -22,6 +22,7 @@ class Part(NamedTuple):
     message: str
     values: Tuple[Tuple[str, str], ...]
     age: float  # [s] of wall time
+    hardware: str = ""  # what it is said to be of
 
 
 class DiagnosticsConnection:
@@ -48,7 +49,8 @@ class DiagnosticsConnection:
             for status in message.status:
                 if len(self._parts) < MOST_PARTS or status.name in self._parts:
                     values = tuple((each.key, each.value) for each in status.values)
-                    self._parts[status.name] = status.level, status.message, values, now
+                    told = status.level, status.message, values, now, status.hardware_id
+                    self._parts[status.name] = told
 
     def parts(self):
         """Return the ``Part`` of each that was heard lately, by name."""
@@ -59,8 +61,8 @@ class DiagnosticsConnection:
                 if now - part[3] > FORGOTTEN:
                     del self._parts[name]
         return [
-            Part(name, _level(level, now - heard), message, values, now - heard)
-            for name, (level, message, values, heard) in sorted(parts.items())
+            Part(name, _level(level, now - heard), message, values, now - heard, hardware)
+            for name, (level, message, values, heard, hardware) in sorted(parts.items())
         ]
 
     def close(self):

@@ -2,7 +2,7 @@
 
 import math
 
-from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from mrs_simulator.rqt_plugin.sensing.picture import Picture
@@ -14,11 +14,11 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.sensors.types.camera import CameraReading
 
 HEADERS = (
-    ("sensor", "The name of the mount"),
+    ("part", "A sensor, by the name of its mount, or what else tells of the robot"),
     ("reading", "What it says now"),
     ("rate", "Readings per second of its own time, and how many are wanted"),
     ("age", "How old the reading is: in simulated time, of real robots in wall time"),
-    ("state", "Whether it is heard"),
+    ("state", "Whether it is heard; of what tells of itself its own level"),
 )
 READING, STATE = 1, 4  # columns
 SHOWN = 3  # [-] incidents, the newest
@@ -56,7 +56,7 @@ class SensorsPanel(QWidget):
         self.looks.addItems(["Picture", "Depth"])
         self.looks.setToolTip("What is shown of the camera")
         self.looks.hide()
-        beside.addWidget(self.looks)
+        beside.addWidget(self.looks, 0, Qt.AlignTop)
         beside.addWidget(self.picture, 1)
         below.addWidget(self.table, 1)
         below.addLayout(beside)
@@ -94,14 +94,16 @@ class SensorsPanel(QWidget):
     def _on_chosen(self, place):
         self.robot_chosen.emit(int(self._robots.itemText(place) or 0))
 
-    def show_sensors(self, mounts, heard, trouble="", depth=None):
+    def show_sensors(self, mounts, heard, trouble="", depth=None, told=()):
         """Show what was ``heard`` of the robot's ``mounts``, by name; ``trouble``: why there are none.
 
-        ``depth``: the ``Heard`` of its camera's depth, where that is shown.
+        ``depth``: the ``Heard`` of its camera's depth, where that is shown; ``told``: ``Told`` each of
+        what is said of the robot besides.
         """
         self.looks.setVisible(any(mount.type == "camera" for mount in mounts.values()))
         self._show_picture(heard, depth)
         rows = [_cells(mount, heard.get(name)) for name, mount in mounts.items()]
+        rows += [(each.name, each.message, "", _age(each.age), each.level) for each in told]
         note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
         self._note.say(trouble or note, "error" if trouble else "aside")
         tints = [(k, STATE, TINTS.get(cells[STATE], "error")) for k, cells in enumerate(rows)]
@@ -109,6 +111,7 @@ class SensorsPanel(QWidget):
             _tip(mount, heard.get(name), cells)
             for (name, mount), cells in zip(mounts.items(), rows)
         ]
+        tips += [each.tip or "{}: {}".format(each.name, each.message) for each in told]
         fixed = [(cells[0], cells[STATE]) for cells in rows]
         if fixed == self._shown:
             self.table.change_texts(rows, tips)
@@ -132,6 +135,11 @@ def what_of(incident):
 
 
 TINTS = {"heard": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}
+TINTS.update(good="good", warning="warning")
+
+
+def _age(seconds):
+    return "" if math.isnan(seconds) else number(seconds, 2, " s")
 
 
 def _cells(mount, heard):

@@ -38,7 +38,8 @@ class ProgramControl:
         """Start what is to be started again; show the programs if somebody looks."""
         for message in self.programs.follow(self._panels.bar.speed()):
             self._panels.say(message)
-        self._study.connection.watch_diagnostics(self._panels.programs.isVisible())
+        looked_at = self._panels.programs.isVisible() or self._panels.sensors.isVisible()
+        self._study.connection.watch_diagnostics(looked_at)
         if self._panels.programs.isVisible():
             self.show()
 

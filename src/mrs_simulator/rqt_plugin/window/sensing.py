@@ -1,8 +1,10 @@
 """Sensors of the robots: those that are looked at are listened to, on the map and in their panel."""
 
 from mrs_simulator.rqt_plugin.map.sensor_drawing import DRAWN, MOST_ROBOTS
+from mrs_simulator.rqt_plugin.run.programs_panel import all_of, short
 from mrs_simulator.rqt_plugin.run.trouble import reason
 from mrs_simulator.rqt_plugin.sensing.heard import mounts_of
+from mrs_simulator.rqt_plugin.sensing.own_parts import Told, parts_of, told_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 DEPTH = " depth"  # after the name of a camera; no mount has a space in its name
@@ -43,9 +45,25 @@ class Sensing:
         )
         if panels.sensors.isVisible():
             mounts = {name: mount for (_, name), (mount, _) in in_panel.items()}
-            told = {name: heard.get((number, name)) for number, name in in_panel}
-            told_depth = [heard[key] for key in depth if key in heard]
-            panels.sensors.show_sensors(mounts, told, self._trouble, *told_depth)
+            readings = {name: heard.get((number, name)) for number, name in in_panel}
+            of_depth = next((heard[key] for key in depth if key in heard), None)
+            told = self._told(panels.sensors.number)
+            panels.sensors.show_sensors(mounts, readings, self._trouble, of_depth, told)
+
+    def _told(self, number):
+        """Return the ``Told`` of the robot ``number``: motion, controller, and its own diagnostics."""
+        if not number:
+            return []
+        connection = self._study.connection
+        stage, control = (
+            connection.newest(name) if connection.is_fresh(name) else None
+            for name in ("stage", "control")
+        )
+        told = told_of(number, connection.snapshot(), stage, control)
+        own = parts_of(number, connection.diagnostics())
+        return told + [
+            Told(short(part.name), part.message, part.level, part.age, all_of(part)) for part in own
+        ]
 
     def _show_state(self):
         """Show what the robot in the panel does if it flies, and what has befallen it."""

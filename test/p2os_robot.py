@@ -8,7 +8,7 @@ command that differs by no more than 0.01 m/s and 0.01 rad/s from the one in for
 stop a robot that creeps.  It has no watchdog; the robot's firmware stops 2 s after the last packet that
 was sent to it, and goes on at the next.  Speeds are told as those of the wheels, in whole mm/s.  The
 motors are off until told otherwise.  Without its robot the driver waits in its read for ever, and says
-nothing.
+nothing.  Its sonar hears what RosAria's does here, where ``~use_sonar`` is true; else it tells no distance.
 """
 
 import math
@@ -24,6 +24,16 @@ from rosaria_robot import STEP, Robot
 from std_srvs.srv import Empty
 
 # The driver's own message package is not installed where the tests run.
+SONARS = """Header header
+int32 ranges_count
+float64[] ranges
+================================================================================
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+"""
+SonarArray = generate_dynamic("p2os_msgs/SonarArray", SONARS)["p2os_msgs/SonarArray"]
 MotorState = generate_dynamic("p2os_msgs/MotorState", "int32 state\n")["p2os_msgs/MotorState"]
 PACKET = 0.1  # [s] between two of the robot's packets
 CHANGE = 0.01  # [m/s], [rad/s] by which a command must differ
@@ -73,6 +83,9 @@ class P2osRobot(Robot):
         self._commands, self._inbox, self._lock = Commands(*most), {}, threading.Lock()
         self._due = self._spoke = time.monotonic()
         self._lost = threading.Event()
+        self._wall = rospy.get_param("~wall", math.inf)
+        self._fires = rospy.get_param("~use_sonar", False)
+        self._distances = rospy.Publisher("sonar", SonarArray, queue_size=1000)
         self._publisher = rospy.Publisher("pose", Odometry, queue_size=1000)
         self._state = rospy.Publisher("motor_state", MotorState, queue_size=1000)
         self._kept = [
@@ -101,6 +114,10 @@ class P2osRobot(Robot):
         super().publish()
         self.pose, self.velocity = exact, velocity
         self._state.publish(MotorState(int(self.motors)))
+        told = [1e-3 * heard for *_, heard in self.heard()] if self._fires else []
+        distances = SonarArray(ranges_count=len(told), ranges=told)
+        distances.header.stamp = rospy.Time.from_sec(time.time())
+        self._distances.publish(distances)
 
     def step(self, duration):
         """Move on by ``duration`` [s], as the firmware lets it."""

@@ -78,16 +78,22 @@ class Robot:
         self._sonar = None
         return EmptyResponse()
 
-    def echoes(self):
-        """Return the echoes of the wall in the robot's axes, points."""
-        (x, _, theta), points = self.pose[0], []
+    def heard(self):
+        """Return x, y [mm], direction [rad] of each transducer, and the whole mm that it hears."""
+        (x, _, theta), result = self.pose[0], []
         for text in TRANSDUCERS.split(","):
             ahead, left, degrees = map(float, text.split())
             turn = math.radians(degrees)
             place = 1000.0 * x + ahead * math.cos(theta) - left * math.sin(theta)
             along = math.cos(theta + turn)
             far = (1000.0 * self._wall - place) / along if along > 1e-6 else FARTHEST
-            heard = round(min(max(far, 0.0), FARTHEST))
+            result.append((ahead, left, turn, round(min(max(far, 0.0), FARTHEST))))
+        return result
+
+    def echoes(self):
+        """Return the echoes of the wall in the robot's axes, points."""
+        points = []
+        for ahead, left, turn, heard in self.heard():
             echo = ahead + heard * math.cos(turn), left + heard * math.sin(turn)
             points.append(Point32(0.001 * echo[0], 0.001 * echo[1], 0.0))
         return points

@@ -13,7 +13,8 @@ from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.core.recording import read_run_csv
 
-ROBOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "rosaria_robot.py")
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROBOT, P2OS = (os.path.join(HERE, name + "_robot.py") for name in ("rosaria", "p2os"))
 SCENARIO = """
 poses:
   - [2.6, 0.2, 0.0]
@@ -621,3 +622,26 @@ def test_a_law_stops_by_rosarias_sonar_and_never_moves_on_a_stale_one(team):
     assert check.wait(PATIENCE) == 1
     assert "sensors heard" in log_of(check) and "no fresh sonar of robot2" in log_of(check)
     assert "robots stopped: no fresh sonar of robot2" in log_of(control)
+
+
+def test_the_same_law_stops_by_p2os_sonar(ros, team):
+    for number, sonar in ((1, "true"), (2, "false")):
+        names = "__name:=p2os_driver", "__ns:=/robot{}".format(number), "_use_sonar:=" + sonar
+        ros.start("p2os{}".format(number), [sys.executable, P2OS, *names, "_wall:=1.0"])
+    team.law.write_text(STOPS)
+    topics = "_odom_topic:=/robot{}/pose", "_cmd_vel_topic:=/robot{}/cmd_vel"
+    motors = "_enable_motors:=/robot{}/cmd_motor_state p2os_msgs/MotorState"
+    known = "--scenario", team.scenario, "--protocol", team.law, "--odometry", "wheel"
+    second = ros.node("preflight", *known, "--robots", 2, *topics, "_time_limit:=3", name="check")
+    assert second.wait(PATIENCE) == 1
+    assert (
+        "robot2 (never heard, refused: no distances: is the driver's parameter use_sonar true?)"
+        in (log_of(second))
+    )
+    assert "robot1 (never" not in log_of(second)
+    ros.node("pioneer_control", *known, "--robots", 1, AT_ONCE, *topics, motors)
+    team.probe.ask("listen('/robot1/pose', Odometry)")
+    team.probe.ask("listen('/robot1/cmd_vel', Twist)")
+    driven = "newest['/robot1/pose'].pose.pose.position.x"
+    team.probe.wait("'/robot1/pose' in newest and {} > 0.1".format(driven))
+    team.probe.wait("newest['/robot1/cmd_vel'].linear.x == 0.0 and {} < 0.5".format(driven))

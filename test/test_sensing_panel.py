@@ -1,5 +1,6 @@
 """Sensors in the GUI: on the map and in their panel, listened to only while somebody looks."""
 
+import math
 import os
 from types import SimpleNamespace
 
@@ -13,7 +14,7 @@ from gui_fixtures import gui, quiet_study  # noqa: F401, a fixture
 from python_qt_binding.QtGui import QColor
 from python_qt_binding.QtWidgets import QApplication
 from sensor_msgs.msg import PointCloud
-from std_msgs.msg import Header
+from std_msgs.msg import Float64, Header, Int8
 
 from mrs_simulator.core.incidents import Incident
 from mrs_simulator.core.scenario import scenario_from_dict
@@ -25,7 +26,7 @@ from mrs_simulator.rqt_plugin.ros_side import sensors as sensors_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import Part
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
 from mrs_simulator.rqt_plugin.run.history import Snapshot
-from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of
+from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of, spares_of
 from mrs_simulator.rqt_plugin.sensing.own_parts import parts_of, told_of
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
@@ -108,6 +109,7 @@ def shade(study, x, y):
             "pressed: front 2; rear 1",
         ),
         (BatteryReading(0.0, 12.5, 0.75), "12.50 V, 75 % charged"),
+        (BatteryReading(0.0, 12.5, NONE, True), "12.50 V, on the charger"),
         (CompassReading(0.0, np.pi), "heading 180.0\u00b0"),
         (GpsReading(0.0, NONE, NONE, NONE), "no fix"),
         (
@@ -146,7 +148,10 @@ def test_nothing_is_listened_to_until_somebody_looks(study):
     assert study.watched == set()  # no robot is chosen yet
     study.map.robot_clicked.emit(2)
     study.sensing.show()
-    assert study.watched == {(2, name) for name in ("sonar", "others", "bumper")}
+    # Those that the robot has, and those that its driver may tell besides.
+    assert study.watched == {
+        (2, each) for each in ("sonar", "others", "bumper", "laser", "battery")
+    }
     study.results_tabs.setCurrentIndex(0)
     study.sensing.show()
     assert study.watched == set()
@@ -188,8 +193,30 @@ def test_the_first_reading_which_comes_at_once_does_not_count_for_the_rate():
     mount, kind = mounts_of(team_of(1))[1, "sonar"]
     ear = sensors_module._Ear(mount, kind)
     for second in (0.3, 1.0, 2.0, 3.0):
-        ear._keep(PointCloud(Header(0, rospy.Time(second), ""), [], []))
+        ear._keep(PointCloud(Header(0, rospy.Time(second), ""), [], []), ear.form)
     assert ear.told(3.0).rate == pytest.approx(1.0)
+
+
+def test_what_several_messages_tell_is_one_reading(monkeypatch):
+    monkeypatch.setattr(sensors_module.rospy, "Subscriber", lambda *_, **__: SimpleNamespace())
+    (mount, kind) = spares_of(team_of(1), 1)[1, "battery"]
+    ear = sensors_module._Ear(mount, kind)
+    own = "/robot1/RosAria/battery_"
+    kinds = {own + "voltage": "std_msgs/Float64", own + "recharge_state": "std_msgs/Int8"}
+    told = dict.fromkeys(kinds, ["driver"]), {}, kinds, None
+    topics = sensors_module._topics_of(1, ear, told)
+    assert list(topics) == list(kinds)
+    kinds["/robot1/battery"] = "sensor_msgs/BatteryState"
+    told[0]["/robot1/battery"] = ["stage"]
+    assert list(sensors_module._topics_of(1, ear, told)) == ["/robot1/battery"]
+    ear.listen(topics)
+    voltage, recharging = topics.values()
+    monkeypatch.setattr(sensors_module, "stamp_of", lambda _: rospy.Time(1.0))
+    ear._keep(Int8(1), recharging)
+    assert ear.told(None).reading is None
+    ear._keep(Float64(12.5), voltage)
+    reading = ear.told(None).reading
+    assert (reading.voltage, reading.charging) == (12.5, True) and math.isnan(reading.charge)
 
 
 # The map

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import rospy
-from std_msgs.msg import Header
+from std_msgs.msg import Float32, Float64, Header, Int8
 
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.ros import sensor_inbox
@@ -26,6 +26,8 @@ class Times:
 def times(monkeypatch):
     monkeypatch.setattr(sensor_inbox.rospy, "Subscriber", lambda *_, **__: None)
     monkeypatch.setattr(sensor_inbox.rospy, "get_time", lambda: Times.simulated)
+    now = lambda: rospy.Time.from_sec(Times.simulated)  # noqa: E731
+    monkeypatch.setattr(sensor_inbox.rospy, "get_rostime", now)
     monkeypatch.setattr(sensor_inbox.time, "monotonic", lambda: Times.wall)
     monkeypatch.setattr(sensor_inbox, "clock_at", lambda stamp, timeout: Times.simulated)
     monkeypatch.setattr(sensor_inbox, "read", lambda parameter: SETTINGS[parameter.name])
@@ -124,6 +126,27 @@ def test_clocks_of_real_robots_may_be_any(times):
     put(inbox, 0, 70.0 + 0.1 * 7)  # the link is lost: the same stamp again
     times.wall += 0.6
     assert "robot1 (0.6 s, refused: its stamp stands still)" in inbox.missing(times.simulated)
+
+
+def test_a_real_robots_battery_is_told_by_several_topics(times):
+    mounts = {"battery": {"type": "battery", "rate": 10.0}}
+    scenario = scenario_from_dict({"poses": [[0, 0, 0]], "sensors": [{"mounts": mounts}]})
+    team = Team.from_scenario(scenario)
+    known = ("battery",), fitted_mounts(team, scenario.sensors), team.kinds
+    (inlet,) = sensor_inbox.SensorInbox(*known, step=0.02)._inlets
+    assert inlet.topics == ["/robot1/RosAria/battery"]  # of a simulated robot
+    inbox = sensor_inbox.SensorInbox(*known, real=(0,))
+    (inlet,) = inbox._inlets
+    ends = "battery", "battery_voltage", "battery_state_of_charge", "battery_recharge_state"
+    assert inlet.topics == ["/robot1/RosAria/" + end for end in (*ends, "battery_state")]
+    inbox.put(Int8(-1), inlet, 3)
+    assert inbox.readings(1.0)[0] == {} and inbox.stale(1.0) == [0]
+    for part, message in ((3, Int8(1)), (1, Float64(12.5)), (2, Float32(0.5)), (1, Float64(12.4))):
+        times.simulated, times.wall = times.simulated + 0.1, times.wall + 0.1
+        inbox.put(message, inlet, part)
+    reading = inbox.readings(1.0)[0]["battery"]
+    assert (reading.voltage, reading.charge, reading.charging) == (12.4, 0.5, True)
+    assert reading.stamp == pytest.approx(0.4) and inbox.stale(times.simulated) == []
 
 
 def test_lockstep_waits_for_what_was_measured(times):

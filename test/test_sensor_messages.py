@@ -13,11 +13,11 @@ from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.nodes.record.bag import command_of
 from mrs_simulator.nodes.stage import sensor_topics
 from mrs_simulator.nodes.stage.robot_topics import Frames
-from mrs_simulator.ros import defined_types
+from mrs_simulator.ros import defined_types, sensor_messages
 from mrs_simulator.ros.messages import MessageError
 from mrs_simulator.ros.sensor_forms.cloud import Cloud
-from mrs_simulator.ros.sensor_messages import FORMS, forms_of, topic_of
-from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.ros.sensor_messages import FORMS, forms_of, others_of, topic_of
+from mrs_simulator.sensors.mounts import fitted_mounts, spare_mounts
 from mrs_simulator.sensors.noise import Draws, Streams
 from mrs_simulator.sensors.suite import Suite, of_robot
 from mrs_simulator.sensors.types import TYPES
@@ -96,7 +96,7 @@ def test_a_battery_tells_charge_and_voltage():
     ).mounts[0] if each.type == "battery"]  # fmt: skip
     form = forms_of(mount, world.team.kinds[0])[0]
     read = form.reading(sent(form, [12.25, 0.5]), 2.0)
-    assert read == (2.0, 12.25, 0.5)
+    assert read == (2.0, 12.25, 0.5, None)
 
 
 def test_echoes_are_points_in_the_robots_axes():
@@ -175,8 +175,65 @@ def test_another_sensor_than_the_mounts_is_refused(sensors):
     assert "wanted" not in refusal("bumper", rear_bumpers=[])
 
 
+def test_p2os_tells_distances_up_to_the_last_that_has_fired(sensors):
+    form, kind = others_of(sensors[0]["sonar"].mount, sensors[1].kinds[0])[0], sensors[1].kinds[0]
+    told = form.MESSAGE(ranges_count=9, ranges=[1.5, 5.0, 0.3] + [2.0] * 6)
+    reading = form.reading(told, 3.0)
+    assert reading.stamp == 3.0 and reading.ranges[:3].tolist() == [1.5, math.inf, 0.3]
+    assert (reading.ranges[3:9] == 2.0).all() and np.isnan(reading.ranges[9:]).all()
+    assert reading.places.shape == (16, 3) and reading.most == 5.0
+    with pytest.raises(MessageError, match="use_sonar"):
+        form.reading(form.MESSAGE(), 3.0)
+    with pytest.raises(MessageError, match="17 distances, but the mount has 16 transducers"):
+        form.reading(form.MESSAGE(ranges=[1.0] * 17), 3.0)
+    mount = next(each for each in spare_mounts(kind) if each.name == "battery")
+    voltage = others_of(mount, kind)[-1]
+    assert voltage.reading(voltage.MESSAGE(voltage=12.5), 1.0).voltage == 12.5
+
+
+def test_a_topic_may_have_messages_of_several_types(sensors, monkeypatch):
+    mount, kind = sensors[0]["sonar"].mount, sensors[1].kinds[0]
+    forms = [forms_of(mount, kind)[0], *others_of(mount, kind)]
+    asked, heard, refused = [], [], []
+    monkeypatch.setattr(
+        sensor_messages.rospy, "Subscriber", lambda *given, **_: asked.append(given)
+    )
+    sensor_messages.listen(
+        "/a",
+        forms,
+        lambda message, form: heard.append((message, form)),
+        lambda *why: refused.append(why),
+    )
+    name, kind_asked, callback = asked[0]
+    assert name == "/a" and kind_asked is rospy.AnyMsg
+
+    def come(message, **header):
+        raw = rospy.AnyMsg()
+        raw._buff = io.BytesIO()
+        message.serialize(raw._buff)
+        raw._buff = raw._buff.getvalue()
+        told = {"type": message._type, "md5sum": message._md5sum, "callerid": "/driver"}
+        raw._connection_header = {**told, **header}
+        callback(raw)
+
+    come(forms[1].MESSAGE(ranges=[1.0]))
+    come(forms[0].message(np.ones((16, 3)), Header()))
+    assert [form for _, form in heard] == forms[::-1]
+    assert heard[0][0].ranges == (1.0,) and heard[1][0].points.shape == (16, 3)
+    assert heard[0][0]._connection_header["callerid"] == "/driver"
+    come(Header())
+    come(forms[1].MESSAGE(), md5sum="0")
+    wanted = "wanted sensor_msgs/PointCloud or p2os_msgs/SonarArray"
+    assert [why for _, why in refused] == [
+        "a std_msgs/Header, " + wanted,
+        "a p2os_msgs/SonarArray, " + wanted,
+    ]
+
+
 def test_definitions_have_the_packages_checksums():
     assert defined_types.BumperState._md5sum == "f81947761ff7e166a3bbaf937b9869b5"
+    assert defined_types.SonarArray._md5sum == "2984921c09aef26ad253c7629937a5bb"
+    assert defined_types.P2osBattery._md5sum == "b72130f0e7ffec93b2b5f573eb2542cb"
     assert defined_types.DiagnosticArray._md5sum == "60810da900de1dd6ddd437c3503511da"
 
 

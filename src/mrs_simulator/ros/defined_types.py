@@ -8,6 +8,8 @@ from genpy.dynamic import generate_dynamic
 _RULE = "\n{}\nMSG: ".format(80 * "=")
 _HEADER = _RULE + "std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id"
 _BUMPERS = "Header header\nbool[] front_bumpers\nbool[] rear_bumpers" + _HEADER
+_SONARS = "Header header\nint32 ranges_count\nfloat64[] ranges" + _HEADER
+_VOLTAGE = "Header header\nfloat32 voltage" + _HEADER
 _LEVELS = "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\n"
 _STATUS = "byte level\nstring name\nstring message\nstring hardware_id\nKeyValue[] values"
 _DIAGNOSTICS = (
@@ -28,6 +30,8 @@ def _defined(name, text):
 
 
 BumperState = _defined("rosaria/BumperState", _BUMPERS)["rosaria/BumperState"]
+SonarArray = _defined("p2os_msgs/SonarArray", _SONARS)["p2os_msgs/SonarArray"]
+P2osBattery = _defined("p2os_msgs/BatteryState", _VOLTAGE)["p2os_msgs/BatteryState"]
 _diagnostics = _defined("diagnostic_msgs/DiagnosticArray", _DIAGNOSTICS)
 DiagnosticArray = _diagnostics["diagnostic_msgs/DiagnosticArray"]
 DiagnosticStatus = _diagnostics["diagnostic_msgs/DiagnosticStatus"]

@@ -14,7 +14,13 @@ from mrs_simulator.ros.node_parameters import SENSOR_TIMEOUT, SENSOR_TOPIC
 from mrs_simulator.ros.odometry_inbox import MOST_NAMED, clock_at, silence
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.senders import Senders
-from mrs_simulator.ros.sensor_messages import listened_topic, parts_of
+from mrs_simulator.ros.sensor_messages import (
+    listen,
+    listened_topic,
+    others_of,
+    parts_of,
+    stamp_of,
+)
 from mrs_simulator.sensors.readings import frozen
 from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.sensors.types import TYPES
@@ -46,9 +52,7 @@ class SensorInbox:
         ]
         self._rows = range(len(mounts))
         self._subscribers = [
-            self._subscribed(inlet, part, pattern)
-            for inlet in self._inlets
-            for part in range(len(inlet.forms))
+            subscriber for inlet in self._inlets for subscriber in self._subscribed(inlet, pattern)
         ]
 
     def _inlet(self, row, mount, kind, real, step):
@@ -56,34 +60,41 @@ class SensorInbox:
         period = 1.0 / mount.rate if is_real else steps_between(mount, step) * step
         return _Inlet(row, mount, kind, is_real, period, self._least)
 
-    def _subscribed(self, inlet, part, pattern):
-        form = inlet.forms[part]
-        name = listened_topic(pattern, inlet.row + 1, form)
-        inlet.topics[part] = rospy.resolve_name(name)
-        return rospy.Subscriber(
-            name,
-            form.MESSAGE,
-            functools.partial(self.put, part=part),
-            callback_args=inlet,
-            queue_size=MOST_KEPT if form.mount.name in self._kept else 1,
-            tcp_nodelay=True,
-        )
+    def _subscribed(self, inlet, pattern):
+        forms = {}  # by topic
+        for part, form in enumerate(inlet.all_forms):
+            name = listened_topic(pattern, inlet.row + 1, form)
+            inlet.topics[part] = rospy.resolve_name(name)
+            forms.setdefault(name, []).append(form)
+        most = MOST_KEPT if inlet.form.mount.name in self._kept else 1
+        take = functools.partial(self._take, inlet)
+        refuse = functools.partial(self._refuse, inlet)
+        options = dict(queue_size=most, tcp_nodelay=True)
+        return [listen(name, own, take, refuse, **options) for name, own in forms.items()]
+
+    def _take(self, inlet, message, form):
+        self.put(message, inlet, inlet.all_forms.index(form))
+
+    def _refuse(self, inlet, form, why):
+        with self._lock:
+            inlet.intake.refuse(inlet.all_forms.index(form), why)
 
     def put(self, message, inlet, part=0):
         """Take in a message of one sensor; what cannot be now, or is not the mount's, is refused.
 
         ``part``: which of the ``inlet``'s forms it is.
         """
-        stamp = message.header.stamp
+        stamp = stamp_of(message)
         seconds = stamp.to_sec()
         now = rospy.get_time() if inlet.is_real else clock_at(seconds, inlet.timeout)
         arrival = time.monotonic()
         with self._lock:
             self._senders.note(inlet.topics[part], message)
-            if not inlet.intake.believes_stamp(part, seconds, now, arrival):
+            stamped = hasattr(message, "header")  # others tell of now: they have no clock
+            if stamped and not inlet.intake.believes_stamp(part, seconds, now, arrival):
                 return
         try:
-            reading = inlet.forms[part].reading(message, seconds)
+            reading = inlet.all_forms[part].reading(message, seconds)
         except MessageError as error:
             with self._lock:
                 inlet.intake.refuse(part, str(error))
@@ -201,10 +212,12 @@ class _Inlet:
     def __init__(self, row, mount, kind, is_real, period, least):
         self.row, self.is_real, self.period = row, is_real, period
         self.forms = parts_of(mount, kind)
-        self.form, self.topics = self.forms[0], [""] * len(self.forms)
+        self.all_forms = self.forms + (others_of(mount, kind) if is_real else [])
+        self.form, self.topics = self.forms[0], [""] * len(self.all_forms)
         self.timeout = mount.latency + max(least, MISSED * period)
-        self.intake = Intake([is_real] * len(self.forms), self.timeout)
+        self.intake = Intake([is_real] * len(self.all_forms), self.timeout)
         self._parts = [deque(maxlen=PARTS_KEPT) for _ in self.forms]
+        self._joined = None  # what other forms have told so far
         self._apart = 0.5 * period if is_real else CLOSE  # [s] that parts of a reading may be
         self.newest, self.count, self._received = None, 0, -math.inf
         looks_back = getattr(TYPES[mount.type], "LOOKS_BACK", False)
@@ -215,6 +228,10 @@ class _Inlet:
 
         Of real robots' drivers, whose parts may bear other stamps, the nearest in time belong together.
         """
+        if part >= len(self.forms):
+            form = self.all_forms[part]
+            self._joined = form.joined(reading, self._joined)
+            return stamp, self._joined if form.SUFFICES else None
         if len(self.forms) == 1:
             return stamp, reading
         own = self._parts[part]

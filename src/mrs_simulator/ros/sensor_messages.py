@@ -5,12 +5,14 @@ those who listen both know it, so that what a message leaves out, such as where 
 from there.  Distances and directions are float32 in most messages; all else is told to the last digit.
 """
 
+import genpy
 import rospy
 
 from mrs_simulator.ros.sensor_forms.body import (
     Bumpers,
     Charge,
     Inertia,
+    Recharging,
     StateOfCharge,
     Voltage,
     Wheels,
@@ -22,6 +24,7 @@ from mrs_simulator.ros.sensor_forms.camera import (
     Pinhole,
     RawDepths,
 )
+from mrs_simulator.ros.sensor_forms.drivers import Distances, P2osVoltage
 from mrs_simulator.ros.sensor_forms.others import BeaconsHeard, Seen
 from mrs_simulator.ros.sensor_forms.place import Fix, Heading, Height, Tracked, TrackedSurely
 from mrs_simulator.ros.sensor_forms.ranging import Scan, SonarCloud, SonarCloud2, SonarRange
@@ -42,6 +45,11 @@ FORMS = {
     "range_bearing": (Seen,),
     "sonar": (SonarCloud, SonarCloud2),
 }
+# As drivers of real robots may tell it instead: RosAria and p2os_driver.
+OTHERS = {
+    "battery": (Voltage, StateOfCharge, Recharging, P2osVoltage),
+    "sonar": (Distances,),
+}
 
 
 def forms_of(mount, kind):
@@ -58,6 +66,44 @@ def parts_of(mount, kind):
     """Return the forms that make up a reading of the ``mount``; the others fill fields of the first."""
     first, *others = forms_of(mount, kind)
     return [first, *(form for form in others if form.FILLS)]
+
+
+def others_of(mount, kind):
+    """Return the forms in which real robots may tell of the ``mount`` instead of those of ``parts_of``."""
+    return [form(mount, kind) for form in OTHERS.get(mount.type, ())]
+
+
+def stamp_of(message):
+    """Return the stamp of ``message``, the present time for one that has no header."""
+    header = getattr(message, "header", None)
+    return rospy.get_rostime() if header is None else header.stamp
+
+
+def listen(name, forms, take, refuse, **options):
+    """Return a subscriber to the topic ``name``, on which a message of any of ``forms`` may come.
+
+    ``take(message, form)`` is called with each, ``refuse(form, text)`` with why one is none of them;
+    ``options`` are those of ``rospy.Subscriber``.
+    """
+    first = forms[0]
+    if len(forms) == 1:
+        return rospy.Subscriber(name, first.MESSAGE, take, callback_args=first, **options)
+    known = {(form.MESSAGE._type, form.MESSAGE._md5sum): form for form in forms}
+
+    def told(raw):
+        header = raw._connection_header
+        form = known.get((header.get("type"), header.get("md5sum")))
+        if form is None:
+            wanted = " or ".join(form.MESSAGE._type for form in forms)
+            return refuse(first, "a {}, wanted {}".format(header.get("type"), wanted))
+        try:
+            message = form.MESSAGE().deserialize(raw._buff)
+        except genpy.DeserializationError as error:
+            return refuse(form, str(error))
+        message._connection_header = header
+        return take(message, form)
+
+    return rospy.Subscriber(name, rospy.AnyMsg, told, **options)
 
 
 def topic_of(number, form):

@@ -46,6 +46,12 @@ def fitted_mounts(team, changes=()):
     return tuple(result)
 
 
+def spare_mounts(kind):
+    """Return the ``Mount`` tuple of the places for sensors that a robot of ``kind`` has without one."""
+    contents, where, off = _declared(kind)
+    return tuple(read_mount(name, contents[name], where[name]) for name in contents if name in off)
+
+
 def _of_robot(kind, changes, number):
     """Return the ``Mount`` tuple of a robot of ``kind`` after ``changes``."""
     contents, where, off = _declared(kind)

@@ -1,5 +1,7 @@
 """Readings of robots' sensors as they come over ROS, written beside the run."""
 
+import functools
+import math
 import threading
 import time
 from collections import deque
@@ -10,7 +12,7 @@ from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.ros.messages import MessageError
 from mrs_simulator.ros.node_parameters import SENSOR_TOPIC
 from mrs_simulator.ros.parameters import read
-from mrs_simulator.ros.sensor_messages import forms_of, listened_topic
+from mrs_simulator.ros.sensor_messages import forms_of, listen, listened_topic, others_of
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.study.sensor_files import SensorFiles, lines_of, recorded_sensors
 from mrs_simulator.study.sensor_sizes import with_sizes
@@ -53,24 +55,30 @@ class SensorSource:
         self._early = {key: deque(maxlen=KEPT) for key in forms}
         self._last = {}  # stamp [s] by sensor: a new listener hears the newest again
         self.count = 0  # readings that were written
-        self._subscribers = [
-            rospy.Subscriber(
-                listened_topic(read(SENSOR_TOPIC), number, form),
-                form.MESSAGE,
-                self._put,
-                callback_args=(name, number, form),
-                tcp_nodelay=True,
-            )
-            for (name, number), form in forms.items()
-        ]
+        self._joined = {}  # what several messages have told so far, by sensor
+        self._subscribers = {key: self._subscribed(key, form) for key, form in forms.items()}
+
+    def _subscribed(self, key, form):
+        """Return the subscribers of the sensor ``key``, name and number, on all topics that may tell it."""
+        forms, topics = [form], {}
+        if not self._simulated:
+            forms += others_of(form.mount, form.kind)
+        for each in forms:
+            topics.setdefault(listened_topic(read(SENSOR_TOPIC), key[1], each), []).append(each)
+        take, refuse = functools.partial(self._put, key), functools.partial(self._refuse, key)
+        return [listen(name, own, take, refuse, tcp_nodelay=True) for name, own in topics.items()]
 
     def wait(self, limit=CONNECTED):
         """Wait until every sensor is heard of, at most ``limit`` [s] of wall time: none is missed then."""
         end = time.monotonic() + limit
         while time.monotonic() < end and not rospy.is_shutdown():
-            if all(each.get_num_connections() for each in self._subscribers):
+            heard = (any(each.get_num_connections() for each in own) for own in self._all())
+            if all(heard):
                 return
             time.sleep(NAP)
+
+    def _all(self):
+        return self._subscribers.values()
 
     def begin(self, start):
         """Write what was measured from the time ``start`` [s] on, by the clock of the run."""
@@ -81,23 +89,30 @@ class SensorSource:
                     self._write(name, number, stamp, reading)
                 early.clear()
 
-    def _put(self, message, which):
-        name, number, form = which
+    def _refuse(self, key, _, why):
+        text = "record: {} of robot{} is not recorded: {}".format(*key, why)
+        rospy.logerr_throttle(REFUSED, text)
+
+    def _put(self, key, message, form):
         stamp = message.header.stamp.to_sec() if self._simulated else rospy.get_time()
         try:
             reading = form.reading(message, stamp)
         except MessageError as error:
-            text = "record: {} of robot{} is not recorded: {}".format(name, number, error)
-            rospy.logerr_throttle(REFUSED, text)
-            return
+            return self._refuse(key, form, error)
         with self._lock:
-            if self._last.get((name, number)) == stamp:
-                return
-            self._last[name, number] = stamp
+            if form.TELLS:
+                reading = self._joined[key] = form.joined(reading, self._joined.get(key))
+                since = stamp - self._last.get(key, -math.inf)
+                if not form.SUFFICES or since < 0.5 / form.mount.rate:
+                    return None  # several messages make up a reading
+            if self._last.get(key) == stamp:
+                return None
+            self._last[key] = stamp
             if self._start is None:
-                self._early[name, number].append((stamp, reading))
+                self._early[key].append((stamp, reading))
             else:
-                self._write(name, number, stamp, reading)
+                self._write(*key, stamp, reading)
+        return None
 
     def _write(self, name, number, stamp, reading):
         since = stamp - self._start
@@ -107,8 +122,9 @@ class SensorSource:
 
     def close(self):
         """Stop to listen, write what waits, and return what is missing, a list of texts."""
-        for subscriber in self._subscribers:
-            subscriber.unregister()
+        for own in self._all():
+            for subscriber in own:
+                subscriber.unregister()
         with self._lock:
             files, self._files = self._files, None
         files.close()

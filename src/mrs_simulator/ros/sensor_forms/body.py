@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from sensor_msgs.msg import BatteryState, Imu, JointState
-from std_msgs.msg import Float32, Float64
+from std_msgs.msg import Float32, Float64, Int8
 
 from mrs_simulator.ros.defined_types import BumperState
 from mrs_simulator.ros.messages import MessageError
@@ -119,10 +119,15 @@ class Voltage(Form):
 
     SUFFIX = "_voltage"
     MESSAGE = Float64
+    TELLS = ("voltage",)
 
     def message(self, item, header):
         """Return the ``Float64``, which has no header."""
         return Float64(item[0])
+
+    def reading(self, message, stamp):
+        """Return the ``BatteryReading``, its charge unknown."""
+        return BatteryReading(stamp, message.data, math.nan)
 
 
 class StateOfCharge(Form):
@@ -130,7 +135,26 @@ class StateOfCharge(Form):
 
     SUFFIX = "_state_of_charge"
     MESSAGE = Float32
+    TELLS = ("charge",)
 
     def message(self, item, header):
         """Return the ``Float32``, which has no header."""
         return Float32(item[1])
+
+    def reading(self, message, stamp):
+        """Return the ``BatteryReading``, its voltage unknown."""
+        return BatteryReading(stamp, math.nan, message.data)
+
+
+class Recharging(Form):
+    """Whether the battery is being charged, as RosAria tells it: 0 if not, negative if it is not known."""
+
+    SUFFIX = "_recharge_state"
+    MESSAGE = Int8
+    TELLS = ("charging",)
+    SUFFICES = False
+
+    def reading(self, message, stamp):
+        """Return the ``BatteryReading``, all else unknown."""
+        charging = None if message.data < 0 else message.data > 0
+        return BatteryReading(stamp, math.nan, math.nan, charging)

@@ -15,6 +15,8 @@ class Form:
     FRAME = OWN
     MESSAGE = None
     FILLS = ()  # fields of the first form's reading that this one tells instead
+    TELLS = ()  # fields that this one tells, where it is not all
+    SUFFICES = True  # whether what it tells is a reading
 
     def __init__(self, mount, kind):
         """``mount`` on a robot of ``kind``."""
@@ -37,6 +39,13 @@ class Form:
     def reading(self, message, stamp):
         """Return the reading in ``message``; ``MessageError`` says why it cannot be this sensor's."""
         raise NotImplementedError
+
+    def joined(self, reading, before):
+        """Return the ``reading`` of this form with what it does not tell as it was ``before``."""
+        if before is None or not self.TELLS:
+            return reading
+        told = {name: getattr(reading, name) for name in ("stamp", *self.TELLS)}
+        return before._replace(**told)
 
     def variance(self, quantity=""):
         """Return the mean square of the errors of the sensor's ``quantity``, when a run begins.

@@ -8,9 +8,10 @@ from collections import deque
 import rospy
 
 from mrs_simulator.ros.messages import MessageError
-from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.ros.sensor_messages import forms_of, others_of, stamp_of
 from mrs_simulator.rqt_plugin.sensing.heard import Heard
 
+PROMPT = dict(queue_size=1, tcp_nodelay=True)
 COUNTED = 20  # [-] messages over which a rate is taken
 
 
@@ -55,8 +56,8 @@ class SensorsConnection:
         for key, of in wanted.items():
             if key not in ears:
                 ears[key] = _Ear(*of)
-            topic = topic_in(key[0], ears[key].form, published, subscribed, kinds, controllers)
-            ears[key].listen(topic)
+            told = published, subscribed, kinds, controllers
+            ears[key].listen(_topics_of(key[0], ears[key], told))
         with self._lock:
             self._ears = ears
 
@@ -76,7 +77,7 @@ class SensorsConnection:
     def subscribers(self):
         """Return the subscribers."""
         with self._lock:
-            return [ear.subscriber for ear in self._ears.values() if ear.subscriber is not None]
+            return [each for ear in self._ears.values() for each in ear.subscribers]
 
     def close(self):
         """Leave all topics."""
@@ -84,6 +85,16 @@ class SensorsConnection:
             ears, self._ears, self._wanted = self._ears, {}, {}
         for ear in ears.values():
             ear.close()
+
+
+def _topics_of(number, ear, told):
+    """Return ``{topic: form}`` of what tells the sensor of ``ear``: its own form, or those of drivers."""
+    for forms in [ear.form], ear.others:
+        topics = {topic_in(number, form, *told): form for form in forms}
+        topics.pop("", None)
+        if any(form.SUFFICES for form in topics.values()):
+            return topics
+    return {}
 
 
 def topic_in(number, form, published, subscribed, kinds, controllers=None):
@@ -110,31 +121,43 @@ class _Ear:
 
     def __init__(self, mount, kind, form=0):
         self.of, self.form = (mount, kind, form), forms_of(mount, kind)[form]
-        self.subscriber, self._topic, self._lock = None, "", threading.Lock()
+        self.others = others_of(mount, kind) if form == 0 else []
+        self._ears, self._lock = {}, threading.Lock()  # form and subscriber, by topic
         self._newest, self._times = None, deque(maxlen=COUNTED)
+        self._parts = {}  # the newest message of each of several forms, and its stamp
+        self._counted = None  # the form whose rate is told
         self._read = None, Heard()  # the message that was read last, and what it says
 
-    def listen(self, topic):
-        """Listen to ``topic``, "" to none."""
-        if topic == self._topic:
+    @property
+    def subscribers(self):
+        """Return the subscribers."""
+        return [subscriber for _, subscriber in self._ears.values()]
+
+    @property
+    def _topic(self):
+        return next(iter(self._ears), "")
+
+    def listen(self, topics):
+        """Listen to ``topics``, ``{topic: form}``."""
+        if {topic: form for topic, (form, _) in self._ears.items()} == topics:
             return
         self.close()
-        self._topic = topic
-        if topic:
-            self.subscriber = rospy.Subscriber(
-                topic, self.form.MESSAGE, self._keep, queue_size=1, tcp_nodelay=True
-            )
+        self._ears = {
+            topic: (form, rospy.Subscriber(topic, form.MESSAGE, self._keep, form, **PROMPT))
+            for topic, form in topics.items()
+        }
 
-    def _keep(self, message):
-        stamp = message.header.stamp.to_sec()
+    def _keep(self, message, form):
+        stamp = stamp_of(message).to_sec()
         with self._lock:
             if self._times and stamp < self._times[-1]:  # another run
                 self._times.clear()
-            if (
-                self._newest is not None
-            ):  # the first is what a new listener gets, between two samples
+            if form is self._counted:  # the first is what a new listener gets, between two samples
                 self._times.append(stamp)
-            self._newest = message, stamp, time.monotonic()
+            if form.SUFFICES:
+                self._counted = self._counted or form
+                self._newest = message, stamp, time.monotonic()
+            self._parts[form] = message, stamp
 
     def told(self, now):
         """Return the ``Heard`` at ``now`` [s], None: of a real robot, by wall time."""
@@ -144,22 +167,29 @@ class _Ear:
             return Heard(topic=self._topic)
         message, stamp, received = newest
         if self._read[0] is not message:
-            self._read = message, self._taken(message, stamp)
+            self._read = message, self._taken(stamp)
         age = time.monotonic() - received if now is None else max(0.0, now - stamp)
         return self._read[1]._replace(age=age, rate=_rate(times))
 
-    def _taken(self, message, stamp):
+    def _taken(self, stamp):
+        """Return the ``Heard`` of the newest messages."""
+        with self._lock:
+            parts = list(self._parts.items())
+        reading = None
         try:
-            return Heard(self.form.reading(message, stamp), topic=self._topic)
+            for form, (message, _) in sorted(parts, key=lambda part: part[1][1]):
+                reading = form.joined(form.reading(message, stamp), reading)
         except MessageError as error:
             return Heard(topic=self._topic, trouble=str(error))
+        return Heard(reading, topic=self._topic)
 
     def close(self):
         """Listen no more."""
-        if self.subscriber is not None:
-            self.subscriber.unregister()
+        for subscriber in self.subscribers:
+            subscriber.unregister()
         with self._lock:
-            self.subscriber, self._topic, self._newest = None, "", None
+            self._ears, self._parts = {}, {}
+            self._newest = self._counted = None
             self._times.clear()
 
 

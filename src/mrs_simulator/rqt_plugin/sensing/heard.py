@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.mounts import fitted_mounts, spare_mounts
 from mrs_simulator.vehicles import Team
 
 MISSED, LEAST = 2.5, 0.5  # [-] periods, [s]: without a reading for longer, a sensor is stale
@@ -35,3 +35,12 @@ def mounts_of(scenario):
         for row, own in enumerate(mounts)
         for mount in own
     }
+
+
+def spares_of(scenario, number):
+    """Return ``{(number, name): (Mount, Kind)}`` of sensors that the robot ``number`` may have besides.
+
+    Its kind has places for them, and the scenario does not fit them: a real robot's driver may tell them.
+    """
+    kind = Team.from_scenario(scenario).kinds[number - 1]
+    return {(number, mount.name): (mount, kind) for mount in spare_mounts(kind)}

@@ -94,8 +94,12 @@ def _fix(reading):
 
 
 def _charge(reading):
-    share = number(100.0 * reading.charge, 0, " %")
-    return "{}, {} charged".format(number(reading.voltage, 2, " V"), share)
+    parts = [number(reading.voltage, 2, " V")]
+    if not math.isnan(reading.charge):
+        parts.append(number(100.0 * reading.charge, 0, " %") + " charged")
+    if reading.charging is not None:
+        parts.append("on the charger" if reading.charging else "not on the charger")
+    return ", ".join(parts)
 
 
 def _picture(reading):

@@ -3,7 +3,7 @@
 from mrs_simulator.rqt_plugin.map.sensor_drawing import DRAWN, MOST_ROBOTS
 from mrs_simulator.rqt_plugin.run.programs_panel import all_of, short
 from mrs_simulator.rqt_plugin.run.trouble import reason
-from mrs_simulator.rqt_plugin.sensing.heard import mounts_of
+from mrs_simulator.rqt_plugin.sensing.heard import mounts_of, spares_of
 from mrs_simulator.rqt_plugin.sensing.own_parts import Told, parts_of, told_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
@@ -17,6 +17,7 @@ class Sensing:
         """``history``: the ``History`` of the run, of whose incidents the panel tells."""
         self._panels, self._study, self._history = panels, study, history
         self._scenario, self._mounts, self._trouble = None, {}, ""
+        self._spare = {}  # by number of a robot
         panels.map.robot_clicked.connect(self._on_robot)
         panels.sensors.robot_chosen.connect(self._on_robot)
 
@@ -44,8 +45,8 @@ class Sensing:
             {key: heard[key] for key in on_map if key in heard and not self._is_old(key, heard)}
         )
         if panels.sensors.isVisible():
-            mounts = {name: mount for (_, name), (mount, _) in in_panel.items()}
-            readings = {name: heard.get((number, name)) for number, name in in_panel}
+            readings = {key[1]: heard.get(key) for key in in_panel if self._is_shown(key, heard)}
+            mounts = {key[1]: of[0] for key, of in in_panel.items() if key[1] in readings}
             of_depth = next((heard[key] for key in depth if key in heard), None)
             told = self._told(panels.sensors.number)
             panels.sensors.show_sensors(mounts, readings, self._trouble, of_depth, told)
@@ -83,7 +84,7 @@ class Sensing:
         scenario = self._study.scenario
         if scenario is self._scenario:
             return
-        self._scenario, self._trouble = scenario, ""
+        self._scenario, self._trouble, self._spare = scenario, "", {}
         try:
             self._mounts = mounts_of(scenario)
         except ValueError as error:
@@ -118,4 +119,15 @@ class Sensing:
         panel = self._panels.sensors
         if not panel.isVisible():
             return {}
-        return {key: of for key, of in self._mounts.items() if key[0] == panel.number}
+        fitted = {key: of for key, of in self._mounts.items() if key[0] == panel.number}
+        return {**self._spares(panel.number), **fitted}
+
+    def _spares(self, number):
+        """Return the sensors that the robot ``number`` may have besides: shown where they are told."""
+        if number not in self._spare:
+            known = 0 < number <= self._scenario.n and not self._trouble
+            self._spare[number] = spares_of(self._scenario, number) if known else {}
+        return self._spare[number]
+
+    def _is_shown(self, key, heard):
+        return key in self._mounts or (key in heard and bool(heard[key].topic))

@@ -1,6 +1,6 @@
 """Batteries, which drain with use."""
 
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class BatteryReading(NamedTuple):
     stamp: float  # [s]
     voltage: float  # (...) [V]
     charge: float  # (...) [-] from 0, empty, to 1
+    charging: Optional[bool] = None  # whether it is being charged, of real robots that tell
 
     PER_ROBOT = ("voltage", "charge")
 

@@ -66,6 +66,24 @@ def test_turned_and_lowered_it_looks_there():
     assert left.depth[29, 39] == pytest.approx(1.9, abs=0.01)
 
 
+def test_its_axis_meets_the_picture_where_the_intrinsics_say():
+    """By planes aslant of the axis, whose inverse depth is linear across the picture."""
+    (reading,), _ = sensed(dict(EYE, down="30 deg"), obstacles=())
+    rows = np.arange(30.0, 60.0)  # of the ground, 0.505 m below: it is a plate
+    fx, fy, cx, cy = reading.intrinsics
+    slope, first = np.polyfit(rows, 1.0 / reading.depth[30:, 40], 1)
+    away = math.cos(math.radians(30.0)) / (fy * slope)
+    middle = (0.5 - first * away) * fy / math.cos(math.radians(30.0))
+    assert away == pytest.approx(0.505, abs=2e-3) and middle == pytest.approx(cy, abs=0.1)
+    wall = dict(WALL, center=[3.5, 0.0], size=[1.0, 40.0])
+    (reading,), _ = sensed(dict(EYE, place=[0.0, 0.0, 0.5], yaw="45 deg"), obstacles=[wall])
+    columns = np.arange(40.0, 80.0)
+    slope, first = np.polyfit(columns, 1.0 / reading.depth[29, 40:], 1)
+    away = math.sqrt(0.5) / (fx * slope)
+    middle = (math.sqrt(0.5) - first * away) * fx / math.sqrt(0.5)
+    assert away == pytest.approx(3.0, abs=0.01) and middle == pytest.approx(cx, abs=0.1)
+
+
 def test_other_robots_are_seen_from_each():
     given, suite = sensed(poses=((0.0, 0.0, 0.0), (2.0, 0.0, math.pi)), obstacles=())
     for reading in given:

@@ -139,17 +139,14 @@ class View:
         up = [0.0, 0.0, 1.0] if abs(ahead[2]) < STEEP else [*-np.sign(ahead[2]) * ahead[:2], 0.0]
         if not np.any(up):
             up = [1.0, 0.0, 0.0]
-        size = numbers.width, numbers.height
-        field = upright_field(numbers)
+        size, renderer = (numbers.width, numbers.height), self._renderer or SOFTWARE
         _, _, rgba, buffer, _ = pybullet.getCameraImage(
             *size,
             pybullet.computeViewMatrix(eye.tolist(), (eye + ahead).tolist(), up),
-            pybullet.computeProjectionMatrixFOV(
-                field, size[0] / size[1], numbers.least, numbers.most
-            ),
+            _pinhole(numbers, renderer),
             lightDirection=[-3.0, -5.0, 10.0],
             shadow=0,
-            renderer=self._renderer or SOFTWARE,
+            renderer=renderer,
             flags=pybullet.ER_NO_SEGMENTATION_MASK,
             physicsClientId=self._client,
         )
@@ -166,6 +163,23 @@ class View:
         if self.open:
             pybullet.disconnect(physicsClientId=self._client)
         self._client = -1
+
+
+def _pinhole(numbers, renderer):
+    """Return OpenGL's projection for the ``numbers`` of a camera, whose axis meets the picture's middle.
+
+    The software renderer looks half a pixel aside of the middles of pixels, which is made up for.
+    """
+    width, height = numbers.width, numbers.height
+    matrix = list(
+        pybullet.computeProjectionMatrixFOV(
+            upright_field(numbers), width / height, numbers.least, numbers.most
+        )
+    )
+    if renderer == SOFTWARE:
+        matrix[8] += 1.0 / width
+        matrix[9] += 1.0 / height
+    return matrix
 
 
 @functools.lru_cache(maxsize=None)

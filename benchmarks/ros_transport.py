@@ -3,7 +3,8 @@
 
     source build/devel/setup.bash
     python3 benchmarks/ros_transport.py --all [--keep]
-    python3 benchmarks/ros_transport.py [--topics robots|team] [--sonar] [--record] [--gui] [--keep] [N ...]
+    python3 benchmarks/ros_transport.py [--topics robots|team] [--rate HZ] [--sonar] [--record] [--gui]
+                                        [--keep] [N ...]
 
 Starts a master, the stage and the control node of its own, and with ``--record`` and ``--gui`` the
 recorder and the GUI (offscreen).  Round trips, from each odometry's leaving to the arrival of the
@@ -35,7 +36,7 @@ from history import Report
 
 MEASURED = 10.0  # [s] of wall time
 ECHOED, ECHO_SETTLING = 3.0, 1.0  # [s] of wall time, before and after each row
-RATE = 50.0  # [Hz]
+RATE = 50.0  # [Hz] of odometry and commands, where no other is asked for
 ALL = (  # topics, robots, recorder, GUI
     ("robots", 7, False, False),
     ("robots", 50, False, False),
@@ -119,8 +120,8 @@ def answer(n, topics):
     time.sleep(1e6)
 
 
-def ask(n, topics, seconds):
-    """Publish at ``RATE``; print the round trips [s] of ``seconds`` as one line of JSON."""
+def ask(n, topics, seconds, rate=RATE):
+    """Publish at ``rate`` [Hz]; print the round trips [s] of ``seconds`` as one line of JSON."""
     import rospy
 
     rospy.init_node("ask", disable_signals=True)
@@ -139,21 +140,22 @@ def ask(n, topics, seconds):
     while not all(out.get_num_connections() for out in outs) and time.monotonic() < end:
         time.sleep(0.1)
     begun, cycle = time.monotonic(), 0
-    while cycle < (ECHO_SETTLING + seconds) * RATE:
+    while cycle < (ECHO_SETTLING + seconds) * rate:
         left[cycle] = time.monotonic()
         for out, message in zip(outs, messages):
             message.header.stamp.secs = cycle
             out.publish(message)
         cycle += 1
-        time.sleep(max(0.0, begun + cycle / RATE - time.monotonic()))
+        time.sleep(max(0.0, begun + cycle / rate - time.monotonic()))
     time.sleep(0.5)
-    settled = ECHO_SETTLING * RATE
+    settled = ECHO_SETTLING * rate
     print(json.dumps([came - left[stamp] for stamp, came in trips if stamp >= settled]))
 
 
-def echo(n, topics, relayed=False):
+def echo(n, topics, relayed=False, rate=RATE):
     """Return the round trips [s] of a plain pair of nodes, with roscpp's relay where it is ``relayed``."""
-    own = [sys.executable, os.path.abspath(__file__), str(n), "--topics", topics, "--part"]
+    own = [sys.executable, os.path.abspath(__file__), str(n), "--topics", topics]
+    own += ["--rate", str(rate), "--part"]
     relay = ["rosrun", "topic_tools", "relay", "/echo/out0", "/echo/back0"]
     second = subprocess.Popen(relay if relayed else [*own, "answer"], stdout=subprocess.DEVNULL)
     try:
@@ -206,7 +208,10 @@ def commands_for(n, options, folder):
     scenario = os.path.join(folder, "scenario.yaml")
     poses = [[3.0 * (n - 1 - i), 4.0 * (i % 2), 0.0] for i in range(n)]
     with open(scenario, "w") as file:
-        yaml.safe_dump({"poses": poses, "limits": "top", "duration": 1e4}, file)
+        content = {"poses": poses, "limits": "top", "duration": 1e4}
+        if options.rate != RATE:
+            content.update(odometry_rate=options.rate, control={"rate": options.rate})
+        yaml.safe_dump(content, file)
     topics = {"robots": "never", "team": "always"}[options.topics]
     extra = {
         "stage": ["_paused:=true"],
@@ -234,7 +239,7 @@ def measure(n, options):
 
     folder = tempfile.mkdtemp(prefix="mrs_simulator_bench_")
     environment = dict(os.environ, QT_QPA_PLATFORM="offscreen", HOME=folder)
-    trips = echo(n, options.topics)
+    trips = echo(n, options.topics, rate=options.rate)
     status = Status()
     nodes = {}
     try:
@@ -259,7 +264,7 @@ def measure(n, options):
     finally:
         status.close()
         ended(nodes.values())
-    trips += echo(n, options.topics)
+    trips += echo(n, options.topics, rate=options.rate)
     last = heard[-1]
     ours = 1e3 * np.array([last.round_trip_median, last.round_trip_p99])
     plain = 1e3 * np.percentile(trips, (50.0, 99.0))
@@ -289,7 +294,8 @@ def service(name, kind):
 
 def attached(options):
     """Return whose topics are used, and what else runs."""
-    more = ["recorder"] * options.record + ["GUI"] * options.gui + ["sonar"] * options.sonar
+    more = ["odometry at {:g} Hz".format(options.rate)] * (options.rate != RATE)
+    more += ["recorder"] * options.record + ["GUI"] * options.gui + ["sonar"] * options.sonar
     return "topics of {}{}".format(
         {"robots": "each robot", "team": "the team"}[options.topics],
         " with " + " and ".join(more) if more else "",
@@ -320,6 +326,8 @@ def arguments():
     parser.add_argument("robots", nargs="*", type=int, default=[7, 50, 100], metavar="N")
     parser.add_argument("--all", action="store_true", help="the table of docs/benchmarks.md")
     parser.add_argument("--topics", choices=("robots", "team"), default="robots")
+    text = "[Hz] of odometry and commands, by default %(default)g"
+    parser.add_argument("--rate", type=float, default=RATE, help=text)
     parser.add_argument("--sonar", action="store_true", help="with a law that hears sonar")
     parser.add_argument("--record", action="store_true", help="with the recorder")
     parser.add_argument("--gui", action="store_true", help="with the GUI, offscreen")
@@ -369,7 +377,9 @@ def main():
     options = arguments()
     if options.part:
         n = options.robots[0]
-        answer(n, options.topics) if options.part == "answer" else ask(n, options.topics, ECHOED)
+        answer(n, options.topics) if options.part == "answer" else ask(
+            n, options.topics, ECHOED, options.rate
+        )
         return
     port = free_port()
     os.environ.update(ROS_MASTER_URI="http://localhost:{}".format(port), ROS_HOSTNAME="localhost")

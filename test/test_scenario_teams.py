@@ -79,6 +79,7 @@ def test_kinds_of_a_file_mean_the_same_from_anywhere(tmp_path, monkeypatch):
         ({"groups": [{"layout": "line"}]}, r"groups\[0\].number: nothing given, wanted a whole"),
         ({"groups": [{"number": 2, "layout": "lien"}]}, r"layout: 'lien', wanted one of circle"),
         ({"groups": [{"number": 2, "layout": "line", "radius": 1}]}, "unknown 'radius'"),
+        ({"robots": 2, "poses": {"layout": "random", "seed": 1}}, "poses.seed: 1, wanted none"),
         ({"groups": [{"number": 2, "layout": "line", "poses": [[0, 0, 0]]}]}, "poses: given beside layout"),
         ({"groups": [{"number": 2, "layout": "line"}], "robots": 3}, "robots: 3, but groups have 2"),
         ({"groups": [{"number": 2, "layout": "line"}], "model": "husky"}, "model: given beside groups"),

@@ -130,6 +130,9 @@ def _read_group(section, seed):
 
 
 def _laid_out(name, count, section, seed, values):
+    if "seed" in values:
+        text = "{}.seed: {}, wanted none: the scenario's own seed is that of its layouts"
+        raise ScenarioError(text.format(section.at("poses"), shown(values["seed"])))
     try:
         return make_layout(name, count, seed=seed, **values)
     except (ValueError, TypeError) as error:

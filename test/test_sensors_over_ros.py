@@ -7,14 +7,17 @@ import re
 import numpy as np
 import pytest
 import yaml
+from protocol_fixtures import shipped
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.control.loading import load_protocol
+from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.study.experiment import perform
 from mrs_simulator.study.sensor_files import FILE
 
 FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7, "camera": 4e-6}  # [m], as far as each sees
+SHORT = 3.0  # [s] in which the first columns are seen and heeded
 COMMANDS = 26  # [-] that are compared: half a second
 MOUNTS = {
     "laser": {"range": [0.1, 5.0], "rays": 31},
@@ -117,7 +120,9 @@ def law(directory, name):
 
 
 def lines(path):
-    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    """Return what is in the whole lines of a file that may still grow."""
+    whole = path.read_text().rpartition("\n")[0] if path.exists() else ""
+    return [json.loads(line) for line in whole.splitlines()]
 
 
 def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
@@ -170,16 +175,19 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     assert "resolution: 0.05000000074505806" in info
     assert probe.ask("newest['/map'].header.frame_id") == "world"
     # RViz's displays of these robots find topics of their types, in frames that lead to theirs.
+    ros.node("markers")
+    probe.wait("'/stage/markers' in dict(rospy.get_published_topics())")
     told = dict(probe.ask("rospy.get_published_topics()"))
     fixed, displays = rviz_displays()
     near = {topic: kind for topic, kind in displays.items() if not ROBOT.match(topic)}
     near.update((t, k) for t, k in displays.items() if ROBOT.match(t) and int(t[6]) <= 2)
-    near.pop("/stage/markers")  # of the node markers
     assert {"/robot1/sonar", "/robot2/laser", "/map", "/robot2/camera_depth"} <= set(near)
+    assert near["/stage/markers"] == told["/stage/markers"] == "visualization_msgs/MarkerArray"
     assert {topic: told.get(topic) for topic in near} == near
     for topic, kind in near.items():
         probe.ask("listen({!r}, {})".format(topic, kind.partition("/")[2]))
-        frame = probe.wait("{0!r} in newest and newest[{0!r}].header.frame_id".format(topic))
+        head = "markers[0].header" if kind.endswith("MarkerArray") else "header"
+        frame = probe.wait("{0!r} in newest and newest[{0!r}].{1}.frame_id".format(topic, head))
         while frame != fixed:
             frame = probe.wait("parents().get({!r})".format(frame))
     # Rates, lateness and faults of both nodes.
@@ -188,3 +196,28 @@ def test_readings_over_ros_are_those_without(ros, scenario, tmp_path):
     assert (level, message) == (1, said) and {"sonar [Hz]", "laser [Hz]"} <= set(values)
     assert probe.ask("diagnostics['stage'][2]['robots']") == "2"
     assert len(probe.wait("diagnostics.get('pioneer_control: sensors')")[2]) >= 2 * len(MOUNTS)
+
+
+def test_burgers_hear_their_lasers_over_ros_as_without(ros, tmp_path):
+    """The shipped scenario goes the same way, its safety filter told by what the stage publishes."""
+    path = tmp_path / "burgers.yaml"
+    path.write_text(yaml.safe_dump(shipped("burgers_by_laser", duration=SHORT).to_dict()))
+    perform(load_scenario(str(path)), str(tmp_path / "alone"))
+    given = ["--scenario", path, "_lockstep:=true"]
+    waits = "_speed:=0", "_wait_for_control:=true", "_wait_for_recorders:=1"
+    stage = ros.node("stage", *given, *waits)
+    control = ros.node("pioneer_control", *given)
+    record = ros.node("record", "--scenario", path, "--out", tmp_path / "over")
+    wait_until((tmp_path / "over" / "verdict.json").exists, 3 * PATIENCE)
+    over, alone = (read_run_csv(str(tmp_path / out / "run.csv")) for out in ("over", "alone"))
+    assert len(over.time) == len(alone.time)
+    # Lasers are told in float32, and the filter brakes by them.
+    for name in ("time", "pose", "command"):
+        ours, theirs = getattr(over, name), getattr(alone, name)
+        np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-5, err_msg=name)
+    blind = shipped("burgers_by_laser", duration=SHORT)
+    blind = blind.changed(control=dict(blind.control.to_plain(), safety=False))
+    perform(blind, str(tmp_path / "blind"))
+    unseen = read_run_csv(str(tmp_path / "blind" / "run.csv"))
+    assert np.abs(over.pose - unseen.pose)[..., :2].max() > 1e-3
+    assert "Traceback" not in log_of(stage) + log_of(control) + log_of(record)

@@ -17,7 +17,7 @@ COMMANDS = "commands off the published law [-]"
 DISTANCE = "largest distance from the exact solution [m]"
 ROBOTS = "largest distance from the law on these robots [m]"
 ROUNDING = 1e-6  # [-] of the largest velocity or of the team's size: sums in another order
-# [-] of the largest velocity: what estimated poses and velocities that are rebuilt from samples cost.
+# [-] of the largest velocity: what estimated poses cost, and what a law remembers of all samples.
 ESTIMATED, REBUILT = 0.05, 1e-3
 UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some time before
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
@@ -100,21 +100,27 @@ def _is_ramped(control):
 
 
 def _commands(control, law, run, followed):
-    tolerance = ROUNDING
-    if control.fidelity != "point_mass" and law.SEES in ("next", "past"):
-        tolerance = REBUILT
     if run.estimate is not None:  # what the law saw is known
         followed = None
-    elif run.scenario is not None and run.scenario.odometry != "world":
-        tolerance = ESTIMATED
     return Claim(
         COMMANDS,
         0.0,
-        tolerance,
+        _uncertainty(control, law, run),
         lambda run: command_error(control, law, as_known(control, run), followed),
         own=True,
         motion=False,
     )
+
+
+def _uncertainty(control, law, run):
+    """Return what commands may be off the published law, [-] of the largest velocity."""
+    if run.estimate is None and run.scenario is not None and run.scenario.odometry != "world":
+        return ESTIMATED
+    if control.fidelity == "point_mass" or law.SEES not in ("next", "past"):
+        return ROUNDING
+    if control.links.faults or law.SEES == "past":
+        return REBUILT
+    return ROUNDING + rebuilt(control, law, as_known(control, run))
 
 
 def as_known(control, run):
@@ -160,10 +166,9 @@ def late_command_error(control, law, run):
 
     Poses stand for a sample and a command for its period, by which what the law wanted is uncertain.
     """
-    most = max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
     if law.SEES in ("next", "past") or control.links.faults or len(run.time) < 3:
         return None
-    rows = np.arange(min(len(run.time), most))
+    rows = np.arange(min(len(run.time), _most_rows(law, run)))
     robots = robots_of(control)
     found = [command for _, command in _wanted(control, law, robots, run, rows)]
     wanted = np.concatenate([np.reshape(each, (-1,) + run.command.shape[1:]) for each in found])
@@ -201,19 +206,46 @@ def command_error(control, law, run, followed=None):
     ``MOST_CHECKED`` pairs of robots are looked at, over samples that are spread evenly.  ``followed``: the
     run of the robots under the law, if it is known, which tells what a law remembers at limits.
     """
-    rows = _rows(control, run)
-    most = max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
+    rows, most = _rows(control, run), _most_rows(law, run)
     robots = robots_of(control)
     if control.links.faults or law.SEES == "past":
         wanted_of = _wanted_by_listeners(control, law, robots, run, rows[:most])
     else:
-        rows = rows[:: -(-len(rows) // most)]
-        wanted_of = _wanted(control, law, robots, run, rows, followed)
+        wanted_of = _wanted(control, law, robots, run, _spread(rows, most), followed)
+    return _largest_share(robots, ((wanted, run.command[row]) for row, wanted in wanted_of))
+
+
+def rebuilt(control, law, run):
+    """Return what commands may be off, [-], of a law whose velocities are rebuilt from samples.
+
+    Between two samples robots are taken to be on a straight line.  Where the law's own velocities would
+    have led them differs from it by the curvature of their paths, which the line misses but for terms of
+    the next order, and by slip: as much of it as the line misses where it all comes at once at either end,
+    and less where it comes bit by bit.  The two may have cancelled out in part: allowed is twice that.
+    """
+    rows = _spread(_rows(control, run), _most_rows(law, run))
+    robots = robots_of(control)
+    ways = [_wanted(control, law, robots, run, rows, straight=each) for each in (True, False)]
+    return 2.0 * _largest_share(robots, ((line, own) for (_, line), (_, own) in zip(*ways)))
+
+
+def _largest_share(robots, pairs):
+    """Return the largest difference of two commands (..., a), over the largest first one."""
     worst = largest = 0.0
-    for row, wanted in wanted_of:
-        error, size = (robots.sizes(c) for c in (wanted - run.command[row], wanted))
+    for wanted, other in pairs:
+        error, size = (robots.sizes(c) for c in (wanted - other, wanted))
         worst, largest = max(worst, error.max()), max(largest, size.max())
     return float(worst / max(largest, LEAST_SPEED))
+
+
+def _most_rows(law, run):
+    """Return in how many samples ``MOST_CHECKED`` lets commands be looked at."""
+    return max(2, int(MOST_CHECKED / (law.WORK * len(run.robots) ** 2)))
+
+
+def _spread(rows, most):
+    """Return at most ``most`` of the ``rows``, spread evenly."""
+    return rows[:: -(-len(rows) // most)]
 
 
 def _rows(control, run):
@@ -245,10 +277,10 @@ def _commanded(robots, run, row, u):
     return robots.commands(u)
 
 
-def _wanted(control, law, robots, run, rows, followed=None):
+def _wanted(control, law, robots, run, rows, followed=None, straight=True):
     """Yield ``(row, command)``: the commands (n, a) that the law wants at samples of ``run``.
 
-    Of a team that stacks, blocks of rows and their commands (k, n, a).
+    Of a team that stacks, blocks of rows and their commands (k, n, a).  ``straight``: see :func:`_next`.
     """
     time, memory = run.time - run.time[0], law.begin(run.hand[0])
     if law.SEES == "pose":
@@ -272,7 +304,7 @@ def _wanted(control, law, robots, run, rows, followed=None):
     limited = at_limit(control, run).any(axis=1)
     for row, after in zip(rows, rows[1:]):
         if not limited[row]:
-            u = _next(control, law, robots, run, memory, row, after)
+            u = _next(control, law, robots, run, memory, row, after, straight)
         elif followed is not None and _is_there(followed, run, after):
             u, _ = law.velocity(run.hand[after], time[after], followed.meta["memory"][after])
         else:
@@ -287,8 +319,11 @@ def _is_there(followed, run, row):
     )
 
 
-def _next(control, law, robots, run, memory, row, after):
-    """Return the velocities at sample ``after`` from those commanded at ``row``, free of limits."""
+def _next(control, law, robots, run, memory, row, after, straight=True):
+    """Return the velocities at sample ``after`` from those commanded at ``row``, free of limits.
+
+    ``straight``: the way of robots on the ground is a straight line, else that of the law's velocities.
+    """
     robots.be_as(run, row)
     u = robots.velocities(run.command[row])
     then = law.resumed(u, memory)
@@ -296,7 +331,7 @@ def _next(control, law, robots, run, memory, row, after):
     points, left = run.hand[row], run.hand[after]
     for step in range(1, steps + 1):
         time = run.time[row] - run.time[0] + step * control.period
-        if control.fidelity == "point_mass":
+        if control.fidelity == "point_mass" or not (straight or step == steps):
             points = points + control.period * u
         else:  # which arcs between two samples are not known: a straight line
             points = points + (left - points) / (steps + 1 - step)

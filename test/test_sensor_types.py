@@ -77,6 +77,14 @@ def test_what_stands_between_hides_others():
     assert read(SEES, state(TRIANGLE), obstacles=[crate])[0].numbers.tolist() == [3]
 
 
+def test_noise_makes_no_range_negative():
+    noise = {"range": {"bias": -9.0}}
+    kinds = {"type": "range_bearing", "noise": noise}, dict(BEACONS, noise=noise)
+    for mount in kinds:
+        (reading, _) = read({"x": mount}, state([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]))
+        assert len(reading.ranges) and not reading.ranges.any()
+
+
 def test_a_lost_range_or_bearing_loses_the_robot():
     noise = {"bearing": {"dropout": 1.0}}
     assert read({"sight": dict(SEES["sight"], noise=noise)}, state(TRIANGLE))[0].numbers.size == 0
@@ -258,7 +266,9 @@ def test_longitudes_go_on_beyond_the_antimeridian():
 @pytest.mark.parametrize(
     "mount, wanted",
     [
-        ({"type": "gps", "origin": [91, 0, 0]}, "gps.origin"),
+        ({"type": "gps", "origin": [91, 0, 0]}, "gps.origin: 91, wanted a number from -89 to 89"),
+        ({"type": "gps", "origin": ["91 deg", 0, 0]}, "gps.origin"),
+        ({"type": "gps", "origin": [True, 0, 0]}, "gps.origin: True"),
         ({"type": "range_bearing", "view": "400 deg"}, "x.view"),
         ({"type": "beacons", "points": []}, "x.points: .* wanted places of 1 to 1000 beacons"),
         ({"type": "beacons", "points": [[1.0]]}, r"x.points\[0\]: .* wanted \[x, y\]"),
@@ -268,11 +278,18 @@ def test_longitudes_go_on_beyond_the_antimeridian():
         ),
         ({"type": "bumper", "noise": {"stddev": 1}}, "x.noise: unknown 'stddev'"),
         ({"type": "bumper", "front": 2.5}, "x.front: 2.5"),
+        ({"type": "sonar", "transducers": [[1e300, 0, 0]]}, "wanted a number from -100 to 100"),
     ],
 )
 def test_impossible_numbers_are_refused(mount, wanted):
     with pytest.raises(ScenarioError, match=wanted.replace("gps.origin", "x.origin")):
         suite({"x": mount})
+
+
+@pytest.mark.parametrize("name", ["a b", "class", "_a", "\u00e9", "1a", "../x"])
+def test_a_name_is_one_of_topics_and_attributes(name):
+    with pytest.raises(ScenarioError, match="wanted letters, digits and _"):
+        suite({name: {"type": "compass"}})
 
 
 # Battery -----------------------------------------------------------------------------------------

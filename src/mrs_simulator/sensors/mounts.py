@@ -1,6 +1,8 @@
 """Which sensors each robot has: its kind's mounts, as the scenario changes them."""
 
+import keyword
 import math
+import re
 from typing import Any, NamedTuple, Tuple
 
 from mrs_simulator.core.parameters import unknown_name
@@ -9,6 +11,7 @@ from mrs_simulator.sensors.noise import Noise, read_noise
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.vehicles.quantities import QuantitySection, quantity
 
+NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")  # part of a topic, and an attribute
 FARTHEST = 100.0  # [m] from the robot's centre
 RATES = (0.01, 1000.0)  # [Hz]
 
@@ -106,8 +109,9 @@ def _merged(below, content):
 
 def read_mount(name, content, where):
     """Return the ``Mount`` called ``name`` in the mapping ``content``; ``ScenarioError`` if it is none."""
-    if not name.isidentifier() or name.startswith("_"):
-        raise ScenarioError("{}: {}, wanted letters, digits and _".format(where, shown(name)))
+    if not NAME.fullmatch(name) or keyword.iskeyword(name):
+        text = "{}: {}, wanted letters, digits and _, and no word of Python's"
+        raise ScenarioError(text.format(where, shown(name)))
     section = QuantitySection(content, where)
     if not section.has("type"):
         raise ScenarioError(

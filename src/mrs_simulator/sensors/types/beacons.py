@@ -85,7 +85,7 @@ class Beacons:
             heard &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * numbers.view
         if numbers.occlusion:
             heard &= self._is_open(state, environment, origin, way, far)
-        ranges = rng.noisy(np.where(heard, far, np.nan), "range")
+        ranges = np.maximum(rng.noisy(np.where(heard, far, np.nan), "range"), 0.0)
         bearings = np.full_like(ranges, np.nan)
         if numbers.bearing:
             bearings = wrap_angle(rng.noisy(np.where(heard, bearing, np.nan), "bearing"))

@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.core.reading import ScenarioError, number, shown
 from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.sensors.types.plain import Plain
 from mrs_simulator.vehicles.quantities import quantity
@@ -78,12 +78,15 @@ class Gps:
                 )
             )
         high = math.radians(89.0), math.pi, 1e5
-        texts = ["{!r} deg".format(v) if isinstance(v, (int, float)) else v for v in given[:2]]
+        degrees = [each if isinstance(each, str) else None for each in given[:2]]
+        for k, most in enumerate((89.0, 180.0)):
+            if degrees[k] is None:
+                degrees[k] = "{!r} deg".format(number(given[k], where, low=-most, high=most))
         units = "rad", "rad", "m"
         return GpsNumbers(
             tuple(
                 quantity(value, unit, where, low=-most, high=most)
-                for value, unit, most in zip((*texts, given[2]), units, high)
+                for value, unit, most in zip((*degrees, given[2]), units, high)
             )
         )
 

@@ -82,7 +82,7 @@ class RangeBearing:
             seen &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * numbers.view
         if numbers.occlusion:
             self._hide(seen, state, environment, origin, way, far)
-        ranges = rng.noisy(np.where(seen, far, np.nan), "range")
+        ranges = np.maximum(rng.noisy(np.where(seen, far, np.nan), "range"), 0.0)
         bearings = wrap_angle(rng.noisy(np.where(seen, bearing, np.nan), "bearing"))
         place = tuple(self._place[0].tolist())
         return RangeBearingReading(state.time, self._names, ranges, bearings, place)

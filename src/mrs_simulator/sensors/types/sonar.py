@@ -10,6 +10,7 @@ from mrs_simulator.sensors.noise import Noise
 from mrs_simulator.sensors.types.ranging import Ranging, read_range
 from mrs_simulator.vehicles.quantities import quantity
 
+FARTHEST = 100.0  # [m] from the mount
 MOST = 64  # [-] transducers of one ring
 CYCLE = 0.04  # [s] of Pioneers
 ROUNDING = 1e-6  # [-] of a turn
@@ -83,6 +84,11 @@ def _read_transducers(section):
         own = "{}[{}]".format(where, index)
         if not isinstance(each, list) or len(each) != 3:
             raise ScenarioError("{}: {}, wanted [x, y, direction]".format(own, shown(each)))
-        units = ("m", "m", "rad")
-        result.append(tuple(quantity(value, unit, own) for value, unit in zip(each, units)))
+        units = ("m", FARTHEST), ("m", FARTHEST), ("rad", 2.0 * math.pi)
+        result.append(
+            tuple(
+                quantity(value, unit, own, low=-most, high=most)
+                for value, (unit, most) in zip(each, units)
+            )
+        )
     return tuple(result)

@@ -24,7 +24,7 @@ from mrs_simulator.core.odometry_errors import OdometryErrors
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.scenario import Control, Scenario, scenario_from_dict
 from mrs_simulator.study.experiment import Experiment, LawFailed
-from mrs_simulator.world import kinematic, leaping
+from mrs_simulator.world import kinematic, leaping, stretches
 from mrs_simulator.world.faults import Faults
 from mrs_simulator.world.world import PASSIVE, World
 
@@ -187,6 +187,36 @@ def test_points_leap_whatever_the_rates(rates, compiled):
     )
 
 
+@pytest.mark.parametrize("name", SHIPPED)
+def test_omnidirectional_bases_leap_to_where_steps_lead(name, compiled):
+    robots = {"fidelity": "kinematic", "model": "robotino3"}
+    steps, own = compare(compiled, shipped(name, 2.0).changed(limits="top", **robots))
+    assert own < 0.3 * steps
+
+
+@pytest.mark.parametrize("saturation", ["none", "robot", "team"])
+@pytest.mark.parametrize("kinds", [["robotino3"] * 5, ["robotino3", "youbot", "youbot"] * 2])
+@pytest.mark.parametrize("limits", ["firmware", None])
+def test_omnidirectional_bases_keep_to_rims_and_ramps(saturation, kinds, limits, compiled):
+    given = scenario(model=kinds, robots=len(kinds), limits=limits, duration=3.0)
+    control = given.control._replace(rate=12.5, saturation=saturation)
+    steps, own = compare(compiled, given._replace(control=control), Gather)
+    assert own < steps
+
+
+def test_omnidirectional_bases_touch_as_they_do_step_by_step(compiled):
+    given = scenario(model="robotino3", poses={"layout": "circle", "radius": 0.5}, duration=3.0)
+    steps, own = compare(compiled, given, Gather)
+    assert 10 < own < steps
+
+
+def test_bases_that_turn_go_step_by_step():
+    world = World(("robotino3",), [[0.0, 0.0, 0.0]])
+    world.set_commands([0], np.array([[0.1, 0.0, 0.3]]))
+    assert world.can_leap(1)
+    assert world.leap(5, 1, stretches.sliding_stretch, 0.05, 0) == (0, stretches.NEAR)
+
+
 @pytest.mark.parametrize("saturation", ["none", "robot", "team"])
 @pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
 def test_a_users_law_leaps_whatever_the_rates(saturation, rates, compiled):
@@ -245,6 +275,7 @@ def test_a_law_that_cannot_be_compiled_is_refused_by_name(law, why, compiled, mo
         (Formation, {"odometry": "wheel"}),
         (Formation, {"fidelity": "dynamic"}),
         (Formation, {"fidelity": "point_mass", "model": "robotino3"}),
+        (Formation, {"model": "f1tenth"}),
         (Formation, {"model": ["robotino3"] * 2 + ["pioneer3dx"] * 3}),
         (Formation, {"links": {"delay": 0.1}}),
         (Formation, {"control": {"rate": 1}, "cmd_vel_timeout": 0.5}),
@@ -273,7 +304,7 @@ TRACK = Track(((9.0, -9.0),), 0.1)
 # An example of each field that a scenario has, and whether robots leap then: a new one belongs here.
 FIELDS = {
     "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), LEAP),
-    "kinds": (("robotino3",) * 5, STEP),
+    "kinds": (("robotino3",) * 5, LEAP),
     "title": ("other", LEAP),
     "fidelity": ("point_mass", LEAP),
     "limits": ("top", LEAP),
@@ -332,10 +363,12 @@ def test_what_is_to_befall_robots_stops_leaps():
     assert not world.can_leap(5)
 
 
-@pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
-def test_numba_gives_the_same(fidelity, compiled, monkeypatch):
+@pytest.mark.parametrize(
+    "changes", [{}, {"fidelity": "point_mass"}, {"model": "robotino3"}], ids=["", "points", "bases"]
+)
+def test_numba_gives_the_same(changes, compiled, monkeypatch):
     pytest.importorskip("numba")
     jit, kept = compiling.jit(), compiling.jit(cache=True)
     function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=kept)
     monkeypatch.setattr(leaping, "compiled_stretch", function)
-    compare(compiled, shipped("paper", 5.0).changed(fidelity=fidelity))
+    compare(compiled, shipped("paper", 5.0).changed(**changes))

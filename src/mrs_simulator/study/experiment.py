@@ -131,7 +131,8 @@ class Experiment:
 
     def _leaping(self, steps):
         """:meth:`samples` of ``steps`` steps, of which ``Leaps`` make all that they can."""
-        from mrs_simulator.world.leaping import NEAR, Leaps  # numba only where it is wanted
+        from mrs_simulator.world.leaping import Leaps  # numba only where it is wanted
+        from mrs_simulator.world.stretches import NEAR
 
         world, control, step = self.world, self.control, 0
         every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command

@@ -17,7 +17,7 @@ from mrs_simulator.core.kinematics import (
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.drives import differential
+from mrs_simulator.vehicles.drives import differential, omnidirectional
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.bodies import Bodies
 
@@ -164,27 +164,36 @@ class KinematicMotion:
 
     @property
     def can_leap(self):
-        """Return whether :meth:`leap` moves these robots: unicycles that nothing but their wheels moves."""
+        """Return whether :meth:`leap` moves these robots: unicycles, or omnidirectional bases, that nothing
+        but their wheels moves."""
         drives = [group.drive for group in self.team.groups]
+        alike = drives in ([differential], [omnidirectional])
         carried = self._current is not None or len(self._mirrored) or self._encoders
-        return type(self) is KinematicMotion and drives == [differential] and not carried
+        return type(self) is KinematicMotion and alike and not carried
 
     def leap(self, steps, until, every, command, function, *given):
-        """Move by up to ``steps`` steps by ``leaping.stretch``; return how many, and why it ended.
+        """Move by up to ``steps`` steps by a function of ``stretches``; return how many, and why it ended.
 
-        ``command`` (n, 2), which is changed in place, after ``until`` steps and ``every`` from then on.
+        ``command`` (n, a), which is changed in place, after ``until`` steps and ``every`` from then on.
         """
-        bounds = self._least, self._greatest, self._most.up, self._most.both
         if self._bounds is None:
-            top = self.team.limits.of_all(self.team.n).top
-            self._bounds = np.concatenate([*bounds, top], axis=1)
+            self._bounds = self._bounds_of_leaps()
         pose, inner = self.pose.copy(order="F"), self._inner.copy(order="F")
-        told = command.copy()  # the law may raise: nothing has happened then
-        moved = pose, inner, told, self._bounds, self.step, self._reach, self._bodies.room
+        told = command.copy(order="F")  # the law may raise: nothing has happened then
+        moved = pose, inner, told, *self._bounds, self.step, self._reach, self._bodies.room
         done, self._bodies.room, why = function(steps, until, every, *moved, *given)
         command[:] = told
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
         return done, why
+
+    def _bounds_of_leaps(self):
+        """Return the ``limits`` that ``stretches`` keep to, and where bases have them the ``wheels``."""
+        top = self.team.limits.of_all(self.team.n).top
+        bounds = self._least, self._greatest, self._most.up, self._most.both, top
+        limits, (group,) = np.concatenate(bounds, axis=1), self.team.groups
+        if group.drive is differential:
+            return (limits,)
+        return limits, omnidirectional.rims(group.numbers, self.team.n)
 
     def move_obstacles(self, obstacles):
         """Let the ``obstacles`` be where they are now."""
@@ -386,8 +395,8 @@ class PointMassMotion:
         return drives == [differential] and not len(self._mirrored)
 
     def leap(self, steps, until, every, command, function, *given):
-        """Move as ``KinematicMotion.leap`` does, by ``leaping.point_stretch``."""
-        pose, twist, told = self.pose.copy("F"), self.twist.copy("F"), command.copy()
+        """Move as ``KinematicMotion.leap`` does, by ``stretches.point_stretch``."""
+        pose, twist, told = (each.copy("F") for each in (self.pose, self.twist, command))
         result = function(steps, until, every, pose, twist, told, self.step, *given)
         self.pose, self.twist, command[:] = pose, twist, told
         return result

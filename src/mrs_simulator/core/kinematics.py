@@ -83,6 +83,12 @@ def direction_of(way):
     return np.arctan2(y, x)
 
 
+def phase_of(z):
+    """Return the phase [rad] in [-pi, pi] of complex ``z``, any shape, like :func:`cos_sin` of copies."""
+    y, x = np.array([z.imag, z.real])
+    return np.arctan2(y, x)
+
+
 def compose(origin, pose):
     """Return ``pose`` (n, 3), given in frames at ``origin`` (n, 3), in the frame of ``origin``."""
     cos, sin = cos_sin(origin[:, 2])

@@ -27,7 +27,7 @@ from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core import grasps
 from mrs_simulator.core.claims import Claim, decay_rate
 from mrs_simulator.core.curves import Curve
-from mrs_simulator.core.kinematics import cos_sin
+from mrs_simulator.core.kinematics import cos_sin, phase_of
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spatial import headings, rotated, turned_about_z
 
@@ -222,7 +222,7 @@ class Carrying(PioneerControl):
         below = rotated(turned_about_z(yaw), np.broadcast_to(self._hangs(run)[0], place.shape))
         wanted = wanted + below[:, : self.dimension]
         off = np.linalg.norm(place[:, : self.dimension] - wanted, axis=1)
-        return off, np.abs(np.angle(np.exp(1j * (headings(turn) - yaw))))
+        return off, np.abs(phase_of(np.exp(1j * (headings(turn) - yaw))))
 
     def internal_forces(self, run):
         """Return the largest internal force of any robot at each sample of ``run``, (m,) [N].

@@ -6,6 +6,7 @@ With each law stand the numbers of its theorem: bounds and rates from the Laplac
 import numpy as np
 
 from mrs_simulator.core.edge_terms import Flow, difference_sum, edge_sum, weighted
+from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
 
 
@@ -80,7 +81,7 @@ def largest_delay(topology, gain=1.0):
     Undirected: ``pi/(2 gain lambda_max)``.
     """
     mu = moving_eigenvalues(topology)
-    bounds = (np.pi / 2.0 - np.abs(np.angle(mu))) / (gain * np.abs(mu))
+    bounds = (np.pi / 2.0 - np.abs(phase_of(mu))) / (gain * np.abs(mu))
     return float(np.min(bounds, initial=np.inf))
 
 

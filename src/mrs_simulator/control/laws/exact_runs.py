@@ -17,7 +17,7 @@ from mrs_simulator.control.laws.published import (
 from mrs_simulator.control.laws.published_arms import robots_of
 from mrs_simulator.control.laws.published_robots import are_stated, posed_commands
 from mrs_simulator.control.pioneer_control import OF_POINTS
-from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin
 from mrs_simulator.core.mismatch import NO_MISMATCH
 from mrs_simulator.core.recording import Run, part_of
 
@@ -87,7 +87,7 @@ def _exact_unicycles(control, law, run):
         return None
     pose, command = motion
     theta = pose[:, :, 2, np.newaxis]
-    hand = pose[:, :, :2] + control.l * np.concatenate([np.cos(theta), np.sin(theta)], axis=2)
+    hand = pose[:, :, :2] + control.l * np.concatenate(cos_sin(theta), axis=2)
     return Run(run.time, run.robots, pose, hand, command, [], run.scenario, axes=UNICYCLE_AXES)
 
 

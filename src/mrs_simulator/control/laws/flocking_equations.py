@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.edge_terms import apart, inner, pair_sum, weighted_differences
+from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.neighbours import all_pairs, close_pairs
 
 EPSILON = 0.1  # [1/m^2] of the sigma-norm, as published
@@ -156,8 +157,8 @@ def vicsek(points, headings, radius, disturbance):
     near = _apart(points)[1] < radius**2
     mean = near @ np.exp(1j * np.asarray(headings))
     # Directions that cancel out leave a robot its own.
-    turned = np.where(np.abs(mean) > 1e-12, np.angle(mean), headings)
-    return np.angle(np.exp(1j * (turned + disturbance)))
+    turned = np.where(np.abs(mean) > 1e-12, phase_of(mean), headings)
+    return phase_of(np.exp(1j * (turned + disturbance)))
 
 
 def order(velocities):

@@ -30,6 +30,7 @@ from mrs_simulator.core.claims import (
     stays_below,
 )
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
@@ -313,7 +314,7 @@ class CyclicPursuit(PioneerControl):
             return _late_growth(run.time, amplitude)
 
         def turns(run):
-            phase = np.unwrap(np.angle(gathering_equations.pursuit_modes(run.hand)[:, slowest]))
+            phase = np.unwrap(phase_of(gathering_equations.pursuit_modes(run.hand)[:, slowest]))
             return float(np.polyfit(run.time, phase, 1)[0])
 
         return conditions + [
@@ -424,7 +425,7 @@ class Coverage(PioneerControl):
         if not self.polygon:
             return True
         corners = read_waypoints(self.polygon) @ [1.0, 1.0j] - place
-        turned = np.angle(np.roll(corners, -1) / corners).sum()
+        turned = phase_of(np.roll(corners, -1) / corners).sum()
         return bool(abs(turned) > np.pi)
 
     def set_parameters(self, given):

@@ -9,6 +9,8 @@ import itertools
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
+
 MOST_PAIRS = (
     2e8  # [-] pairs of robots over all commands of an exact solution: seconds of arithmetic
 )
@@ -267,7 +269,7 @@ def exact_poses(law, pose, period, time, l):
     poses, commands = [np.array(pose, dtype=float)], []
     for step in range(int(before.max()) + 1):
         now, command = poses[-1], np.zeros((len(pose), 2))
-        hand = now[:, :2] + l * np.column_stack([np.cos(now[:, 2]), np.sin(now[:, 2])])
+        hand = now[:, :2] + l * np.column_stack(cos_sin(now[:, 2]))
         for _ in range(law.depth):  # a leader's command comes before its followers'
             command = law.commands(now, hand, command, step * period, l)
         commands.append(command)

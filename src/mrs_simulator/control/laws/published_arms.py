@@ -11,6 +11,7 @@ last (a product of exponentials: Lynch and Park, Modern Robotics, 2017, 4.1)
 import numpy as np
 
 from mrs_simulator.control.laws.published_robots import Robots, complex_of
+from mrs_simulator.core.kinematics import cos_sin
 
 HOME = 0.5  # [1/s] share of the way home that joints are wanted to go besides
 UP = 1.0  # [1/s] share of the way to its height at home that a tool goes, in the plane
@@ -259,7 +260,7 @@ def _least(columns, wanted, besides, top, low, high):
 
 def _turned(vectors, across, angle):
     """Return ``vectors`` (m, j, 3) turned by ``angle`` (m,) [rad] about a; ``v @ across`` is a x v."""
-    sin, cos = np.sin(angle)[:, np.newaxis, np.newaxis], np.cos(angle)[:, np.newaxis, np.newaxis]
+    cos, sin = (each[:, np.newaxis, np.newaxis] for each in cos_sin(angle))
     once = vectors @ across
     return vectors + sin * once + (1.0 - cos) * (once @ across)
 

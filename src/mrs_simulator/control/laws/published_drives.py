@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.vehicles.drives import car, differential, omnidirectional, quadrotor, vessel
 
 SMALL = 1e-9  # [rad] of a turn, below which an arc is a straight line to rounding
@@ -192,7 +193,7 @@ class Cars(Unicycles):
 
     def angles_at(self, points, z, theta):
         """Return the steering angles (m,) [rad] with which the points are at ``points`` (m,)."""
-        return np.angle((points - z) * np.exp(-1j * theta) - self.numbers.wheelbase)
+        return phase_of((points - z) * np.exp(-1j * theta) - self.numbers.wheelbase)
 
     def _columns(self):
         """Return what ``v`` and ``delta'`` each do to the points, (m,) complex, in the bodies' frames."""

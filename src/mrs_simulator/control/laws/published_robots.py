@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrs_simulator.control.laws.published_drives import STATED, Unicycles
+from mrs_simulator.core.kinematics import cos_sin
 
 AT_LIMIT = 0.999  # [-] of a limit, from which on it counts as reached
 
@@ -178,7 +179,7 @@ def posed_commands(law, robots, pose, time):
     Leaders' come before their followers': what a leader cannot do, its followers need not follow.
     """
     l, theta = robots.l, pose[:, 2]
-    hand = pose[:, :2] + l * np.column_stack([np.cos(theta), np.sin(theta)])
+    hand = pose[:, :2] + l * np.column_stack(cos_sin(theta))
     command, scope = np.zeros((len(pose), 2)), robots.scope
     for _ in range(law.depth):
         wanted = robots.twists(law.commands(pose, hand, command, time, l))

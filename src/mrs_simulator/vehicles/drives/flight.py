@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.vehicles.drives.rotors import GRAVITY, ROTORS, parts, spun, wrench_of
 
 NEXT, AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes after each, in turn
@@ -42,8 +43,7 @@ def at_rest(place, heading, speed=0.0):
     place = np.array(place, dtype=float, order="F")
     m = len(place)
     attitude = np.zeros((m, 4), order="F")
-    half = np.array(0.5 * np.asarray(heading, dtype=float), order="C")
-    attitude[:, 2], attitude[:, 3] = np.sin(half), np.cos(half)
+    attitude[:, 3], attitude[:, 2] = cos_sin(0.5 * np.asarray(heading, dtype=float))
     rotors = np.zeros((m, ROTORS), order="F")
     rotors += np.reshape(speed, (-1, 1))
     return Flight(place, np.zeros((m, 3), order="F"), attitude, np.zeros((m, 3), order="F"), rotors)

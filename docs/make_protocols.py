@@ -7,6 +7,7 @@ and pictures stay.
 """
 
 import functools
+import io
 import os
 import re
 import sys
@@ -14,6 +15,7 @@ import sys
 from mrs_simulator import simulate
 from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.writing import write_bytes, write_text
 from mrs_simulator.study.shipped import shipped_scenarios
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
@@ -37,17 +39,15 @@ def main():
             continue
         run = simulate(scenario_name(name) + ".yaml")
         figure = run.trajectories(width=WIDTH, style={"font.size": 8.0})
-        figure.savefig(picture_path(name), dpi=RESOLUTION)
-        fewer_colours(picture_path(name))
+        write_picture(name, figure)
         told = [line for line in str(run).splitlines() if not line.startswith(OF_THE_MACHINE)]
         write(name, "\n".join(told))
         print("{:28}{}".format(name, told[0]), flush=True)
 
 
 def write(name, verdict):
-    """Write the protocol's page with the text of its ``verdict``."""
-    with open(page_path(name), "w", encoding="utf-8") as file:
-        file.write(page(name, verdict))
+    """Write the protocol's page with the text of its ``verdict``, whole or not at all."""
+    write_text(page_path(name), page(name, verdict))
 
 
 def verdict_on(name):
@@ -71,13 +71,16 @@ def picture_path(name):
     return os.path.join(DOCS, "images", "protocols", name + ".png")
 
 
-def fewer_colours(path):
-    """Write the PNG at ``path`` again with ``COLOURS`` colours: a third of the size."""
+def write_picture(name, figure):
+    """Write the protocol's picture, ``figure`` with ``COLOURS`` colours, whole or not at all."""
     from PIL import Image  # comes with matplotlib
 
-    with Image.open(path) as picture:
-        small = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-    small.save(path, optimize=True)
+    drawn, small = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=RESOLUTION)
+    with Image.open(drawn) as picture:
+        reduced = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    reduced.save(small, format="png", optimize=True)
+    write_bytes(picture_path(name), small.getvalue())
 
 
 def page(name, verdict):

@@ -51,6 +51,7 @@ class Model(NamedTuple):
 class DynamicMotion:
     """Robots as rigid bodies on their wheels, in a pybullet world of their own."""
 
+    SUBSTEP, ITERATIONS = SUBSTEP, ITERATIONS  # of the solver, unless others are given
     z = spatial = None  # nobody leaves the ground
 
     def __init__(
@@ -60,8 +61,8 @@ class DynamicMotion:
         obstacles=(),
         limits="firmware",
         step=0.02,
-        substep=SUBSTEP,
-        iterations=ITERATIONS,
+        substep=None,
+        iterations=None,
         mirrored=(),
     ):
         """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
@@ -69,6 +70,8 @@ class DynamicMotion:
         ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.  ``mirrored``:
         rows of robots that ``place`` alone moves.
         """
+        substep = self.SUBSTEP if substep is None else substep
+        iterations = self.ITERATIONS if iterations is None else iterations
         self.step = step
         self.team = Team.of(kinds, limits)
         self._limits = [

@@ -26,13 +26,14 @@ STRONGEST = 1e4  # [N m] of a joint whose description tells no effort
 class ArmedBodies(DynamicMotion):
     """``DynamicMotion`` of the bases, whose bodies have the arms on them."""
 
+    SUBSTEP, ITERATIONS = SUBSTEP, ITERATIONS
+
     def __init__(self, team, *arguments, **named):
         """``team``: the ``ArmedTeam``; the others as ``DynamicMotion`` takes them."""
         self._armed = team
         self._arm_joints = {}  # kind -> (indices of the arm's joints, index of the tool's link)
         self.grip = None  # what acts on tools and load before each of the solver's substeps
-        substep = {"substep": SUBSTEP, "iterations": ITERATIONS}
-        super().__init__(team.bases, *arguments, **substep, **named)
+        super().__init__(team.bases, *arguments, **named)
 
     @property
     def client(self):

@@ -30,21 +30,13 @@ QUICKER = 0.5  # [m/s] by which a robot may become faster in a step
 class PlanarMotion(DynamicMotion):
     """``DynamicMotion`` in the plane, and in the solver where that is needed."""
 
-    def __init__(
-        self,
-        kinds,
-        poses,
-        obstacles=(),
-        limits="firmware",
-        step=0.02,
-        substep=SUBSTEP,
-        iterations=ITERATIONS,
-        mirrored=(),
-    ):
+    SUBSTEP, ITERATIONS = SUBSTEP, ITERATIONS
+
+    def __init__(self, kinds, poses, obstacles=(), *arguments, **named):
         """As ``DynamicMotion``.  Raises ``ValueError`` for kinds that do not stand on two wheels and
         casters, nor are pushed by wheel forces."""
         self._solid = [each for each in obstacles if not is_flat(each)]
-        super().__init__(kinds, poses, obstacles, limits, step, substep, iterations, mirrored)
+        super().__init__(kinds, poses, obstacles, *arguments, **named)
 
     def _populate(self, poses):
         standing = Standing(list(dict.fromkeys(self.team.kinds)))

@@ -163,13 +163,13 @@ def test_a_gyro_counts_every_time_once(rate):
 
 
 def trusting(estimator):
-    estimator._alpha = tuple(0.25 * value for value in ALPHA)
+    estimator.model.alpha = tuple(0.25 * value for value in ALPHA)
 
 
 def unbiased(estimator):
     """Let the filter take all biases to be known, and none."""
-    estimator.filter.covariance[:, range(3, 3 + len(estimator._walks))] = 0.0
-    estimator._walks[:] = 0.0
+    estimator.filter.covariance[:, range(3, 3 + len(estimator.model.walks))] = 0.0
+    estimator.model.walks[:] = 0.0
 
 
 def test_a_filter_whose_model_is_wrong_does_not():

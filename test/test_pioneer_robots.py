@@ -91,6 +91,8 @@ def test_broken_packets_are_left_out():
     buffer += protocol.packet(b"\x0b\x1b\x2c\x01") + b"\xfa\xfb\x20"
     assert protocol.command(protocol.taken(buffer)) == (protocol.VEL, -300)
     assert protocol.taken(buffer) is None
+    assert protocol.checksum(b"\x00\x3b\x01\x00") == 0x013B
+    assert protocol.checksum(b"\x12\x34\x56") == 0x1234 ^ 0x56
 
 
 def test_it_drives_as_the_firmware_does_once_its_motors_are_on(driver):

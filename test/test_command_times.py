@@ -78,6 +78,7 @@ def team_of(request, monkeypatch):
 
 class Topic:
     resolved_name = "/odom"
+    impl = type("Topic", (), {"add_connection": None})
 
 
 def stamps(team):

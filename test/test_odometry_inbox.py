@@ -1,5 +1,7 @@
 """Odometry that overtakes /clock is waited for; one from another time is refused."""
 
+from unittest import mock
+
 import numpy as np
 import pytest
 import rospy
@@ -45,7 +47,7 @@ def hear(request, monkeypatch):
     It returns the inbox.
     """
     monkeypatch.setattr(odometry_inbox, "CLOCK_PATIENCE", 0.05)
-    monkeypatch.setattr(odometry_inbox.rospy, "Subscriber", lambda *_, **__: None)
+    monkeypatch.setattr(odometry_inbox.rospy, "Subscriber", mock.MagicMock())
     monkeypatch.setattr(odometry_inbox.rospy, "is_shutdown", lambda: False)
     monkeypatch.setattr(odometry_inbox, "read", lambda _: "")
     monkeypatch.setattr(odometry_inbox.OdometryInbox, "doubled", dict)

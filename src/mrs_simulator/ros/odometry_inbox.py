@@ -19,6 +19,7 @@ from mrs_simulator.ros.node_parameters import ODOM_FRAME, ODOM_TOPIC
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.ros.planar_messages import PlanarOdometry
 from mrs_simulator.ros.senders import Senders
+from mrs_simulator.ros.shared_receiver import SharedReceiver, subscribe
 from mrs_simulator.ros.team_topics import ODOMETRY, team_topics_wanted
 
 MOST_NAMED = 8  # robots named in one line
@@ -250,14 +251,10 @@ class OdometryInbox(Inbox):
         wanted = OdometryFrames(self._numbers) if odometry else SameFrame()
         farthest = FARTHEST_REAL if odometry else FARTHEST
         self.intake = Intake(self._real, timeout, wanted if frames else None, farthest)
+        receiver = SharedReceiver()
         self._subscribers = [
-            rospy.Subscriber(
-                self.topic.replace("{}", str(number)),
-                kind,
-                self.put,
-                callback_args=row,
-                queue_size=1,
-                tcp_nodelay=True,
+            (subscribe if self._real[row] else receiver.subscribe)(
+                self.topic.replace("{}", str(number)), kind, self.put, row
             )
             for row, number in enumerate(self._numbers)
         ]

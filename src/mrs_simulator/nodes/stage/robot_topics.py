@@ -21,6 +21,7 @@ from mrs_simulator.ros.messages import (
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
 from mrs_simulator.ros.senders import Senders
+from mrs_simulator.ros.shared_receiver import SharedReceiver
 from mrs_simulator.vehicles.team import on_all_axes
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows
@@ -40,7 +41,7 @@ class Inbox:
         self._commands, self._senders = {}, Senders()  # by row, newer than the batches
         self._batches = []  # rows (m,) and commands (m, 6) of several robots, the newest last
         self._arms = {}  # rates of arms by row
-        self.answers = Answers()
+        self.answers, self.receiver = Answers(), SharedReceiver()
 
     def put(self, twist, row):
         """Keep ``twist``, a ``QuickTwist``, as the newest command of robot ``row``."""
@@ -121,14 +122,7 @@ class RobotTopics(Link):
         """``odometry``: "world", "wheel" or "rosaria"; ``frames``: :class:`Frames`."""
         name = "/robot{}".format(row + 1)
         self._publisher = prompt_publisher(name + "/odom", PlanarOdometry)
-        self._subscriber = rospy.Subscriber(
-            name + "/cmd_vel",
-            QuickTwist,
-            inbox.put,
-            callback_args=row,
-            queue_size=1,
-            tcp_nodelay=True,
-        )
+        self._subscriber = inbox.receiver.subscribe(name + "/cmd_vel", QuickTwist, inbox.put, row)
         # RosAria tells no covariance.
         told = odometry != "rosaria"
         self._message = PlanarOdometry()

@@ -83,7 +83,7 @@ panel = gui.preflight
 click("control")
 until(lambda: panel.title().startswith("Not started"))
 assert [row[:2] for row in panel.rows()] == [["robot3", "stands in place"]]
-assert "0.60 m" in panel.rows()[0][2] and panel.rows()[0][3] == "at most 0.3"
+assert "0.60 m" in panel.rows()[0][2] and panel.rows()[0][3] == "at most 0.3 m and rad"
 assert panel._start.isVisible() and not panel._start.isEnabled()
 def judge():
     QTest.mouseClick(panel._judged, Qt.LeftButton, pos=QPoint(8, panel._judged.height() // 2))

@@ -119,7 +119,7 @@ def test_rows_for_other_programs():
     placed = preflight.place_checks((1, 2, 3), pose, scenario().poses)
     far, lost = preflight.as_rows([placed[0], preflight.Check("poses", False, "robot2 unknown")])
     assert (far["robot"], far["what"], far["passed"]) == ("robot1", "stands in place", False)
-    assert far["wanted"] == "at most 0.3" and far["value"].startswith(
+    assert far["wanted"] == "at most 0.3 m and rad" and far["value"].startswith(
         "at (0.50, 0.00, 0.00), 0.50 m"
     )
     assert (lost["robot"], lost["what"], lost["wanted"]) == ("", "poses", "")

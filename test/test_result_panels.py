@@ -19,7 +19,7 @@ from mrs_simulator.rqt_plugin.widgets.symbols import printed_name, symbolic
 APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
-PLACE = Finding("robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3", True)
+PLACE = Finding("robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3 m and rad", True)
 SILENT = Finding("robot2", "publishes", "never heard on /robot2/odom", "")
 
 
@@ -121,7 +121,9 @@ def test_robots_that_are_ready(panel):
 
 def test_a_start_in_spite_of_what_was_found_wants_two_deliberate_clicks(panel):
     panel.set_findings([PLACE], 11, "refused", True)
-    assert panel.rows() == [["robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3"]]
+    assert panel.rows() == [
+        ["robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3 m and rad"]
+    ]
     QTest.mouseClick(panel._start, Qt.LeftButton)
     assert panel.asked == []
     QTest.mouseClick(panel._judged, Qt.LeftButton, pos=QPoint(8, panel._judged.height() // 2))

@@ -137,6 +137,9 @@ def test_a_narrow_window_has_one_column_with_the_settings_below_the_map(app, stu
     app.processEvents()
     titles = [study.results_tabs.tabText(place) for place in range(study.results_tabs.count())]
     assert titles[:4] == ["Team", "Protocol", "Topology", "Curves"]
+    assert (
+        "Robot" in titles and "Sensors" not in titles
+    )  # all that is known of one, not these alone
     assert study.results_tabs.currentWidget() is study.messages
     assert not study.settings_tabs.isVisible()
     study.results_tabs.setCurrentIndex(0)

@@ -61,9 +61,10 @@ def place_checks(numbers, pose, wanted, tolerance=PLACE_TOLERANCE):
             continue
         distance = math.hypot(here[0] - there[0], here[1] - there[1])
         turn = float(wrap_angle(here[2] - there[2]))
-        text = "at {}, {:.2f} m and {:.2f} rad from the scenario's {}, wanted at most {:g}".format(
-            shown(here), distance, turn, shown(there), tolerance
+        text = (
+            "at {}, {:.2f} m and {:.2f} rad from the scenario's {}, wanted at most {:g} m and rad"
         )
+        text = text.format(shown(here), distance, turn, shown(there), tolerance)
         passed = distance <= tolerance and abs(turn) <= tolerance
         checks.append(Check("robot{} stands in place".format(number), passed, text))
     return checks

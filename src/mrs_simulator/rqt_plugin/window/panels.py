@@ -106,7 +106,7 @@ class StudyPanels(QWidget):
             (self.view, "3D view"),
             (self.preflight, "Preflight"),
             (self.verdict, "Verdict"),
-            (self.sensors, "Sensors"),
+            (self.sensors, "Robot"),
             (self.programs, "Programs"),
             (self.messages, "Messages"),
         ):

@@ -7,6 +7,10 @@ LATCHED = (
     "EMERGENCY STOP: no controller moves any robot. Press RELEASE STOP to release it, and then "
     "Start controller."
 )
+UNTIMELY = (
+    "{}. This run gets no verdict: choose a slower speed in the box beside Start controller, press Reset, "
+    "and start again."
+)
 
 
 class Status:
@@ -82,9 +86,7 @@ class Status:
     def _show_timing(self):
         degraded = self._study.note_timing()
         if degraded:
-            text = "{}. This run is not judged; choose a slower speed, or begin at it.".format(
-                degraded[0].upper() + degraded[1:]
-            )
+            text = UNTIMELY.format(degraded[0].upper() + degraded[1:])
             self._panels.banners.tell("timing", "warning", text)
         else:
             self._panels.banners.clear("timing")

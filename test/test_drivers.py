@@ -41,6 +41,7 @@ class Forward(PioneerControl):
     def calculateControlLaw(self, pos_map):
         return {i: make_twist(0.15, 0.0) for i in pos_map}
 """
+PATIENT = ("stuck_time:=30", "frozen_time:=30")  # [s] for drivers that a busy machine holds up
 NOISE = "what a driver complains of"
 PACKAGE = (
     "<package><name>{}</name><version>1.0.0</version><description>-</description>"
@@ -84,7 +85,7 @@ class Bench:
         """Start the launch file; return when the controller waits for its start."""
         given = ["{}:={}".format(key, self.directory / file) for key, file in FILES.items()]
         file = self.name + ".launch"
-        command = ["roslaunch", "mrs_simulator", file, "robots:=2", "odom_timeout:=5"]
+        command = ["roslaunch", "mrs_simulator", file, "robots:=2", "odom_timeout:=5", *PATIENT]
         self.process = self.ros.start("launch", [*command, *given, *arguments])
         self.probe = self.ros.probe()
         for number in (1, 2):

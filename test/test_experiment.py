@@ -15,12 +15,15 @@ from ros_fixtures import heed_interrupts
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experiment
 from mrs_simulator.control.laws import formation_equations as formation
+from mrs_simulator.control.loading import ProtocolError
+from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import RunError, read_run_csv
 from mrs_simulator.study.command import main
 from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.study.report import FIGURES, begin_run, control_of, judged, read_run
+from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -247,6 +250,39 @@ def test_a_law_that_fails_at_once_is_reported_too(tmp_path):
     verdict = run_experiment(shipped("paper_four"), str(tmp_path), Leaves)
     assert verdict["ended"] == "at 0.000 s the law failed: SystemExit: I have had enough"
     assert not verdict["passed"] and (tmp_path / "trajectories.png").exists()
+
+
+class Interrupts(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_that_a_law_raises_itself_is_a_failure_of_the_law(tmp_path):
+    verdict = run_experiment(shipped("paper_four"), str(tmp_path), Interrupts, formats=())
+    assert verdict["ended"] == "at 0.000 s the law failed: KeyboardInterrupt: "
+
+
+def await_interrupt():
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in range(100000):
+        pass
+
+
+def test_an_interrupt_from_the_keyboard_leaves_a_law_as_it_came():
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            call(await_interrupt)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def test_a_law_that_is_refused_leaves_no_world_open(monkeypatch):
+    closed = []
+    monkeypatch.setattr(World, "close", lambda world: closed.append(world))
+    with pytest.raises(ProtocolError, match="odometer"):
+        Experiment(shipped("paper_four"), type("Asks", (Forward,), {"SENSORS": ("odometer",)}))
+    assert len(closed) == 1
 
 
 def test_a_team_that_is_driven_apart_is_reported_as_far_as_it_went(tmp_path):

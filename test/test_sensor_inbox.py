@@ -1,6 +1,7 @@
 """Readings that come over ROS: their stamps, what is stale, and what is waited for in lockstep."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -224,3 +225,34 @@ def test_nothing_is_missing_where_nothing_is_asked_for(times):
     inbox = inbox_of(names=())
     assert inbox.missing(1e9) == inbox.awaited(1e9, 0.0) == ""
     assert not math.isnan(len(inbox.readings(0.0)))
+
+
+def test_a_reading_that_is_told_again_puts_off_what_is_waited_for_in_lockstep(times):
+    """A reset puts off the next sample: to wait for it would end in a stall, for time waits too."""
+    inbox = inbox_of()
+    put(inbox, 0, 1.0)
+    put(inbox, 1, 1.0)
+    put(inbox, 1, 1.0)  # as to a new listener, while nothing is waited for
+    assert "robot1" in inbox.awaited(1.1, 1.0) and "robot2" in inbox.awaited(1.1, 1.0)
+    put(inbox, 1, 1.0)
+    assert inbox.awaited(1.2, 1.0) == "no fresh sonar of robot1 (0.2 s)"
+    times.simulated = 1.25
+    put(inbox, 0, 1.25)
+    put(inbox, 1, 1.25)
+    assert inbox.awaited(1.3, 1.0) == "" and "robot2" in inbox.awaited(1.35, 1.0)
+
+
+def test_a_sensor_is_unconnected_until_its_publisher_has_answered(times, monkeypatch):
+    made = []
+
+    def subscriber(*_, **__):
+        connections = [SimpleNamespace(callerid_pub="unknown")]
+        made.append(SimpleNamespace(impl=SimpleNamespace(connections=connections)))
+        return made[-1]
+
+    monkeypatch.setattr(sensor_inbox.rospy, "Subscriber", subscriber)
+    inbox = inbox_of()
+    made[0].impl.connections[0].callerid_pub = "/stage"
+    assert inbox.unconnected() == "no fresh sonar of robot2 (never heard)"
+    made[1].impl.connections[0].callerid_pub = "/stage"
+    assert inbox.unconnected() == ""

@@ -6,6 +6,7 @@ import pytest
 from mrs_simulator.core.kinematics import Limits
 from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.core.obstacles import Box
+from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import EVERY, World, WorldError
 
@@ -236,3 +237,13 @@ def test_each_kind_is_stopped_after_its_own_silence():
     assert world.timeouts[1] == 0.25
     given = World(("pioneer3dx", "husky"), world.pose, cmd_vel_timeout=1.0)
     assert given.timeouts.tolist() == [1.0, 1.0]
+
+
+def test_encoders_of_point_masses_are_refused_by_name():
+    content = {"poses": [[0, 0, 0]], "sensors": [{"mounts": {"wheels": {"type": "encoders"}}}]}
+    scenario = scenario_from_dict(content)
+    World.from_scenario(scenario).close()
+    with pytest.raises(
+        WorldError, match="robot1: wheels are encoders, but point masses have no wheels"
+    ):
+        World.from_scenario(scenario.changed(fidelity="point_mass"))

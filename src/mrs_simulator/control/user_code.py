@@ -5,8 +5,10 @@ A law may raise anything, SystemExit too, hang, hold the interpreter's lock or e
 (:mod:`processes_apart`), or a thread, of its own, and gives it up after a time limit.
 """
 
+import dis
 import os
 import queue
+import signal
 import threading
 import time
 import traceback
@@ -15,6 +17,7 @@ from typing import NamedTuple
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
 FAREWELL = 1.0  # [s] of wall time for a process that has closed its pipe
+RAISE = dis.opmap["RAISE_VARARGS"]
 ENDED = "its process ended"
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -47,11 +50,22 @@ def call(function, *arguments, **named):
     """
     try:
         return function(*arguments, **named)
-    except (Exception, KeyboardInterrupt):
+    except Exception:
         raise
     except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) and is_from_keyboard(error):
+            raise
         text = "{}({})".format(type(error).__name__, error)
         raise UserCodeError("it tried to end the program: " + text) from error
+
+
+def is_from_keyboard(error):
+    """Return whether a ``KeyboardInterrupt`` came by a signal: no statement ``raise`` is where it began."""
+    trace = error.__traceback__
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    code, handler = trace.tb_frame.f_code, signal.getsignal(signal.SIGINT)
+    return code.co_code[trace.tb_lasti] != RAISE or code is getattr(handler, "__code__", None)
 
 
 def raised(error):

@@ -29,9 +29,10 @@ def prompt_publisher(name, kind, first=None, listener=None):
 
     def add_prompt(connection):
         connection = NonblockingConnection(connection)
-        added, message = add(connection), first and first()
-        if message is not None:
-            with topic.publock:
+        added = add(connection)
+        with topic.publock:  # what is published next may not overtake what is the newest now
+            message = first and first()
+            if message is not None:
                 topic.publish(message, connection_override=connection)
         return added
 

@@ -28,6 +28,7 @@ from mrs_simulator.sensors.types import TYPES
 MISSED = 2.5  # [-] periods of a sensor after which its reading is stale, where that is longer
 MOST_KEPT = 200  # [-] readings of a sensor that wait to be taken
 CLOSE = 1e-6  # [s] within which times are equal
+UNKNOWN = "unknown"  # publisher of a connection of rospy's that is not made yet
 PARTS_KEPT = 4  # [-] newest of each part of a reading, until the others of its time are there
 
 
@@ -51,9 +52,7 @@ class SensorInbox:
             for row, (own, kind) in enumerate(zip(mounts, kinds))
         ]
         self._rows = range(len(mounts))
-        self._subscribers = [
-            subscriber for inlet in self._inlets for subscriber in self._subscribed(inlet, pattern)
-        ]
+        self._subscribers = {inlet: self._subscribed(inlet, pattern) for inlet in self._inlets}
 
     def _inlet(self, row, mount, kind, real, step):
         is_real = row in real
@@ -151,6 +150,12 @@ class SensorInbox:
             late = [(inlet, inlet.age(now)) for inlet in self._inlets]
         return self._told_silence([(i, age) for i, age in late if not age <= i.timeout])
 
+    def unconnected(self):
+        """Return which sensors nobody tells yet, in words, or ""."""
+        apart = [i for i, own in self._subscribers.items() if not all(map(is_connected, own))]
+        with self._lock:
+            return self._told_silence([(inlet, inlet.age(0.0)) for inlet in apart])
+
     def awaited(self, stamp, begun):
         """Return what is still to come of what was measured up to ``stamp`` [s], in words, or "".
 
@@ -198,6 +203,12 @@ class SensorInbox:
                 inlet.intake.forget()
 
 
+def is_connected(subscriber):
+    """Return whether a publisher has accepted the ``subscriber``; rospy counts it before that."""
+    connections = subscriber.impl.connections
+    return any(getattr(each, "callerid_pub", UNKNOWN) != UNKNOWN for each in connections)
+
+
 def _row(heard):
     return heard[0]
 
@@ -220,6 +231,7 @@ class _Inlet:
         self._joined = None  # what other forms have told so far
         self._apart = 0.5 * period if is_real else CLOSE  # [s] that parts of a reading may be
         self.newest, self.count, self._received = None, 0, -math.inf
+        self._is_late = self._is_put_off = False  # of the next sample, in lockstep
         looks_back = getattr(TYPES[mount.type], "LOOKS_BACK", False)
         self._first = mount.latency + (period if looks_back else 0.0)  # [s] since it is listened to
 
@@ -264,6 +276,9 @@ class _Inlet:
         """
         known = self.newest is not None and self.newest[1] == stamp
         self.newest, self._received = (reading, stamp), received
+        # What is told again while more is waited for is all that there is.
+        self._is_put_off = known and (self._is_late or self._is_put_off)
+        self._is_late = False
         self.count += 1
         return known
 
@@ -274,8 +289,12 @@ class _Inlet:
         return (time.monotonic() if self.is_real else now) - self._received
 
     def is_awaited(self, stamp, begun):
-        """Return whether a sample up to ``stamp`` [s] is still to come."""
+        """Return whether a sample up to ``stamp`` [s] is still to come.
+
+        None is if the newest was told again since: a reset has put off the next.
+        """
         if self.newest is None:
             return stamp - begun + CLOSE >= self._first
         following = self.newest[1] * 1e-9 + self.period + self.form.mount.latency
-        return following <= stamp + CLOSE
+        self._is_late = following <= stamp + CLOSE and not self._is_put_off
+        return self._is_late

@@ -47,6 +47,15 @@ class Experiment:
         scenario, protocol = choose_protocol(scenario, protocol)
         self.scenario = scenario
         self.world = World.from_scenario(scenario)
+        try:
+            self._join(protocol)
+        except BaseException:
+            self.world.close()
+            raise
+
+    def _join(self, protocol):
+        """Make control, sensors and estimator of the world's robots."""
+        scenario = self.scenario
         self.control = make_control(scenario, protocol)
         self._has_hands = self.control.team.is_of_unicycles  # hand points, which a recorder finds
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)

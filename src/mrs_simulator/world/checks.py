@@ -104,6 +104,22 @@ def refuse_in_obstacles(bodies, poses, z=None):
         )
 
 
+def count_wheels(mounts, fidelity):
+    """Return whether any of ``mounts``, of each robot, are encoders.
+
+    ``WorldError`` names those of a point mass, which would count nothing.
+    """
+    for row, own in enumerate(mounts):
+        for mount in own:
+            if mount.type == "encoders":
+                if fidelity == "point_mass":
+                    text = "robot{}: {} are encoders, but point masses have no wheels; wanted {}"
+                    wanted = "fidelity kinematic or dynamic"
+                    raise WorldError(text.format(row + 1, mount.name, wanted))
+                return True
+    return False
+
+
 def refuse_events(team, events, fidelity):
     """Raise ``WorldError`` that names the first of ``events`` that can befall none of the ``team``."""
     for event in events:

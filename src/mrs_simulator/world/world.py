@@ -140,7 +140,7 @@ class World:
                 takeoff=scenario.takeoff,
                 load=scenario.load,
                 engine=scenario.engine,
-                counts_wheels=any(mount.type == "encoders" for own in mounts for mount in own),
+                counts_wheels=checks.count_wheels(mounts, scenario.fidelity),
                 **options,
             )
         except WorldError as error:

@@ -247,7 +247,9 @@ class ControlNode:
         if self.sensors is None or not self.running:
             return False
         begun = stamp.to_sec() if self._begun is None else self._begun
-        awaited = self.sensors.awaited(stamp.to_sec(), begun)
+        # Of a sensor that is heard of later than it was read nothing comes while time waits.
+        awaited = self.sensors.unconnected() if self._begun is None else ""
+        awaited = awaited or self.sensors.awaited(stamp.to_sec(), begun)
         since = time.monotonic() if self._awaiting is None else self._awaiting
         self._awaiting = since if awaited else None
         if awaited and time.monotonic() - since > STILL:

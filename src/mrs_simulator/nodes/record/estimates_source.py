@@ -25,7 +25,7 @@ class EstimatesSource:
         self._n, self._told = n, deque(maxlen=KEPT)
         self._came = threading.Condition()
         self._held, self._since = None, 0.0
-        self._lost = 0
+        self._lost, self._begun = 0, False
         self._subscriber = rospy.Subscriber(TOPIC, TeamOdometry, self._put, tcp_nodelay=True)
         self._wait()
         self._source = make()
@@ -55,6 +55,11 @@ class EstimatesSource:
             self._told.append((message.header.stamp.to_sec(), pose))
             self._came.notify()
 
+    def begin(self):
+        """Leave out from now on what has no estimates, also of robots that are not commanded."""
+        self._begun = True
+        self._source.begin()
+
     def next(self, seconds):
         """Return the next ``Sample`` with its estimates; None after ``seconds`` [s] without any."""
         if self._held is None:
@@ -64,10 +69,11 @@ class EstimatesSource:
             return None
         estimate, is_final = self._at(sample.stamp, seconds)
         waited = time.monotonic() - self._since > PATIENCE
-        if not (is_final or waited or not sample.commanded and estimate is None):
+        wanted = sample.commanded or self._begun
+        if not (is_final or waited or not wanted and estimate is None):
             return None
         self._held = None
-        if estimate is None and sample.commanded:
+        if estimate is None and wanted:
             self._lost += 1
             text = "record: no estimates of {:.3f} s: the sample is left out"
             rospy.logerr_throttle(REPORT, text.format(sample.stamp))

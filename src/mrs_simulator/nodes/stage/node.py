@@ -368,7 +368,9 @@ class Stage:
             self.lockstep.timeout,
             self.world.time,
         )
-        # Who has answered may have done so to earlier odometry, and have lost the newest.
+        # Who has answered may have done so to earlier odometry, and have lost the newest; and whoever
+        # waits for a reading that is lost, or that a reset has put off, would wait for ever.
+        self.sensors.repeat()
         self.topics.publish_odometry()
 
     def _report(self, text):

@@ -107,6 +107,12 @@ class SensorTopics(rospy.SubscribeListener):
                 self.counts[sensor.mount.name] = self.counts.get(sensor.mount.name, 0) + 1
                 self._publish(sensor, reading)
 
+    def repeat(self):
+        """Publish what was told last of each sensor again: who waits for more learns that there is none."""
+        for topic in self._topics.values():
+            if topic.is_heard:
+                topic.repeat()
+
     def _heed_listeners(self, world):
         """Read what somebody listens to now, and tell new listeners what is known already."""
         wanted, new = self._listened()
@@ -182,6 +188,11 @@ class _Topic:
         """Publish ``message``; a later listener begins with it."""
         self._newest = message
         self._publisher.publish(message)
+
+    def repeat(self):
+        """Publish the newest message again, if there is one."""
+        if self._newest is not None:
+            self._publisher.publish(self._newest)
 
     def lately_left_out(self):
         """Return how many messages so far did not reach a listener, 0 if none lately."""

@@ -8,7 +8,8 @@ from mrs_simulator.control.laws import shipped as law_of
 from mrs_simulator.control.laws.late_commands import late_commands
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.recording import Run
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.study.experiment import Experiment, perform
 from mrs_simulator.study.judging import judged
 
 COMMANDS = "commands off the published law"
@@ -84,3 +85,32 @@ def test_data_that_cannot_be_fail_all_the_same():
     run.hand[50:, 2, 0] += 5.0
     verdict, _ = judged(run, control)
     assert verdict["outcome"] == "failed" and check(verdict, "no robot jumps")["passed"] is False
+
+
+DRIFTING = {
+    "poses": [[2.0, 0.0, 0.5], [-1.0, 1.7, 3.0], [-1.0, -1.7, -2.0]],
+    "odometry": "wheel",
+    "odometry_errors": {"alpha": [0.02, 0.0, 0.0, 0.02, 0.004, 0.004]},
+    "control": {"protocol": "displacement_formation", "parameters": {"shape": "circle", "size": 3.0}},
+    "topology": {"preset": "ring"},
+    "duration": 4.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("lockstep", (True, False))
+def test_drift_of_odometry_is_not_taken_for_another_law(tmp_path, lockstep):
+    """Where nobody recorded what it told, that cannot be known; where somebody did, it costs nothing."""
+
+    def judged_with(**more):
+        scenario = scenario_from_dict(dict(DRIFTING, **more))
+        out = str(tmp_path / "-".join(["run", *more]))
+        run, control = perform(scenario, out)
+        run = run._replace(meta=dict(run.meta, lockstep=lockstep))
+        return check(judged(run, control)[0], COMMANDS), run, control
+
+    unknown, *_ = judged_with()
+    assert unknown["passed"] is None and "wanted estimates: odometry" in unknown["note"]
+    told, run, control = judged_with(estimates="odometry")
+    assert told["passed"] and told["tolerance"] == (1e-6 if lockstep else 0.03)
+    weak = run._replace(command=0.8 * run.command)
+    assert not check(judged(weak, control)[0], COMMANDS)["passed"]

@@ -19,8 +19,15 @@ ROBOTS = "largest distance from the law on these robots [m]"
 ROUNDING = 1e-6  # [-] of the largest velocity or of the team's size: sums in another order
 # [-] of the largest velocity: what estimated poses cost, and what a law remembers of all samples.
 ESTIMATED, REBUILT = 0.05, 1e-3
+DRIFTED = (
+    0.5  # [-] of the same: what is farther off is no drift of odometry by which a team can be led
+)
 UNTIMED = 0.03  # [-] of the mean velocity: commands of poses that arrived some time before
 LEAST_SPEED = 1e-3  # [m/s] to which differences of commands are related at least
+UNKNOWN = (
+    "the law saw wheel odometry that is not recorded, and commands are {:.2g} off what the true poses "
+    "want: drift, or another law; wanted estimates: odometry, which records what was told"
+)
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
@@ -106,15 +113,30 @@ def _commands(control, law, run, followed):
         COMMANDS,
         0.0,
         _uncertainty(control, law, run),
-        lambda run: command_error(control, law, as_known(control, run), followed),
+        lambda run: _unless_drifted(
+            run, command_error(control, law, as_known(control, run), followed)
+        ),
         own=True,
         motion=False,
     )
 
 
+def _saw_unknown(run):
+    """Return whether the law of ``run`` saw estimates of poses that were not recorded."""
+    wheel = run.scenario is not None and run.scenario.odometry != "world"
+    return wheel and run.estimate is None
+
+
+def _unless_drifted(run, error):
+    """Return ``error`` [-]; ``NothingDecays`` for one that unknown drift of odometry may have made."""
+    if _saw_unknown(run) and ESTIMATED < error < DRIFTED:
+        raise NothingDecays(UNKNOWN.format(error))
+    return error
+
+
 def _uncertainty(control, law, run):
     """Return what commands may be off the published law, [-] of the largest velocity."""
-    if run.estimate is None and run.scenario is not None and run.scenario.odometry != "world":
+    if _saw_unknown(run):
         return ESTIMATED
     if control.fidelity == "point_mass" or law.SEES not in ("next", "past"):
         return ROUNDING
@@ -142,13 +164,12 @@ def _late_commands(control, law, run):
         unproved = "which messages were lost or late is not known without lockstep"
 
     def error(run):
-        found = late_command_error(control, law, run)
+        found = late_command_error(control, law, as_known(control, run))
         if found is None:
             raise NothingDecays("too few samples in which robots were told to move")
-        return found.error
+        return _unless_drifted(run, found.error)
 
-    estimated = run.scenario is not None and run.scenario.odometry != "world"
-    tolerance = ESTIMATED if estimated else UNTIMED
+    tolerance = ESTIMATED if _saw_unknown(run) else UNTIMED
     return Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, own=True, motion=False)
 
 
@@ -157,7 +178,7 @@ def delay_measures(control, run):
     law = published_law(control)
     found = None
     if law is not None and are_stated(control.team):
-        found = late_command_error(control, law, run)
+        found = late_command_error(control, law, as_known(control, run))
     return {} if found is None else {"command_delay": found.delay}
 
 

@@ -69,12 +69,12 @@ def test_turned_and_lowered_it_looks_there():
 def test_its_axis_meets_the_picture_where_the_intrinsics_say():
     """By planes aslant of the axis, whose inverse depth is linear across the picture."""
     (reading,), _ = sensed(dict(EYE, down="30 deg"), obstacles=())
-    rows = np.arange(30.0, 60.0)  # of the ground, 0.505 m below: it is a plate
+    rows = np.arange(30.0, 60.0)  # of the ground, 0.5 m below
     fx, fy, cx, cy = reading.intrinsics
     slope, first = np.polyfit(rows, 1.0 / reading.depth[30:, 40], 1)
     away = math.cos(math.radians(30.0)) / (fy * slope)
     middle = (0.5 - first * away) * fy / math.cos(math.radians(30.0))
-    assert away == pytest.approx(0.505, abs=2e-3) and middle == pytest.approx(cy, abs=0.1)
+    assert away == pytest.approx(0.5, abs=2e-3) and middle == pytest.approx(cy, abs=0.1)
     wall = dict(WALL, center=[3.5, 0.0], size=[1.0, 40.0])
     (reading,), _ = sensed(dict(EYE, place=[0.0, 0.0, 0.5], yaw="45 deg"), obstacles=[wall])
     columns = np.arange(40.0, 80.0)

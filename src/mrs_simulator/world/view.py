@@ -25,6 +25,7 @@ FRAME_MARGIN = 1.5  # [m] in view around the team
 PITCH, YAW = -45.0, 0.0  # [deg] where the camera looks from at first: the south, from above
 GROUND_COLOUR = [0.87, 0.89, 0.87, 1.0]
 GROUND_MARGIN = 4.0  # [m] of ground around robots and obstacles
+FLOOR = 0.005  # [m] half of its thickness: its top is at 0
 STEEP = 0.999  # [-] height of a direction from which on the vertical is no way up in a picture
 NEAR, FAR = 0.1, 1000.0  # [m] clipping planes
 
@@ -79,14 +80,14 @@ class View:
         half = 0.5 * (high - low) + GROUND_MARGIN
         floor = pybullet.createVisualShape(
             pybullet.GEOM_BOX,
-            halfExtents=[half[0], half[1], 0.005],
+            halfExtents=[half[0], half[1], FLOOR],
             rgbaColor=GROUND_COLOUR,
             specularColor=[0.0, 0.0, 0.0],
             physicsClientId=self._client,
         )
         middle = 0.5 * (low + high)
         pybullet.createMultiBody(
-            0.0, -1, floor, [middle[0], middle[1], -0.01], physicsClientId=self._client
+            0.0, -1, floor, [middle[0], middle[1], -FLOOR], physicsClientId=self._client
         )
 
     def show(self, poses, spatial=None, time=0.0):

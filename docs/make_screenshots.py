@@ -126,14 +126,17 @@ def take_world(gui, press, until, picture):
     until(lambda: gui.connection.is_fresh("stage"))
     gui.results_tabs.setCurrentWidget(gui.sensors)
     gui.sensing._on_robot(1)
+    gui.shown["trails"].setChecked(False)  # nobody has moved: the legend is short then
     until(lambda: gui.sensors.picture.image is not None)
-    picture("gui_sensors")
+    picture("gui_camera")
     gui.sensors.looks.setCurrentIndex(1)
     until(lambda: gui.sensors.picture.most is not None)
-    picture("gui_depth")
+    picture("gui_sensors")
     gui.results_tabs.setCurrentWidget(gui.programs)
     picture("gui_programs")
     gui.shown["sensors"].setChecked(False)
+    gui.shown["trails"].setChecked(True)
+    gui.sensing._on_robot(0)  # no halo in the pictures of a run
     press("end")
     until(lambda: not gui.connection.is_fresh("stage"))
 

@@ -98,6 +98,7 @@ class StudyWidget(StudyPanels):
 
     @guarded
     def _on_start_anyway(self):
+        self.close_error()  # that of the check which held the start
         self.say(self.study.control.start_anyway())
         self._show_checking()
 

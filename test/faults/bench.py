@@ -12,7 +12,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.dirname(HERE))
 
 from motion import LIMITS, REST, Motion  # noqa: E402
-from ros_fixtures import PATIENCE, Ros, program  # noqa: E402
+from ros_fixtures import PATIENCE, Ros, log_of, program  # noqa: E402
 from table import (  # noqa: E402
     AIR,
     BEGINS_AGAIN,
@@ -44,6 +44,8 @@ SINKING = 0.1  # [m] by which a robot that hovers may lose or win height
 FALLING = 0.4  # [m/s] beyond which one that comes down falls
 ROBOTS = (1, 2)
 STANDING = 2.0  # [s] of wall time for which it is watched that nothing moves while time stands
+STOPPED = "robots stopped: "  # in the log of a controller; real ones then wait to be started
+AGAIN = 2.0  # [s] of wall time between two attempts
 LASTS = 2.5  # [s] of the robots' time that a fault lasts which they must bear
 LATE = 6.0  # [s] the same of a delay of 2 s, whose begin is a silence
 SLOWEST = 4  # [-] times the usual patience, for simulated time that is slow on a busy machine
@@ -81,7 +83,7 @@ class Bench:
         open(self.track, "w").close()
         self.ros = Ros(directory)
         self.limit = LIMITS.get(row.mode, LIMITS[None])
-        self._count, self._starving = 0, None
+        self._count, self._starving, self._started_again = 0, None, 0.0
         self.node = {"master": self.ros.master}
 
     def _start(self, name, command):
@@ -107,9 +109,17 @@ class Bench:
             self.node["recorder"] = self._start_recorder()
         if self.row.victim == "GUI":
             self.node["GUI"] = self._start_gui()
-        self.wait("the robots drive", lambda: self.motion().moves())
+        self.wait("the robots drive", self._drive)
         if self.row.victim == "recorder":
             self.wait("rows", lambda: self._recorded() > 1000)
+
+    def _drive(self):
+        """Return whether the robots drive; real ones that a stall has stopped before are started again."""
+        stopped = self.row.mode == WALL and STOPPED in log_of(self.node["control"])
+        if stopped and time.monotonic() - self._started_again > AGAIN:
+            self.ros.call("rosservice", "call", "/pioneer_control/start")
+            self._started_again = time.monotonic()
+        return self.motion().moves()
 
     def _set_wall_time(self):
         import xmlrpc.client

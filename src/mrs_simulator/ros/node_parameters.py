@@ -114,7 +114,8 @@ LOCKSTEP_TIMEOUT = NodeParameter(
     "lockstep_timeout",
     NUMBER,
     5.0,
-    "of wall time, after which the silent robots are named",
+    "of wall time, after which the silent robots are named, and odometry and readings are told again: "
+    "none that is lost, or that a reset puts off, stalls a run",
     "s",
     above=0.0,
 )

@@ -227,6 +227,13 @@ def test_a_wall_of_mobilesim_is_no_farther_than_a_floor_reaches(room):
         obstacles_of(scenario(room, map="office.map"))
 
 
+def test_a_map_that_is_too_large_is_refused_and_not_cut(room):
+    with open(str(room / "office.map"), "r+") as file:
+        file.truncate(64 * 1024 * 1024 + 1)
+    with pytest.raises(ScenarioError, match="office.map: cannot be read: is larger than"):
+        obstacles_of(scenario(room, map="office.map"))
+
+
 def test_an_image_of_sixteen_bits_has_the_same_walls(room):
     found = obstacles_of(scenario(room))
     values = np.where(ROOM, 300, 65000).astype(">u2")

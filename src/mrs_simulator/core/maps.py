@@ -211,6 +211,12 @@ def _image_of(top, path):
     return os.path.join(os.path.dirname(path), os.path.expanduser(top.text("image")))
 
 
+def _refuse_large(path):
+    """Raise ``OSError`` for a file larger than ``LARGEST_FILE``."""
+    if os.path.getsize(path) > LARGEST_FILE:
+        raise OSError("is larger than {} bytes".format(LARGEST_FILE))
+
+
 def grey(path):
     """Return the image at ``path`` as greys from 0 to 255, (rows, columns), the top row first.
 
@@ -222,8 +228,7 @@ def grey(path):
         raise ScenarioError("{}: an image needs the package python3-pil".format(path)) from None
     try:
         refuse_special(path)
-        if os.path.getsize(path) > LARGEST_FILE:
-            raise OSError("is larger than {} bytes".format(LARGEST_FILE))
+        _refuse_large(path)
         with Image.open(path) as image:
             if image.width * image.height > MOST_PIXELS:
                 raise OSError("has more than {} pixels".format(MOST_PIXELS))
@@ -242,8 +247,9 @@ def mobilesim_lines(path):
     """Return the lines (m, 4) [m], from x, y to x, y, of MobileSim's map at ``path``."""
     try:
         refuse_special(path)
+        _refuse_large(path)
         with open(path, encoding="utf-8", errors="replace") as file:
-            rows = file.read(LARGEST_FILE).splitlines()
+            rows = file.read().splitlines()
     except OSError as error:
         raise ScenarioError("{}: cannot be read: {}".format(path, reason(error))) from None
     if not rows or rows[0].strip() not in ("2D-Map", "2D-Map-Ex", "2D-Map-Ex2"):

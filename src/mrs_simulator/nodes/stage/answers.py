@@ -69,11 +69,10 @@ class Answers:
                 else:
                     found.append((row, when, stamp))
         columns = [np.array(column, dtype=float) for column in zip(*found)] or [np.empty(0)] * 3
-        parts = [np.concatenate(each) for each in zip(columns, *batches)]
-        kept = (parts[0] >= 0) & (
-            parts[0] < n
-        )  # a late message may still come for a robot that has been taken away
-        return parts[0][kept].astype(int), parts[1][kept], parts[2][kept]
+        rows, times, stamps = (np.concatenate(each) for each in zip(columns, *batches))
+        # A late message may still come for a robot that has been taken away.
+        kept = (rows >= 0) & (rows < n)
+        return rows[kept].astype(int), times[kept], stamps[kept]
 
     def _matched(self, row, numbers):
         """Return the stamp of the command of robot ``row``, NaN if several may be it, None if none."""

@@ -192,7 +192,9 @@ class World:
     def reset(self):
         """Put the robots back to their initial poses, at rest; time goes on.
 
-        Mirrored ones stay where they are; ``WorldError`` if one of those is in another's place.
+        From here on the world is a new one to the bit: a solver keeps contacts and the motors' impulses of
+        its last step, so motion and what goes with it are made anew.  Mirrored robots stay where they are;
+        ``WorldError`` if one of those is in another's place.
         """
         poses, z = self._start.copy(), self._start_z
         poses[self.mirrored] = self.pose[self.mirrored]
@@ -201,13 +203,11 @@ class World:
             z[self.mirrored] = self._motion.z[self.mirrored]
         if len(self.mirrored) and self.fidelity != "point_mass":
             checks.refuse_overlaps(self.team, poses, (), self.mirrored, z)
-        self._motion.reset(poses, *(() if z is None else (z,)))
-        self._estimates.reset()
-        self._clock.begun = self._clock.steps
-        parts = self._commands, self._contacts, self._faults, self._flights, self._grips
-        for part in (*parts, self._estimates):
-            if part is not None:
-                part.begin()
+        motion = new_motion(self.team, poses, z, self._around)
+        self._motion.close()
+        self._motion, refused = motion, self._commands.refused
+        self._make_parts(self._flights.takeoff)
+        self._commands.refused = refused  # of all time
 
     # State ---------------------------------------------------------------------------------------
 

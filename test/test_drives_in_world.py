@@ -11,6 +11,7 @@ from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.study.report import judged
 from mrs_simulator.vehicles import Team, kind, shipped_kinds
+from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 MIXED = ("pioneer3dx", "robotino3", "f1tenth", "husky", "youbot")
@@ -49,9 +50,13 @@ def test_every_robot_of_a_mixed_team_moves_by_its_own_drive():
     assert world.twist[2, 0] == pytest.approx(1.0)
 
 
-def test_a_base_goes_sideways_no_faster_than_its_rims():
-    world = World(("robotino3",), [[0.0, 0.0, 0.0]], limits=Limits(2.0, 3.0, np.inf, np.inf))
-    world.set_commands([0], np.array([[0.0, 2.0, 0.0]]))
+@pytest.mark.parametrize("others", [(), ("crazyflie2", "f1tenth")])
+def test_a_base_goes_sideways_no_faster_than_its_rims(others):
+    kinds = ("robotino3", *others)
+    world = World(kinds, APART[: len(kinds)], limits=Limits(2.0, 3.0, np.inf, np.inf))
+    world.set_commands(
+        [0], on_axes(np.array([[0.0, 2.0]]), ("linear.x", "linear.y"), world.team.axes)
+    )
     world.step()
     assert world.twist[0, 1] == pytest.approx(0.589049, abs=1e-6)
     free = World(("robotino3",), [[0.0, 0.0, 0.0]], limits=None)

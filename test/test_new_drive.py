@@ -51,7 +51,7 @@ def test_the_page_names_what_a_drive_has():
     assert names_of("differential") == table | {"CLIPPED"}
     assert set(re.findall(r"^def (\w+)", CODE, re.M)) <= table
     more = set(re.findall(r"`(\w+)`", further)) - {"followed"}
-    more -= {"JOINTS", "OWN_LIMITS", "RAMPS", "CLIPPED", "out", "top"}  # flags and arguments
+    more -= {"JOINTS", "OWN_LIMITS", "RAMPS", "CLIPPED", "top"}  # flags and arguments
     assert table | more <= names_of("car") | {"wheel_rates"}
 
 

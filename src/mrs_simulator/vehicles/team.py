@@ -50,29 +50,32 @@ class Group(NamedTuple):
         return own.T if self.rows is EVERY else own.take(self.rows, axis=1).T
 
     def part(self, values):
-        """Return the group's part (m, axes of the drive), a view, of ``values`` (n, a) that lie group after
-        group."""
-        return values if self.rows is EVERY else values[self.span, self.columns]
+        """Return the group's part (m, axes of the drive) of ``values`` (n, a) that lie group after group.
+
+        To be read: of columns that are unevenly spaced it is a copy.  :meth:`fill` writes.
+        """
+        if self.rows is EVERY:
+            return values
+        own = values[self.span, self.columns]
+        own.flags.writeable = False  # what is written into a copy would be lost in silence
+        return own
+
+    def fill(self, values, part):
+        """Write the group's ``part`` into ``values`` (n, a) that lie group after group."""
+        values[self.span, self.columns] = part
 
     def asked(self, command, joints):
         """Return the inner states that the group's ``command`` asks for, both (m, axes of the drive)."""
         return self.drive.asked(command, joints, self.numbers) if self.drive.JOINTS else command
 
-    def want(self, along, across, joints, l, period, out):
-        """Put into ``out`` the inner states (m, axes of the drive) that move the points ``along`` and
-        ``across``."""
-        given = along, across, joints, l, period, self.numbers
-        if self.drive.JOINTS:
-            self.drive.wanted(*given, out=out)
-        else:
-            out[:] = self.drive.command(*given)
+    def wanted(self, along, across, joints, l, period):
+        """Return the inner states (m, axes of the drive) that move the points ``along`` and ``across``."""
+        function = self.drive.wanted if self.drive.JOINTS else self.drive.command
+        return function(along, across, joints, l, period, self.numbers)
 
-    def velocities(self, inner, out=None):
-        """Return the velocities along the drive's axes of ``inner`` states, (m, axes of the drive).
-
-        ``out``: where those of drives with inner joints are put, by default a new array.
-        """
-        return self.drive.velocities(inner, self.numbers, out) if self.drive.JOINTS else inner
+    def velocities(self, inner):
+        """Return the velocities along the drive's axes of ``inner`` states, (m, axes of the drive)."""
+        return self.drive.velocities(inner, self.numbers) if self.drive.JOINTS else inner
 
     def joints_of(self, inner):
         """Return the inner joints (m,) [rad] of ``inner`` states, 0 where the drive has none."""
@@ -281,7 +284,7 @@ class Team:
         if fill:
             values.fill(fill)
         for group in self.groups:
-            values[group.span, group.columns] = of_group(group)
+            group.fill(values, of_group(group))
         return values
 
     def in_rows(self, by_group):
@@ -373,8 +376,9 @@ class Team:
         along, across, joints = map(self.grouped, (along, across, joints))
         asked, own = np.zeros((self.n, len(self.axes)), order="F"), []
         for g in self.groups:
-            part, at = g.part(asked), joints[g.span]
-            g.want(along[g.span], across[g.span], at, l, period, out=part)
+            at = joints[g.span]
+            part = g.wanted(along[g.span], across[g.span], at, l, period)
+            g.fill(asked, part)
             own.append((g, part, at))
         return self._limited_by(scope, asked, period, own)
 
@@ -507,7 +511,7 @@ def _slowed(command, factor, own):
     result = (command.T / factor).T
     for g, asked, joints in own:
         if g.drive.JOINTS:
-            g.drive.slowed(asked, factor[g.span], joints, g.numbers, out=g.part(result))
+            g.fill(result, g.drive.slowed(asked, factor[g.span], joints, g.numbers))
     return result
 
 

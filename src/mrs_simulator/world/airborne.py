@@ -110,11 +110,10 @@ class AirborneMotion(KinematicMotion):
             return super()._rates_of(group)
         return np.full((len(group.kinds), len(group.drive.AXES)), np.inf)
 
-    def _retarget(self, group, clipped, command):
+    def _target_of(self, group, clipped, command):
         if group.drive.MEDIUM == "air":
-            clipped[:] = group.part(command)
-        else:
-            super()._retarget(group, clipped, command)
+            return group.part(command)
+        return super()._target_of(group, clipped, command)
 
     def _moved(self, before, command):
         after = super()._moved(before, command)

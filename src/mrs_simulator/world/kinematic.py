@@ -126,13 +126,15 @@ class KinematicMotion:
     def _is_clipped(self, group):
         return getattr(group.drive, "CLIPPED", False)
 
-    def _retarget(self, group, clipped, command):
-        """Make the group's ``clipped`` commands the inner states to which it ramps under ``command``."""
+    def _target_of(self, group, clipped, command):
+        """Return the inner states (m, axes of the drive) to which the group ramps under ``command`` (n, a).
+
+        ``clipped``: the group's commands within the bounds of each axis.
+        """
         own = group.part(command), group.part(self._inner)
-        if hasattr(group.drive, "retarget"):
-            group.drive.retarget(clipped, *own, group.numbers)
-        else:
-            clipped[:] = group.drive.target(*own, group.limits, group.numbers)
+        if hasattr(group.drive, "retargeted"):
+            return group.drive.retargeted(clipped, *own, group.numbers)
+        return group.drive.target(*own, group.limits, group.numbers)
 
     def _inner_of(self, group):
         return group.part(self._inner)
@@ -230,14 +232,13 @@ class KinematicMotion:
         command = self.team.grouped(command)
         target = np.minimum(np.maximum(command, self._least), self._greatest)
         for group in self._retargeted:
-            self._retarget(group, group.part(target), command)
+            group.fill(target, self._target_of(group, group.part(target), command))
         before = self._inner
         self._inner, mean = self._approached(before, target, self._most)
         for group in self._unramped:
-            where = group.span, group.columns
-            self._inner[where], mean[where] = group.drive.followed(
-                before[where], target[where], group.limits, group.numbers, self.step
-            )
+            given = group.part(before), group.part(target), group.limits, group.numbers
+            for values, part in zip((self._inner, mean), group.drive.followed(*given, self.step)):
+                group.fill(values, part)
         return mean
 
     def _velocities(self, inner):
@@ -246,7 +247,7 @@ class KinematicMotion:
             return inner
         velocity = inner.copy(order="F")
         for group in self.team.jointed:
-            group.velocities(group.part(inner), out=group.part(velocity))
+            group.fill(velocity, group.velocities(group.part(inner)))
         return velocity
 
     def _count(self, velocity):
@@ -255,8 +256,8 @@ class KinematicMotion:
             if not group.drive.ENCODERS:
                 continue
             joints = group.joints_of(self._inner_of(group))
-            mean = velocity[group.span, group.columns]
-            travel += self.step * group.drive.rim_speeds(mean, joints, group.numbers)
+            speeds = group.drive.rim_speeds(group.part(velocity), joints, group.numbers)
+            travel += self.step * speeds
 
     @property
     def twist(self):
@@ -289,7 +290,7 @@ class KinematicMotion:
         """
         inner = self._inner_of(group).copy()
         inner[pushed] = group.drive.blocked(inner[pushed], moved[pushed])
-        self._inner[group.span, group.columns] = inner
+        group.fill(self._inner, inner)
 
     def contacts(self):
         """Return the contacts of the last step: ``Touches``, or ``(first, second, x, y)`` each."""

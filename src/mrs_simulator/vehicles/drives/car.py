@@ -111,16 +111,16 @@ def least_radius(numbers):
     return numbers.wheelbase / np.tan(numbers.steering_max)
 
 
-def _columns(first, second, out=None):
-    result = np.empty((len(first), 2), order="F") if out is None else out
+def _columns(first, second):
+    result = np.empty((len(first), 2), order="F")
     result[:, 0], result[:, 1] = first, second
     return result
 
 
-def twist_of(speed, steering, numbers, out=None):
-    """Return commands, (m, 2) [m/s, rad/s]: ``(v, v tan(delta)/L)``; in ``out`` if that is given."""
+def twist_of(speed, steering, numbers):
+    """Return commands, (m, 2) [m/s, rad/s]: ``(v, v tan(delta)/L)``."""
     steering = np.array(steering)  # without gaps, as in core.kinematics.cos_sin
-    return _columns(speed, speed * np.tan(steering) / numbers.wheelbase, out)
+    return _columns(speed, speed * np.tan(steering) / numbers.wheelbase)
 
 
 def steering_of(command, joints, numbers):
@@ -152,9 +152,7 @@ def asked(command, joints, numbers):
 
 def target(command, inner, limits, numbers):
     """Return the inner states (m, 2) to which the firmware ramps: those asked for, clipped."""
-    result = _within(command, *bounds(limits, numbers))
-    retarget(result, command, inner, numbers)
-    return result
+    return retargeted(_within(command, *bounds(limits, numbers)), command, inner, numbers)
 
 
 def bounds(limits, numbers):
@@ -164,12 +162,13 @@ def bounds(limits, numbers):
     return least, limits.top
 
 
-def retarget(clipped, command, inner, numbers):
-    """Make what is ``clipped`` of ``command``, (m, 2) each, the inner states to which the firmware ramps.
+def retargeted(clipped, command, inner, numbers):
+    """Return the inner states (m, 2) to which the firmware ramps, by what is ``clipped`` of ``command``.
 
     The steering angle is that of the command as it was given.
     """
-    clipped[:, 1] = _possible(steering_of(command, inner[:, 1], numbers), numbers)
+    steering = _possible(steering_of(command, inner[:, 1], numbers), numbers)
+    return _columns(clipped[:, 0], steering)
 
 
 def rates(limits, numbers):
@@ -179,9 +178,9 @@ def rates(limits, numbers):
     return result
 
 
-def velocities(inner, numbers, out=None):
+def velocities(inner, numbers):
     """Return the velocities (m, 2) along ``AXES`` of ``inner`` states (m, 2)."""
-    return twist_of(inner[:, 0], inner[:, 1], numbers, out)
+    return twist_of(inner[:, 0], inner[:, 1], numbers)
 
 
 def joints_of(inner):
@@ -235,7 +234,7 @@ def at_limits(command, top, numbers, share):
     return fast | steered | (np.abs(omega) >= share * top[..., 1])
 
 
-def slowed(inner, factor, joints, numbers, out=None):
+def slowed(inner, factor, joints, numbers):
     """Return the commands (m, 2) that ask for ``inner`` (m, 2) with speed and steering rate divided by
     ``factor``, a number or (m,).
 
@@ -244,7 +243,7 @@ def slowed(inner, factor, joints, numbers, out=None):
     clipped to what the wheels can do.
     """
     wanted = joints + (inner[:, 1] - joints) / factor
-    return twist_of(inner[:, 0] / factor, _possible(wanted, numbers), numbers, out)
+    return twist_of(inner[:, 0] / factor, _possible(wanted, numbers), numbers)
 
 
 def ride_height(numbers):
@@ -334,7 +333,7 @@ def point_velocity(speed, rate, joints, l, numbers):
     return along, l * (along * sin / numbers.wheelbase + rate)
 
 
-def wanted(along, across, joints, l, period, numbers, out=None):
+def wanted(along, across, joints, l, period, numbers):
     """Return the inner states (m, 2), speed and steering angle, that move the points ``along`` and
     ``across`` the steered wheels, (m,) [m/s], over ``period`` [s].
 
@@ -352,7 +351,7 @@ def wanted(along, across, joints, l, period, numbers, out=None):
         np.multiply(np.hypot(along, across), cos, out=speed, where=stuck)
     if np.count_nonzero(speed) < len(speed):
         speed[(speed == 0.0) & (steering != joints)] = CREEP
-    return _columns(speed, steering, out)
+    return _columns(speed, steering)
 
 
 def command(along, across, joints, l, period, numbers):

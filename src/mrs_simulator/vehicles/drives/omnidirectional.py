@@ -206,9 +206,7 @@ def at_limits(command, top, numbers, share):
 def limited(command, top, numbers):
     """Return commands (m, 3) as the base carries them out: each axis clipped to ``top``, then the
     twist slowed as a whole until no rim is beyond its limit."""
-    result = clip_commands(command, top)
-    retarget(result, command, None, numbers)
-    return result
+    return retargeted(clip_commands(command, top), command, None, numbers)
 
 
 def target(command, inner, limits, numbers):
@@ -216,11 +214,11 @@ def target(command, inner, limits, numbers):
     return limited(command, limits.top, numbers)
 
 
-def retarget(clipped, command, inner, numbers):
-    """Make what is ``clipped`` of ``command`` axis by axis, (m, 3) each, what :func:`limited` returns."""
-    if not _are_easy(clipped, numbers):
-        axes = clipped.T
-        axes /= np.maximum(_fastest(clipped, numbers) / numbers.rim_max, 1.0)
+def retargeted(clipped, command, inner, numbers):
+    """Return what :func:`limited` does, of what is ``clipped`` of ``command`` axis by axis, (m, 3) each."""
+    if _are_easy(clipped, numbers):
+        return clipped
+    return (clipped.T / np.maximum(_fastest(clipped, numbers) / numbers.rim_max, 1.0)).T
 
 
 def rates(limits, numbers):

@@ -66,15 +66,84 @@ def test_the_square_of_umbmark_has_its_return_errors(ed, eb, clockwise, wanted):
     errors = OdometryErrors(Ed=ed, Eb=eb)
     closed = square_return(errors, 4.0, TRACK, clockwise)
     assert [1000.0 * value for value in closed] == pytest.approx(wanted, abs=0.5)
-    # The wheels are driven so that the odometry believes the square: legs of 8 s, corners of 2 s.
-    moved, (left, right) = world({"Ed": ed, "Eb": eb}), errors.wheels
-    way = -1.0 if clockwise else 1.0
-    rim = way * 0.25 * math.pi * TRACK / 2.0  # [m/s] believed, in a corner
+    # The odometry believes the square that is commanded: legs of 8 s, corners of 2 s.
+    moved, way = world({"Ed": ed, "Eb": eb}), -1.0 if clockwise else 1.0
     for _ in range(4):
-        drive(moved, 0.25 * (left + right), 0.5 * (right - left) / (eb * TRACK), 8.0)
-        drive(moved, 0.5 * rim * (right - left), rim * (right + left) / (eb * TRACK), 2.0)
+        drive(moved, 0.5, 0.0, 8.0)
+        drive(moved, 0.0, way * 0.25 * math.pi, 2.0)
     assert moved.odometry()[0, :2] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert moved.pose[0, :2] == pytest.approx(closed, abs=1e-9)
+
+
+RADIUS = 71.5785  # [m] of the circle that is commanded straight: 0.357 (1.005 + 1)/(2 (1.005 - 1))
+
+
+def circle(pose):
+    """Return the radius [m] of the circle along x at 0 on which a robot is at ``pose``."""
+    return (pose[0] ** 2 + pose[1] ** 2) / (2.0 * pose[1])
+
+
+EXACT = [("kinematic", "pybullet"), ("dynamic", "planar")]
+
+
+@pytest.mark.parametrize("fidelity, engine", EXACT)
+def test_unequal_wheels_let_the_robot_veer_and_not_its_odometry(fidelity, engine):
+    more = {"fidelity": fidelity, "limits": "firmware"}
+    if fidelity == "dynamic":
+        more["engine"] = engine
+    moved = world({"Ed": 1.005}, **more)
+    drive(moved, 0.5, 0.0, 4.0)
+    assert circle(moved.pose[0]) == pytest.approx(RADIUS, rel=1e-9)
+    gone = moved.odometry()[0, 0]
+    assert moved.pose[0, 2] == pytest.approx(gone / RADIUS, rel=1e-9) and gone > 1.5
+    assert moved.odometry()[0, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
+    moved.close()
+    moved = world({"Eb": 1.1}, **more)
+    drive(moved, 0.0, 0.5, 4.0)
+    assert moved.twist[0, 2] == pytest.approx(0.454545, abs=1e-4)  # 0.5/1.1
+    assert moved.odometry()[0, 2] == pytest.approx(1.1 * moved.pose[0, 2], abs=1e-3)  # of 1.9
+    moved.close()
+
+
+@pytest.mark.parametrize("kind, rate", [("pioneer3dx", 0.133387), ("husky", 0.044494)])
+def test_in_pybullet_they_veer_as_far_as_its_wheels_hold(kind, rate):
+    """0.5 m/s straight, Ed = 1.1: 0.5 2 (1.1 - 1)/((1.1 + 1) b), with tracks of 0.357 m and 1.07025 m."""
+    moved = world({"Ed": 1.1}, model=kind, fidelity="dynamic")
+    drive(moved, 0.5, 0.0, 1.0)
+    assert moved.twist[0, 2] == pytest.approx(rate, rel=0.03)
+    other = world({}, model=kind, fidelity="dynamic")
+    drive(other, 0.5, rate, 1.0)
+    assert moved.pose[0] == pytest.approx(other.pose[0], abs=1e-5)
+    for each in (moved, other):
+        each.close()
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_encoders_count_turns_of_wheels_that_they_take_for_nominal(fidelity):
+    moved = world({"Ed": 1.05}, fidelity=fidelity)
+    drive(moved, 0.5, 0.0, 2.0)
+    (travel,) = moved.sensed().travel
+    assert travel[0] == pytest.approx([1.0, 1.0], abs=0.005)
+    assert moved.twist[0, 2] == pytest.approx(0.068320, rel=0.04)  # 0.5 2 0.05/(2.05 0.357)
+    moved.close()
+
+
+def test_a_base_beside_a_flyer_and_one_with_an_arm_veer_too():
+    poses = [[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]]
+    for kinds in (("pioneer3dx", "crazyflie2"), ("husky_panda", "pioneer3dx")):
+        errors = OdometryErrors(Ed=1.1)
+        more = {"odometry_kind": "wheel", "limits": None, "odometry_errors": errors}
+        moved = World(kinds, poses, fidelity="dynamic", **more)
+        command = np.zeros((2, len(moved.team.axes)))
+        command[:, 0] = 0.5
+        for _ in range(50):
+            moved.set_commands(EVERY, command)
+            moved.step()
+        wheeled = [row for row, name in enumerate(kinds) if name != "crazyflie2"]
+        tracks = [moved.kinds[row].numbers.track for row in wheeled]
+        wanted = [0.5 * 2.0 * 0.1 / (2.1 * track) for track in tracks]
+        assert moved.twist[wheeled, 2] == pytest.approx(wanted, rel=0.1)
+        moved.close()
 
 
 def test_without_errors_odometry_is_exact():
@@ -152,7 +221,7 @@ def test_a_gyro_takes_the_place_of_the_wheels_turns():
     assert moved.estimate()[0] == pytest.approx(moved.pose[0], abs=1e-5)  # arcs bend otherwise
     wrong = world({"Eb": 1.1})
     drive(wrong, 0.4, 0.5, 5.0)
-    assert wrong.odometry()[0, 2] == pytest.approx(2.5 * 1.1, abs=1e-9)
+    assert wrong.odometry()[0, 2] == pytest.approx(1.1 * wrong.pose[0, 2], abs=1e-9)
 
 
 def test_a_gyros_bias_turns_the_odometry():

@@ -24,7 +24,7 @@ class OdometryErrors(NamedTuple):
     ``gyro``: the turn comes from a gyro instead of the wheels: its bias [rad/s] and random walk of the
     angle [rad/sqrt(s)]; None for none.
     ``Ed``, ``Eb``: the wheels' diameters, right over left, and the actual track over the nominal one
-    (Borenstein and Feng, UMBmark, 1994).
+    (Borenstein and Feng, UMBmark, 1994): by these robots move, see ``world.uneven_wheels``.
     """
 
     alpha: Tuple[float, ...] = (0.0,) * 6

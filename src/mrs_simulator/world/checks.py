@@ -6,6 +6,7 @@ from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.uneven_wheels import UnevenWheels
 
 
 class WorldError(ValueError):
@@ -118,6 +119,20 @@ def count_wheels(mounts, fidelity):
                     raise WorldError(text.format(row + 1, mount.name, wanted))
                 return True
     return False
+
+
+def refuse_uneven_wheels(team, errors):
+    """Raise ``WorldError`` for unequal wheels, of ``core.odometry_errors``, of robots without a left and a
+    right one."""
+    if UnevenWheels.of(errors) is None:
+        return
+    for group in team.groups:
+        drive = group.drive
+        if drive.ENCODERS and (drive.SECTION != "wheels" or drive.JOINTS or drive.ENCODERS != 2):
+            raise WorldError(
+                "odometry_errors: Ed = {:g}, Eb = {:g}, but a {} has no left and right wheel to "
+                "move by; wanted 1".format(errors.Ed, errors.Eb, group.kinds[0].title)
+            )
 
 
 def refuse_events(team, events, fidelity):

@@ -24,6 +24,7 @@ from mrs_simulator.world.scene import (
     mass_and_inertia,
     mass_centre,
 )
+from mrs_simulator.world.uneven_wheels import UnevenWheels
 from mrs_simulator.world.wheel_forces import WheelForces
 
 GRAVITY = 9.81  # [m/s^2]
@@ -64,16 +65,19 @@ class DynamicMotion:
         substep=None,
         iterations=None,
         mirrored=(),
+        errors=None,
     ):
         """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
 
         ``substep`` [s] and ``iterations`` of the solver trade speed for accuracy.  ``mirrored``:
-        rows of robots that ``place`` alone moves.
+        rows of robots that ``place`` alone moves; ``errors``: of wheels, as ``UnevenWheels.of`` takes
+        them: the solver's wheels are nominal, and turn as the body has to move.
         """
         substep = self.SUBSTEP if substep is None else substep
         iterations = self.ITERATIONS if iterations is None else iterations
         self.step = step
         self.team = Team.of(kinds, limits)
+        self._uneven = UnevenWheels.of(errors)
         self._limits = [
             AxisLimits(group.limits.top, np.minimum(group.limits.acceleration, NO_RAMP))
             for group in self.team.groups
@@ -231,7 +235,13 @@ class DynamicMotion:
     @property
     def wheel_travel(self):
         """Return how far the wheels of each group have rolled, a list of (m, encoders) [m]."""
-        return list(map(self._travel, self.team.groups, self._pushed))
+        return self._counted_by(list(map(self._travel, self.team.groups, self._pushed)))
+
+    def _counted_by(self, travel):
+        """Return what encoders count where nominal wheels rolled ``travel``, a list of (m, encoders)."""
+        if self._uneven is None:
+            return travel
+        return [self._uneven.counted(*each) for each in zip(self.team.groups, travel)]
 
     def _travel(self, group, forces):
         if self._angles is None:
@@ -338,12 +348,17 @@ class DynamicMotion:
     def _rates(self, index, group):
         """Return the turn rates, (m, 2) [rad/s], of wheels that roll in the solver; aim the others."""
         inner, forces = self._inner[index], self._pushed[index]
-        velocity, joints = group.velocities(inner), group.joints_of(inner)
+        velocity, joints = self._held(group, inner), group.joints_of(inner)
         if forces is not None:
             forces.aim(velocity[forces.members], joints[forces.members])
         if all(group.drive.is_pushed(kind.numbers) for kind in group.kinds):
             return 0.0
         return group.drive.wheel_rates(velocity, joints, group.numbers)
+
+    def _held(self, group, inner):
+        """Return the velocities (m, axes) at which the ``group``'s nominal wheels would be held."""
+        velocity = group.velocities(inner)
+        return velocity if self._uneven is None else self._uneven.moved(group, velocity)
 
     def _push(self, forces):
         """Let wheel forces act on the bodies for the solver's next substep."""

@@ -101,9 +101,10 @@ class ArmedBodies(DynamicMotion):
 class ArmedDynamicMotion(ArmedMotion):
     """``ArmedMotion`` with forces."""
 
-    def __init__(self, team, poses, obstacles, limits, step, mirrored=()):
+    def __init__(self, team, poses, obstacles, limits, step, mirrored=(), errors=None):
         """As ``DynamicMotion``; ``team``: the ``ArmedTeam``."""
-        bodies = ArmedBodies(team, poses, obstacles, limits, step, mirrored=mirrored)
+        given = team, poses, obstacles, limits, step
+        bodies = ArmedBodies(*given, mirrored=mirrored, errors=errors)
         super().__init__(team, bodies, mirrored)
 
     @property

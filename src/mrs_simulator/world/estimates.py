@@ -5,7 +5,6 @@ import numpy as np
 from mrs_simulator.core.kinematics import compose, relative
 from mrs_simulator.core.spatial import turned
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_steps
-from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.odometry import WHEEL_MISMATCH, WHEEL_SLIP, WheelOdometry
 
 
@@ -14,17 +13,14 @@ def wheel_odometry(team, fidelity, seed, errors, step):
     slips = (
         fidelity == "kinematic" and errors is None
     )  # wheels that roll in pybullet slip themselves
-    try:
-        return WheelOdometry(
-            team,
-            mismatch=WHEEL_MISMATCH if slips else 0.0,
-            slip=WHEEL_SLIP if slips else 0.0,
-            seed=seed,
-            errors=errors,
-            step=step,
-        )
-    except ValueError as error:
-        raise WorldError(str(error)) from None
+    return WheelOdometry(
+        team,
+        mismatch=WHEEL_MISMATCH if slips else 0.0,
+        slip=WHEEL_SLIP if slips else 0.0,
+        seed=seed,
+        errors=errors,
+        step=step,
+    )
 
 
 class Estimates:

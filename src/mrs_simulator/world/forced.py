@@ -20,7 +20,7 @@ class ForcedMotion(KinematicMotion):
     """
 
     def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
-                 encoders=False, environment=CALM, seed=0, engine="pybullet"):  # fmt: skip
+                 encoders=False, environment=CALM, seed=0, engine="pybullet", errors=None):  # fmt: skip
         """As ``KinematicMotion``; ``seed``: of the gusts and waves of ``environment``; ``engine``: what
         moves robots on wheels."""
         self._environment, self._seed = environment, seed
@@ -28,9 +28,12 @@ class ForcedMotion(KinematicMotion):
         if any(group.drive.MEDIUM == "ground" for group in team.groups):
             from mrs_simulator.world.wheeled import WheeledPart  # pybullet only where it is used
 
-            self._wheeled = WheeledPart(team, poses, obstacles, limits, step, mirrored, engine)
+            given = team, poses, obstacles, limits, step, mirrored
+            self._wheeled = WheeledPart(*given, engine, errors)
         super().__init__(
-            team, poses, obstacles, limits, step, mirrored, encoders, environment=environment
+            *(team, poses, obstacles, limits, step, mirrored, encoders),
+            environment=environment,
+            errors=errors,
         )
 
     @property

@@ -20,6 +20,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.drives import differential, omnidirectional
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.uneven_wheels import UnevenWheels
 
 
 def approached_function():
@@ -69,12 +70,12 @@ class KinematicMotion:
     z = spatial = None  # nobody leaves the ground
 
     def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
-                 encoders=False, environment=CALM):  # fmt: skip
+                 encoders=False, environment=CALM, errors=None):  # fmt: skip
         """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
 
         ``limits`` as in ``vehicles.limits.kind_limits``; ``mirrored``: rows of robots that ``place``
         alone moves; ``encoders``: keep ``wheel_travel``, which only odometry wants; ``environment``: its
-        current carries robots in the water.
+        current carries robots in the water; ``errors``: of wheels, as ``UnevenWheels.of`` takes them.
         """
         self.step = step
         self.team = Team.of(kinds, limits)
@@ -93,7 +94,8 @@ class KinematicMotion:
         self._current = currents(self.team, environment, self._mirrored)
         if self._current is not None:
             self._reach += step * float(np.hypot(*environment.current))
-        if len(self._mirrored):
+        self._uneven = UnevenWheels.of(errors)
+        if len(self._mirrored) or self._uneven:
             self._reach = np.inf
         self.reset(np.asarray(poses, dtype=float))
 
@@ -171,6 +173,7 @@ class KinematicMotion:
         drives = [group.drive for group in self.team.groups]
         alike = drives in ([differential], [omnidirectional])
         carried = self._current is not None or len(self._mirrored) or self._encoders
+        carried = carried or self._uneven
         return type(self) is KinematicMotion and alike and not carried
 
     def leap(self, steps, until, every, command, function, *given):
@@ -218,6 +221,7 @@ class KinematicMotion:
         velocity = self._velocities(self._mean)
         if self._encoders:
             self._count(velocity)
+        velocity = self._by_true_wheels(velocity)
         twist = planar(self.team.in_rows(velocity), self.team.axes)
         if self._shares is None:  # [s] by which twists are distances, and half of the turns
             self._shares = np.full(twist.shape, self.step, order="F")
@@ -250,6 +254,16 @@ class KinematicMotion:
             group.fill(velocity, group.velocities(group.part(inner)))
         return velocity
 
+    def _by_true_wheels(self, velocity):
+        """Return the velocities (n, a) of the bodies whose wheels are held at ``velocity``."""
+        if self._uneven is None:
+            return velocity
+        moved = velocity.copy(order="F")
+        for group in self.team.groups:
+            where = group.span, group.columns
+            moved[where] = self._uneven.moved(group, velocity[where])
+        return moved
+
     def _count(self, velocity):
         """Let the encoders count a step of mean ``velocity`` (n, a), group after group."""
         for group, travel in zip(self.team.groups, self.wheel_travel):
@@ -271,7 +285,7 @@ class KinematicMotion:
 
     def _own_twist(self):
         """Return the body twists (n, 3) that the robots move by themselves."""
-        velocity = self.team.in_rows(self._velocities(self._inner))
+        velocity = self.team.in_rows(self._by_true_wheels(self._velocities(self._inner)))
         return np.array(on_axes(velocity, self.team.axes, PLANAR_AXES), order="F")
 
     def _feel_contacts(self, before, free):

@@ -33,6 +33,7 @@ class Surroundings(NamedTuple):
     hand_length: float  # [m]
     command_period: float  # [s]
     engine: str = ENGINES[0]  # what moves robots on wheels with forces
+    errors: Any = None  # ``core.odometry_errors``, of whose wheels robots roll
 
 
 def new_motion(team, poses, z, around):
@@ -91,7 +92,7 @@ def _dynamic(team, poses, z, around):
         if error.name != "pybullet":
             raise
         raise WorldError(NO_SOLVER) from None
-    return motion_of(around.engine)(*bodies, mirrored=around.mirrored)
+    return motion_of(around.engine)(*bodies, mirrored=around.mirrored, errors=around.errors)
 
 
 def _armed(team, poses, z, around):
@@ -107,7 +108,8 @@ def _armed(team, poses, z, around):
         return ArmedForcedMotion(team, bases, mirrored=around.mirrored)
     from mrs_simulator.world.dynamic_arms import ArmedDynamicMotion  # pybullet, as above
 
-    return ArmedDynamicMotion(*_bodies(team, poses, around), mirrored=around.mirrored)
+    more = {"mirrored": around.mirrored, "errors": around.errors}
+    return ArmedDynamicMotion(*_bodies(team, poses, around), **more)
 
 
 def _bodies(team, poses, around):
@@ -119,6 +121,7 @@ def _moved_through(around):
         "mirrored": around.mirrored,
         "encoders": around.counts_wheels,
         "environment": around.environment,
+        "errors": around.errors,
     }
 
 

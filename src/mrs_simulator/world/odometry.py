@@ -23,7 +23,7 @@ class WheelOdometry:
         """``mismatch`` and ``slip`` are relative standard deviations, seeded.
 
         ``errors``: ``core.odometry_errors.OdometryErrors``, or None; ``step`` [s] between two updates.
-        Raises ``ValueError`` for unequal wheels of robots without a left and a right one.
+        Its unequal wheels show in what encoders count (``uneven_wheels``), and in nothing here.
 
         Each robot has a noise stream of its own; only in a team of one drive all draw from one, as
         they did before there were others, so that a seed goes on giving the same run.
@@ -37,7 +37,7 @@ class WheelOdometry:
             m, shared = len(group.kinds), len(team.groups) == 1
             rows = np.arange(team.n)[group.rows]
             noise = TeamStream(seed, m) if shared else RobotStreams(seed, rows, SENSOR)
-            self._parts.append(_Part(group, noise, mismatch, slip, errors))
+            self._parts.append(_Part(group, noise, mismatch, slip))
         self._alpha, self._step = errors.alpha if errors else (), step
         self._motion = RobotStreams(seed, range(team.n), MOTION) if any(self._alpha) else None
         self._gyro = errors.gyro if errors else None
@@ -126,18 +126,8 @@ def _evenly(seed, n):
 class _Part:
     """The odometry of the robots of one drive."""
 
-    def __init__(self, group, noise, mismatch, slip, errors):
+    def __init__(self, group, noise, mismatch, slip):
         self.group, self._noise = group, noise
-        self._wheels = None  # what the counts of two wheels make of how far they have truly rolled
-        if errors is not None and (errors.Ed, errors.Eb) != (1.0, 1.0):
-            if group.drive.SECTION != "wheels" or group.drive.JOINTS or group.drive.ENCODERS != 2:
-                raise ValueError(
-                    "odometry_errors: Ed = {:g}, Eb = {:g}, but a {} has no left and right wheel "
-                    "to reckon by; wanted 1".format(errors.Ed, errors.Eb, group.kinds[0].title)
-                )
-            half = 0.5 * np.array([[1.0 + errors.Eb, 1.0 - errors.Eb]] * 2)
-            half[1] = half[1, ::-1]
-            self._wheels = (half / np.array(errors.wheels)[:, np.newaxis]).T
         self._mismatch, self._slip = mismatch, slip
 
     def reset(self):
@@ -149,8 +139,6 @@ class _Part:
     def reckoned(self, pose, travel, joints):
         rolled = travel - self._travel
         self._travel = travel.copy()
-        if self._wheels is not None:
-            rolled = rolled @ self._wheels
         if self._slip or self._mismatch:
             rolled = rolled * (self._scale + self._slip * self._noise.draw())
         return self.group.drive.reckoned(pose, rolled, joints, self.group.numbers)

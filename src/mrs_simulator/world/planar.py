@@ -99,7 +99,7 @@ class PlanarMotion(DynamicMotion):
         for group, travel in zip(self.team.groups, result):
             if group.drive.ENCODERS == 2:
                 travel += (self._angles[group.rows].T * group.numbers.radius).T
-        return result
+        return self._counted_by(result)
 
     def move_obstacles(self, obstacles):
         """Let the ``obstacles``, of the same number and sizes, be where they are after the next step."""
@@ -133,7 +133,7 @@ class PlanarMotion(DynamicMotion):
     def _rates(self, index, group):
         forces, inner = self._sliding[index], self._inner[index]
         if forces is not None:
-            own = group.velocities(inner), group.joints_of(inner)
+            own = self._held(group, inner), group.joints_of(inner)
             forces.aim(*(each[forces.members] for each in own))
         return super()._rates(index, group)
 

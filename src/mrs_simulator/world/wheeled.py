@@ -23,9 +23,9 @@ class WheeledPart:
     ``arm_rates`` (m, k) [rad/s] are held by the arms' joints from the next step on.
     """
 
-    def __init__(self, team, poses, obstacles, limits, step, mirrored, engine):
+    def __init__(self, team, poses, obstacles, limits, step, mirrored, engine, errors=None):
         """``team``: all robots; ``poses`` (n, 3); ``mirrored``: rows of the team that ``place`` moves;
-        ``engine``: as :func:`motion_of` takes it."""
+        ``engine``: as :func:`motion_of` takes it; ``errors``: of wheels, as ``UnevenWheels.of`` does."""
         on_wheels = [kind.module.MEDIUM == "ground" for kind in team.kinds]
         self.rows = np.flatnonzero(on_wheels)
         kinds = [team.kinds[row] for row in self.rows]
@@ -39,9 +39,8 @@ class WheeledPart:
             for member, row in enumerate(self.rows)
         }
         self._others = {"robot{}".format(row + 1) for row in np.flatnonzero(~np.array(on_wheels))}
-        self._motion = _motion_of(own, engine)(
-            own, np.asarray(poses)[self.rows], obstacles, limits, step, mirrored=place[place >= 0]
-        )
+        given = own, np.asarray(poses)[self.rows], obstacles, limits, step
+        self._motion = _motion_of(own, engine)(*given, mirrored=place[place >= 0], errors=errors)
 
     def _places(self, rows):
         """Return where ``rows`` (m,) of the team are among those on wheels, -1 for none."""

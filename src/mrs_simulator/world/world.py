@@ -106,6 +106,7 @@ class World:
             hand_length,
             command_period,
             engine,
+            odometry_errors,
         )
         self._watching = cmd_vel_timeout, max(1, int(round(watch_period / step))), mismatch
         self._odometry = odometry_kind == "wheel", odometry_rate, odometry_errors
@@ -159,6 +160,7 @@ class World:
         if self.fidelity != "point_mass":
             checks.refuse_overlaps(team, poses, obstacles_at(self.obstacles, self.time), z=z)
         checks.refuse_events(team, self._events, self.fidelity)
+        checks.refuse_uneven_wheels(team, self._around.errors)
         refuse_load(self._given_load, team, poses, self._around.hand_length)
         rises = self._takeoff and z is not None
         takeoff, z = (z, np.zeros(team.n)) if rises else (None, z)

@@ -154,9 +154,15 @@ def _can_be_followed(control, run, law):
         or _is_blind(control, law)
         or np.any(control.safety)
         or scenario.mismatch != NO_MISMATCH
+        or _has_uneven_wheels(scenario)
         or len(run.robots) != control.team.n
         or control.period > _timeout(scenario, control.team)
     )
+
+
+def _has_uneven_wheels(scenario):
+    errors = scenario.odometry_errors
+    return errors is not None and (errors.Ed, errors.Eb) != (1.0, 1.0)
 
 
 def _timeout(scenario, team):

@@ -203,7 +203,7 @@ def test_wrong_shapes_are_told_and_the_rest_is_judged(tmp_path):
     assert "shape (3, 2), wanted (201, 6, 2)" in told["prediction() returns"]
     assert "'no claim' among them, wanted Claims and Conditions" in told["claims() returns"]
     assert "of shape (2,), wanted one number" in told["a pair [m]"]
-    assert "operands could not be broadcast" in told["final distance from the limit [m]"]
+    assert "place = an array (2, 2), wanted points (6, 2)" in told["claims() returns"]
     assert check(verdict, "decay rate")["passed"] and check(verdict, "drift of w^T p")["passed"]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.processes_apart import ProcessApart
 from mrs_simulator.control.user_code import CallFailed, InPlace, ThreadApart, TimedOut, Worker
+from mrs_simulator.core.user_values import texts_of
 
 OWN_ROS = re.compile(r"\b(rospy|tf2?_ros|roslib)\b")
 
@@ -55,7 +56,7 @@ class LawService:
         """
         self._control.begin_scene(begun)
         self._control.start()
-        return [str(text) for text in self._control.warnings(pose)]
+        return texts_of(self._control.warnings(pose), "warnings()")
 
     def commands(self, pose, time, readings=None, joints=None):
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].

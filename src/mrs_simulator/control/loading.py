@@ -15,6 +15,7 @@ import traceback
 from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.user_code import call
+from mrs_simulator.core.pages import named
 from mrs_simulator.core.parameters import unknown_name
 
 _loading = 0  # how many protocols are being loaded, one within the other
@@ -150,7 +151,7 @@ def _module_from_file(path, name):
     except Exception as error:
         del sys.modules[spec.name]
         raise ProtocolError(
-            "protocol {}: {}{}: {}".format(name, _place(error, path), type(error).__name__, error)
+            "protocol {}: {}{}".format(name, _place(error, path), named(error))
         ) from error
     finally:
         sys.path.remove(os.path.dirname(path))
@@ -172,9 +173,7 @@ def _module_by_name(module_name, name):
         return call(importlib.import_module, module_name)
     except Exception as error:
         raise ProtocolError(
-            "protocol {}: importing {} raised {}: {}".format(
-                name, module_name, type(error).__name__, error
-            )
+            "protocol {}: importing {} raised {}".format(name, module_name, named(error))
         ) from error
 
 

@@ -6,6 +6,7 @@ import copy
 import numpy as np
 
 from mrs_simulator.core.edge_faults import Channel
+from mrs_simulator.core.pages import words
 from mrs_simulator.sensors.readings import readings_by_number
 
 
@@ -69,7 +70,7 @@ class Network:
         except TypeError as error:
             raise ValueError(
                 "links: {} cannot be copied for each robot: {}; wanted plain values in self, or a "
-                "neighbourLaw".format(type(self._control).__name__, error)
+                "neighbourLaw".format(type(self._control).__name__, words(error))
             ) from None
 
     def _by_neighbours(self, pose, views, graph):

@@ -14,6 +14,8 @@ import time
 import traceback
 from typing import NamedTuple
 
+from mrs_simulator.core.pages import named, words
+
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
 FAREWELL = 1.0  # [s] of wall time for a process that has closed its pipe
@@ -55,7 +57,7 @@ def call(function, *arguments, **named):
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt) and is_from_keyboard(error):
             raise
-        text = "{}({})".format(type(error).__name__, error)
+        text = "{}({})".format(type(error).__name__, words(error))
         raise UserCodeError("it tried to end the program: " + text) from error
 
 
@@ -89,7 +91,7 @@ def outcome(serve, request):
     except (Exception, KeyboardInterrupt) as error:
         origin = raised(error)
         kind, trace = type(origin).__name__, traceback.format_exc()
-        return False, Failure(kind, str(origin), trace, blamed(error))
+        return False, Failure(kind, words(origin), trace, blamed(error))
 
 
 def blamed(error):
@@ -102,7 +104,7 @@ def blamed(error):
     ]
     own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
     worded = isinstance(error, (ValueError, OSError)) and (origin is not error or not own)
-    said = str(error) if worded else "{}: {}".format(type(error).__name__, error)
+    said = words(error) if worded else named(error)
     if not own or isinstance(origin, SyntaxError):  # which names file and line itself
         return said
     inside = "" if own[-1].name == "<module>" else ", in {}".format(own[-1].name)

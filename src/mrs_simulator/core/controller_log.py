@@ -2,6 +2,8 @@
 
 import re
 
+from mrs_simulator.core.pages import named
+
 GRACE = (
     0.5  # [s] after its first command for which a run's controller may still say what was before
 )
@@ -13,7 +15,7 @@ HELD = "robot {} since {:.1f} s"
 
 def failure(error):
     """Return the text with which a controller says that its law raised ``error``."""
-    return "{}: {}: {}".format(LAW_FAILED, type(error).__name__, error)
+    return "{}: {}".format(LAW_FAILED, named(error))
 
 
 class Interruptions:

@@ -41,4 +41,17 @@ def page_of(error):
 def with_page(error):
     """Return what ``error`` says, with the page that explains it where there is one."""
     page = page_of(error)
-    return "{} (see {})".format(error, page) if page else str(error)
+    return "{} (see {})".format(words(error), page) if page else words(error)
+
+
+def words(error):
+    """Return what ``error`` says, also where users wrote its class and its ``__str__`` raises."""
+    try:
+        return str(error)
+    except (Exception, SystemExit) as fault:
+        return "its __str__ raised {}".format(type(fault).__name__)
+
+
+def named(error):
+    """Return the kind of ``error`` and what it says."""
+    return "{}: {}".format(type(error).__name__, words(error))

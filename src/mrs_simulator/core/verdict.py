@@ -17,9 +17,10 @@ import numpy as np
 from mrs_simulator.core.claims import Condition, NothingDecays
 from mrs_simulator.core.controller_log import deadlock_text
 from mrs_simulator.core.incidents import ARM_END, SATURATED
-from mrs_simulator.core.pages import OF_FAILED, OF_NOT_JUDGED
+from mrs_simulator.core.pages import OF_FAILED, OF_NOT_JUDGED, named, words
 from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach, part_of
+from mrs_simulator.core.user_values import plain
 from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import write_text
 from mrs_simulator.version import __version__
@@ -125,7 +126,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
         closest = min(closest, run.meta["closest_approach"])
     wrong = any(check.passed is False for check in checks)
     outcome = FAILED if wrong else NOT_JUDGED if unjudged else PASSED
-    return {
+    verdict = {
         "outcome": outcome,
         "passed": outcome == PASSED,
         "reason": unjudged if outcome == NOT_JUDGED else "",
@@ -145,6 +146,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
         "warnings": warnings,
         "versions": versions(),
     }
+    return plain(verdict, "verdict")  # differences of finite numbers may be infinite
 
 
 def _unjudged(run, claims, checks):
@@ -406,15 +408,15 @@ def _measured(run, claim):
     try:
         with np.errstate(all="ignore"):
             measured = _number(claim.measure(run))
+        if measured is not None and not math.isfinite(measured):
+            measured = None
     except NothingDecays as error:
-        why = str(error) or "there is nothing to decay from this start"
+        why = words(error) or "there is nothing to decay from this start"
         return _skipped(claim, "does not apply: {}".format(why))
     except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
         traceback.print_exc()
-        note = "{}: {}: {}".format(BROKEN, type(error).__name__, error)
+        note = "{}: {}".format(BROKEN, named(error))
         return _skipped(claim, note)._replace(passed=False)
-    if measured is not None and not math.isfinite(measured):
-        measured = None
     return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)
 
 

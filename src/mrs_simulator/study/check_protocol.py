@@ -12,7 +12,7 @@ import numpy as np
 
 from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.kinematics import Limits, hand_points
-from mrs_simulator.core.pages import explained_by
+from mrs_simulator.core.pages import explained_by, words
 from mrs_simulator.core.recording import Run
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import FAILED, HOLDS, outcome_of
@@ -188,7 +188,7 @@ def check_protocol(
         try:
             trials.append(_trial(law, content, setting))
         except ValueError as error:
-            refused[str(setting)] = str(error)
+            refused[str(setting)] = words(error)
     if not trials:
         raise ValueError(
             "{} refuses every setting: {}".format(law.__name__, next(iter(refused.values())))

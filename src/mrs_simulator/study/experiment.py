@@ -16,10 +16,11 @@ from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.controller_log import failure
 from mrs_simulator.core.kinematics import greatest
-from mrs_simulator.core.pages import with_page
+from mrs_simulator.core.pages import named, with_page
 from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.core.spatial import upright
+from mrs_simulator.core.user_values import texts_of
 from mrs_simulator.sensors.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.study.drawing_apart import drawing
@@ -70,7 +71,16 @@ class Experiment:
         self.collisions, self.incidents = [], []
         self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
-        self.warnings += call(self.control.warnings, scenario.starts)
+        self.warnings += self._warned()
+
+    def _warned(self):
+        """Return the law's warnings; that it raised is one, too, and costs no run."""
+        source = "{}.warnings()".format(type(self.control).__name__)
+        try:
+            return texts_of(call(self.control.warnings, self.scenario.starts), source)
+        except Exception as error:
+            traceback.print_exc()
+            return ["{} raised {}".format(source, named(raised(error)))]
 
     def record_sensors(self, out, tell):
         """Write the sensors that the scenario's ``record`` names to the directory ``out``.

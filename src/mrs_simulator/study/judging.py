@@ -18,8 +18,10 @@ from mrs_simulator.control.laws.published import Resumed
 from mrs_simulator.control.laws.slipped_runs import slipped_run
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Claim, Condition, without_theorem
+from mrs_simulator.core.pages import named
 from mrs_simulator.core.recording import part_of
 from mrs_simulator.core.stability import stability_measures
+from mrs_simulator.core.user_values import claim_of, measures_of
 from mrs_simulator.core.verdict import FEWEST_SAMPLES, Late, Theory, judge
 from mrs_simulator.study.certificates import certificate_claims
 from mrs_simulator.study.estimation import estimation_measures
@@ -64,7 +66,8 @@ def judged(run, control=None, foretold=None):
         track = _end_of(run, claims)
         foretold(track)
     with _keeping(faults, "measures"):
-        measures = call(control.measures, run)
+        measures, wrong = measures_of(call(control.measures, run))
+        faults += _faults("measures", wrong)
     measures.update(estimation_measures(run))
     with _keeping(faults, "stability"):
         measures.update(call(stability_measures, control, run))
@@ -134,7 +137,7 @@ def _claims(control, run, faults, followed=None):
     """
     claims, theory = [], Theory()
     with _keeping(faults, "claims"):
-        claims = _checked(call(control.all_claims, run.hand[0]), faults)
+        claims = _checked(call(control.all_claims, run.hand[0]), run, faults)
     with _keeping(faults, "energy"):
         claims = claims + call(certificate_claims, control, run)
     if run.estimate is not None:
@@ -160,7 +163,8 @@ def _narrow(control, run, known):
         return {}
     points = copy.copy(control)
     points._keep(fidelity="point_mass")
-    made = [claim for claim in call(points.all_claims, run.hand[0]) if isinstance(claim, Claim)]
+    made = _checked(call(points.all_claims, run.hand[0]), run, [])
+    made = [claim for claim in made if isinstance(claim, Claim)]
     return {c.name: max(NARROWER * c.tolerance, min(c.tolerance, CLOSE)) for c in made}
 
 
@@ -274,15 +278,15 @@ def _resumed(control, run, row, theory):
     return rest
 
 
-def _checked(claims, faults):
-    """Return those of ``claims`` that are such; what else is among them goes to ``faults``."""
-    kept = []
+def _checked(claims, run, faults):
+    """Return those of ``claims`` that can be judged, with plain values; the others go to ``faults``."""
+    kept, wrong = [], []
     for claim in claims:
-        if isinstance(claim, (Claim, Condition)):
-            kept.append(claim)
-            continue
-        with _keeping(faults, "claims"):
-            raise TypeError("{:.60} among them, wanted Claims and Conditions".format(repr(claim)))
+        try:
+            kept.append(claim_of(claim, run.hand.shape[1:]))
+        except (TypeError, ValueError) as error:
+            wrong.append(str(error))
+    faults += _faults("claims", wrong)
     return kept
 
 
@@ -297,6 +301,7 @@ def _track(control, run, faults):
         if track is not None and np.shape(track) != wanted:
             came, track = np.shape(track), None
             raise ValueError("shape {}, wanted {}".format(came, wanted))
+        track = None if track is None else np.asarray(track, dtype=float)
     if track is None or len(rows) > last:
         return track
     return {"time": run.time[rows], "hand": track}
@@ -316,8 +321,13 @@ def _keeping(faults, method):
         yield
     except Exception as error:
         traceback.print_exc()
-        text = "{}: {}".format(type(error).__name__, error)
-        faults.append(Condition("{}() returns".format(method), False, text, rules_out=False))
+        faults += _faults(method, [named(error)])
+
+
+def _faults(method, texts):
+    """Return the check that fails where the protocol's ``method`` does what ``texts`` say, a list."""
+    name = "{}() returns".format(method)
+    return [Condition(name, False, "; ".join(texts), rules_out=False)] if texts else []
 
 
 def _end_of(run, claims):

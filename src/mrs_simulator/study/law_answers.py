@@ -10,6 +10,7 @@ import numpy as np
 
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.user_values import texts_of
 from mrs_simulator.study.report import predicted_settling
 
 PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
@@ -45,7 +46,7 @@ def facts(scenario):
     control = make_control(scenario)
     start = control.points(scenario.starts)
     targets = control.targets(start)
-    texts = control.warnings(scenario.starts)
+    texts = texts_of(control.warnings(scenario.starts), "warnings()")
     _predicted_error(control, start, np.zeros(1))
     return Facts(
         type(control).__name__,

@@ -15,6 +15,7 @@ import numpy as np
 from mrs_simulator.control.loading import located_protocol, protocol_file
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.maps import files_of_map
+from mrs_simulator.core.pages import named
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
@@ -335,7 +336,7 @@ def _guarded_run(scenario, out):
     try:
         return run_one(scenario, out)
     except Exception as error:  # a law of one's own may raise anything; the other runs go on
-        return failed("{}: {}".format(type(error).__name__, error))
+        return failed(named(error))
 
 
 def _with_progress(done, total, wanted):

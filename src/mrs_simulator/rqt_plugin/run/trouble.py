@@ -1,6 +1,6 @@
 """Messages on what went wrong, told apart from those on what was done.  No Qt."""
 
-from mrs_simulator.core.pages import with_page
+from mrs_simulator.core.pages import named, with_page
 
 
 class Trouble(str):
@@ -15,4 +15,4 @@ def reason(error):
     Of an ``error`` that nobody worded, its kind is told.
     """
     worded = isinstance(error, (ValueError, OSError))
-    return with_page(error) if worded else "{}: {}".format(type(error).__name__, error)
+    return with_page(error) if worded else named(error)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import rospy
 
+from mrs_simulator.core.guards import JumpBounds, Tracks
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.msg import StageStatus, TeamState
@@ -90,11 +91,29 @@ class Frame:
 
     numbers = (1, 2)
 
+    def __init__(self):
+        self.tracks = Tracks(2, [JumpBounds(0.2, 0.5, 1.0)] * 2)
+        for row in (0, 1):
+            self.put(row, 0.0, 0.0)
+
+    def put(self, row, x, now):
+        """Report robot ``row`` at ``x`` [m] at ``now`` [s]."""
+        self.tracks.take(row, (x, 0.0, 0.0), (now, now))
+
+    def jumped(self):
+        return self.tracks.jumps
+
+    def jump_texts(self):
+        return {row: "robot{} {}".format(row + 1, jump) for row, jump in self.jumped().items()}
+
+    def accept(self):
+        self.tracks.accept()
+
     def missing(self, _):
         return ""
 
     def pose(self):
-        return np.zeros((2, 3))
+        return self.tracks.pose.copy()
 
     def twists(self):
         return np.array(TWIST)
@@ -118,6 +137,21 @@ def test_real_robots_are_recorded_with_twists_and_heights(monkeypatch):
     assert sample.twist.tolist() == TWIST and sample.spatial.z.tolist() == [1.0, 2.0]
     sample = real(monkeypatch, ("robotino3", "robotino3")).next(1.0)
     assert sample.twist.tolist() == TWIST and sample.spatial is None
+
+
+def test_a_jump_before_the_run_is_no_part_of_it_and_one_in_it_ends_it(monkeypatch):
+    source = real(monkeypatch, ("pioneer3dx", "pioneer3dx"))
+    source.frame.put(1, 3.0, 0.1)  # its driver was restarted
+    assert source.next(1.0).pose[1, 0] == 3.0 and not source.broken()
+    source.frame.put(1, 4.0, 0.2)  # once more, just before the first command
+    assert source.next(1.0).pose[1, 0] == 4.0
+    source.begin()
+    assert not source.broken()
+    source.frame.put(1, 4.02, 0.3)
+    assert source.next(1.0).pose[1, 0] == 4.02 and not source.broken()
+    source.frame.put(0, 1.0, 0.4)
+    assert source.next(1.0).pose[0, 0] == 0.0
+    assert source.broken().startswith("robot1 jumped by 1.00 m")
 
 
 def test_real_cars_are_recorded_with_the_steering_to_which_commands_lead(monkeypatch):

@@ -167,6 +167,7 @@ class RobotsSource:
     def __init__(self, scenario, team):
         """Listen to the robots' odometry, and whatever else makes the common frame, and commands."""
         self._period, self._due = 1.0 / scenario.record_rate, time.monotonic()
+        self._begun = False
         # Of each robot, (n,) [s], as its driver has it.
         given = scenario.cmd_vel_timeout
         self._watchdog = team.timeouts if given is None else np.full(scenario.n, given)
@@ -198,6 +199,8 @@ class RobotsSource:
             return None
         self._due = max(self._due + self._period, time.monotonic())
         now = rospy.get_time()
+        if not self._begun and self.frame.jumped():
+            self.frame.accept()  # as the control does at its start
         if self.frame.missing(now):
             return None
         with self._lock:
@@ -221,10 +224,11 @@ class RobotsSource:
         return self._joints
 
     def begin(self):
-        """Nothing was counted before."""
+        """Break the run at a jump from now on; before, robots are followed wherever they are put."""
+        self._begun = True
 
     def broken(self):
-        """Return who jumped and is no longer where the common frame says, or ""."""
+        """Return who jumped since the run began, and is no longer where the common frame says, or ""."""
         return "; ".join(self.frame.jump_texts().values())
 
     def silence(self):

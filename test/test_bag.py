@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from mrs_simulator.core.recording import RunError
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.verdict import judge
-from mrs_simulator.msg import StageStatus, TeamCommand
+from mrs_simulator.msg import ControlStatus, StageStatus, TeamCommand
 from mrs_simulator.ros.messages import read_answered
 from mrs_simulator.study.bag import read_bag
 
@@ -53,6 +53,21 @@ def test_real_robots_are_read_in_the_common_frame(tmp_path, odom, command):
     np.testing.assert_allclose(run.pose[-1], expected, atol=0.0501)
     np.testing.assert_allclose(run.pose[-1, 0], expected[0], atol=1e-9)
     np.testing.assert_array_equal(run.command[-1], [[0.5, 0.0], [0.5, 0.0]])
+
+
+def test_what_a_joystick_did_before_the_start_is_no_part_of_the_run(tmp_path):
+    path = write(tmp_path / "run.bag")
+    with rosbag.Bag(path, "a") as bag:
+        for moment, running in ((99.0, False), (101.45, True), (102.05, False)):
+            bag.write(
+                "/pioneer_control/status",
+                ControlStatus(running=running),
+                rospy.Time.from_sec(moment),
+            )
+    run = read_bag(path, scenario_from_dict(dict(SCENARIO, odometry="wheel")))
+    # At 101.5 s: the controller was started 0.45 s after the robots were first commanded.
+    np.testing.assert_allclose(run.pose[0, 0], [10.25, 0.0, 0.0], atol=0.0501)
+    assert run.time[-1] == pytest.approx(1.5, abs=0.11)  # a stop ends nothing
 
 
 def test_odometry_that_is_late_at_times_is_all_there(tmp_path):

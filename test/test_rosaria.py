@@ -50,6 +50,8 @@ ENABLE = "_enable_motors:=/robot{}/RosAria/enable_motors"
 HELD = "_enable_motors:=/robot{}/held"  # by the probe, until its gate is set
 AT_ONCE = "_autostart:=true"
 STALLS = "_odom_timeout:=5"  # where silence is not the matter: a busy machine's stall is none
+JOYSTICK = ["rostopic", "pub", "-r", "10", "/robot1/RosAria/cmd_vel", "geometry_msgs/Twist"]
+JOYSTICK += ["{linear: {x: 0.3}}"]
 START = "call('/pioneer_control/start', Trigger)"
 
 
@@ -515,6 +517,31 @@ def test_a_record_begins_with_the_first_motion_and_ends_with_a_jump(team, tmp_pa
     np.testing.assert_allclose(run.pose[0], STARTS[:2], atol=0.05)
     with open(str(out / "verdict.json")) as file:
         assert json.load(file)["ended"].startswith("robot2: the odometry jumped by")
+
+
+@pytest.mark.parametrize("frame", ["scenario", "first"])
+def test_what_comes_before_the_start_is_no_part_of_a_record(team, tmp_path, frame):
+    team.robot(1)
+    out, source = tmp_path / "run", "_frame_source:=" + frame
+    record = team.node("record", "--protocol", team.law, "--out", out, "--duration", 1, source, n=1)
+    control = team.forward("_autostart:=false", source, STALLS, n=1)
+    team.probe.wait("control('trouble') == 'not started'")
+    wait_until(lambda: READY in log_of(record))
+    joystick = team.ros.start("joystick", JOYSTICK)
+    team.drives((1,), 0.05)
+    # Put back on its mark, with its driver started again.
+    team.ros.stop(joystick)
+    team.ros.stop(team.robots[1])
+    team.robot(1, name="again")
+    wait_until(lambda: "robot1: the odometry jumped" in log_of(control))
+    assert "recording" not in log_of(record)
+    team.go()
+    team.ros.judged(record, out)
+    run = read_run_csv(str(out / "run.csv"))
+    np.testing.assert_allclose(run.pose[0], STARTS[:1], atol=0.05)
+    assert run.command[0].tolist() == [[0.2, 0.0]]
+    with open(str(out / "verdict.json")) as file:
+        assert json.load(file)["ended"] == "complete"
 
 
 def test_a_record_of_a_dry_run_says_that_there_is_nothing(team, tmp_path):

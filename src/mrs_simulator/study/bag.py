@@ -46,10 +46,11 @@ LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
 TOLD = "/pioneer_control/estimates"
 STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
+CONTROLLER = "/pioneer_control/status"
 
 
 def read_bag(path, scenario=None):
-    """Return the ``Run`` in the bag at ``path``, from the first command on.
+    """Return the ``Run`` in the bag at ``path``, from the controller's first command on.
 
     The states of ``/stage/state`` are used, else ``/robotN/odom`` and ``/robotN/cmd_vel`` (on real
     robots): the newest of each at every odometry of the first robot.  ``scenario`` is needed for
@@ -305,13 +306,17 @@ def _from_robots(bag, topics, axes):
     told = slice(len(HEARD), None)  # of a row
     blank = [math.nan] * len(HEARD) + [0.0] * len(axes)
     newest, commanded, rows, times = {n: list(blank) for n in robots}, False, [], []
-    for topic, message, _ in bag.read_messages(list(odometry) + list(commands)):
+    runs = True  # the controller; bags without its status begin with any command
+    for topic, message, _ in bag.read_messages([*odometry, *commands, CONTROLLER]):
+        if topic == CONTROLLER:
+            runs = message.running
+            continue
         if topic in commands:
             if commands[topic] in newest:
                 given = [getattr(getattr(message, part), x) for part, x in map(_split, axes)]
                 newest[commands[topic]][told] = np.nan_to_num(given).tolist()
                 # Zeros are also what a node says that has not begun or is stopped.
-                commanded = commanded or any(given)
+                commanded = commanded or runs and any(given)
             continue
         newest[odometry[topic]][: len(HEARD)] = _heard(message)
         if commanded and odometry[topic] == robots[0]:

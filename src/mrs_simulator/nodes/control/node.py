@@ -171,6 +171,8 @@ class ControlNode:
             with self._lock:
                 job = self._turn()
             if job is not None:
+                if job.begins:  # who records is to know of a start before its first command
+                    self._publish_status(with_targets=False)
                 self._ask(job)
             self._meanwhile()
 
@@ -442,7 +444,7 @@ class ControlNode:
         self.law.end()
         time.sleep(FLUSH)
 
-    def _publish_status(self):
+    def _publish_status(self, with_targets=True):
         trouble = self.trouble or self._waited_for()
         if not self._status.is_due(self.running, trouble):
             return
@@ -465,7 +467,8 @@ class ControlNode:
             latency=self._latency,
             missed_periods=self._times.missed,
         )
-        self._status.publish(facts, self.outlet.command, topology.edges, self._targets())
+        targets = self._targets() if with_targets else None
+        self._status.publish(facts, self.outlet.command, topology.edges, targets)
 
     def _stale(self):
         """Return the numbers of the robots of which odometry, or a reading, is not known now."""

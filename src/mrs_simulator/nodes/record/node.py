@@ -42,7 +42,10 @@ LOCAL = dict(
 
 
 class RunRecorder:
-    """Records a source's samples from the first command on, for the scenario's duration."""
+    """Records a source's samples from the controller's first command on, for the scenario's duration.
+
+    Where no controller reports its status, whatever commands the robots begins the run.
+    """
 
     def __init__(self, scenario, out):
         """Write to the directory ``out``."""
@@ -61,7 +64,7 @@ class RunRecorder:
         self._wall_start = None
         self.ended = "interrupted"
         self.elapsed = 0.0
-        self.controller = Interruptions()
+        self.controller, self._stands = Interruptions(), False
         self._deadlock = ()  # by the controller's newest status
         self.samples, self._rates = 0, Rates()  # that were written
         self._diagnostics = Diagnostics(self._health)
@@ -71,6 +74,7 @@ class RunRecorder:
 
     def _on_status(self, message):
         told = read_control_status(message)
+        self._stands = not told.running
         self.controller.note(told.stamp, told.running, told.trouble)
         found = [deadlock_in(warning) for warning in told.warnings]
         self._deadlock = next(filter(None, found), ())
@@ -114,7 +118,7 @@ class RunRecorder:
 
     def _take(self, sample):
         if self._start is None:
-            if not sample.commanded:
+            if not sample.commanded or self._is_driven_otherwise():
                 return
             self._begin(sample)
         # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
@@ -142,6 +146,10 @@ class RunRecorder:
         file.sample(self.elapsed, sample.pose, sample.command, points, *more, **told)
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
+
+    def _is_driven_otherwise(self):
+        """Return whether commands are another's, as a joystick's: a controller is there and not started."""
+        return self._stands and self._subscriber.get_num_connections() > 0
 
     def _begin(self, sample):
         self._start, self._wall_start = sample.stamp, time.monotonic()

@@ -14,7 +14,7 @@ from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.study.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles import kind
-from mrs_simulator.vehicles.importing import imported, read_request
+from mrs_simulator.vehicles.importing import imported, read_request, xacro_files
 from mrs_simulator.vehicles.importing.chassis import Mass, joined
 from mrs_simulator.vehicles.importing.meshes import MeshError, mesh_points
 from mrs_simulator.vehicles.importing.packages import Packages
@@ -65,16 +65,40 @@ def test_a_controllers_file_becomes_a_kind(tmp_path):
 
 def test_a_xacro_file_is_expanded_or_says_what_is_missing(tmp_path, monkeypatch):
     path = write_package(tmp_path, xacro(), "scout.urdf.xacro")
-    from mrs_simulator.vehicles.importing import xacro_files
-
-    if xacro_files._there("xacrodoc"):
-        content, _ = bring(path, arguments={"base_mass": 1.8})
-        assert content["mass"] == pytest.approx(2.0)
+    content, _ = bring(path, arguments={"base_mass": 1.8})
+    assert content["mass"] == pytest.approx(2.0)
     monkeypatch.setattr(xacro_files, "_there", lambda name: False)
     with pytest.raises(ScenarioError, match="scout.urdf.xacro: is a xacro file: wanted xacrodoc"):
         bring(path)
     with pytest.raises(ScenarioError, match="argument 'a', but it is no xacro file"):
         bring(write_package(tmp_path), arguments={"a": 1})
+
+
+def test_a_namespace_alone_makes_no_xacro_file(tmp_path, monkeypatch):
+    # As xacro itself writes them, with its banner.
+    head = '<!-- from <xacro:include filename="$(arg x)"/> -->\n<robot name="scout" {}>'
+    text = urdf().replace('<robot name="scout">', head.format('xmlns:xacro="http://ros.org/xacro"'))
+    assert "xmlns:xacro" in text
+    monkeypatch.setattr(xacro_files, "_there", lambda name: False)
+    assert brought(tmp_path, text)[0]["name"] == "scout"
+    with pytest.raises(ScenarioError, match="is a xacro file"):
+        brought(tmp_path, text.replace('value="0.8"', 'value="${0.4 * 2}"'))
+
+
+def test_an_include_is_found_beside_the_file(tmp_path):
+    text = xacro().replace("$(find scout_description)/urdf/", "")
+    assert bring(write_package(tmp_path, text, "scout.urdf.xacro"))[0]["mass"] == pytest.approx(1.0)
+
+
+def test_an_include_of_a_package_that_is_not_there_is_left_out_and_told(tmp_path):
+    extra = '<xacro:include filename="$(find a_laser)/laser.xacro"/>\n<xacro:arg'
+    text = xacro().replace("<xacro:arg", extra)
+    content, notes = bring(write_package(tmp_path, text, "scout.urdf.xacro"))
+    assert content["mass"] == pytest.approx(1.0)
+    assert [note for note in notes if "package 'a_laser' is not in ROS_PACKAGE_PATH" in note]
+    used = text.replace("</robot>", "<xacro:a_laser/></robot>")
+    with pytest.raises(ScenarioError, match="unknown macro name: xacro:a_laser; package 'a_laser'"):
+        bring(write_package(tmp_path, used, "scout.urdf.xacro"))
 
 
 @pytest.fixture

@@ -81,10 +81,12 @@ def imported(request, given, where) -> Tuple[Dict[str, Any], Tuple[str, ...]]:
     the link, joint or tag.
     """
     packages = Packages(os.path.dirname(request.urdf), request.packages)
-    text = description_text(request.urdf, request.arguments, packages)
+    absent = []
+    text = description_text(request.urdf, request.arguments, packages, absent)
     description = read_description(text, request.urdf)
     if request.controller is None:
         facts = plugin_facts(description)
     else:
         facts = controller_facts(request.controller, request.controller_name)
-    return assembled(description, facts, packages, given, where)
+    content, notes = assembled(description, facts, packages, given, where)
+    return content, tuple(absent) + notes

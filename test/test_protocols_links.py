@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from protocol_fixtures import SCENARIOS, check, failed, played, shipped, verdict_of
+from protocol_fixtures import SCENARIOS, as_points, check, failed, played, shipped, verdict_of
 from test_bringup import launch
 
 from mrs_simulator import PioneerControl, load_scenario
@@ -32,13 +32,13 @@ def track_of(scenario, law=None):
     return np.array([pose.copy() for _, pose, _ in Experiment(scenario, law).samples()])
 
 
-def poses_over(channel, poses):
+def poses_over(channel, poses, points=lambda poses: hand_points(poses, 0.1)):
     """Return what robots know, (m, n, n, 3), at each of ``poses`` (m, n, 3)."""
     channel.begin(poses[0])
     known = []
     for pose in poses:
         channel.take(pose)
-        known.append(channel.views(pose, lambda poses: hand_points(poses, 0.1)))
+        known.append(channel.views(pose, points))
     return np.array(known)
 
 
@@ -93,6 +93,24 @@ def test_differences_have_both_ends_of_the_same_age():
     np.testing.assert_allclose(apart, hand[5, 1] - hand[5, 0], atol=1e-12)
     np.testing.assert_allclose(known[7, 0, 0], poses[7, 0])
     np.testing.assert_array_equal(known[7, 0, 1, 2], poses[5, 1, 2])
+
+
+def test_differences_in_space_have_heights_of_the_same_age():
+    poses = np.random.default_rng(0).normal(size=(8, 3, 4))
+    links = Links(delay=PerEdge(0.2), carries="difference")
+    known = poses_over(Channel(links, 3, 0.1, 0), poses, lambda poses: poses[..., [0, 1, 3]])
+    apart = known[7, 0, 1] - poses[7, 0]
+    before = poses[5, 1] - poses[5, 0]
+    np.testing.assert_allclose(apart[[0, 1, 3]], before[[0, 1, 3]], atol=1e-12)
+    assert known[7, 0, 1, 2] == poses[5, 1, 2]
+    np.testing.assert_array_equal(known[7, 0, 0], poses[7, 0])
+
+
+def test_a_team_in_space_moves_by_late_differences_as_published(tmp_path):
+    links = {"delay": 0.2, "carries": "difference"}
+    scenario = as_points(shipped("crazyflies_consensus", links=links, duration=1.0))
+    verdict = verdict_of(scenario, tmp_path)
+    assert check(verdict, "largest distance from the exact solution")["passed"]
 
 
 @pytest.mark.parametrize("order", ["periodic", "random"])

@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.core.graphs import Topology, arcs_of
 
 LOSSES, TURNS = 1, 2  # streams of random numbers, so that losses and turns do not hang together
+PLACE = (0, 1, 3)  # columns of x, y and z in poses
 MOST_GRAPHS = 256  # graphs kept, since the same often come again
 
 
@@ -66,7 +67,7 @@ class Channel:
         return arrived
 
     def views(self, pose, points):
-        """Return the poses as each robot knows them, (n, n, 3): row i those that robot i goes by.
+        """Return the poses as each robot knows them, (n, n, 3 or 4): row i those that robot i goes by.
 
         Its own is the true one.  Where edges carry differences, the controlled points, which
         ``points`` gives for poses (..., n, 3), are as far from its own as when it saw them.
@@ -76,8 +77,12 @@ class Channel:
             heard = points(self._heard)
             # Column j of the listeners is one robot's own poses: rows and columns change places.
             own = points(self._listener.swapaxes(0, 1)).swapaxes(0, 1)
-            ahead = heard - self._heard[:, :, :2]
-            views[:, :, :2] = points(pose)[:, np.newaxis] + (heard - own) - ahead
+            # Heights of points in space are those of poses (n, 4); of tools the joints tell them.
+            places = [x for x in PLACE[: heard.shape[-1]] if x < pose.shape[1]]
+            across = slice(0, len(places))
+            ahead = heard[..., across] - self._heard[..., places]
+            away = (heard - own)[..., across]
+            views[..., places] = points(pose)[:, np.newaxis, across] + away - ahead
         views[self._rows, self._rows] = pose
         return views
 

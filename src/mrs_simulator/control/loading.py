@@ -18,6 +18,7 @@ from mrs_simulator.control.user_code import call
 from mrs_simulator.core.pages import named
 from mrs_simulator.core.parameters import unknown_name
 
+_helpers = set()  # names of modules and packages that laws imported from beside them
 _loading = 0  # how many protocols are being loaded, one within the other
 
 
@@ -51,7 +52,7 @@ def load_protocol(name, beside=""):
     """
     if name in HOMES:
         return shipped(name)
-    source, class_name = _split(name)
+    source, class_name = split_name(name)
     if source.endswith(".py"):
         with _marked():
             module = _module_from_file(_located(source, beside), name)
@@ -69,16 +70,16 @@ def load_protocol(name, beside=""):
 def located_protocol(name, beside=""):
     """Return ``name`` with a file's absolute path, so that it means the same from anywhere."""
     path = protocol_file(name, beside)
-    return ":".join(filter(None, (path, _split(name)[1]))) if path else name
+    return ":".join(filter(None, (path, split_name(name)[1]))) if path else name
 
 
 def protocol_file(name, beside=""):
     """Return the absolute path of the file that the protocol ``name`` names, "" if it names none."""
-    source, _ = _split(name)
+    source, _ = split_name(name)
     return "" if name in HOMES or not source.endswith(".py") else _located(source, beside)
 
 
-def _split(name):
+def split_name(name):
     """Return the source and the class of a protocol's name; a path may hold a colon."""
     if ":" not in name or name.endswith(".py"):
         return name, ""
@@ -139,8 +140,11 @@ def _module_from_file(path, name):
     module_name = os.path.splitext(os.path.basename(path))[0]
     spec = importlib.util.spec_from_file_location("mrs_protocol_" + module_name, path)
     module = importlib.util.module_from_spec(spec)
+    directory = os.path.dirname(path)
+    aside = _put_aside()
+    before = {*sys.modules, spec.name}
     # A protocol's helpers may lie beside it.
-    sys.path.insert(0, os.path.dirname(path))
+    sys.path.insert(0, directory)
     try:
         # Registered before it runs, as import does, so that its classes can be pickled.
         sys.modules[spec.name] = module
@@ -154,8 +158,33 @@ def _module_from_file(path, name):
             "protocol {}: {}{}".format(name, _place(error, path), named(error))
         ) from error
     finally:
-        sys.path.remove(os.path.dirname(path))
+        sys.path.remove(directory)
+        _put_back(aside, directory, before)
     return module
+
+
+def _put_aside():
+    """Take what laws imported from beside them out of ``sys.modules``; return it by name.
+
+    So a law imports its own helpers, as they are now, and not others of their names.
+    """
+    importlib.invalidate_caches()
+    names = [name for name in sys.modules if name.partition(".")[0] in _helpers]
+    return {name: sys.modules.pop(name) for name in names}
+
+
+def _put_back(aside, directory, before):
+    """Note the helpers in ``directory`` that were not loaded ``before``, a set; those ``aside`` return.
+
+    Where both are of a name the newer stays: laws keep what they have imported.
+    """
+    for root in {name.partition(".")[0] for name in sys.modules.keys() - before}:
+        module = sys.modules.get(root)
+        places = [getattr(module, "__file__", None) or "", *getattr(module, "__path__", ())]
+        if any(os.path.dirname(place) == directory for place in places):
+            _helpers.add(root)
+    loaded = {name.partition(".")[0] for name in sys.modules}
+    sys.modules.update({k: v for k, v in aside.items() if k.partition(".")[0] not in loaded})
 
 
 def _place(error, path):

@@ -7,11 +7,15 @@ import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from ros_fixtures import wait_until
 
-from mrs_simulator.study import sweep
-from mrs_simulator.study.command import main
+from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.study import run_keys, sweep
+from mrs_simulator.study.command import main, sweep_main
+from mrs_simulator.study.run_keys import law_files
+from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.sweep import PROTOCOL, SweepError, make_runs, read_axis, run_sweep
 from mrs_simulator.study.workers import on_cores
 
@@ -89,6 +93,94 @@ def test_a_law_that_was_edited_is_run_again(tmp_path):
         ((name, _, _),) = make_runs(FOUR, [("seed", [1])], {PROTOCOL: str(law)})
         names.append(name)
     assert names[0] == names[2] != names[1]
+
+
+def test_modules_that_a_law_imports_are_in_the_key(tmp_path, monkeypatch):
+    library, laws = tmp_path / "library", tmp_path / "laws"
+    for directory in (library / "tools", laws):
+        directory.mkdir(parents=True)
+    monkeypatch.syspath_prepend(str(library))
+    law = laws / "law.py"
+    law.write_text(
+        "from mrs_simulator import PioneerControl\nimport gains\n\n\nclass Law(PioneerControl):\n"
+        "    def pointMassLaw(self, hand):\n        from tools import late\n"
+        "        return -gains.K * hand * late.SHARE\n"
+    )
+    files = {laws / "gains.py": "from numbers_of_mine import K\n", laws / "numbers_of_mine.py": ""}
+    files.update({library / "tools" / "__init__.py": "from . import deep\n"})
+    files.update({library / "tools" / "late.py": "SHARE = 1.0\n"})
+    files.update({library / "tools" / "deep.py": "", library / "law_by_name.py": law.read_text()})
+    for path, text in files.items():
+        path.write_text(text + "\n")
+    (laws / "numbers_of_mine.py").write_text("K = 1.0\n")
+    (laws / "unused.py").write_text("")
+    assert set(law_files(str(law))) == {str(law), *map(str, files)} - {
+        str(library / "law_by_name.py")
+    }
+    assert str(library / "law_by_name.py") in law_files("law_by_name:Law")
+    assert law_files("formation") == []
+
+    def names(protocol):
+        return [name for name, _, _ in make_runs(FOUR, [("seed", [1])], {PROTOCOL: protocol})]
+
+    for protocol in (str(law), "law_by_name:Law"):
+        known = [names(protocol)]
+        for path in [*files, law] if protocol == str(law) else [library / "law_by_name.py"]:
+            path.write_text(path.read_text() + "\n# changed\n")
+            known.append(names(protocol))
+        assert len({tuple(each) for each in known}) == len(known) - (protocol == str(law))
+        assert names(protocol) == known[-1]
+    (laws / "unused.py").write_text("changed\n")
+    assert names(str(law)) == names(str(law))
+
+
+def test_the_package_and_what_computes_are_in_the_key(tmp_path, monkeypatch):
+    def name():
+        run_keys._computing.cache_clear()
+        ((name, _, _),) = make_runs(FOUR, [("seed", [1])])
+        return name
+
+    (tmp_path / "core").mkdir()
+    source = tmp_path / "core" / "a.py"
+    source.write_text("a = 1\n")
+    monkeypatch.setattr(run_keys, "PACKAGE", str(tmp_path))
+    known = [name()]
+    assert known[0] == name()
+    source.write_text("a = 2\n")
+    known.append(name())
+    for package in ("mrs_simulator", "pybullet"):
+        told = dict(run_keys.versions(), **{package: "another"})
+        monkeypatch.setattr(run_keys, "versions", lambda told=told: told)
+        known.append(name())
+    run_keys._computing.cache_clear()
+    assert len(set(known)) == 4
+
+
+def test_a_number_of_robots_changes_a_list_of_poses_as_in_a_run(tmp_path, capsys):
+    paper = scenario_path("paper")
+    runs = make_runs(paper, [("robots", [3, 7, 9])])
+    base = load_scenario(paper)
+    for (_, _, scenario), n in zip(runs, (3, 7, 9)):
+        assert scenario.to_yaml() == base.overridden(robots=n).to_yaml()
+    # A layout is laid out anew for each number.
+    path = tmp_path / "s.yaml"
+    path.write_text("robots: 3\nposes: {layout: circle, radius: 3.0}\n")
+    for n, (_, _, scenario) in zip((3, 5), make_runs(str(path), [("robots", [3, 5])])):
+        assert scenario.n == n and np.ptp(np.hypot(*scenario.poses[:, :2].T)) < 1e-9
+    with pytest.raises(SystemExit) as ended:
+        sweep_main([paper, "seed=1", "--robots", "8", "--duration", "0.1", "--out", str(tmp_path)])
+    said = capsys.readouterr()
+    assert ended.value.code != 2 and "robot8 is not in the scenario: put where" in said.err
+    assert "1 runs" in said.out
+
+
+def test_another_fidelity_needs_no_engine(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text("poses: [[0, 0, 0]]\nfidelity: dynamic\nengine: planar\n")
+    for given in ({"fidelity": "kinematic"}, {}):
+        axes = [("seed", [1])] if given else [("fidelity", ["kinematic", "dynamic"])]
+        (_, _, scenario), *_ = make_runs(str(path), axes, given)
+        assert scenario.fidelity == "kinematic"
 
 
 def test_a_map_or_kind_that_was_edited_is_run_again(tmp_path):
@@ -352,7 +444,8 @@ def test_what_is_swept_holds_under_another_protocol_too():
     "axis, given, said",
     [
         (("duration", [1.0]), {"duration": 2.0}, "duration = 2.0 is given and swept"),
-        (("seed", [0]), {"robots": 3}, "with robots=3, seed=0: robots: 3, but poses has"),
+        (("seed", [0]), {"robots": 3}, "topology with 3 robots: edge"),
+        (("robots", ["3"]), {}, "robots: '3', wanted a whole number"),
         (("seed", [0]), {"control.protocol": "gone.py:Gone"}, "protocol file gone.py: not found"),
     ],
 )

@@ -73,7 +73,10 @@ def _sweep(arguments):
         given[sweep.PROTOCOL] = arguments.protocol
     axes = map(sweep.read_axis, arguments.sweep)
     part = sweep.read_part(arguments.part) if arguments.part else None
-    runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given)
+    listed = {}
+    runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given, _noting(listed))
+    for robots, scenario in sorted(listed.items())[-1:]:
+        _tell_added(scenario, robots)
     if part is not None and part[1] > len(runs):
         raise sweep.SweepError(
             "--part {}: {} runs, wanted no more parts".format(arguments.part, len(runs))
@@ -98,6 +101,11 @@ def _sweep(arguments):
     return 1 if 1 in codes else max(codes)
 
 
+def _noting(listed):
+    """Return a function of a scenario and a number of robots that notes the former by the latter."""
+    return lambda scenario, robots: listed.setdefault(robots, scenario)
+
+
 def _scenario(arguments):
     scenario = load_scenario(scenario_path(arguments.scenario))
     if arguments.robots is not None:
@@ -107,6 +115,8 @@ def _scenario(arguments):
 
 def _tell_added(scenario, robots):
     """Say on stderr what robots that the scenario does not have begin with, and that they lack edges."""
+    if robots <= scenario.n:
+        return
     if robots > scenario.n:
         lonely = ", without edges of the topology" if scenario.topology else ""
         first, several = scenario.n + 1, robots > scenario.n + 1

@@ -1,9 +1,7 @@
 """Sweeps: one scenario under many values of its keys, run in parallel, as one table and figure."""
 
-import contextlib
 import copy
 import csv
-import hashlib
 import itertools
 import os
 import re
@@ -12,9 +10,8 @@ from collections import Counter
 
 import numpy as np
 
-from mrs_simulator.control.loading import located_protocol, protocol_file
+from mrs_simulator.control.loading import located_protocol
 from mrs_simulator.control.making import make_control
-from mrs_simulator.core.maps import files_of_map
 from mrs_simulator.core.pages import named
 from mrs_simulator.core.reading import ScenarioError, load_yaml, parse_yaml
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
@@ -22,8 +19,8 @@ from mrs_simulator.core.verdict import NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import naming
 from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.study.run_keys import forget, run_key
 from mrs_simulator.study.workers import SweepError, failed, on_cluster, on_cores
-from mrs_simulator.vehicles.registry import files_of_kinds
 
 TABLE = "sweep.csv"
 FIGURE, MAP = "sweep", "stability"  # with the formats' suffixes
@@ -110,11 +107,12 @@ def read_part(text):
     return i, n
 
 
-def make_runs(path, axes, given=None):
+def make_runs(path, axes, given=None, tell=None):
     """Return the runs of the scenario file ``path`` under all combinations of ``axes``.
 
     Each is ``(name, values by key, scenario)``; ``given``: values by key that all runs share.  A
-    combination that is no scenario is refused before anything runs.  Raises ``ScenarioError``,
+    combination that is no scenario is refused before anything runs.  ``tell(scenario, robots)`` is called
+    where another number of robots is put to those that a scenario lists.  Raises ``ScenarioError``,
     ``ProtocolError`` and ``SweepError``.
     """
     given, axes = given or {}, list(axes)
@@ -131,23 +129,42 @@ def make_runs(path, axes, given=None):
     if not 0 < total <= MOST_RUNS:
         raise SweepError("{} runs: wanted from 1 to {}".format(total, MOST_RUNS))
     runs = []
+    forget()
     for combination in itertools.product(*(values for _, values in axes)):
         values = dict(zip(keys, combination))
-        scenario = _scenario_with(content, path, values, given)
+        scenario = _scenario_with(content, path, values, given, tell)
         runs.append((_name(values, scenario), values, scenario))
     _refuse_shared_mistake(runs)
     return runs
 
 
-def _scenario_with(content, path, values, given):
-    """Return the scenario of a file's ``content`` with ``values`` put in."""
-    changed = copy.deepcopy(content)
+def _scenario_with(content, path, values, given, tell=None):
+    """Return the scenario of a file's ``content`` with ``values`` put in.
+
+    What it lists for each robot is of the file's own number of robots: another number then changes it as
+    ``Scenario.with_robots`` does.
+    """
+    changed, all_values = copy.deepcopy(content), {**given, **values}
     for key, value in values.items():
         _put(changed, key, value)
-    where = "{} with {}".format(
-        path, ", ".join("{}={}".format(*pair) for pair in {**given, **values}.items())
-    )
-    return scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+    if all_values.get("fidelity", "dynamic") != "dynamic" and "engine" not in all_values:
+        changed.pop("engine", None)
+    where = "{} with {}".format(path, ", ".join("{}={}".format(*p) for p in all_values.items()))
+    try:
+        return scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+    except ScenarioError:
+        if type(all_values.get("robots")) is not int or not _is_listed(content):
+            raise
+    del changed["robots"]
+    own = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+    if tell is not None:
+        tell(own, all_values["robots"])
+    return own.with_robots(all_values["robots"])
+
+
+def _is_listed(content):
+    """Return whether the robots of a scenario's ``content`` are listed one by one."""
+    return isinstance(content.get("poses"), list) or "groups" in content
 
 
 def theorem_boundary(path, given=None):
@@ -248,20 +265,10 @@ def _entry(content, part, key, above=0):
 
 
 def _name(values, scenario):
-    """Return a directory name: readable, and other whenever anything of scenario or law is."""
+    """Return a directory name: readable, and other whenever anything is that decides on the run."""
     shown = "_".join("{}={}".format(k.rpartition(".")[2], v) for k, v in values.items())
     readable = re.sub(r"[^A-Za-z0-9=.+-]+", "-", shown)[:60]
-    content = scenario.to_yaml().encode()
-    law = protocol_file(scenario.control.protocol, scenario.path)
-    files, kinds = files_of_kinds(scenario)
-    if kinds:
-        content += repr(kinds).encode()
-    files = ([law] if law else []) + (files_of_map(scenario) if scenario.map else []) + files
-    for path in files:
-        with contextlib.suppress(OSError), open(path, "rb") as file:  # the run says what is missing
-            content += file.read()
-    key = hashlib.sha256(content).hexdigest()[:10]
-    return "{}_{}".format(readable, key)
+    return "{}_{}".format(readable, run_key(scenario))
 
 
 def run_one(scenario, out):

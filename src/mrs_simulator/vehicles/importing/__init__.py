@@ -1,7 +1,8 @@
-"""Robots that users bring: a URDF or xacro file and what it says of a differential drive.
+"""Robots that users bring: a URDF or xacro file and what it says of its drive.
 
-The drive is described by the gazebo_ros drive plugin in the file, or by the YAML file of a
-``diff_drive_controller``.  Both give the content of a kind's file, which the user's own keys go over.
+A differential drive is described by the gazebo_ros drive plugin in the file, or by the YAML file of a
+``diff_drive_controller``; any other drive is named by the user.  All give
+the content of a kind's file, which the user's own keys go over.
 ``docs/robots_of_your_own.md`` tells users of it.
 """
 
@@ -13,6 +14,7 @@ from mrs_simulator.core.reading import ScenarioError, Section, shown
 from mrs_simulator.vehicles.importing.assembling import assembled
 from mrs_simulator.vehicles.importing.description import read_description
 from mrs_simulator.vehicles.importing.drive_facts import controller_facts, plugin_facts
+from mrs_simulator.vehicles.importing.named_drives import ASSEMBLED, DRIVES, differential_facts
 from mrs_simulator.vehicles.importing.packages import Packages
 from mrs_simulator.vehicles.importing.xacro_files import description_text
 
@@ -27,6 +29,7 @@ class Request(NamedTuple):
     controller: Optional[str]  # absolute path of a controller's YAML file
     controller_name: Optional[str]
     packages: Dict[str, str]  # absolute directories by package name
+    drive: Optional[str] = None  # that the description does not name
 
 
 def is_description(name):
@@ -43,6 +46,14 @@ def read_request(content, where, directory):
     packages = _mapping(section, "packages", (str,), "directories by package name")
     controller = section.text("controller") if section.has("controller") else None
     name = section.text("controller_name") if section.has("controller_name") else None
+    drive = section.text("drive", choices=DRIVES) if section.has("drive") else None
+    section.take("drive")
+    if drive is not None and controller is not None:
+        raise ScenarioError(
+            "{}: {}, and a controller is given, wanted one of them".format(
+                section.at("drive"), shown(drive)
+            )
+        )
     section.take("controller"), section.take("controller_name")
     section.done()
     if name is not None and controller is None:
@@ -59,6 +70,7 @@ def read_request(content, where, directory):
         None if controller is None else absolute(controller),
         name,
         {key: absolute(path) for key, path in packages.items()},
+        drive,
     )
 
 
@@ -84,9 +96,18 @@ def imported(request, given, where) -> Tuple[Dict[str, Any], Tuple[str, ...]]:
     absent = []
     text = description_text(request.urdf, request.arguments, packages, absent)
     description = read_description(text, request.urdf)
-    if request.controller is None:
-        facts = plugin_facts(description)
+    if request.drive in ASSEMBLED:
+        content, notes = ASSEMBLED[request.drive](description, packages, given, where)
     else:
-        facts = controller_facts(request.controller, request.controller_name)
-    content, notes = assembled(description, facts, packages, given, where)
-    return content, tuple(absent) + notes
+        facts = _facts(request, description)
+        content, notes = assembled(description, facts, packages, given, where)
+    return content, tuple(absent) + tuple(notes)
+
+
+def _facts(request, description):
+    """Return the ``DriveFacts`` of a differential drive, from whatever the request names."""
+    if request.drive is not None:
+        return differential_facts(description)
+    if request.controller is not None:
+        return controller_facts(request.controller, request.controller_name)
+    return plugin_facts(description)

@@ -22,29 +22,24 @@ def assembled(description, facts, packages, given, where):
     """Return the content of the kind and the notes, as ``imported`` does."""
     notes = list(facts.notes)
     wheels = find_wheels(description, facts, notes)
-    _note_held(description, wheels, notes)
+    note_held(description, wheels.lefts + wheels.rights, notes)
     frame = np.eye(4)
     frame[:3, 3] = wheels.centre
-    body = given.get("body")
-    outlined = isinstance(body, dict) and (
-        {"radius", "height"} <= body.keys() or set(BODY) <= body.keys()
-    )
-    sides = [_side(description, names, packages, notes) for names in (wheels.lefts, wheels.rights)]
+    outlined = is_outlined(given)
+    sides = [
+        side_of(description, names, packages, notes) for names in (wheels.lefts, wheels.rights)
+    ]
     driven = {name for side in sides for name in side.names}
     others = [name for name in description.links if name not in driven]
     base_mass, base = gather(description, others, frame, packages, notes, not outlined)
-    radius = _radius(description, facts, sides, notes)
+    radius = wheel_radius(description, facts, sides, notes)
     spacing = _spacing(facts, wheels, notes)
     track = _track(facts, wheels, spacing, notes)
-    placed = [shape for side in sides for shape in _in_base(side.part, side.frame, frame)]
-    if outlined:
-        outline = {}
-    else:
-        outline = _outline(base.collisions + tuple(placed), radius, wheels.track, description.where)
-        if isinstance(body, dict) and "radius" in body:
-            outline = {"height": outline["height"]}
-    base = base._replace(collisions=_above_ground(base.collisions, radius, notes))
-    base_mass, wheel_masses = _masses(description, base_mass, sides, radius, given, where, notes)
+    placed = [shape for side in sides for shape in in_base(side.part, side.frame, frame)]
+    shapes = base.collisions + tuple(placed)
+    outline = chosen_outline(given, shapes, radius, wheels.track, description.where)
+    base = base._replace(collisions=above_ground(base.collisions, radius, notes))
+    base_mass, wheel_masses = masses_of(description, base_mass, sides, radius, given, where, notes)
     every = [base_mass] + [
         mass._replace(centre=mass.centre + side.frame[:3, 3] - wheels.centre)
         for mass, side in zip(wheel_masses, sides)
@@ -69,7 +64,7 @@ def assembled(description, facts, packages, given, where):
     }
     optional = {
         "torque": facts.torque,
-        "friction": _friction(description, [names for side in sides for names in side.names]),
+        "friction": friction_of(description, [names for side in sides for names in side.names]),
     }
     content["wheels"].update({key: value for key, value in optional.items() if value is not None})
     if wheels.wheelbase:
@@ -81,8 +76,25 @@ def assembled(description, facts, packages, given, where):
     return content, tuple(notes)
 
 
-def _note_held(description, wheels, notes):
-    driven = set(wheels.lefts + wheels.rights)
+def is_outlined(given):
+    """Return whether the keys ``given`` hold a whole ``body``."""
+    body = given.get("body")
+    return isinstance(body, dict) and (
+        {"radius", "height"} <= body.keys() or set(BODY) <= body.keys()
+    )
+
+
+def chosen_outline(given, shapes, radius, track, where):
+    """Return the content of ``body`` that ``given`` lacks, of the collision ``shapes``."""
+    if is_outlined(given):
+        return {}
+    outline = outline_of(shapes, radius, track, where)
+    body = given.get("body")
+    return {"height": outline["height"]} if isinstance(body, dict) and "radius" in body else outline
+
+
+def note_held(description, driven, notes):
+    """Add to ``notes`` the joints that are held: all but those called ``driven``."""
     for joint in description.joints.values():
         if joint.type != "fixed" and joint.name not in driven:
             notes.append(
@@ -92,30 +104,31 @@ def _note_held(description, wheels, notes):
             )
 
 
-class _Side:
+class Side:
     """The driven wheel of one side, or the pair of them as one: links, frame, mass and shapes."""
 
     def __init__(self, names, frame, mass, part):
         self.names, self.frame, self.mass, self.part = names, frame, mass, part
 
 
-def _side(description, joints, packages, notes):
+def side_of(description, joints, packages, notes):
+    """Return the ``Side`` of the wheels on ``joints``, with all that they carry."""
     children = [description.joints[name].child for name in joints]
     frame = np.eye(4)
     frame[:3, 3] = np.mean([description.places[name][:3, 3] for name in children], axis=0)
     names = [link for name in joints for link in description.below(description.joints[name])]
     mass, part = gather(description, names, frame, packages, notes, needed=False)
-    return _Side(names, frame, mass, part)
+    return Side(names, frame, mass, part)
 
 
-def _in_base(part, frame, base):
+def in_base(part, frame, base):
     """Return the collision shapes of a wheel's ``part`` in the frame of the base; both level."""
     shift = np.eye(4)
     shift[:3, 3] = frame[:3, 3] - base[:3, 3]
     return [shape._replace(transform=shift @ shape.transform) for shape in part.collisions]
 
 
-def _radius(description, facts, sides, notes):
+def wheel_radius(description, facts, sides, notes):
     """Return the wheels' radius [m]: as the drive says, else that of their collision shapes."""
     drawn = [
         shape.size[0]
@@ -167,7 +180,7 @@ def _track(facts, wheels, spacing, notes):
     return track
 
 
-def _outline(shapes, radius, track, where):
+def outline_of(shapes, radius, track, where):
     """Return front, rear, width and height [m] of what the collision ``shapes`` and the wheels take."""
     if not shapes:
         raise ScenarioError(
@@ -181,7 +194,7 @@ def _outline(shapes, radius, track, where):
     return {key: round(float(value), 9) for key, value in zip(BODY, values)}
 
 
-def _above_ground(shapes, radius, notes):
+def above_ground(shapes, radius, notes):
     """Return ``shapes``, those lifted that reach a little below the wheels' lowest point."""
     result = []
     for shape in shapes:
@@ -202,7 +215,7 @@ def _above_ground(shapes, radius, notes):
     return tuple(result)
 
 
-def _masses(description, base, sides, radius, given, where, notes):
+def masses_of(description, base, sides, radius, given, where, notes):
     """Return the ``Mass`` of the base and those of the wheels, together the mass ``given`` if it is."""
     total = base.mass + sum(side.mass.mass for side in sides)
     wanted = total
@@ -215,7 +228,7 @@ def _masses(description, base, sides, radius, given, where, notes):
             )
         )
     if base.mass <= 0.0:
-        base = _block(wanted * (1.0 - 2.0 * WHEEL_SHARE), radius)
+        base = _block(wanted * (1.0 - len(sides) * WHEEL_SHARE), radius)
         notes.append(
             "{}: no link but the wheels has a mass: a block of {:g} kg stands for them".format(
                 description.where, base.mass
@@ -231,7 +244,7 @@ def _masses(description, base, sides, radius, given, where, notes):
                 )
             )
     parts = [base] + wheels
-    for part, name in zip(parts, (description.root, sides[0].names[0], sides[1].names[0])):
+    for part, name in zip(parts, [description.root] + [side.names[0] for side in sides]):
         if not part.inertia.diagonal().min() > 0.0:
             raise ScenarioError(
                 "{}: link {}: inertia 0 with {:g} kg, wanted above 0".format(
@@ -255,7 +268,7 @@ def _disc(mass, radius):
     return Mass(mass, np.zeros(3), mass * radius**2 * np.diag([0.25, 0.5, 0.25]))
 
 
-def _friction(description, wheel_links):
+def friction_of(description, wheel_links):
     """Return the wheels' least coefficient of friction [-] in <gazebo> tags, None if none is given."""
     found = []
     for element in description.xml.findall("gazebo"):
@@ -283,7 +296,7 @@ def _limits(description, facts, wheels, radius, track, given, where):
             accelerations[row] = facts.rim_acceleration * factor
     result = {}
     for axis, unit, top, acceleration in zip(AXES, UNITS, tops, accelerations):
-        if top is None and not _has_top(given, axis):
+        if top is None and not is_given(given, "limits", "firmware", axis, "max"):
             raise ScenarioError(
                 "{}: limits.firmware.{}.max: nothing given, and neither {} nor the wheel joints' "
                 "limit velocity tells it; wanted a number [{}]".format(
@@ -295,8 +308,9 @@ def _limits(description, facts, wheels, radius, track, given, where):
     return result
 
 
-def _has_top(given, axis):
-    for key in ("limits", "firmware", axis, "max"):
+def is_given(given, *path):
+    """Return whether the keys ``given`` hold something at ``path``."""
+    for key in path:
         given = given.get(key) if isinstance(given, dict) else None
     return given is not None
 

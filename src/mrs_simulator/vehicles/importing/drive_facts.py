@@ -60,7 +60,9 @@ def plugin_facts(description):
         named = ", ".join(tag.where.rpartition(": ")[2] for _, tag in found) or "none"
         raise ScenarioError(
             "{}: gazebo_ros drive plugins: {}; wanted one (lib{}.so or lib{}.so), or a "
-            "controller file".format(description.where, named, DIFFERENTIAL, SKID_STEER)
+            "controller's file, or import: {{drive: ...}}".format(
+                description.where, named, DIFFERENTIAL, SKID_STEER
+            )
         )
     kind, tag = found[0]
     acceleration, rate = _number(tag, ACCELERATION, low=0.0), _number(tag, RATE, low=0.0)

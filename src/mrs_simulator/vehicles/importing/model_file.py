@@ -11,9 +11,14 @@ import shutil
 import tempfile
 import xml.etree.ElementTree as ElementTree
 
+import numpy as np
+
+from mrs_simulator.vehicles.importing.chassis import Mass
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw
+from mrs_simulator.vehicles.importing.shapes import Part
 
 JOINTS = ("left_wheel_joint", "right_wheel_joint")
+HINGE = 0.1  # [-] of a steered wheel's mass that its hinge gets
 _directory = None  # of this process's models
 
 
@@ -49,12 +54,51 @@ def model_text(name, base, wheels, track, radius):
         link = _link(robot, link_name, mass, part._replace(collisions=()))
         geometry = ElementTree.SubElement(ElementTree.SubElement(link, "collision"), "geometry")
         ElementTree.SubElement(geometry, "sphere", radius=repr(radius))
-        joint = ElementTree.SubElement(robot, "joint", name=joint_name, type="continuous")
-        ElementTree.SubElement(joint, "origin", xyz=_spelled((0.0, side, 0.0)))
-        ElementTree.SubElement(joint, "parent", link="base_link")
-        ElementTree.SubElement(joint, "child", link=link_name)
-        ElementTree.SubElement(joint, "axis", xyz="0 1 0")
+        _joint(robot, link_name, "base_link", (0.0, side, 0.0), (0.0, 1.0, 0.0), joint_name)
     return ElementTree.tostring(robot, encoding="unicode")
+
+
+def pushed_text(name, base, wheels, radius):
+    """Return the URDF text of a robot on wheels that forces apart from the solver push.
+
+    ``base``: ``(Mass, Part)``; ``wheels``: name, place (3,) [m], axis (3,), whether it is steered, and
+    ``(Mass, Part)`` of each.  A steered wheel hangs from ``<name>_hinge_joint``, whose link has the share
+    ``HINGE`` of its mass; ``radius`` [m].
+    """
+    robot = ElementTree.Element("robot", name=name)
+    _link(robot, "base_link", *base)
+    for wheel, place, axis, steered, (mass, part) in wheels:
+        parent = "base_link"
+        if steered:
+            parent, own = (
+                wheel + "_hinge",
+                Mass(mass.mass * HINGE, np.zeros(3), mass.inertia * HINGE),
+            )
+            _link(robot, parent, own, Part((), ()))
+            _joint(robot, parent, "base_link", place, (0.0, 0.0, 1.0), parent + "_joint")
+            share = 1.0 - HINGE
+            mass = mass._replace(mass=mass.mass * share, inertia=mass.inertia * share)
+            place = np.zeros(3)
+        link = _link(robot, wheel, mass, part._replace(collisions=()))
+        geometry = ElementTree.SubElement(ElementTree.SubElement(link, "collision"), "geometry")
+        ElementTree.SubElement(geometry, "sphere", radius=repr(radius))
+        _joint(robot, wheel, parent, place, axis, wheel + "_joint")
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def rigid_text(name, base):
+    """Return the URDF text of a robot of one link, ``base``: ``(Mass, Part)``."""
+    robot = ElementTree.Element("robot", name=name)
+    _link(robot, "base_link", *base)
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _joint(robot, child, parent, place, axis, name):
+    joint = ElementTree.SubElement(robot, "joint", name=name, type="continuous")
+    ElementTree.SubElement(joint, "origin", xyz=_spelled(place))
+    ElementTree.SubElement(joint, "parent", link=parent)
+    ElementTree.SubElement(joint, "child", link=child)
+    ElementTree.SubElement(joint, "axis", xyz=_spelled(axis))
 
 
 def _link(robot, name, mass, part):

@@ -16,6 +16,7 @@ from ros_fixtures import PATIENCE, log_of, wait_until
 from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.study.report import main as report
+from mrs_simulator.study.report import read_run
 
 FAILS = """
 from mrs_simulator import PioneerControl, make_twist
@@ -260,6 +261,32 @@ def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
     assert record.wait(60) == 1
     assert json.loads((tmp_path / "verdict.json").read_text())["ended"] == "interrupted"
     assert (tmp_path / "trajectories.png").exists()
+
+
+def test_gains_and_edges_changed_while_recording_stand_in_the_run_with_their_times(ros, tmp_path):
+    paper = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
+    gains = dict(paper.control.parameters, k=0.02)
+    given = paper._replace(control=paper.control._replace(parameters=gains), duration=12.0)
+    (tmp_path / "given.yaml").write_text(given.to_yaml())
+    out, probe = tmp_path / "out", ros.probe()
+    ros.node("stage", "--scenario", tmp_path / "given.yaml", "_wait_for_recorders:=1", "_speed:=3")
+    # The recorder's own scenario has another gain, as after an edit of the file.
+    record = ros.node(
+        "record", "--scenario", scenario("paper_four").partition("=")[2], "--out", out
+    )
+    ros.node("pioneer_control", "--scenario", tmp_path / "given.yaml")
+    probe.wait_simulated(1.0)
+    code = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c'); "
+    ros.python(code + "Client('pioneer_control').update_configuration({'k': 0.05})")
+    probe.ask("call('/pioneer_control/set_topology', SetTopology, [1, 2, 3], [2, 3, 4], [], False)")
+    verdict = ros.judged(record, out)
+    run = read_run(str(out))
+    assert run.scenario.control.parameters["k"] == 0.02
+    changes = run.meta["changes"]
+    assert [change.key for change in changes] == ["control", "control", "topology"]
+    assert changes[0].value["parameters"]["k"] == 0.05
+    assert 0.5 < changes[0].time <= changes[1].time == changes[2].time < 12.0
+    assert any("k 0.02 -> 0.05 at" in text for text in verdict["warnings"]), verdict["warnings"]
 
 
 def test_messages_and_services_are_shown(ros):

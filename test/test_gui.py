@@ -11,6 +11,8 @@ import pytest
 from gui_fixtures import PROGRAM, ROOT
 from ros_fixtures import PATIENCE, free_port, log_of, wait_until
 
+from mrs_simulator.study.report import read_run
+
 
 def test_a_study_from_click_to_saved_figures(gui, tmp_path):
     gui(
@@ -324,6 +326,47 @@ until(lambda: gui.study.is_controlled() and gui.connection.newest("control").pro
 """,
         tmp_path / "three.yaml",
     )
+
+
+def test_a_run_is_kept_and_saved_as_it_ran_whatever_is_edited_since(gui, tmp_path):
+    laws = [tmp_path / "raise3.py", tmp_path / "exitlaw.py"]
+    for law in laws:
+        law.write_text(
+            "from mrs_simulator.control.laws.formation import Formation\n"
+            "class Own(Formation):\n    pass\n"
+        )
+    (tmp_path / "other.yaml").write_text(
+        "title: Other\nposes: [[0, 0, 0], [2, 0, 0], [4, 1, 0], [6, 2, 0]]\nfidelity: dynamic\n"
+        "control: {protocol: exitlaw.py:Own}\n"
+    )
+    gui(
+        """
+gui.protocol.protocol_chosen.emit(sys.argv[2] + ":Own")
+gui.bar.set_speed(5)
+click("simulate")
+click("control")
+until(lambda: gui.history.begun is not None and gui.history.time[-1] > gui.history.begun + 2.0)
+values = gui.study.edited.derived.values
+gui.protocol.parameters_changed.emit(dict(values, k=0.07))
+until(lambda: gui.study.files.ran(gui.history)[1].get("changes"))
+until(lambda: gui.history.time[-1] > gui.history.begun + 6.0)
+click("stop")
+until(lambda: not gui.study.is_controlled())
+gui.protocol.parameters_changed.emit(dict(values, k=0.5))
+gui.load(sys.argv[3])
+until(lambda: "is kept in" in gui.messages.toPlainText())
+""",
+        laws[0],
+        tmp_path / "other.yaml",
+    )
+    (directory,) = (tmp_path / "mrs_runs" / "unsaved").iterdir()
+    run = read_run(str(directory))
+    assert directory.name.startswith("4_robots_own") and run.scenario.title == "4 robots, Own"
+    assert "raise3.py" in run.scenario.control.protocol and run.scenario.n == 4
+    assert run.scenario.fidelity == "kinematic"
+    assert run.scenario.control.parameters["k"] not in (0.07, 0.5)
+    (change,) = run.meta["changes"]
+    assert change.value["parameters"]["k"] == 0.07 and 2.0 <= change.time < 6.0
 
 
 def test_the_gui_attaches_to_another_team_than_its_own(gui, ros):

@@ -13,6 +13,7 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.core.controller_log import Interruptions, failure
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.recording import Collision, read_run_csv
+from mrs_simulator.core.run_changes import obeyed_of
 from mrs_simulator.nodes.stage.world_topics import stamp_at
 from mrs_simulator.ros.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import inbox
@@ -21,7 +22,8 @@ from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun, how_ended, last_lines
 from mrs_simulator.study.estimation import UNKNOWN
 from mrs_simulator.study.experiment import Experiment, run_experiment
-from mrs_simulator.study.report import predicted_settling
+from mrs_simulator.study.report import predicted_settling, read_run
+from mrs_simulator.vehicles.portable import portable
 
 FAILED = failure(ValueError("no"))
 
@@ -519,7 +521,88 @@ def test_what_is_saved_can_be_given_up(tmp_path):
 def test_theory_starts_where_the_robots_of_the_run_stood():
     run = study("paper_four")
     first = wait_until(run.edited.take_prediction)[0]
-    run.edited.predict_from(run.scenario.poses)
+    begun = run.scenario.poses + [1.0, 2.0, 0.0] * np.arange(4)[:, np.newaxis]
+    run.edited.predict_run(run.scenario, begun)
+    assert wait_until(run.edited.take_run_prediction)[0].error[0] > first.error[0] + 0.5
     assert run.edited.take_prediction() is None
-    run.edited.predict_from(run.scenario.poses + [1.0, 2.0, 0.0] * np.arange(4)[:, np.newaxis])
-    assert wait_until(run.edited.take_prediction)[0].error[0] > first.error[0] + 0.5
+
+
+# What ran ----------------------------------------------------------------------------------------
+
+LAW = (
+    "from mrs_simulator.control.pioneer_control import PioneerControl\n"
+    "class Law(PioneerControl):\n"
+    "    def pointMassLaw(self, hand): return 0.0 * hand\n"
+)
+
+
+def saved(run, history, out):
+    """Return the run that is saved now of ``history``."""
+    run.files.save(history, str(out))
+    run.connection.asked[-1][2]()
+    return read_run(str(out))
+
+
+def test_a_run_is_kept_with_the_law_that_ran_whatever_is_loaded_since(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    run, history = study("paper_four"), commanded(History(), 4)
+    for name in ("raise3.py", "exitlaw.py"):
+        (tmp_path / name).write_text(LAW)
+    assert run.edited.set_protocol(str(tmp_path / "raise3.py") + ":Law") == ""
+    history.scenario = run.scenario
+    assert run.edited.set_protocol(str(tmp_path / "exitlaw.py") + ":Law") == ""
+    path = run.files.keep(history).rpartition(" ")[2]
+    assert "raise3.py" in read_run(path).scenario.control.protocol
+
+
+def test_gains_set_on_the_way_stand_in_a_saved_run_with_their_times_and_later_ones_do_not(tmp_path):
+    run, history = study("consensus", gain=0.2), commanded(History(), 9)
+    history.scenario = run.scenario
+
+    def obeyed(stamp, gain):
+        assert run.edited.set_parameters({"gain": gain}) == ""
+        history.obeyed.note(stamp, obeyed_of(run.scenario))
+
+    obeyed(-1.0, 0.3)
+    obeyed(5.0, 0.4)
+    obeyed(20.0, 0.6)
+    run.edited.set_parameters({"gain": 0.7})
+    found = saved(run, history, tmp_path)
+    assert found.scenario.control.parameters["gain"] == 0.3
+    (change,) = found.meta["changes"]
+    assert (change.time, change.value["parameters"]["gain"]) == (5.0, 0.4)
+
+
+def test_a_saved_run_is_of_the_stage_that_ran(tmp_path):
+    run, history = study("paper_four"), commanded(History(), 4)
+    staged = shipped("paper_four", fidelity="dynamic").changed(
+        robots=2, poses=[[0, 0, 0], [3, 0, 0]]
+    )
+    history.scenario, history.staged = run.scenario, portable(staged)[0].to_yaml()
+    found = saved(run, history, tmp_path).scenario
+    assert (found.fidelity, found.n, found.title) == ("dynamic", 2, "2 robots, formation")
+    assert run.files.suggested_name(history).startswith("2_robots_formation_")
+    assert "Four" in run.scenario.title or "four" in run.scenario.title
+
+
+def test_titles_tell_the_robots_that_ran(tmp_path):
+    run = study("paper_four")
+    run.edited.set_team(run.scenario.poses[:3], run.scenario.kinds[:3])
+    assert run.scenario.title.startswith("3 robots") and "3_robots" in run.files.suggested_name()
+    found = saved(run, commanded(History(), 4), tmp_path)  # of two real robots
+    assert (found.scenario.n, found.scenario.title[:8]) == (2, "2 robots")
+
+
+def test_what_cannot_have_run_is_said_and_the_run_is_saved(tmp_path):
+    run, history = study("paper_four"), commanded(History(), 4)
+    history.scenario, history.staged = run.scenario, "robots: none"
+    assert "what ran is not known" in saved(run, history, tmp_path).meta["warnings"][0]
+
+
+def test_another_run_begins_with_what_the_controller_obeys():
+    history = commanded(History(), 4)
+    history.scenario, history.staged = "edited", "staged"
+    history.obeyed.note(50.0, {"seed": 1})
+    history.clear()
+    assert (history.scenario, history.staged) == (None, None)
+    assert history.obeyed.during(0.0, 1.0) == ({"seed": 1}, [])

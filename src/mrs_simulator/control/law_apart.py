@@ -155,6 +155,11 @@ class Law:
         """Return the topology in force."""
         return self._state.topology
 
+    @property
+    def other_topology(self):
+        """Return the topology that was set in place of the scenario's, None where none was."""
+        return self._topology
+
     def begin(self, pose, meanwhile=None, begun=0.0):
         """Begin anew from ``pose`` (n, 3) at ``begun`` [s] of the scene; return theory's warnings."""
         return self._call("begin", pose, begun, meanwhile=meanwhile)

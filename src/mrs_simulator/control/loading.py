@@ -73,6 +73,14 @@ def located_protocol(name, beside=""):
     return ":".join(filter(None, (path, split_name(name)[1]))) if path else name
 
 
+def from_anywhere(scenario):
+    """Return ``scenario`` with a protocol's file beside it named so that it is found from anywhere."""
+    control = scenario.control
+    with contextlib.suppress(ProtocolError):  # a class given by the program, not by its name
+        control = control._replace(protocol=located_protocol(control.protocol, scenario.path))
+    return scenario._replace(control=control)
+
+
 def protocol_file(name, beside=""):
     """Return the absolute path of the file that the protocol ``name`` names, "" if it names none."""
     source, _ = split_name(name)

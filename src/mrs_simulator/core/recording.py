@@ -18,6 +18,7 @@ from mrs_simulator.core.neighbours import least_distance_over
 from mrs_simulator.core.number_rows import AT_ONCE, Lines
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.reading import read_json, reason, refuse_special, shown
+from mrs_simulator.core.run_changes import read_changes
 from mrs_simulator.core.run_columns import (
     COLUMNS,
     Columns,
@@ -46,6 +47,8 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "incidents": list,  # ``core.incidents.Incident``s
     "truth_unknown": bool,  # poses are those that the control estimated
     "scene_time": float,  # [s] at which the run began, of obstacles that had moved by then
+    "changes": list,  # ``core.run_changes.Change``s of what the controller obeyed
+    "unknown_law": str,  # the name of a law of which only a topic told
     "lockstep": bool,  # commands follow from the poses of the same sample
 }
 
@@ -320,6 +323,8 @@ def _read_facts(path):
             meta["deadlock"] = [(int(number), float(since)) for number, since in meta["deadlock"]]
         if "incidents" in meta:
             meta["incidents"] = list(map(_incident, meta["incidents"]))
+        if "changes" in meta:
+            meta["changes"] = read_changes(meta["changes"])
         unknown = [key for key in meta if key not in FACTS]
         wrong = [key for key in meta if key in FACTS and not isinstance(meta[key], FACTS[key])]
     except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:

@@ -134,7 +134,7 @@ class Scenario(NamedTuple):
             self.poses[:n] if n < self.n else extend_poses(self.poses, n, size=size, seed=self.seed)
         )
         kinds = (self.kinds + (self.kinds[-1],) * n)[:n]
-        title = _title(n, self.control.protocol)
+        title = title_of(n, self.control.protocol)
         return self._replace(
             title=title,
             poses=poses,
@@ -163,7 +163,7 @@ class Scenario(NamedTuple):
             return self
         kept = {key: value for key, value in self.control.parameters.items() if key == "l"}
         control = self.control._replace(protocol=protocol, parameters=kept)
-        return self._replace(title=_title(self.n, protocol), control=control)
+        return self._replace(title=title_of(self.n, protocol), control=control)
 
     def overridden(self, robots=None, protocol=None, **values):
         """Return this scenario as a command line changes it; None leaves what it says.
@@ -268,7 +268,7 @@ class Scenario(NamedTuple):
         return yaml.safe_dump(self.to_dict(), sort_keys=False, default_flow_style=None)
 
 
-def _title(n, protocol):
+def title_of(n, protocol):
     """Return a title for a scenario that is no longer the one that its author named."""
     name = protocol.rpartition(":")[2] if ":" in protocol else os.path.basename(protocol)
     return "{} robots, {}".format(n, name)

@@ -20,6 +20,7 @@ from mrs_simulator.core.incidents import ARM_END, SATURATED
 from mrs_simulator.core.pages import OF_FAILED, OF_NOT_JUDGED, named, words
 from mrs_simulator.core.reading import reason
 from mrs_simulator.core.recording import closest_approach, part_of
+from mrs_simulator.core.run_changes import changes_text
 from mrs_simulator.core.user_values import plain
 from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.core.writing import write_text
@@ -32,6 +33,7 @@ EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED}
 UNJUDGED_CODE = 3  # of programs that were told to require a verdict
 CELL = 13  # [-] letters of a number in the table for a terminal; a longer text stands after the outcome
 NO_PROTOCOL = "no protocol is known whose claims could be judged"
+UNKNOWN_LAW = NO_PROTOCOL + ": that the controller ran {} is known from a topic alone"
 NO_CLAIMS = "the protocol states no claims"
 NO_COMMANDS = "no robot was told to move: the controller did not run"
 NONE_APPLY = "none of the protocol's claims applies to this run"
@@ -114,7 +116,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
     checks += _checks(run, guards)
-    warnings = list(run.meta.get("warnings", []))
+    warnings = [*run.meta.get("warnings", []), *filter(None, [_changes(run)])]
     checks += _deadlock(run)
     checks.append(_collisions(run))
     checks += _incidents(run)
@@ -152,7 +154,8 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
 def _unjudged(run, claims, checks):
     """Return why nothing of the protocol's theory was tested, or ""."""
     if claims is None:
-        return NO_PROTOCOL
+        unknown = run.meta.get("unknown_law")
+        return UNKNOWN_LAW.format(unknown) if unknown else NO_PROTOCOL
     if run.meta.get("uncommanded"):
         return NO_COMMANDS
     if run.meta.get("degraded"):
@@ -165,7 +168,13 @@ def _unjudged(run, claims, checks):
         return NO_CLAIMS
     if any(check.passed is not None for check in told):
         return ""
-    return deadlock_text(run.meta.get("deadlock")) or NONE_APPLY
+    return deadlock_text(run.meta.get("deadlock")) or _changes(run) or NONE_APPLY
+
+
+def _changes(run):
+    """Return what was changed during ``run``, in words, or ""."""
+    known = run.scenario is not None
+    return changes_text(run.scenario, run.meta.get("changes", [])) if known else ""
 
 
 def outcome_of(verdict):

@@ -7,6 +7,7 @@ Commands have one column for each component of ``geometry_msgs/Twist`` in ``axes
 forward speed and turn rate are always there, any other component only where a robot obeys it.
 """
 
+import json
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -17,11 +18,13 @@ from mrs_simulator.core.incidents import Incident as RunIncident
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.load import Carried
 from mrs_simulator.core.recording import Collision as RunCollision
+from mrs_simulator.core.run_changes import OBEYED
 from mrs_simulator.core.run_columns import ARM, arm_axes
 from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.msg import (
     Camera,
     Collision,
+    ControlScenario,
     ControlStatus,
     Incident,
     RangeBearing,
@@ -32,8 +35,8 @@ from mrs_simulator.msg import (
     TeamState,
 )
 
-__all__ = ["Camera", "Collision", "ControlStatus", "Incident", "RangeBearing", "StageStatus"]
-__all__ += ["TeamCommand", "TeamOdometry", "TeamState"]
+__all__ = ["Camera", "Collision", "ControlScenario", "ControlStatus", "Incident"]
+__all__ += ["RangeBearing", "StageStatus", "TeamCommand", "TeamOdometry", "TeamState"]
 
 # Fields of commands by component of Twist.
 FIELDS = {
@@ -425,6 +428,27 @@ def read_control_status(message):
         targets=_targets(message),
         warnings=tuple(message.warnings),
     )
+
+
+def control_scenario(obeyed):
+    """Return the ``ControlScenario`` of ``obeyed``, plain values by the keys ``OBEYED`` of a scenario."""
+    return ControlScenario(obeyed=json.dumps(obeyed, default=float))
+
+
+def read_control_scenario(message):
+    """Return the stamp [s] of a ``ControlScenario`` and what is obeyed, plain values by keys.
+
+    Raises ``MessageError`` for anything else.
+    """
+    try:
+        obeyed = json.loads(message.obeyed)
+        unknown = set(obeyed).difference(OBEYED)
+    except (ValueError, TypeError, RecursionError) as error:
+        raise MessageError("obeyed: no JSON of a scenario's keys: {}".format(error)) from None
+    if unknown or not isinstance(obeyed, dict):
+        text = "obeyed: {:.60}, wanted a mapping of {}"
+        raise MessageError(text.format(repr(obeyed), ", ".join(OBEYED)))
+    return message.header.stamp.to_sec(), obeyed
 
 
 def _targets(message):

@@ -18,6 +18,7 @@ from mrs_simulator.core.missed_periods import MissedPeriods
 from mrs_simulator.core.moving import scene_facts, scene_time
 from mrs_simulator.core.reading import reason, refuse_special
 from mrs_simulator.core.recording import Run, RunError
+from mrs_simulator.core.run_changes import ControllerRecord, changed_by
 from mrs_simulator.core.scenario import (
     MOST_ROBOTS,
     ScenarioError,
@@ -26,12 +27,14 @@ from mrs_simulator.core.scenario import (
 from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.ros.messages import (
     read_collision,
+    read_control_scenario,
     read_incident,
     read_odometry,
     read_stage_status,
     read_state,
 )
 from mrs_simulator.study.estimation import UNKNOWN, held_at
+from mrs_simulator.study.ran import what_ran
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import told_team
 from mrs_simulator.vehicles.team import on_axes
@@ -44,7 +47,7 @@ JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 # What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
 LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
-TOLD = "/pioneer_control/estimates"
+TOLD, OBEYED = "/pioneer_control/estimates", "/pioneer_control/scenario"
 STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
 CONTROLLER = "/pioneer_control/status"
 
@@ -81,6 +84,7 @@ def read_bag(path, scenario=None):
             unknown = reader is _from_robots and COLLISIONS not in topics
             incidents = [read_incident(each) for _, each, _ in bag.read_messages([INCIDENTS])]
             degraded = _degraded(bag, topics, taken.time)
+            controller = _controller_in(bag)
     except ScenarioError as error:
         raise RunError("{}: cannot be read: {}".format(path, error)) from None
     except Exception as error:  # rosbag and genpy raise whatever a damaged file leads them to
@@ -94,9 +98,11 @@ def read_bag(path, scenario=None):
     if scenario is not None:  # a bag may have run on while the results were written
         late = slack / scenario.record_rate + 1e-6
         keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
+    meta = dict(_meta(taken.command[keep], unknown, degraded), **facts)
+    if scenario is not None:
+        scenario = _obeyed_in(path, scenario, controller, taken.time[keep], meta)
     start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
     kept = taken.kept(keep)
-    meta = dict(_meta(kept.command, unknown, degraded), **facts)
     if scenario is not None and reader is _from_states:
         meta.update(scene_facts(scenario.obstacles, scene_time(start)))
     incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
@@ -168,6 +174,27 @@ def _degraded(bag, topics, time):
             if time[0] <= stage.stamp <= time[-1]:
                 missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)
     return missed.text()
+
+
+def _controller_in(bag):
+    """Return the ``ControllerRecord`` of the bag."""
+    controller = ControllerRecord()
+    for _, message, _ in bag.read_messages([OBEYED]):
+        controller.note(*read_control_scenario(message))
+    return controller
+
+
+def _obeyed_in(path, scenario, controller, time, meta):
+    """Return ``scenario`` as the ``controller`` obeyed it; its changes go into ``meta``."""
+    obeyed, changes = controller.during(time[0], time[-1])
+    try:
+        ran, unknown = what_ran(scenario, obeyed=obeyed)
+        changed_by(ran, changes)
+    except ValueError as error:
+        raise RunError("{}: {}: {}".format(path, OBEYED, error)) from None
+    meta.update({"changes": changes} if changes else {})
+    meta.update({"unknown_law": unknown} if unknown else {})
+    return ran
 
 
 def _estimates_in(bag):

@@ -16,10 +16,12 @@ from mrs_simulator.control.laws.exactness import (
 )
 from mrs_simulator.control.laws.published import Resumed
 from mrs_simulator.control.laws.slipped_runs import slipped_run
+from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import Claim, Condition, without_theorem
 from mrs_simulator.core.pages import named
 from mrs_simulator.core.recording import part_of
+from mrs_simulator.core.run_changes import changed_by, changes_text
 from mrs_simulator.core.stability import stability_measures
 from mrs_simulator.core.user_values import claim_of, measures_of
 from mrs_simulator.core.verdict import FEWEST_SAMPLES, Late, Theory, judge
@@ -52,10 +54,13 @@ def judged(run, control=None, foretold=None):
     if control is None:
         foretold(None)
         return judge(run, guards=impossibilities(run)), None
-    run = run.in_space(control.dimension)
+    whole = run.in_space(control.dimension)
+    control, run, changed = _since_changes(control, whole)
     control.begin_scene(run.meta.get("scene_time", 0.0))
     faults, unpredicted, measures = [], [], {}
-    track = _track(control, run, unpredicted)
+    track = None if changed.ruled_out else _track(control, run, unpredicted)
+    if track is not None and run is not whole and not isinstance(track, dict):
+        track = {"time": run.time, "hand": track}
     if track is not None:
         foretold(track)
     acted = filter_acted(control, run)
@@ -63,8 +68,9 @@ def judged(run, control=None, foretold=None):
         _claims(control, run, faults) if acted is None else _unfiltered(control, run, acted, faults)
     )
     if track is None:
-        track = _end_of(run, claims)
+        track = None if changed.ruled_out else _end_of(run, claims)
         foretold(track)
+    theory = _joined(theory, changed)
     with _keeping(faults, "measures"):
         measures, wrong = measures_of(call(control.measures, run))
         faults += _faults("measures", wrong)
@@ -78,9 +84,40 @@ def judged(run, control=None, foretold=None):
     carried = _carried(control, run) or _unrecorded(run)
     if carried:
         theory = theory._replace(ruled_out=carried)
-    guards = safety_claims(control, run.hand[0]) + impossibilities(run)
-    verdict = judge(run, claims + faults, measures, guards, theory)
+    guards = safety_claims(control, whole.hand[0]) + impossibilities(whole)
+    verdict = judge(whole, claims + faults, measures, guards, theory)
     return verdict, track
+
+
+def _since_changes(control, run):
+    """Return ``(control, run, theory)`` of what is judged: the part after the last change on the way.
+
+    ``theory``: its ``rest`` and ``why``; or why no claim applies, where the law remembers what was before
+    or is another one, or too little is left.
+    """
+    changes = run.meta.get("changes")
+    if not changes or run.scenario is None:
+        return control, run, Theory()
+    scenario, text = changed_by(run.scenario, changes), changes_text(run.scenario, changes)
+    first = int(np.searchsorted(run.time - run.time[0], changes[-1].time - BESIDE))
+    begin = command_after(run.time, first, control.period)
+    same = scenario.control.protocol == run.scenario.control.protocol
+    known = same and control.MEMORYLESS and not control.links.faults
+    if not known or begin + FEWEST_SAMPLES > len(run.time):
+        return control, run, Theory(ruled_out=text)
+    rest = part_of(run, slice(begin, None))._replace(scenario=scenario)
+    why = "from {:.1f} s on; {}".format(rest.time[0] - run.time[0], text)
+    return make_control(scenario, type(control)), rest, Theory(rest=rest, why=why)
+
+
+def _joined(theory, changed):
+    """Return ``theory`` of the part of a run that ``changed`` has left to be judged."""
+    if changed.ruled_out:
+        return theory._replace(ruled_out=changed.ruled_out)
+    if changed.rest is None:
+        return theory
+    why = "; ".join(filter(None, (theory.why, changed.why)))
+    return theory._replace(rest=changed.rest if theory.rest is None else theory.rest, why=why)
 
 
 def _unrecorded(run):

@@ -10,9 +10,8 @@ import traceback
 
 from mrs_simulator.control.laws import HOMES
 from mrs_simulator.control.loading import (
-    ProtocolError,
+    from_anywhere,
     load_protocol,
-    located_protocol,
 )
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
@@ -70,14 +69,6 @@ def write_scenario(scenario, out):
     path = os.path.join(out, SCENARIO_FILE)
     write_text(path, from_anywhere(scenario).to_yaml())
     return path
-
-
-def from_anywhere(scenario):
-    """Return ``scenario`` with a protocol's file beside it named so that it is found from anywhere."""
-    control = scenario.control
-    with contextlib.suppress(ProtocolError):  # a class given by the program, not by its name
-        control = control._replace(protocol=located_protocol(control.protocol, scenario.path))
-    return scenario._replace(control=control)
 
 
 def write_report(run, out, formats=("png", "pdf"), control=None, look=None, apart=None):
@@ -201,10 +192,13 @@ def _runs_in(directory):
 def control_of(run):
     """Return the control whose claims judge ``run``, None where the scenario names none.
 
-    A scenario that came in a bag may have come from anybody: it names shipped protocols only.
+    A scenario that came in a bag may have come from anybody: it names shipped protocols only; nor is a law
+    of which only a topic told made from its name.
     """
     scenario = run.scenario
     if scenario is None or (not scenario.path and scenario.control.protocol not in HOMES):
+        return None
+    if run.meta.get("unknown_law"):
         return None
     return make_control(scenario, load_protocol(scenario.control.protocol, beside=scenario.path))
 

@@ -27,7 +27,7 @@ from mrs_simulator.nodes.control.guards import Guards, slower
 from mrs_simulator.nodes.control.motors import Motors
 from mrs_simulator.nodes.control.reconfigure import ParameterServer
 from mrs_simulator.nodes.control.requests import GOES_ON, Requests, how_to_start
-from mrs_simulator.nodes.control.status import ControlHealth, StatusPublisher
+from mrs_simulator.nodes.control.status import ControlHealth, ObeyedPublisher, StatusPublisher
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.nodes.stage.lockstep import lockstep_wanted
 from mrs_simulator.ros.clock_watch import ClockWatch
@@ -84,6 +84,7 @@ class ControlNode:
         usual = max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT
         self.law_limit = read(LAW_LIMIT, usual)
         apart = where_to_run(protocol, nursery)
+        self._obeyed = ObeyedPublisher(scenario._replace(control=control))
         self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = read(DRY_RUN)
         self.guards = Guards(self.law.numbers, saturation, self.dry_run, team_of(scenario).axes)
@@ -323,6 +324,7 @@ class ControlNode:
         if self._recovers and not self.guards.stopped:
             rospy.loginfo("pioneer_control: running (%s)", self.law.name)
         self.trouble = self.guards.text()
+        self._obeyed.note(self.law, job.now, job.begins)
         self._send(command, job.answered)
         self._latency = time.monotonic() - job.arrived
 

@@ -1,11 +1,18 @@
-"""The status and the diagnostics of a control node."""
+"""The status, the scenario in force and the diagnostics of a control node."""
 
 import time
 
 import rospy
 
+from mrs_simulator.control.loading import from_anywhere
+from mrs_simulator.core.run_changes import obeyed_of
 from mrs_simulator.ros.diagnostics import Rates, control_health, sensors_health, too_slow
-from mrs_simulator.ros.messages import ControlStatus, control_status
+from mrs_simulator.ros.messages import (
+    ControlScenario,
+    ControlStatus,
+    control_scenario,
+    control_status,
+)
 
 STATUS_PERIOD = 0.5  # [s] of wall time
 
@@ -66,3 +73,30 @@ class ControlHealth:
         wanted = {topic: rate for topic, rate, _, _ in told}
         slow = too_slow(heard, wanted, self._sensor_rates.window)
         return sensors_health(heard, [late] * bool(late) + slow)
+
+
+class ObeyedPublisher:
+    """Publishes ``~scenario``, latched: what the commands follow from, whenever that is something else.
+
+    What is set while robots stand is published with the first commands that follow from it.
+    """
+
+    def __init__(self, scenario):
+        """``scenario``: the control's, with its rate and saturation."""
+        self._scenario, self._last = from_anywhere(scenario), None
+        self._publisher = rospy.Publisher("~scenario", ControlScenario, queue_size=10, latch=True)
+
+    def note(self, law, now, begins):
+        """Take in that commands at ``now`` [s] followed from ``law``, which ``begins`` with them or not."""
+        obeyed = law.parameters, law.other_topology
+        if not begins and obeyed == self._last:
+            return
+        self._last = obeyed
+        parameters, topology = obeyed
+        control = self._scenario.control._replace(parameters=parameters)
+        told = self._scenario._replace(control=control)
+        if topology is not None:
+            told = told._replace(topology=topology)
+        message = control_scenario(obeyed_of(told))
+        message.header.stamp = rospy.Time(0, int(round(1e9 * now)))
+        self._publisher.publish(message)

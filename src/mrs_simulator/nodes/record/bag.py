@@ -13,6 +13,7 @@ STAGE = ("/clock", "/tf", "/tf_static")
 STAGE += tuple(
     "/stage/" + name for name in ("state", "status", "collisions", "incidents", "scenario")
 )
+OBEYED = "/pioneer_control/scenario"
 ESTIMATES = "/pioneer_control/estimates"
 PICTURES = ("", "_info", "_depth")  # what of a camera is recorded
 LOCAL = dict(RUN_ARGUMENTS, out="directory for run.bag")
@@ -41,7 +42,7 @@ def command_of(scenario, directory, more=()):
     topics += [ESTIMATES] if scenario.estimates is not None else []
     to = os.path.join(directory, "run.bag")
     given = ["rosrun", "rosbag", "record", "--tcpnodelay", "-O", to]
-    return [*given, *STAGE, *topics, *more]
+    return [*given, *STAGE, OBEYED, *topics, *more]
 
 
 def main():

@@ -10,11 +10,13 @@ import time
 import numpy as np
 import rospy
 
+from mrs_simulator.control.loading import from_anywhere
 from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core import recording
 from mrs_simulator.core.controller_log import Interruptions, deadlock_in
 from mrs_simulator.core.moving import scene_facts, scene_time
+from mrs_simulator.core.run_changes import ControllerRecord, changed_by, to_plain
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
@@ -24,11 +26,18 @@ from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.ros.diagnostics import OK, WARN, Diagnostics, Health, Rates
 from mrs_simulator.ros.last_words import print_last
 from mrs_simulator.ros.lifecycle import run, start_node
-from mrs_simulator.ros.messages import ControlStatus, read_control_status
+from mrs_simulator.ros.messages import (
+    ControlScenario,
+    ControlStatus,
+    MessageError,
+    read_control_scenario,
+    read_control_status,
+)
 from mrs_simulator.ros.node_parameters import SILENCE
 from mrs_simulator.ros.parameters import read
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.study.report import begin_run, write_report
+from mrs_simulator.study.ran import what_ran
+from mrs_simulator.study.report import begin_run, write_report, write_scenario
 
 NAP = 0.2  # [s] of wall time
 ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong
@@ -68,9 +77,20 @@ class RunRecorder:
         self._deadlock = ()  # by the controller's newest status
         self.samples, self._rates = 0, Rates()  # that were written
         self._diagnostics = Diagnostics(self._health)
-        self._subscriber = rospy.Subscriber(
-            "pioneer_control/status", ControlStatus, self._on_status, tcp_nodelay=True
-        )
+        self._obeyed = ControllerRecord()
+        self._subscribers = [
+            rospy.Subscriber(name, kind, handler, tcp_nodelay=True)
+            for name, kind, handler in (
+                ("pioneer_control/status", ControlStatus, self._on_status),
+                ("pioneer_control/scenario", ControlScenario, self._on_obeyed),
+            )
+        ]
+
+    def _on_obeyed(self, message):
+        try:
+            self._obeyed.note(*read_control_scenario(message))
+        except MessageError as error:
+            rospy.logerr("record: pioneer_control/scenario: %s", error)
 
     def _on_status(self, message):
         told = read_control_status(message)
@@ -135,11 +155,11 @@ class RunRecorder:
         if self.scenario.load is not None and sample.load is None:
             rospy.logerr_throttle(5.0, "record: the stage has no load, wanted the scenario's")
             return
-        team = self.control.team
-        points = team.point(sample.pose, sample.joints, self.control.l)[:, :2]
+        team, l = self.control.team, self._obeyed.hand_length(self.control.l)
+        points = team.point(sample.pose, sample.joints, l)[:, :2]
         more = sample.twist, sample.joints, sample.spatial
         if team.has_arms:
-            height = team.tools(sample.pose, sample.joints, self.control.l)[:, 2]
+            height = team.tools(sample.pose, sample.joints, l)[:, 2]
             spatial = upright(sample.pose[:, 2]) if sample.spatial is None else sample.spatial
             more = (*more[:2], spatial, spatial.z + height, sample.load)
         file, told = self._file, {"estimate": sample.estimate}
@@ -172,8 +192,9 @@ class RunRecorder:
         wall = time.monotonic() - self._wall_start
         collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
-        meta["warnings"] = self.control.team.notes
-        meta["warnings"] += call(self.control.warnings, self.scenario.starts)
+        meta["warnings"] = [*self.control.team.notes, *self._take_what_ran(meta)]
+        if self.control is not None:
+            meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
         meta["warnings"] += self._file.warnings() + missing
         if self.scenario.estimates is not None:
@@ -190,6 +211,24 @@ class RunRecorder:
         recording.write_facts(self._file.path, collisions, meta)
         run = recording.read_run_csv(self._file.path, self.scenario)
         return write_report(run, self.out, control=self.control)
+
+    def _take_what_ran(self, meta):
+        """Take up what the controller obeyed, in place of the scenario given; return warnings."""
+        obeyed, changes = self._obeyed.during(self._start, self._start + self.elapsed)
+        before = self.scenario
+        try:
+            ran, unknown = what_ran(before, obeyed=obeyed)
+            changed_by(ran, changes)
+        except ValueError as error:
+            return ["pioneer_control/scenario is left out: {}".format(error)]
+        meta.update({"changes": to_plain(changes)} if changes else {})
+        meta.update({"unknown_law": unknown} if unknown else {})
+        if ran is not before:
+            same = ran.control.protocol == from_anywhere(before).control.protocol
+            law = type(self.control) if same else None
+            self.scenario, self.control = ran, None if unknown else make_control(ran, law)
+            write_scenario(ran, self.out)
+        return []
 
 
 def _tell(text):

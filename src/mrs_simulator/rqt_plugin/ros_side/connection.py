@@ -33,7 +33,7 @@ class RosConnection:
         )
         self.is_fresh, self.begin_run = self._inbox.is_fresh, self._inbox.begin_run
         self.take_incidents = self._inbox.take_incidents
-        self.take_estimates = self._inbox.take_estimates
+        self.take_estimates, self.take_obeyed = self._inbox.take_estimates, self._inbox.take_obeyed
         self.take_collisions, self.controller = self._inbox.take_collisions, self._inbox.controller
         self.watch_sensors = self._sensors.watch
         self.watch_diagnostics = self._diagnostics.watch

@@ -1,5 +1,6 @@
 """What stage and controller said last; callbacks of rospy put it in, the GUI's timers take it out."""
 
+import contextlib
 import threading
 import time
 from collections import deque
@@ -11,6 +12,7 @@ from mrs_simulator.ros.messages import (
     MessageError,
     is_commanded,
     read_collision,
+    read_control_scenario,
     read_control_status,
     read_incident,
     read_odometry,
@@ -35,7 +37,7 @@ class Inbox:
         self._samples = deque(maxlen=MOST_WAITING)
         self._collisions = deque(maxlen=MOST_COLLISIONS)
         self._incidents = deque(maxlen=MOST_COLLISIONS)
-        self._estimates = deque(maxlen=MOST_WAITING)
+        self._estimates, self._obeyed = deque(maxlen=MOST_WAITING), deque(maxlen=MOST_WAITING)
         self._told = None, False, (), None  # the last snapshot, after what it was made of
         self.controller = Interruptions()
 
@@ -76,6 +78,10 @@ class Inbox:
     def keep_estimates(self, message):
         """Keep the poses that a controller has estimated."""
         self._estimates.append(message)
+
+    def keep_obeyed(self, message):
+        """Keep what a controller obeys."""
+        self._obeyed.append(message)
 
     def begin_run(self):
         """Count what is heard from now on as another run."""
@@ -138,6 +144,14 @@ class Inbox:
                 taken.append(read_incident(self._incidents.popleft()))
             except MessageError:  # of another version
                 continue
+        return taken
+
+    def take_obeyed(self):
+        """Return what controllers obeyed since the last call, ``(stamp [s], {key: value})`` of each."""
+        taken = []
+        while self._obeyed:
+            with contextlib.suppress(MessageError):  # of another version
+                taken.append(read_control_scenario(self._obeyed.popleft()))
         return taken
 
     def take_estimates(self):

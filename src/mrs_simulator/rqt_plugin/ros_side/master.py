@@ -9,6 +9,7 @@ from std_msgs.msg import Bool, String
 
 from mrs_simulator.ros.messages import (
     Collision,
+    ControlScenario,
     ControlStatus,
     Incident,
     StageStatus,
@@ -81,6 +82,9 @@ class MasterWatch:
                 "stage/collisions", Collision, self._inbox.keep_collision
             ),
             "incidents": rospy.Subscriber("stage/incidents", Incident, self._inbox.keep_incident),
+            "obeyed": rospy.Subscriber(
+                "pioneer_control/scenario", ControlScenario, self._inbox.keep_obeyed
+            ),
             "estimates": rospy.Subscriber(
                 "pioneer_control/estimates",
                 TeamOdometry,

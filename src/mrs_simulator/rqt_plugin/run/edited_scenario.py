@@ -1,5 +1,6 @@
 """The scenario under the user's hands, and what its law says of it; without Qt."""
 
+import functools
 import os
 
 import numpy as np
@@ -9,6 +10,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.core.obstacle_reading import checked_obstacles
 from mrs_simulator.core.parameters import checked_values
+from mrs_simulator.core.scenario import title_of
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.study.law_process import LawProcess
@@ -16,7 +18,6 @@ from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.checks import refuse_in_obstacles
 
-SAME_PLACE = 1e-3  # [m, rad] within which a robot starts where the scenario has it
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed
 
@@ -33,7 +34,9 @@ class EditedScenario:
         # for, one for what takes longer, of shipped laws too.
         self.laws, self._background = LawProcess(), LawProcess(LONGEST_PREDICTION)
         self._prediction = DebouncedWorker(PREDICTION_REST)
+        self._run_prediction = DebouncedWorker(PREDICTION_REST)
         self.take_prediction = self._prediction.take
+        self.take_run_prediction = self._run_prediction.take
 
     def take(self, scenario):
         """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
@@ -45,11 +48,16 @@ class EditedScenario:
         """Compute the prediction for ``scenario`` in the background, for ``take_prediction``."""
         self._prediction.ask(lambda: self._background.ask("prediction", scenario))
 
-    def predict_from(self, poses):
-        """Predict the run that has begun at ``poses`` (n, 3), if these are not the scenario's own."""
-        known = len(poses) == self.scenario.n and np.isfinite(poses).all()
-        if known and not np.allclose(poses, self.scenario.poses, atol=SAME_PLACE):
-            self.predict(self.scenario._replace(poses=poses.copy()))
+    def predict_run(self, scenario, poses):
+        """Compute the prediction of a run from ``poses`` (n, 3), for ``take_run_prediction``.
+
+        ``scenario``: None where it is not known what runs: then there is none.
+        """
+        work = None
+        if scenario is not None and len(poses) == scenario.n and np.isfinite(poses).all():
+            begun = scenario._replace(poses=poses.copy())
+            work = functools.partial(self._background.ask, "prediction", begun)
+        self._run_prediction.ask(work)
 
     def try_out(self, scenario):
         """Take up ``scenario``; return what is wrong with it, or ""."""
@@ -65,11 +73,13 @@ class EditedScenario:
         if topology is not None and topology.n != len(poses):
             edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
             topology = Topology(len(poses), edges, topology.directed)
-        return self.try_out(
-            self.scenario._replace(
-                poses=poses, kinds=tuple(kinds), altitude=altitude, topology=topology
-            )
+        scenario = self.scenario._replace(
+            poses=poses, kinds=tuple(kinds), altitude=altitude, topology=topology
         )
+        if len(poses) != self.scenario.n:
+            title = title_of(len(poses), scenario.control.protocol)
+            scenario = scenario._replace(title=title)
+        return self.try_out(scenario)
 
     def set_obstacles(self, obstacles):
         """Take other obstacles of the scenario's own; return what is wrong with them, or ""."""
@@ -137,18 +147,20 @@ class EditedScenario:
         """Return whether the protocol is not a shipped one."""
         return self.scenario.control.protocol not in HOMES
 
-    def error_function(self):
+    def error_function(self, scenario=None):
         """Return a function of poses (m, n, 3) that gives the largest target error (m,), or None.
 
-        That of a user's law may take long, and is for a thread of its own.
+        ``scenario``: whose targets, by default the edited one's.  That of a user's law may take long, and
+        is for a thread of its own.
         """
-        if self.derived.targets is None:
+        if scenario is None and self.derived.targets is None:
             return None
-        scenario = self.scenario
+        scenario = self.scenario if scenario is None else scenario
         return lambda pose: self._background.ask("errors", scenario, pose)
 
     def close(self):
         """End the laws' processes."""
         self._prediction.ask(None)
+        self._run_prediction.ask(None)
         self.laws.close()
         self._background.close()

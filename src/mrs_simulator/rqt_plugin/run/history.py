@@ -8,6 +8,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.load import Carried
+from mrs_simulator.core.run_changes import ControllerRecord
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
 from mrs_simulator.study.estimation import SAME
@@ -46,12 +47,16 @@ class History:
     def __init__(self):
         self.before_clearing = lambda: None  # called while what is forgotten is still there
         self._filled, self._told = 0, EstimateLog()
+        self.obeyed = ControllerRecord()  # by the controllers of this run
         self.clear()
 
     def clear(self):
         """Forget everything."""
         if self._filled:
             self.before_clearing()
+        # What was edited and what the stage published when the run began: later edits are of other runs.
+        self.scenario, self.staged = None, None
+        self.obeyed.begin_run()
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
         self.axes, self._in_space, self._arm_joints = UNICYCLE_AXES, False, 0

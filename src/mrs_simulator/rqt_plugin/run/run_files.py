@@ -7,9 +7,12 @@ import threading
 import time
 
 from mrs_simulator.core.moving import scene_facts, scene_time
+from mrs_simulator.core.run_changes import changed_by, to_plain
+from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.study.estimation import UNKNOWN
+from mrs_simulator.study.ran import what_ran
 from mrs_simulator.study.report import VERDICT_FILE
 
 CANCELLED = "cancelled; what was written is in {}"
@@ -21,7 +24,7 @@ MOST_KEPT = 20  # [-] of them
 
 
 class RunFiles:
-    """Saves runs of the edited scenario, in the background."""
+    """Saves runs, each with the scenario that ran, in the background."""
 
     def __init__(self, connection, processes, edited, missed):
         """``edited``: the ``EditedScenario``; ``missed``: the ``MissedPeriods`` of the run."""
@@ -35,12 +38,10 @@ class RunFiles:
         """Return where results are suggested to go."""
         return os.path.join(os.path.expanduser("~"), "mrs_runs")
 
-    def suggested_name(self):
-        """Return a name of the run: its title and the time."""
-        title = re.sub(r"[^a-z0-9]+", "_", (self._edited.scenario.title or "run").lower()).strip(
-            "_"
-        )
-        return "{}_{}".format(title[:40], time.strftime("%Y%m%d_%H%M%S"))
+    def suggested_name(self, history=None):
+        """Return a name: the title of the run in ``history``, None for the next one, and the time."""
+        scenario = self._edited.scenario if history is None else self.ran(history)[0]
+        return _named(scenario)
 
     def save(self, history, directory):
         """Write ``run.csv``, scenario, figures and verdict to ``directory``, in the background."""
@@ -97,8 +98,9 @@ class RunFiles:
     def _to_keep(self, history):
         """Return a function that writes the data of an unsaved run and returns a message."""
         folder = os.path.join(self.results_directory(), KEPT)
-        directory = os.path.join(folder, self.suggested_name())
-        write = self._writing(history, directory)
+        ran = self.ran(history)
+        directory = os.path.join(folder, _named(ran[0]))
+        write = self._writing(history, directory, ran)
         return lambda: self._kept(write, folder, directory)
 
     @staticmethod
@@ -113,16 +115,45 @@ class RunFiles:
             return Trouble("the run before was not saved, and is lost: {}".format(error))
         return "the run before was not saved; its data is kept in {}".format(path)
 
-    def _writing(self, history, directory):
+    def ran(self, history):
+        """Return the scenario that the run in ``history`` began with, and facts of it for ``run.json``.
+
+        A law, a gain or a team that were edited since are not part of it.
+        """
+        scenario = self._edited.scenario if history.scenario is None else history.scenario
+        obeyed, changes, staged = None, [], None
+        if history.begun is not None:
+            origin = self._origin(history)
+            obeyed, changes = history.obeyed.during(
+                origin + history.begun, origin + history.time[-1]
+            )
+        try:
+            if history.staged is not None:
+                staged = scenario_from_yaml(history.staged, "stage/scenario")
+            ran, unknown = what_ran(scenario, staged, obeyed)
+            changed_by(ran, changes)
+        except ValueError as error:
+            return scenario, {"warnings": ["what ran is not known: {}".format(error)]}
+        facts = {"changes": to_plain(changes), "unknown_law": unknown}
+        return ran, {key: value for key, value in facts.items() if value}
+
+    def _origin(self, history):
+        """Return the ROS time [s] of zero in ``history``: of real robots alone it is another."""
+        alone = history.real.issuperset(history.numbers)
+        return self._connection.first_stamp() if alone else 0.0
+
+    def _writing(self, history, directory, ran=None):
         """Return a function that writes a run's data, and returns its path; from any thread.
 
-        It calls ``tell``, if given, with the share that is written, after each hundredth.
+        It calls ``tell``, if given, with the share that is written, after each hundredth.  ``ran``: what
+        :meth:`ran` returned, if it is known.
         """
         # The run begins with the first command, as it does for the recorder.
         run, lost = estimated(history.frozen(history.first_row()))
-        scenario = self._edited.scenario
+        scenario, facts = self.ran(history) if ran is None else ran
         numbers, when = run.numbers, run.time
-        meta = self._told(when[0], when[-1], history.real.issuperset(numbers))
+        meta = self._told(when[0], when[-1], history)
+        meta.update(facts, warnings=meta["warnings"] + facts.get("warnings", []))
         incidents = [
             i._replace(time=i.time - when[0]) for i in history.incidents if i.time >= when[0]
         ]
@@ -139,14 +170,18 @@ class RunFiles:
             meta.update(scene_facts(scenario.obstacles, scene_time(when[0])))
         return lambda tell=lambda share: None: write_run(run, scenario, directory, meta, tell)
 
-    def _told(self, begin, end, real):
-        """Return what is known of a run from ``begin`` to ``end`` [s], of robots that are all ``real``."""
-        controller, origin = (
-            self._connection.controller,
-            self._connection.first_stamp() if real else 0.0,
-        )
+    def _told(self, begin, end, history):
+        """Return what is known of the run in ``history`` from ``begin`` to ``end`` [s]."""
+        controller, origin = self._connection.controller, self._origin(history)
+        real = history.real.issuperset(history.numbers)
         meta = {"warnings": controller.warnings(origin + begin, origin + end)}
         ended = controller.ended(origin + begin)
         meta.update({"ended": ended} if ended else {})
         # Nobody tells of real robots' collisions.
         return dict(meta, collisions_unknown=True) if real else meta
+
+
+def _named(scenario):
+    """Return a directory's name: the scenario's title and the time."""
+    title = re.sub(r"[^a-z0-9]+", "_", (scenario.title or "run").lower()).strip("_")
+    return "{}_{}".format(title[:40], time.strftime("%Y%m%d_%H%M%S"))

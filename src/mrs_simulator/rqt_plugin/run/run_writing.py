@@ -29,10 +29,11 @@ def write_run(run, scenario, directory, meta, tell):
     """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
     when, heights, axes, load = run.time, run.spatial, run.axes, run.load
     truth = run.estimate if meta.get("truth_unknown") else run.pose
+    scenario = _for_robots(scenario, run.numbers)
     scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=truth[0])
     if heights is not None:
         scenario = scenario._replace(altitude=heights.z[0])
-    team = team_of(scenario._replace(kinds=_kinds_of(scenario, run.numbers)))
+    team = team_of(scenario)
     columns = team.record_columns
     kept = columns.spatial and (heights is not None or team.has_arms)
     estimated = run.estimate is not None
@@ -59,11 +60,13 @@ def write_run(run, scenario, directory, meta, tell):
     return file.path
 
 
-def _kinds_of(scenario, numbers):
-    """Return the kinds of the robots ``numbers`` of ``scenario``."""
-    kinds = scenario.kinds
-    return (
-        kinds
-        if len(kinds) == len(numbers)
-        else tuple(kinds[min(n, len(kinds)) - 1] for n in numbers)
-    )
+def _for_robots(scenario, numbers):
+    """Return ``scenario`` for the robots ``numbers``, under a title that tells how many there are."""
+    n, kinds = len(numbers), scenario.kinds
+    if n == scenario.n:
+        return scenario
+    try:
+        scenario = scenario.with_robots(n)
+    except ValueError:  # edges of robots that were not there
+        scenario = scenario._replace(topology=None).with_robots(n)
+    return scenario._replace(kinds=tuple(kinds[min(i, len(kinds)) - 1] for i in numbers))

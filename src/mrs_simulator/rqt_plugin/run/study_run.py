@@ -12,7 +12,7 @@ from mrs_simulator.rqt_plugin.run.stage_run import StageRun
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 
-RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/status|/robot[0-9]+/.*"
+RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/(status|scenario)|/robot[0-9]+/.*"
 LONGEST_OUTPUT = 500  # [characters] that are shown of a program that failed
 
 

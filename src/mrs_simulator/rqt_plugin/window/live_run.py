@@ -1,7 +1,12 @@
 """Shows the run as it goes on: robots, samples, collisions, pictures, and what the controller tells."""
 
+import math
 import time
 
+import numpy as np
+
+from mrs_simulator.control.laws import HOMES
+from mrs_simulator.core.run_changes import changed_by, read_changes
 from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.study.law_answers import Prediction
@@ -20,7 +25,7 @@ class LiveRun:
         self._last_control = None
         self._told_trouble = ""  # by the controller
         self._put_aside = ()  # warnings of the controller's that somebody has read
-        self._predicted_from = None  # [s], the beginning of the run that theory was asked about
+        self._of_run, self._until = False, math.inf  # whether theory is of the run; [s] until when
 
     def put_away(self):
         """Put away what is shown of a run: the team beside it is another one now."""
@@ -58,28 +63,76 @@ class LiveRun:
             else:
                 self._history.append(snapshot)
         self._history.take_estimates(self._connection.take_estimates())
-        self._predict_from_start()
+        obeyed = self._connection.take_obeyed()
+        for told in obeyed:
+            self._history.obeyed.note(*told)
+        self._follow_run(bool(obeyed))
 
     # Theory --------------------------------------------------------------------------------------
 
-    def _predict_from_start(self):
-        """Let theory begin where the robots of a run that has begun really stood."""
-        begun = self._history.begun
-        if begun is not None and begun != self._predicted_from:
-            self._study.edited.predict_from(self._history.pose[self._history.first_row()])
-        self._predicted_from = begun
+    def show_theory(self):
+        """Show beside the curves the theory of the edited scenario, unless a run has begun.
+
+        Whatever is edited after its begin is no matter of a run until a controller obeys it.
+        """
+        if not self._of_run:
+            edited = self._study.edited
+            self._panels.curves.set_error(edited.error_function(), background=edited.is_users_law)
+            self._panels.curves.set_prediction(None, None)  # that of what was
+
+    def _follow_run(self, is_changed):
+        """Show theory of a run that has begun, from where its robots really stood, and of no other.
+
+        ``is_changed``: whether a controller obeys something else.
+        """
+        history, study = self._history, self._study
+        if history.begun is None:
+            if self._of_run:
+                self._of_run = False
+                self.show_theory()
+                study.edited.predict_run(None, ())
+                study.edited.predict(study.scenario)
+            return
+        begins = history.scenario is None
+        if begins:
+            staged = self._connection.newest("scenario")
+            history.scenario = study.scenario
+            history.staged = None if staged is None else staged.data
+        if begins or is_changed:
+            self._of_run = True
+            self._show_theory_of_run()
+
+    def _show_theory_of_run(self):
+        """Compare the error with the places that are wanted now, theory until the first change."""
+        history, edited = self._history, self._study.edited
+        ran, facts = self._study.files.ran(history)
+        changes = read_changes(facts.get("changes", []))
+        now, known = changed_by(ran, changes), "unknown_law" not in facts
+        foreign = now.control.protocol not in HOMES
+        self._until = changes[0].time if changes else math.inf
+        self._panels.curves.set_error(edited.error_function(now) if known else None, foreign)
+        edited.predict_run(ran if known else None, history.pose[history.first_row()])
 
     def show_prediction(self):
         """Show theory's error and settling time once they are there."""
         found = self._study.edited.take_prediction()
-        if found is None:
-            return
-        when, predicted, settling = found[0] or Prediction(None, None, "")
-        self._panels.topology.set_settling(settling)
-        if found[1] is None:
-            self._panels.curves.set_prediction(when, predicted)
-        else:
+        if found is not None:
+            answer = self._answer(found)
+            self._panels.topology.set_settling(answer.settling)
+            if not self._of_run:
+                self._panels.curves.set_prediction(answer.time, answer.error)
+        found = self._study.edited.take_run_prediction()
+        if found is not None and self._of_run:
+            when, error, _ = self._answer(found)
+            rows = None if when is None else np.asarray(when) <= self._until
+            shown = (None, None) if rows is None else (when[rows], error[rows])
+            self._panels.curves.set_prediction(*shown)
+
+    def _answer(self, found):
+        """Return the ``Prediction`` found, an empty one where none was, which is said."""
+        if found[1] is not None:
             self._panels.say(Trouble("no prediction: {}".format(reason(found[1]))))
+        return found[0] or Prediction(None, None, "")
 
     # Controller ----------------------------------------------------------------------------------
 

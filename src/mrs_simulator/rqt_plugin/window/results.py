@@ -28,7 +28,8 @@ class Results:
         """Ask for the directory to save to."""
         if not self._nothing_to_save():
             start = os.path.join(
-                self._study.files.results_directory(), self._study.files.suggested_name()
+                self._study.files.results_directory(),
+                self._study.files.suggested_name(self._history),
             )
             self._files.ask(TITLE, start, "", self.save, saves=True)
 

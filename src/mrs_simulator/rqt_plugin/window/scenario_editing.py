@@ -81,9 +81,7 @@ class ScenarioEditing:
         panels.map.show_topology(edges, directed)
         if not connection.is_fresh("control"):  # which says where it wants them
             panels.map.show_targets(None if connection.is_fresh("state") else derived.targets)
-        background = self._study.edited.is_users_law
-        panels.curves.set_error(self._study.edited.error_function(), background=background)
-        panels.curves.set_prediction(None, None)  # that of what was
+        self._live.show_theory()
 
     # Team ----------------------------------------------------------------------------------------
 

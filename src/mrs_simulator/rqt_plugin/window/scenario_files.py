@@ -2,11 +2,11 @@
 
 import os
 
+from mrs_simulator.control.loading import from_anywhere
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.study.report import from_anywhere
 from mrs_simulator.study.shipped import shipped_scenarios
 
 SCENARIOS = "Scenarios (*.yaml *.yml)"

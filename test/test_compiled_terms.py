@@ -1,6 +1,9 @@
 """Terms over edges in compiled loops: numpy's results, from the same functions."""
 
+import os
+import subprocess
 import sys
+import types
 
 import numpy as np
 import pytest
@@ -12,7 +15,7 @@ from mrs_simulator.control.laws import (
 )
 from mrs_simulator.control.laws import formations_equations as formations
 from mrs_simulator.control.laws import gathering_equations as gathering
-from mrs_simulator.core import compiled_terms, edge_terms
+from mrs_simulator.core import compiled_terms, compiling, edge_terms
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.core.edge_terms import apart, inner, unit
 from mrs_simulator.core.graphs import Topology
@@ -148,6 +151,65 @@ def test_constants_of_every_kind_are_part_of_what_is_kept():
         assert compiled_terms.digest(by_module) != before
     finally:
         flocking_equations.EPSILON = kept
+
+
+NESTED = """
+def twice(value):
+    return 2.0 * value
+
+def term(apart, shape=("a", "b")):
+    share = lambda value: {} * twice(value)
+    return share(sum([SCALE * each for each in (1.0, 2.0)])) * apart * (shape[0] in {{"a", "b", "c"}})
+"""
+
+
+def nested(constant=1.0, scale=2.0):
+    space = {"SCALE": scale}
+    exec(NESTED.format(constant), space)
+    return space["term"]
+
+
+def test_lambdas_and_comprehensions_are_known_by_what_they_compute():
+    known = [compiled_terms.digest(nested(*each)) for each in ((), (3.0,), (1.0, 5.0))]
+    assert len(set(known)) == 3 and known[0] == compiled_terms.digest(nested())
+    program = "import test_compiled_terms as t; print(t.compiled_terms.digest(t.nested()), end='')"
+    for seed in ("1", "2"):  # of the order of sets
+        path = os.pathsep.join([os.path.dirname(os.path.abspath(__file__)), *sys.path])
+        environment = dict(os.environ, PYTHONHASHSEED=seed, PYTHONPATH=path)
+        said = subprocess.run(
+            [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, timeout=60
+        )
+        assert said.stdout.decode() == known[0]
+    kept = []
+    linked = compiled_terms.linked(nested(), lambda function: kept.append(function) or function)
+    assert [each.__name__ for each in kept] == ["twice", "term"]  # what a lambda calls, too
+    assert linked(1.0) == nested()(1.0) == 12.0
+
+
+def test_what_was_used_longest_ago_is_removed(tmp_path):
+    def compiled(name):
+        stats = types.SimpleNamespace(cache_path=str(tmp_path))
+        return types.SimpleNamespace(stats=stats, __name__=name)
+
+    names = ["of_edges_term_{:012x}".format(i) for i in range(5)]
+    for age, name in enumerate(names):
+        for ending in ("nbi", "1.nbc", "2.nbc"):
+            path = tmp_path / "compiled_terms.{}-112.py311.{}".format(name, ending)
+            path.write_text("")
+            os.utime(str(path), (1e9 + age, 1e9 + age))
+    for other in ("world.carry-7.py311.nbi", "world.cpython-311.pyc"):
+        (tmp_path / other).write_text("")
+    compiling.bound_kept(compiled(names[0]), 5)
+    assert len(list(tmp_path.iterdir())) == 17
+    compiling.bound_kept(compiled(names[1]), 3)  # the first and the second were used after the rest
+    left = {path.name.partition("-")[0] for path in tmp_path.iterdir()}
+    assert left == {"compiled_terms." + names[i] for i in (0, 1, 4)} | {
+        "world.carry",
+        "world.cpython",
+    }
+    compiling.bound_kept(compiled("new"), 0)
+    assert len(list(tmp_path.iterdir())) == 2
+    compiling.bound_kept(lambda: None)  # of what is not kept
 
 
 def test_the_environment_asks_for_them(monkeypatch):

@@ -3,16 +3,17 @@
 Results are those of ``edge_terms`` to the bit, but for two things: cosines, exponentials and powers are
 the C library's, whose last bits differ from numpy's, and a linear term is summed as differences, edge by
 edge.  Either is within 1e-12 of the largest value.  What was compiled is kept on disk, under a name that
-holds what the term is made of.
+holds what the term is made of; of too many the one used longest ago goes.
 """
 
 import functools
 import hashlib
+import itertools
 import types
 
 import numpy as np
 
-from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.compiling import bound_kept, jit
 
 
 def edge_sum(term, arcs, values, *given):
@@ -51,7 +52,9 @@ def kernel(term, loops, compile_, compile_kept):
     scope = dict(loops.__globals__, term=linked(term, compile_), **helpers)
     function = types.FunctionType(loops.__code__, scope, name)
     function.__qualname__ = name
-    return compile_kept(function)
+    compiled = compile_kept(function)
+    bound_kept(compiled)
+    return compiled
 
 
 def flow_law(term):
@@ -73,15 +76,38 @@ def linked(function, compile_):
 
 def digest(function):
     """Return a name for what ``function`` computes: of its code, its constants and its helpers'."""
-    code = function.__code__
-    found = {name: function.__globals__.get(name) for name in code.co_names}
+    code, names = function.__code__, _names(function.__code__)
+    found = {name: function.__globals__.get(name) for name in names}
     cells = zip(code.co_freevars, function.__closure__ or ())
     found.update((name, cell.cell_contents) for name, cell in cells)
-    constants = [(name, _constant(value, code.co_names)) for name, value in sorted(found.items())]
-    own = code.co_code, code.co_consts, code.co_names, function.__defaults__
+    constants = [(name, _constant(value, names)) for name, value in sorted(found.items())]
+    own = _code(code), _constant(function.__defaults__ or (), names)
     parts = [repr((*own, [each for each in constants if each[1]]))]
     parts += [digest(helper) for _, helper in sorted(_helpers(function).items())]
     return hashlib.sha256("".join(parts).encode()).hexdigest()[:12]
+
+
+def _code(code):
+    """Return what ``code`` is made of, that of lambdas and comprehensions in it included."""
+    constants = [_code(c) if isinstance(c, types.CodeType) else _literal(c) for c in code.co_consts]
+    return code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars
+
+
+def _literal(value):
+    """Return a literal of a function in words that are the same in every process, of sets too."""
+    if isinstance(value, (tuple, frozenset)):
+        each = map(_literal, value)
+        return [
+            type(value).__name__,
+            *(sorted(each, key=repr) if isinstance(value, frozenset) else each),
+        ]
+    return type(value).__name__, repr(value)
+
+
+def _names(code):
+    """Return the names that ``code`` looks up, those of lambdas and comprehensions in it included."""
+    inner = [_names(each) for each in code.co_consts if isinstance(each, types.CodeType)]
+    return tuple(dict.fromkeys(itertools.chain(code.co_names, *inner)))
 
 
 def _constant(value, names):
@@ -103,7 +129,7 @@ def _constant(value, names):
 
 
 def _helpers(function):
-    found = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+    found = {name: function.__globals__.get(name) for name in _names(function.__code__)}
     return {name: each for name, each in found.items() if isinstance(each, types.FunctionType)}
 
 

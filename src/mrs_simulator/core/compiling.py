@@ -1,9 +1,16 @@
 """Compilation by numba, an optional package, where ``MRS_SIMULATOR_COMPILED=1`` asks for it."""
 
+import contextlib
 import os
+import re
 
 VARIABLE = "MRS_SIMULATOR_COMPILED"
 PREAMBLE = ("Failed in nopython mode", "Resolution failure")  # before numba comes to the point
+
+
+# Files of what is kept under a name that ends with a digest: an index, and machine code by its count.
+KEPT_FILE = re.compile(r"(.+_[0-9a-f]{12}-\w+\.py\w+?)(?:\.\d+)?\.nb[ic]$")
+MOST_KEPT = 256  # [-] kernels that a directory keeps
 
 
 def is_wanted():
@@ -47,3 +54,28 @@ def jit(cache=False, **options):
             return compile_(function)
 
     return kept
+
+
+def bound_kept(compiled, most=MOST_KEPT):
+    """Keep no more than ``most`` kernels with those beside ``compiled``; it is used now, the oldest go.
+
+    Another process that reads one of them meanwhile compiles it again.
+    """
+    directory = getattr(getattr(compiled, "stats", None), "cache_path", None)
+    if directory is None or not os.path.isdir(directory):
+        return
+    files, used = {}, {}
+    own = ".{}-".format(compiled.__name__)
+    for entry in os.scandir(directory):
+        found = KEPT_FILE.match(entry.name)
+        if found:
+            with contextlib.suppress(OSError):
+                if own in entry.name:
+                    os.utime(entry.path)
+                last = entry.stat().st_mtime if own not in entry.name else float("inf")
+                files.setdefault(found.group(1), []).append(entry.path)
+                used[found.group(1)] = max(last, used.get(found.group(1), 0.0))
+    for kernel in sorted(used, key=used.get)[: max(0, len(used) - most)]:
+        for path in files[kernel]:
+            with contextlib.suppress(OSError):
+                os.remove(path)

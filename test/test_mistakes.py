@@ -12,6 +12,7 @@ import pytest
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.control.loading import ProtocolError, load_protocol
+from mrs_simulator.control.making import make_control
 from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.reading import ScenarioError
@@ -23,8 +24,10 @@ from mrs_simulator.study.command import main as experiment
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.report import main as report
 from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.study.simulating import simulate
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+LAW = "    def pointMassLaw(self, hand):\n        return -hand\n"
 HEAD = "from mrs_simulator import Parameter, PioneerControl, make_twist\n"
 
 
@@ -261,3 +264,41 @@ def test_a_law_of_a_wrong_shape_is_told_in_one_line_with_its_page(tmp_path, capf
     said = capfd.readouterr().err
     text = "experiment: pointMassLaw returned shape (2,), wanted (2, 2): a velocity for each robot"
     assert said == text + " (see docs/troubleshooting.md#protocols)\n"
+
+
+@pytest.mark.parametrize(
+    "init, said",
+    [
+        ("(self):\n        self.q = 1", r"Law.__init__ raised TypeError: .*'numbers'"),
+        ("(self, *a, **k):\n        self.q = 1", r"Law.__init__ does not begin with super\(\)"),
+        (
+            "(self, *a, **k):\n        super().__init__(*a, **k)\n        self.q = 1 / 0",
+            "my_law.py, line 5: Law.__init__ raised ZeroDivisionError: division by zero; wanted",
+        ),
+        (
+            "(self, *a, **k):\n        self.q",
+            "my_law.py, line 4: Law.__init__ raised AttributeError",
+        ),
+    ],
+)
+def test_an_init_that_does_not_fit_is_told_in_one_line(tmp_path, capsys, init, said):
+    law = protocol_of(tmp_path, "class Law(PioneerControl):\n    def __init__" + init + "\n" + LAW)
+    path = tmp_path / "s.yaml"
+    path.write_text("poses: [[0, 0, 0]]\nduration: 0.1\n")
+    with pytest.raises(SystemExit) as ended:
+        experiment([str(path), "--protocol", law, "--out", str(tmp_path / "out")])
+    told = capsys.readouterr().err
+    assert ended.value.code == 2 and told.count("\n") == 1 and re.search(said, told)
+
+
+def test_an_init_that_fits_is_taken(tmp_path):
+    init = "(self, *a, **k):\n        super().__init__(*a, **k)\n        self.q = 1\n"
+    law = protocol_of(tmp_path, "class Law(PioneerControl):\n    def __init__" + init + LAW)
+    scenario = scenario_from_dict({"poses": [[0, 0, 0]]})
+    assert make_control(scenario, load_protocol(law)).q == 1
+
+
+@pytest.mark.parametrize("given", [dict, 3.0, "law", len])
+def test_what_is_no_protocol_is_named(given):
+    with pytest.raises(ProtocolError, match="protocol|wanted a subclass of PioneerControl"):
+        simulate("paper_four", protocol=given, duration=0.1)

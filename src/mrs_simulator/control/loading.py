@@ -37,6 +37,12 @@ def _marked():
         _loading -= 1
 
 
+OWN_INIT = (
+    "start() for what a law remembers, or an __init__(self, *args, **kwargs) that begins with "
+)
+OWN_INIT += "super().__init__(*args, **kwargs)"
+
+
 class ProtocolError(ValueError):
     """A protocol that cannot be had; the message names it and says why."""
 
@@ -105,6 +111,9 @@ def choose_protocol(scenario, protocol=None):
     if protocol is None:
         protocol = load_protocol(scenario.control.protocol, beside=scenario.path)
         return _with_hand_length(scenario, protocol), protocol
+    if not isinstance(protocol, type) or not issubclass(protocol, PioneerControl):
+        text = "protocol {}: wanted a subclass of PioneerControl, or the name of one"
+        raise ProtocolError(text.format(getattr(protocol, "__name__", type(protocol).__name__)))
     named = scenario.control.protocol
     same = named in HOMES and protocol is shipped(named)
     if not same and named.rpartition(":")[2] != protocol.__name__:
@@ -193,6 +202,23 @@ def _put_back(aside, directory, before):
             _helpers.add(root)
     loaded = {name.partition(".")[0] for name in sys.modules}
     sys.modules.update({k: v for k, v in aside.items() if k.partition(".")[0] not in loaded})
+
+
+def refused_init(protocol, error):
+    """Return the ``ProtocolError`` for an ``error`` that left the ``__init__`` of a user's ``protocol``."""
+    try:
+        path = inspect.getfile(protocol)
+    except (OSError, TypeError):  # typed in by hand
+        path = ""
+    text = "{}{}.__init__ raised {}; wanted {}"
+    return ProtocolError(
+        text.format(_place(error, path), protocol.__name__, named(error), OWN_INIT)
+    )
+
+
+def has_own_init(protocol):
+    """Return whether the ``protocol`` has an ``__init__`` that users wrote."""
+    return not protocol.__init__.__module__.startswith(__package__.partition(".")[0] + ".")
 
 
 def _place(error, path):

@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from mrs_simulator.control.loading import ProtocolError, choose_protocol
+from mrs_simulator.control.loading import (
+    OWN_INIT,
+    ProtocolError,
+    choose_protocol,
+    has_own_init,
+    refused_init,
+)
 from mrs_simulator.control.safety_bounds import Surroundings
 from mrs_simulator.control.user_code import UserCodeError, call
 from mrs_simulator.core.maps import obstacles_of
@@ -22,7 +28,7 @@ def make_control(scenario, protocol=None):
     try:
         construction = _construction(scenario, protocol)
         check_sensors(protocol, scenario, construction["team"])
-        control = call(protocol, **construction)
+        control = _made(protocol, construction)
         control._keep(_environment=scenario.environment)
         control.know(obstacles_of(scenario))
         if hasattr(control, "carry"):
@@ -34,6 +40,22 @@ def make_control(scenario, protocol=None):
         if not scenario.path:
             raise
         raise ProtocolError("{}: {}".format(scenario.path, error)) from error
+
+
+def _made(protocol, construction):
+    """Return the control by ``protocol``; ``ProtocolError`` for a user's ``__init__`` that does not fit."""
+    if not has_own_init(protocol):
+        return call(protocol, **construction)
+    try:
+        control = call(protocol, **construction)
+    except (ValueError, UserCodeError):
+        raise
+    except Exception as error:
+        raise refused_init(protocol, error) from error
+    if "team" not in vars(control):
+        text = "{}.__init__ does not begin with super().__init__; wanted {}"
+        raise ProtocolError(text.format(protocol.__name__, OWN_INIT))
+    return control
 
 
 def check_sensors(protocol, scenario, team):

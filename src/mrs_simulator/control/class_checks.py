@@ -13,6 +13,7 @@ OWN = {
     "joints": "the drives' inner joints, such as steering angles",
     "limits": "the limits of each command axis",
     "saturation": "how the limits on speeds are kept to",
+    "deadband": "up to which commands are sent as zero",
     "safety": "the robots' radii, which the safety filter keeps apart",
     "obstacles": "what stands in the scene",
     "readings": "the robots' sensors",

@@ -91,6 +91,8 @@ def _construction(scenario, protocol):
     safety = scenario.control.safety
     # A class with a constructor of its own need not know of it.
     more = {"surroundings": _surroundings(scenario)} if isinstance(safety, Safety) else {}
+    if scenario.control.deadband:
+        more["deadband"] = scenario.control.deadband
     return dict(
         numbers=range(1, scenario.n + 1),
         topology=scenario.topology,

@@ -33,6 +33,7 @@ from mrs_simulator.control.velocities import (
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.guards import stilled
 from mrs_simulator.core.kinematics import NO_LIMITS, greatest, point_mass_from_unicycle
 from mrs_simulator.core.links import NO_FAULTS
 from mrs_simulator.core.pages import explained_by
@@ -103,6 +104,7 @@ class PioneerControl:
         seed=0,
         team=None,
         surroundings=None,
+        deadband=0.0,
     ):
         """``numbers``: the robots' numbers; ``team``: their ``vehicles.Team``, whose limits are kept to
         by ``saturation``; without it robots of the default kind with ``limits``.
@@ -111,7 +113,7 @@ class PioneerControl:
         ``safety`` [m]: radii of the robots, (n,) or one for all, that the safety filter keeps apart, 0
         for no filter; ``surroundings``: :class:`Surroundings` that it keeps them from too, or None.
         ``links``: faults of the edges, drawn from ``seed``; then each robot runs the law by itself,
-        on what reached it.
+        on what reached it.  ``deadband`` [m/s, rad/s]: a command without a larger component is zero.
 
         Raises ``ValueError`` that names an unknown or impossible parameter.
         """
@@ -124,6 +126,7 @@ class PioneerControl:
         numbers = tuple(numbers)
         team = Team((DEFAULT_KIND,) * len(numbers), limits) if team is None else team
         self._keep(numbers=numbers, saturation=saturation, period=period, fidelity=fidelity)
+        self._keep(deadband=deadband)
         self._keep(_environment=CALM, safety=safety, _is_filtered=bool(np.any(safety)))
         surroundings = Surroundings() if surroundings is None else surroundings
         asked = tuple(dict.fromkeys((*self.SENSORS, *surroundings.sensed)))
@@ -279,6 +282,8 @@ class PioneerControl:
         command = self._limited_commands(pose)
         if self._is_filtered:
             command = self._safe(command, pose)
+        if self.deadband:
+            command = stilled(command, self.deadband)
         if self._has_joints:
             self._keep(_given=command)
         return command
@@ -328,7 +333,8 @@ class PioneerControl:
         """Return whether ``pointMassLaw`` and limits alone decide on commands."""
         loop = ("commands", "wanted_commands", "saturated", "calculateControlLaw", "neighbourLaw")
         replaced = any(getattr(type(self), n) is not getattr(PioneerControl, n) for n in loop)
-        return not (replaced or self._network or self._is_filtered or self.SENSORS)
+        acts = self._network or self._is_filtered or self.SENSORS or self.deadband
+        return not (replaced or acts)
 
     @property
     def dimension(self):

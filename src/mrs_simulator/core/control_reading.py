@@ -18,6 +18,7 @@ class Control(NamedTuple):
     parameters: Dict[str, Any] = {}
     saturation: str = "robot"
     safety: Union[bool, Safety] = False
+    deadband: float = 0.0  # [m/s, rad/s] up to which commands are sent as zero
     dimension: Optional[int] = None  # of the controlled points, None: the least of the protocol's
 
     def with_robots(self, n):
@@ -30,6 +31,8 @@ class Control(NamedTuple):
         plain = {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
         if self.dimension is None:
             del plain["dimension"]
+        if not self.deadband:
+            del plain["deadband"]
         return plain
 
     @property
@@ -59,6 +62,7 @@ def read_control(top, n):
         parameters=parameters,
         saturation=section.text("saturation", "robot", SATURATIONS),
         safety=read_safety(section, n),
+        deadband=section.number("deadband", 0.0, low=0.0),
         dimension=section.whole("dimension", low=2, high=3) if section.has("dimension") else None,
     )
     section.take("dimension")

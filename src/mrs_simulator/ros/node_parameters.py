@@ -328,10 +328,11 @@ MOTORS_STATE = NodeParameter(
 DEADBAND = NodeParameter(
     "deadband",
     NUMBER,
-    0.0,
+    None,
     "a command of which no component is larger is sent as zero, for drivers that ignore small changes "
     "([p2os](robots.md#p2os-instead-of-rosaria))",
     "m/s, rad/s",
+    "the scenario's `control.deadband`",
     low=0.0,
 )
 LAW_LIMIT = NodeParameter(
@@ -436,12 +437,13 @@ NODES = {
         GEOFENCE,
         V_MAX,
         OMEGA_MAX,
+        DEADBAND,
         *POSES,
         SENSOR_TOPIC,
         SENSOR_TIMEOUT,
         REAL,
     ),
-    "record": (SILENCE, *POSES, CMD_VEL_TOPIC, SENSOR_TOPIC, V_MAX, OMEGA_MAX),
+    "record": (SILENCE, *POSES, CMD_VEL_TOPIC, SENSOR_TOPIC, V_MAX, OMEGA_MAX, DEADBAND),
     "markers": (HAND_LENGTH,),
     "camera": (PICTURES,),
 }

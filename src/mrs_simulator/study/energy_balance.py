@@ -21,9 +21,9 @@ def balance_of(control, energy, run):
 
     Where the law is published theory gives the energy's change under each held command: the published
     velocities u, held for ``Tc``, take it from ``V(p)`` to ``V(p + Tc u)``, which is ``Tc grad V^T u`` and
-    the terms of higher order.  Each sample begins anew where the robots are; where one is at a limit the
-    change is what it was, since theory is of unlimited inputs.  Allowed is what it takes to go elsewhere
-    than the recorded commands say: on the arcs of held commands, late, or slipping.
+    the terms of higher order.  Each sample begins anew where the robots are; where one is at a limit, or
+    in the dead band, the change is what it was, since theory is of unlimited inputs.  Allowed is what it
+    takes to go elsewhere than the recorded commands say: on the arcs of held commands, late, or slipping.
 
     Without a published law, or where that is too long to compute, the dissipation along the measured
     path is added up; what robots make of their commands is allowed besides, as above.
@@ -43,6 +43,8 @@ def balance_of(control, energy, run):
     exactly = control.fidelity == "point_mass"
     after = _held(law, energy, states, control.period, exactly)
     limited = _limited(control, run)[rows]
+    if control.deadband and law.SEES == "now":
+        limited = limited | states.give(_stilled(law, run.hand[0]))
     free = ~(limited[:-1] | limited[1:])
     if commands.max() > 1:  # commands between two samples may be at a limit that neither shows
         free = free & np.append(True, free[:-1]) & np.append(free[1:], True)
@@ -142,6 +144,17 @@ def _limited(control, run):
     if control.saturation == "none" and control.fidelity == "point_mass":
         return np.zeros(len(run.time), dtype=bool)
     return at_limit(control, run).any(axis=1)  # robots keep their limits whatever they are told
+
+
+def _stilled(law, start):
+    """Return the function of states that tells, (k,) bool, where a dead band holds a robot still."""
+    begun = law.begin(start)
+
+    def found(hand, velocity, time):
+        wanted = law.velocities(hand, time, begun).any(axis=2)
+        return (wanted & ~velocity.any(axis=2)).any(axis=1)
+
+    return found
 
 
 def samples_on_commands(control, run):

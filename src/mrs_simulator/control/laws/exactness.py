@@ -45,6 +45,8 @@ def exactness_claims(control, run, exact, followed=None):
     every = 1 < len(rows) == len(run.time) and _commands_between(control, run, 0, 1) == 1
     by_one = law.SEES != "past" and not control.links.faults
     told = by_one or (every and law.SEES != "pose")
+    if control.deadband:  # what it swallows of velocities no later command tells
+        told, exact = told and law.SEES in ("now", "pose"), None
     if are_stated(control.team) and not run.meta.get("lockstep"):
         claims.append(_late_commands(control, law, run))
     elif are_stated(control.team) and len(rows) > 1 and told:

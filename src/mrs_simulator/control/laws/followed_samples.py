@@ -36,6 +36,8 @@ def followed_samples(law, robots, run, period):
     count = _commands_between(run.time - run.time[0], period)
     if count is None or law.SEES != "now" or not law.keeps_close(period) or not robots.stacks:
         return None
+    if robots.deadband:  # at whose edge differences grow
+        return None
     off, parts = 0.0, []
     for rows in blocks(len(run.time), len(run.robots)):
         parts.append(_followed(law, robots, run, rows, period, count))

@@ -10,6 +10,7 @@ from mrs_simulator.control.laws.common import below, commands_by
 from mrs_simulator.control.laws.energies import disagreement_energy
 from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.control.laws.published import Averaging, weights_of
+from mrs_simulator.control.laws.published_arms import robots_of
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.graphs import Topology, arcs_of
@@ -133,14 +134,32 @@ class Formation(PioneerControl):
 
     def energy(self, start):
         """Return the energy of what robots are off each other's places, None where some drift apart."""
-        law = self.published()
-        heard = law.weights.sum(axis=1)
-        laplacian = np.diag(heard) - law.weights
-        laplacian[heard > 0.0] /= heard[heard > 0.0, np.newaxis]
+        law, laplacian = self.published(), self._laplacian()
         tree = int(np.sum(np.abs(np.linalg.eigvals(laplacian)) < ZERO)) == 1
         return (
             disagreement_energy(laplacian, law.gain, law.places) if tree and self.k > 0.0 else None
         )
+
+    def _laplacian(self):
+        """Return ``D^-1 L``, (n, n), with rows of zeros for robots without neighbours."""
+        weights = self.published().weights
+        heard = weights.sum(axis=1)
+        laplacian = np.diag(heard) - weights
+        laplacian[heard > 0.0] /= heard[heard > 0.0, np.newaxis]
+        return laplacian
+
+    def _left_by_deadband(self):
+        """Return how far [m] a dead band may leave any two robots, and consecutive ones, off the line.
+
+        Robots rest where ``kappa D^-1 L (alpha - d)`` is a velocity that the dead band swallows.
+        """
+        n = len(self.numbers)
+        if not self.deadband or n < 2 or n > MOST_ROBOTS or self.k <= 0.0:
+            return 0.0, 0.0
+        most = robots_of(self).sizes(np.full((n, len(self.team.axes)), self.deadband))
+        places = np.linalg.pinv(self._laplacian()) * most / self.gain
+        between = np.abs(places[:, np.newaxis] - places).sum(axis=2)
+        return float(between.max()), float(np.diagonal(between, 1).max())
 
     def claims(self, start):
         """Return what theory predicts of a run from hand points ``start`` (n, d)."""
@@ -150,18 +169,18 @@ class Formation(PioneerControl):
                     "spanning tree", False, "some robots hear of no common one", necessary=True
                 )
             ]
-        tolerance = TOLERANCES[self.fidelity]
+        tolerance, (apart, gap) = TOLERANCES[self.fidelity], self._left_by_deadband()
         claims = [
             Claim(
                 "y spread [m]",
                 0.0,
-                tolerance.spread,
+                tolerance.spread + apart,
                 lambda run: formation.y_spread(run.hand[-1]),
             )
         ]
         if len(self.numbers) > 1:
             claims.insert(
-                0, Claim("final gap, the worst [m]", self.c, tolerance.gap, self._worst_gap)
+                0, Claim("final gap, the worst [m]", self.c, tolerance.gap + gap, self._worst_gap)
             )
         steps = formation.predicted_settling(start, self._offsets, self._closure, self.k, SETTLED)
         if steps is not None:
@@ -183,7 +202,7 @@ class Formation(PioneerControl):
             Claim(
                 "distance from final place [m]",
                 0.0,
-                tolerance.place,
+                tolerance.place + apart,
                 lambda run: float(np.linalg.norm(run.hand[-1] - place, axis=1).max()),
                 free=self.closure != "chain",
             )

@@ -229,7 +229,9 @@ class ArmedRobots(Robots):
 def robots_of(control, frozen=False):
     """Return the ``Robots`` of ``control``'s team; ``frozen``: point masses, whose headings stay."""
     made = ArmedRobots if control.team.has_arms else Robots
-    return made(control.team, control.l, control.period, control.saturation, frozen)
+    robots = made(control.team, control.l, control.period, control.saturation, frozen)
+    robots.deadband = control.deadband
+    return robots
 
 
 def _speeds(kind):

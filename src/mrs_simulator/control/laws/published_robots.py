@@ -21,6 +21,7 @@ class Robots:
         self.parts = [(g, STATED[g.drive](g, l, period)) for g in team.groups]
         self._climb = team.axes.index("linear.z") if team.dimension == 3 else None
         self.is_ramped = any(part.is_ramped for _, part in self.parts)
+        self.deadband = 0.0  # [m/s, rad/s] up to which commands are sent as zero
         self.drift = np.zeros(team.n, dtype=complex)  # [m/s] by which a current carries them
         self.limited_now = np.zeros(team.n, dtype=bool)  # at a limit under the last ``limited``
 
@@ -92,16 +93,19 @@ class Robots:
         return self._values(lambda g, part: part.sizes(g.of(command)))
 
     def limited(self, command, scope=None):
-        """Return ``command`` (n, a) as saturation leaves it; by ``scope``, or that of the team."""
+        """Return ``command`` (n, a) as saturation, by ``scope`` or the team's, and dead band leave it."""
         scope = scope or self.scope
         factor = self._factors(command)
         self.limited_now = (factor >= AT_LIMIT) | self._full()
-        if scope == "none":
-            return command
-        factor = np.maximum(factor, 1.0)
-        if scope == "team":
-            factor[:] = factor.max(axis=-1, keepdims=True)
-        return self._slowed(command, factor)
+        if scope != "none":
+            factor = np.maximum(factor, 1.0)
+            if scope == "team":
+                factor[:] = factor.max(axis=-1, keepdims=True)
+            command = self._slowed(command, factor)
+        if self.deadband:
+            moves = (np.abs(command) > self.deadband).any(axis=-1)
+            command = np.where(moves[..., np.newaxis], command, 0.0)
+        return command
 
     def _factors(self, command):
         """Return by which factor each ``command`` (n, a) is beyond a limit, (n,)."""

@@ -51,7 +51,12 @@ def top_speeds(n):
 
 
 def slower(scenario):
-    """Return ``scenario`` with its limits lowered to the highest speeds, so that the law knows them."""
+    """Return ``scenario`` as the parameters have it, so that the law and its claims know them.
+
+    Its limits are lowered to the highest speeds, and its dead band is that of ``~deadband``.
+    """
+    deadband = read(DEADBAND, scenario.control.deadband)
+    scenario = scenario._replace(control=scenario.control._replace(deadband=deadband))
     speeds = top_speeds(scenario.n)
     if speeds == (math.inf, math.inf):
         return scenario
@@ -74,10 +79,10 @@ def patience(n, parameter):
 class Guards(Violations):
     """Lets commands pass: slowed, and zero for robots that broke a bound."""
 
-    def __init__(self, numbers, scope, dry_run=False, axes=UNICYCLE_AXES):
+    def __init__(self, numbers, scope, dry_run=False, axes=UNICYCLE_AXES, deadband=0.0):
         """``numbers``: the robots' numbers; ``scope`` of the scaling; in a dry run nobody moves.
 
-        ``axes``: the columns of commands.
+        ``axes``: the columns of commands; ``deadband`` [m/s, rad/s] without a parameter.
         """
         super().__init__(
             numbers,
@@ -86,7 +91,7 @@ class Guards(Violations):
         )
         n = len(self.numbers)
         self._speeds, self._scope = speed_limits(n), scope
-        self._deadband = read(DEADBAND)
+        self._deadband = read(DEADBAND, deadband)
         self._patience = np.full(n, math.inf) if dry_run else patience(n, STUCK_TIME)
         never = np.full(n, math.inf)
         self._frozen_time = never if dry_run else patience(n, FROZEN_TIME)

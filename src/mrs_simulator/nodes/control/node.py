@@ -79,15 +79,17 @@ class ControlNode:
         rate = read(RATE, scenario.control.rate)
         self.period = 1.0 / rate
         saturation = read(SATURATION, scenario.control.saturation)
-        control = scenario.control._replace(rate=rate, saturation=saturation)
+        slowed = slower(scenario)
+        control = slowed.control._replace(rate=rate, saturation=saturation)
         real = real_among(scenario.n)
         usual = max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT
         self.law_limit = read(LAW_LIMIT, usual)
         apart = where_to_run(protocol, nursery)
         self._obeyed = ObeyedPublisher(scenario._replace(control=control))
-        self.law = Law(slower(scenario)._replace(control=control), protocol, SIMULATED_LIMIT, apart)
+        self.law = Law(slowed._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = read(DRY_RUN)
-        self.guards = Guards(self.law.numbers, saturation, self.dry_run, team_of(scenario).axes)
+        known = self.law.numbers, saturation, self.dry_run, team_of(scenario).axes
+        self.guards = Guards(*known, control.deadband)
         self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real, scenario.speed)
         self.resumes = read(RESUME, not real)

@@ -1,5 +1,6 @@
 """What a control node is asked by others: to start, to stop, to take another graph."""
 
+import json
 import re
 import shlex
 import sys
@@ -14,6 +15,8 @@ from mrs_simulator.core.controller_log import LAW_FAILED
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.pages import explained_by, with_page
 from mrs_simulator.nodes.control.common_frame import START
+from mrs_simulator.ros.node_parameters import LEAST_DISTANCE, NODES
+from mrs_simulator.ros.parameters import is_given, read
 from mrs_simulator.ros.senders import doubled_text
 from mrs_simulator.srv import SetTopology
 
@@ -99,10 +102,24 @@ def who_drives_on(rivals):
     return True, "stopped, zero commands sent"
 
 
+def as_argument(value):
+    """Return the ``value`` of a parameter as a command line gives it."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
 def how_to_start(protocol):
-    """Return the commands with which real robots under ``protocol`` are checked and started."""
-    given = [argument for argument in sys.argv[1:] if not argument.startswith("__")]
+    """Return the commands with which real robots under ``protocol`` are checked and started.
+
+    What the preflight reads is given as this node has it, by its command line or by a launch file.
+    """
+    own = [parameter for parameter in NODES["preflight"] if is_given(parameter)]
+    if is_given(LEAST_DISTANCE) and not read(LEAST_DISTANCE):  # none is kept: its own is checked
+        own.remove(LEAST_DISTANCE)
+    set_here = tuple("_{}:=".format(parameter.name) for parameter in own)
+    given = [argument for argument in sys.argv[1:] if not argument.startswith(("__", *set_here))]
     if not any(re.match("--protocol|_protocol:=", argument) for argument in given):
         given += ["--protocol", protocol]
+    values = [rospy.get_param("~" + parameter.name) for parameter in own]
+    given += [name + as_argument(value) for name, value in zip(set_here, values)]
     check = " ".join(map(shlex.quote, ["rosrun", "mrs_simulator", "preflight", *given]))
     return "{}, then: rosservice call {}".format(check, rospy.resolve_name("~start"))

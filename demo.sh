@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Sets up what is missing, runs the paper's experiment over ROS and says how it went.
+[ -n "${BASH_VERSION:-}" ] || exec bash "$0" "$@" # sh demo.sh
 set -u
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -85,7 +86,9 @@ trap 'echo; echo "stopped; what was recorded is in $out"; exit 130' INT TERM HUP
 
 printf -- '== running %s at %s x real time\n' "$(basename "$scenario")" "$speed"
 gui=false
-if ! $headless && [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then gui=true; fi
+if ! $headless && [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then
+  if display_answers; then gui=true; else echo "   display ${DISPLAY:-$WAYLAND_DISPLAY} does not answer: no window is opened"; fi
+fi
 # In lockstep, so that the run is the same whatever else the machine is doing.
 # A process group of its own: Ctrl-C comes here, and from here to roslaunch.
 set -m

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Sets up what is missing, then checks the style and runs all tests; arguments go to pytest.
 # "./test.sh fast" leaves out what starts ROS, the GUI's process or a long run; "--room world" keeps one room's tests.
+[ -n "${BASH_VERSION:-}" ] || exec bash "$0" "$@" # sh test.sh
 set -u
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

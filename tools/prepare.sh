@@ -26,6 +26,8 @@ noetic_packages=(
 )
 noetic_dev_packages=(python3-catkin-lint iproute2)
 
+room=400 dev_room=900 # [MB] that .venv and build take, with some to spare
+
 fail() { # what failed, what to do
   printf '\n%s\n%s\n' "Failed: $1" "$2" >&2
   exit 2
@@ -92,6 +94,8 @@ install_packages() {
     fail "installing system packages" "run this as root once, or install sudo"
   local advice="see $log; check the network and the package sources, then run this again"
   as_root apt-get update >>"$log" 2>&1 || fail "apt-get update" "$advice"
+  LC_ALL=C apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>>"$log" |
+    sed -n 's/^Need to get \(.*\) of archives.*/   \1 to download/p; s/^After this operation, \(.* will be used\)\.*/   \1/p'
   # The status has a channel of its own and goes to the terminal as a few lines, the rest to the log.
   # The channel is opened behind sudo, which passes none on.
   as_root sh -c 'log=$1; shift; exec 3>&1 >>"$log" 2>&1
@@ -101,6 +105,46 @@ install_packages() {
     tail -n 25 "$log" >&2
     fail "installing system packages" "$advice"
   }
+}
+
+# Refuses a checkout in which nothing can be built, before anything is installed.
+check_place() { # MB
+  local place free
+  case "$root" in *[[:space:]]*) fail "setting up $root" \
+    "catkin builds nothing below a path with blanks: move the checkout, for instance to ~/mrs_simulator" ;; esac
+  mkdir -p "$root/build" 2>/dev/null
+  for place in "$root" "$root/build" "$root/build/prepared" "$log" "$root/.venv" "$root/.venv/prepared"; do
+    [ ! -e "$place" ] && [ "$place" != "$root/build" ] && continue
+    [ -w "$place" ] || fail "writing to $place" "it is read-only, or $(stat -c %U "$place" 2>/dev/null || echo somebody)'s: \
+copy the checkout to a place of your own, or: sudo chown -R $(id -un) $root"
+  done
+  free=$(df -Pm "$root" | awk 'NR == 2 { print $4 }')
+  [ -x "$root/.venv/bin/python" ] || [ "${free:-$1}" -ge "$1" ] ||
+    fail "setting up $root" "$free MB are free there, wanted at least $1 MB: make room, or move the checkout"
+}
+
+# Makes what was built elsewhere, before the checkout was moved or copied, belong to this place.
+settle() {
+  local old
+  if [ -f "$root/build/CMakeCache.txt" ] &&
+    ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$root/build/CMakeCache.txt"; then
+    echo "== the checkout was moved or copied: building anew"
+    find "$root/build" -mindepth 1 -maxdepth 1 ! -name setup.log -exec rm -rf {} +
+  fi
+  [ -f "$root/.venv/bin/activate" ] || return 0
+  old=$(sed -n "s/^ *VIRTUAL_ENV=[\"']*\([^\"']*\)[\"']*$/\1/p" "$root/.venv/bin/activate" | head -n 1)
+  [ -n "$old" ] && [ "$old" != "$root/.venv" ] || return 0
+  # Its programs name their interpreter by its path.
+  grep -rlIF --exclude-dir=__pycache__ "$old/" "$root/.venv/bin" |
+    xargs -r -d '\n' sed -i "s|$old/|$root/.venv/|g"
+  sed -i "s|$old|$root/.venv|g" "$root"/.venv/bin/activate*
+}
+
+# Whether a window can be opened: a DISPLAY may be set to which no server answers.
+display_answers() {
+  timeout 20 "$root/.venv/bin/python" -c '
+from python_qt_binding.QtWidgets import QApplication
+QApplication([])' >/dev/null 2>&1
 }
 
 find_ros() { # the system's packages, and the interpreter that sees them
@@ -133,12 +177,15 @@ make_environment() {
       "$python" -m venv --clear --system-site-packages "$root/.venv"
   rm -f "$root/.venv/lib64" # a link to lib: rosrun would look through all of it once more, for each program
   for file in "${wanted[@]}"; do options+=(-r "$file"); done
-  echo "== installing Python packages into .venv"
+  echo "== installing Python packages into .venv, at most $(($2 / 100))00 MB"
   # Without a word of what is there already; pip shows its own progress.
   "$root/.venv/bin/python" -m pip install --disable-pip-version-check --no-input "${options[@]}" \
     2>&1 | tee -a "$log" | grep -vE --line-buffered '^(Requirement already|  Using cached)'
-  [ "${PIPESTATUS[0]}" = 0 ] ||
+  [ "${PIPESTATUS[0]}" = 0 ] || {
+    ! tail -n 2000 "$log" | grep -q 'Python\.h: No such file' ||
+      fail "installing Python packages" "one is built from source and wants Python's headers: sudo apt-get install python3-dev"
     fail "installing Python packages" "see $log; check the network, then run this again"
+  }
   echo "$key" >"$root/.venv/prepared${1:+-$1}"
 }
 
@@ -154,9 +201,12 @@ build_package() {
 }
 
 prepare() { # [dev]
-  mkdir -p "$root/build"
+  local need=$room
+  [ -z "${1:-}" ] || need=$dev_room
+  check_place "$need"
+  settle
   find_ros "${1:-}"
-  make_environment "${1:-}"
+  make_environment "${1:-}" "$need"
   build_package
   set +u
   . "$root/build/devel/setup.bash"

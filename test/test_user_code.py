@@ -307,3 +307,29 @@ def test_a_process_whose_asker_has_gone_ends_without_a_word(requests):
     asker.close()
     with server:
         processes_apart._serve_all(server, str.upper)
+
+
+def test_a_law_is_made_again_whichever_of_its_processes_was_killed():
+    nursery = Nursery(lambda: lambda which: (os.getpid(), os.getppid())[which])
+    for which in (1, 1, 1, 0):  # what has taken the place of the first has a spare, too
+        worker = Worker(ProcessApart(nursery))
+        process = worker.ask((which,), LONG)
+        os.kill(process, signal.SIGKILL)
+        wait_until(lambda process=process: is_gone(process))
+        with pytest.raises(CallFailed, match="ended"):
+            worker.ask((which,), LONG)
+        assert worker.given_up
+    process = Worker(ProcessApart(nursery)).ask((1,), LONG)
+    nursery.close()
+    wait_until(lambda: is_gone(process))
+
+
+def test_a_law_whose_processes_are_all_gone_says_what_to_do(law):
+    def gone():
+        raise BrokenPipeError(32, "Broken pipe")
+
+    law.end()
+    law._apart = gone
+    with pytest.raises(ValueError, match="processes that run laws were killed .* start it anew"):
+        law.remake()
+    assert law.lost

@@ -13,6 +13,7 @@ from mrs_simulator.control.processes_apart import ProcessApart
 from mrs_simulator.control.user_code import CallFailed, InPlace, ThreadApart, TimedOut, Worker
 from mrs_simulator.core.user_values import texts_of
 
+KILLED = "the processes that run laws were killed ({}): end this node and start it anew"
 OWN_ROS = re.compile(r"\b(rospy|tf2?_ros|roslib)\b")
 
 
@@ -114,7 +115,10 @@ class Law:
             self._remake()
 
     def _remake(self):
-        self._worker, before = Worker(self._apart()), self._state
+        try:
+            self._worker, before = Worker(self._apart()), self._state
+        except (EOFError, OSError) as error:
+            raise ValueError(KILLED.format(error)) from error
         self._given = None  # the readings that it has
         try:
             self._call("make", self._scenario)

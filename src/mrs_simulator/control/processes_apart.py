@@ -21,6 +21,7 @@ from multiprocessing.connection import Connection, Pipe
 from mrs_simulator.control.user_code import outcome
 
 DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux' prctl
+CHILD, SPARE = b"+", b"*"  # what a nursery is asked to fork
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 # The directory that it is called from may hold a user's random.py.
 PROGRAM = "import sys; del sys.path[0]; from {} import _begin; _begin(*sys.argv[1:])".format(
@@ -103,7 +104,8 @@ def _serve_all(connection, serve):
 class Nursery:
     """A process that was forked before there were threads, and forks others whenever asked.
 
-    What is forked has all that the program had loaded, the user's classes too.
+    What is forked has all that the program had loaded, the user's classes too.  It has forked a spare of
+    itself, which takes its place should it be killed.
     """
 
     def __init__(self, service):
@@ -113,18 +115,38 @@ class Nursery:
             self._channel.close()
             guarded(_breed, theirs, service)
         theirs.close()
+        self._spare = self._forked_spare()
 
     def child(self):
-        """Return the ``Connection`` to a new process that serves requests."""
+        """Return the ``Connection`` to a new process that serves requests.
+
+        Raises ``OSError`` where it and its spare were killed.
+        """
         ours, theirs = Pipe()
-        handle = array.array("i", [theirs.fileno()])
-        self._channel.sendmsg([b"+"], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, handle)])
-        theirs.close()
+        with theirs:
+            try:
+                self._hand_over(CHILD, theirs)
+            except OSError:
+                self._channel.close()
+                self._channel = self._spare
+                self._hand_over(CHILD, theirs)
+                self._spare = self._forked_spare()
         return ours
+
+    def _forked_spare(self):
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
+        with theirs:
+            self._hand_over(SPARE, theirs)
+        return ours
+
+    def _hand_over(self, wanted, end):
+        handle = array.array("i", [end.fileno()])
+        self._channel.sendmsg([wanted], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, handle)])
 
     def close(self):
         """End it, and with it all that it has forked."""
         self._channel.close()
+        self._spare.close()
 
 
 def guarded(function, *arguments):
@@ -150,6 +172,10 @@ def _breed(channel, service):
         handle = array.array("i", received[0][2][:size])[0]
         if os.fork() == 0:
             channel.close()
+            if data == SPARE:  # it outlives its parent, and ends with its channel
+                ctypes.CDLL(None).prctl(DIES_WITH_PARENT, 0)
+                channel = socket.socket(fileno=handle)
+                continue
             guarded(_serve, Connection(handle), service)
         os.close(handle)
 

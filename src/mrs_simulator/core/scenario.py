@@ -17,6 +17,7 @@ from mrs_simulator.core.estimates import Estimates, read_estimates
 from mrs_simulator.core.graph_reading import read_topology
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.incidents import Event, of_first, read_events
+from mrs_simulator.core.kept_rates import rate_note, steps_between
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.core.limits_reading import LoweredLimits, limits_to_plain, read_limits
@@ -113,12 +114,17 @@ class Scenario(NamedTuple):
     @property
     def steps_per_command(self):
         """Return how many steps of the world one command is held."""
-        return max(1, int(round(1.0 / (self.control.rate * self.step))))
+        return steps_between(self.control.rate, self.step)
 
     @property
     def steps_per_record(self):
         """Return how many steps of the world lie between two recorded samples."""
-        return max(1, int(round(1.0 / (self.record_rate * self.step))))
+        return steps_between(self.record_rate, self.step)
+
+    @property
+    def record_period(self):
+        """Return the time [s] between two recorded samples of simulated robots."""
+        return self.steps_per_record * self.step
 
     def with_robots(self, n):
         """Return this scenario with n robots: the first n, or more of the same kind placed apart.
@@ -197,12 +203,16 @@ class Scenario(NamedTuple):
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
     def doubts(self):
-        """Return what looks like a mistake though it can be meant, a list of texts."""
+        """Return what looks like a mistake though it can be meant, and a rate that the steps cannot keep,
+        a list of texts."""
+        note = rate_note("record_rate", self.record_rate, self.step)
+        notes = [note] if note else []
         turned = np.flatnonzero(np.abs(self.poses[:, 2]) > MOST_TURNED)
         if not len(turned):
-            return []
+            return notes
         text = "robot{}: heading {:g} rad is more than {:g} turns; wanted radians, not degrees"
-        return [text.format(turned[0] + 1, self.poses[turned[0], 2], MOST_TURNED / (2 * math.pi))]
+        told = text.format(turned[0] + 1, self.poses[turned[0], 2], MOST_TURNED / (2 * math.pi))
+        return [told, *notes]
 
     def _topology_for(self, n):
         if self.topology is None:

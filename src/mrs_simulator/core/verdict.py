@@ -223,7 +223,10 @@ def _deadlock(run):
 
 def _ended(run):
     ended, scenario = run.meta.get("ended", "complete"), run.scenario
-    short = scenario is not None and run.time[-1] < scenario.duration - 1.0 / scenario.record_rate
+    short = False
+    if scenario is not None:  # of real robots 1/rate, of simulated ones whole steps
+        period = max(1.0 / scenario.record_rate, scenario.record_period)
+        short = run.time[-1] < scenario.duration - period
     return "cut short" if short and ended == "complete" else ended
 
 

@@ -9,6 +9,7 @@ from collections import deque
 import rospy
 
 from mrs_simulator.core.intake import Intake
+from mrs_simulator.core.kept_rates import steps_between
 from mrs_simulator.ros.messages import MessageError
 from mrs_simulator.ros.node_parameters import SENSOR_TIMEOUT, SENSOR_TOPIC
 from mrs_simulator.ros.odometry_inbox import MOST_NAMED, clock_at, silence
@@ -22,7 +23,6 @@ from mrs_simulator.ros.sensor_messages import (
     stamp_of,
 )
 from mrs_simulator.sensors.readings import frozen
-from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.sensors.types import TYPES
 
 MISSED = 2.5  # [-] periods of a sensor after which its reading is stale, where that is longer
@@ -56,7 +56,7 @@ class SensorInbox:
 
     def _inlet(self, row, mount, kind, real, step):
         is_real = row in real
-        period = 1.0 / mount.rate if is_real else steps_between(mount, step) * step
+        period = 1.0 / mount.rate if is_real else steps_between(mount.rate, step) * step
         return _Inlet(row, mount, kind, is_real, period, self._least)
 
     def _subscribed(self, inlet, pattern):

@@ -4,9 +4,9 @@ import bisect
 
 import numpy as np
 
+from mrs_simulator.core.kept_rates import steps_between
 from mrs_simulator.sensors.noise import SILENCE
 from mrs_simulator.sensors.pose_measurements import offset, white
-from mrs_simulator.sensors.suite import steps_between
 
 
 class Gyro:
@@ -20,7 +20,7 @@ class Gyro:
         noise = dict(mount.noise).get("rate", SILENCE)
         self.name, self._period = (
             mount.name,
-            max(steps_between(mount, step) * step, 1.0 / mount.rate),
+            max(steps_between(mount.rate, step) * step, 1.0 / mount.rate),
         )
         self._reach = int(round(1e9 * self._period))  # [ns]
         self._variance = white(noise)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.kept_rates import rate_note, steps_between
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.noise import Draws, Streams
@@ -12,7 +13,6 @@ from mrs_simulator.sensors.readings import frozen
 from mrs_simulator.sensors.scenery import Scenery
 from mrs_simulator.sensors.types import TYPES
 
-FAR_OFF = 0.01  # [-] by which a rate may differ from the wanted one without a word
 LATE = 1e-9  # [s] by which a reading may be later than its latency, for rounding
 
 
@@ -140,14 +140,10 @@ class Suite:
         return self._rate_notes(self._active)
 
     def _rate_notes(self, sensors):
-        text = "robot{}: {} at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
-        notes = []
-        for fitted in sensors:
-            kept, wanted = 1.0 / (fitted.steps * self._step), fitted.mount.rate
-            if abs(kept - wanted) > FAR_OFF * wanted:
-                told = round(kept, 3), fitted.steps, self._step, wanted
-                notes.append(text.format(fitted.rows[0] + 1, fitted.mount.name, *told))
-        return notes
+        names = ["robot{}: {}".format(each.rows[0] + 1, each.mount.name) for each in sensors]
+        rates = [each.mount.rate for each in sensors]
+        notes = (rate_note(name, rate, self._step) for name, rate in zip(names, rates))
+        return [note for note in notes if note]
 
 
 class _Fitted:
@@ -156,7 +152,7 @@ class _Fitted:
     def __init__(self, mount, rows, team, seed, step):
         self.mount, self.rows = mount, rows
         self.sensor = TYPES[mount.type](mount, rows, team)
-        self.steps = steps_between(mount, step)
+        self.steps = steps_between(mount.rate, step)
         self.is_listened_to = False
         self.keeps = getattr(self.sensor, "KEEPS", False)
         self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
@@ -192,11 +188,6 @@ class _Fitted:
         while self._late and self._late[0].stamp + self.mount.latency <= time + LATE:
             self._known = self._late.popleft()
         return self._known
-
-
-def steps_between(mount, step):
-    """Return the number of the world's steps, of ``step`` [s] each, from one sample to the next."""
-    return max(1, int(round(1.0 / (mount.rate * step))))
 
 
 def check_fitted(mounts, names, number, kind):

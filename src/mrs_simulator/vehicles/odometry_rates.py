@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from mrs_simulator.core.kept_rates import rate_note, steps_between
+
 OF_KINDS = "kinds"  # the rate that means each kind's own
-FAR_OFF = 0.01  # [-] by which a rate may differ from the wanted one without a word
 MOST_NAMED = 5  # [-] robots whose rate is told
 
 
@@ -14,23 +15,18 @@ def odometry_steps(team, rate, step):
     least one: :func:`odometry_notes` says where that is another rate.
     """
     wanted = _wanted(team, rate)
-    return np.maximum(1, np.round(1.0 / (wanted * step)).astype(int))
+    return np.array([steps_between(rate, step) for rate in wanted.tolist()])
 
 
 def odometry_notes(team, rate, step):
     """Return what to know of rates that a world with this ``step`` [s] cannot keep, a list of texts."""
     if rate is None:
         return []
-    wanted, steps = _wanted(team, rate), odometry_steps(team, rate, step)
-    kept = 1.0 / (steps * step)
-    off = np.flatnonzero(np.abs(kept - wanted) > FAR_OFF * wanted)
-    text = "robot{}: odometry at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
-    notes = [
-        text.format(row + 1, round(kept[row], 3), steps[row], step, wanted[row])
-        for row in off[:MOST_NAMED].tolist()
-    ]
-    more = len(off) - MOST_NAMED
-    return notes + (["and of {} more robots".format(more)] if more > 0 else [])
+    rates = enumerate(_wanted(team, rate).tolist(), 1)
+    notes = [rate_note("robot{}: odometry".format(number), each, step) for number, each in rates]
+    notes = [note for note in notes if note]
+    more = len(notes) - MOST_NAMED
+    return notes[:MOST_NAMED] + (["and of {} more robots".format(more)] if more > 0 else [])
 
 
 def _wanted(team, rate):

@@ -9,10 +9,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
+from mrs_simulator.core.kept_rates import steps_between
 from mrs_simulator.nodes.stage.robot_topics import Frames, lifts, transform
 from mrs_simulator.ros.messages import team_odometry, team_state
 from mrs_simulator.ros.sensor_messages import topic_of
-from mrs_simulator.sensors.suite import steps_between
 from mrs_simulator.study.sensor_sizes import samples_at_start
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.world.world import World
@@ -87,7 +87,7 @@ def _of_sensors(scenario, world, forms, frames):
             header = Header(0, STAMP, frames.mount(number, name))
             readings = seen.get((name, number))
             lengths = [length(_message(form, reading, header)) for reading in readings or (None,)]
-            steps = steps_between(form.mount, scenario.step)
+            steps = steps_between(form.mount.rate, scenario.step)
             rate = 1.0 / (steps * scenario.step)
             result.append(Written(topic_of(number, form), rate, float(np.mean(lengths))))
     return result

@@ -145,7 +145,7 @@ class RunRecorder:
         self.elapsed = round(sample.stamp - self._start, 9)
         if not self.source.PACED and self.elapsed < self._next - 1e-6:
             return
-        self._next = self.elapsed + 1.0 / self.scenario.record_rate
+        self._next = self.elapsed + self.scenario.record_period
         if len(sample.pose) != self.scenario.n:
             rospy.logerr_throttle(
                 5.0,
@@ -193,6 +193,8 @@ class RunRecorder:
         collisions = [c._replace(time=c.time - self._start) for c in self.source.collisions]
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = [*self.control.team.notes, *self._take_what_ran(meta)]
+        if not self.source.PACED:
+            meta["warnings"] += self.scenario.doubts()
         if self.control is not None:
             meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)

@@ -8,6 +8,7 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.core.kept_rates import steps_between
 from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.scenario import DEFAULT_KIND
@@ -131,7 +132,7 @@ class Stage:
         step = self.world.step_size
         self._schedule = Schedule(odometry_steps(self.world.team, self._odometry_rate, step))
         self._scheduled = self._step
-        commands = max(1, int(round(1.0 / (self.scenario.control.rate * step))))
+        commands = steps_between(self.scenario.control.rate, step)
         self._steps_per_command = max(self._schedule.shortest, commands)
         self._command_period = step * self._steps_per_command
 

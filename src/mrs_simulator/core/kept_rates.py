@@ -1,0 +1,22 @@
+"""Rates that a world of whole steps can keep: the one rule for samples, commands, odometry and sensors.
+
+What is wanted at a rate f happens every ``m`` steps of h, ``m = max(1, round(1/(f h)))``, and so at the
+rate ``1/(m h)``: of the nearest period, which :func:`rate_note` names where it is not the wanted one.
+"""
+
+FAR_OFF = 0.01  # [-] by which a rate may differ from the wanted one without a word
+
+
+def steps_between(rate, step):
+    """Return the whole number of steps of ``step`` [s] from one time to the next at ``rate`` [Hz]."""
+    return max(1, int(round(1.0 / (rate * step))))
+
+
+def rate_note(what, rate, step):
+    """Return the text that names the rate that is kept of ``what``, "" where that is ``rate`` [Hz]."""
+    steps = steps_between(rate, step)
+    kept = 1.0 / (steps * step)
+    if abs(kept - rate) <= FAR_OFF * rate:
+        return ""
+    text = "{} at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
+    return text.format(what, round(kept, 3), steps, step, rate)

@@ -14,10 +14,9 @@ CRAZYFLIE = {
     "motor_lag": "72 ms",
     "inertia": {"xx": 1.4e-5, "yy": 1.4e-5, "zz": 2.17e-5},
     "drag": {"across": 9.1785e-7, "up": 1.0311e-6},
-    "velocity_gain": {"across": 4.0, "up": 4.0},
     "poles": {"tilt": 30.0, "turn": 12.0},
     "tilt": "30 deg",
-    "response": {"across": "0.135 s", "up": "0.054 s"},
+    "response": {"across": "0.25 s", "up": "0.25 s"},
 }
 
 
@@ -30,12 +29,13 @@ def crazyflie(**changes):
 def published():
     """Return those of gym-pybullet-drones' controller, in our form: motors without lag.
 
-    k_v = D/m; of the torque's gains per PWM step, 4 rotors at 28 mm, 0.2685 rpm a step at 14468 rpm make
+    k_v = D/m beside the drag, of 0.206/s and 0.231/s while hovering.
+    Of the torque's gains per PWM step, 4 rotors at 28 mm, 0.2685 rpm a step at 14468 rpm make
     9.82e-3 rad/s^2: 2 P gives k_w k_R, D gives k_w, the clip of 3200 the greatest acceleration.
     """
     return crazyflie(
         lag=0.0,
-        velocity_gain=(0.2 / 0.027, 0.2 / 0.027, 0.5 / 0.027),
+        velocity_gain=(0.2 / 0.027 + 0.206, 0.2 / 0.027 + 0.206, 0.5 / 0.027 + 0.231),
         attitude_gain=(7.0, 7.0, 1.0),
         rate_gain=(196.4, 196.4, 100.0),
         rate_damping=(0.0, 0.0, 0.0),

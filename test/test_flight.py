@@ -36,6 +36,17 @@ def test_torques_of_the_rotors():
     np.testing.assert_allclose(turn, row(0.29768, 0.0, 0.0, 7.48e-3), atol=1e-5)
 
 
+def test_senses_are_those_of_cf2x():
+    """gym-pybullet-drones: propellers 0 to 3 at (28, 28), (-28, 28), (-28, -28), (28, -28) mm, and the
+    torque about z is -t0 + t1 - t2 + t3 of theirs; ours begin front right and go clockwise."""
+    places = np.array([[28.0, -28.0], [-28.0, -28.0], [-28.0, 28.0], [28.0, 28.0]])
+    given = {(28.0, 28.0): -1.0, (-28.0, 28.0): 1.0, (-28.0, -28.0): -1.0, (28.0, -28.0): 1.0}
+    wrench = rotors.wrench_of(1000.0 * np.eye(4), ONE)
+    assert np.sign(wrench[:, 3]).tolist() == [given[tuple(place)] for place in places.tolist()]
+    np.testing.assert_array_equal(np.sign(wrench[:, 1]), np.sign(places[:, 1]))  # y x F
+    np.testing.assert_array_equal(np.sign(wrench[:, 2]), -np.sign(places[:, 0]))
+
+
 def test_rotor_speeds_give_the_wrench_that_is_asked_for():
     draw = np.random.default_rng(1)
     wrench = draw.uniform(-1.0, 1.0, (50, 4)) * [0.05, 5e-4, 5e-4, 5e-4] + [0.27, 0.0, 0.0, 0.0]
@@ -257,8 +268,8 @@ def test_robots_of_two_kinds_fly_side_by_side():
 
 
 def test_velocity_follows_without_forces():
-    # Within what the tilt allows, 9.81 tan(30 deg) 0.135 s = 0.765 m/s: exponentially.
-    after, mean = quadrotor.followed(row(0.0, 0.0, 0.0), row(0.3, 0.4, 0.0), ONE, 0.135)
+    # Within what the tilt allows, 9.81 tan(30 deg) 0.25 s = 1.416 m/s: exponentially.
+    after, mean = quadrotor.followed(row(0.0, 0.0, 0.0), row(0.3, 0.4, 0.0), ONE, 0.25)
     np.testing.assert_allclose(after, row(0.3, 0.4, 0.0) * 0.6321206, atol=1e-7)
     np.testing.assert_allclose(mean, row(0.3, 0.4, 0.0) * 0.3678794, atol=1e-7)
     # From 5 m/s at 5.66381 m/s^2 first, in a straight line.

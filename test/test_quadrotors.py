@@ -5,6 +5,7 @@ import pytest
 from flight_fixtures import crazyflie, tilts
 
 from mrs_simulator.core.spatial import headings
+from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.drives import quadrotor, quadrotor_forces
 from mrs_simulator.vehicles.drives.rotors import hover_speed
 from mrs_simulator.vehicles.limits import AxisLimits
@@ -88,7 +89,7 @@ def test_it_stands_until_it_is_told_to_rise_and_again_once_it_has_landed(motion)
     assert spatial.z[0] == 0.0
     inner = flown(motion, inner, row(0.0, 0.0, 0.5, 0.0), 2.0)
     assert motion.state(inner)[2].z[0] == pytest.approx(0.9, abs=0.15)
-    for _ in range(200):
+    for _ in range(350):
         inner = flown(motion, inner, row(0.3, 0.0, -0.5, 0.0), STEP)
         z = motion.state(inner)[2].z
         if z[0] < 0.0:  # as the world does
@@ -129,14 +130,55 @@ def test_the_height_is_held_with_forces():
     assert back.place[0, 2] == pytest.approx(inner.place[0, 2], abs=0.01)
 
 
-def test_wind_pushes_it_by_its_drag_over_its_gain():
-    inner = hovering(quadrotor_forces, 0.0, 0.0, 0.0)
-    for _ in range(250):
-        inner = quadrotor_forces.flown(
-            inner, row(0.0, 0.0, 0.0, 0.0), LIMITS, ONE, STEP, row(2.0, 0.0, 0.0)
-        )
-    # 5.56e-3 N s/m of 2 m/s on 27 g against 4/s and that drag: 0.412/(4 + 0.206).
-    assert inner.velocity[0, 0] == pytest.approx(0.098, abs=0.002)
+def in_wind(inner, command, seconds):
+    for _ in range(int(round(seconds / STEP))):
+        inner = quadrotor_forces.flown(inner, command, LIMITS, ONE, STEP, row(2.0, 0.0, 0.0))
+    return inner
+
+
+def test_wind_carries_one_that_flies_along_by_its_drag_over_its_gain():
+    inner = in_wind(hovering(quadrotor_forces, 0.0, 0.0, 0.0), row(0.0, 0.5, 0.0, 0.0), 5.0)
+    # 5.56e-3 N s/m of 2 m/s on 27 g against 4/s: 0.412/4.
+    assert inner.velocity[0] == pytest.approx([0.103, 0.5, 0.0], abs=0.002)
+
+
+def test_one_that_hovers_keeps_its_place_in_wind():
+    """At first as its gain has it, by 0.103/1.5 m at most; then c learns the 0.103 m/s, and e is 0."""
+    inner, farthest = hovering(quadrotor_forces, 0.0, 0.0, 0.7), 0.0
+    for _ in range(15):
+        inner = in_wind(inner, row(0.0, 0.0, 0.0, 0.0), 1.0)
+        farthest = max(farthest, inner.place[0, 0])
+    assert 0.02 < farthest < 0.0687
+    assert inner.against[0] == pytest.approx([-0.103, 0.0], abs=0.002)
+    np.testing.assert_allclose(inner.velocity, 0.0, atol=1e-3)
+    np.testing.assert_allclose(inner.place, row(0.0, 0.0, 1.0), atol=2e-3)
+
+
+@BOTH
+def test_one_that_is_stopped_stays_a_time_constant_of_its_velocity_ahead(motion):
+    """T = 0.25 s at 0.4 m/s: 0.1 m, with forces as without, since a body's lags take nothing of its way."""
+    inner = flown(motion, hovering(motion, 0.0, 0.0, 0.0), row(0.4, 0.0, 0.0, 0.0), 3.0)
+    begin = inner.place[0, 0]
+    assert begin == pytest.approx(0.4 * (3.0 - 0.25), abs=0.002)
+    inner = flown(motion, inner, row(0.0, 0.0, 0.0, 0.0), 5.0)
+    assert inner.place[0, 0] - begin == pytest.approx(0.1, abs=0.002)
+
+
+@pytest.mark.parametrize("name, wanted", [("crazyflie2", (0.25, 0.28)), ("ardrone2", (0.57, 0.60))])
+def test_a_step_reaches_63_percent_alike_with_forces_and_without(name, wanted):
+    """1 - 1/e after T without forces; with forces three poles at 30/s and 24/s add some 0.03 s."""
+    given = kind(name)
+    numbers = given.numbers._replace(mass=given.mass)
+    found = []
+    for motion in (quadrotor, quadrotor_forces):
+        inner, count = motion.begin(row(0.0, 0.0, 0.0), np.ones(1), numbers), 0
+        while inner.velocity[0, 0] < 0.3 * 0.6321206 - 1e-9:
+            inner, count = (
+                motion.flown(inner, row(0.3, 0.0, 0.0, 0.0), LIMITS, numbers, 0.01),
+                count + 1,
+            )
+        found.append(0.01 * count)
+    assert found == pytest.approx(wanted, abs=0.015)
 
 
 @BOTH

@@ -65,8 +65,8 @@ def test_gusts_push_with_forces_and_repeat_with_the_seed():
         return world.pose.copy()
 
     first = drift(1)
-    # 2 m/s of wind against 4/s, with 0.206/s of drag: 0.098 m/s.
-    np.testing.assert_allclose(first[:, 0], 0.15, atol=0.1)
+    # 2 m/s of wind would carry it off at 0.103 m/s; it keeps its place with a gain of 1.5/s.
+    assert ((first[:, 0] > 0.0) & (first[:, 0] < 0.1)).all()
     np.testing.assert_array_equal(first, drift(1))
     assert np.abs(first - drift(2)).max() > 1e-4
 
@@ -77,7 +77,7 @@ def test_without_forces_it_flies_over_robots_on_the_ground():
     command = np.zeros((2, len(axes)))
     command[0, axes.index("linear.x")] = 0.5
     flown(world, command, 4.0)
-    assert world.pose[0, 0] == pytest.approx(0.93, abs=0.02)
+    assert world.pose[0, 0] == pytest.approx(0.875, abs=1e-6)  # -1 + 0.5 (4 - 0.25)
     assert not world.take_collisions()
 
 

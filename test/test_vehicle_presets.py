@@ -144,7 +144,7 @@ def test_a_trajectory_goes_slower_backwards_and_from_where_the_robot_is():
     back = crazyflie.Flight(pieces, 0.0, reverse=True)
     assert back.goal(0.5).place[0] == pytest.approx(2.0) and back.goal(0.5).velocity[0] == -2.0
     assert back.goal(9.0).place[0] == pytest.approx(0.0) and back.goal(9.0).velocity[0] == 0.0
-    one = crazyflie.Commander(kind("crazyflie2"), False, 0.02)
+    one = crazyflie.Commander(kind("crazyflie2"), 0.02)
     state = crazyflie.State(np.array([5.0, 6.0, 7.0]), np.zeros(3), 0.0)
     one.upload(3, 0, pieces)
     one.start(0.0, state, 3, 1.0, False, True)
@@ -159,7 +159,7 @@ def test_a_trajectory_goes_slower_backwards_and_from_where_the_robot_is():
 
 
 def test_the_signs_of_setpoints_are_the_firmwares():
-    one = crazyflie.Commander(kind("crazyflie2"), False, 0.02)
+    one = crazyflie.Commander(kind("crazyflie2"), 0.02)
     rest = crazyflie.State(np.zeros(3), np.zeros(3), 0.5 * math.pi)  # looks along y
     hover = crazyflie.hover_thrust(kind("crazyflie2"))
     assert hover == pytest.approx(65535.0 / 2.2476, rel=1e-3)  # thrust to weight, at 9.81 m/s^2
@@ -283,7 +283,7 @@ def test_setpoints_stream_have_priority_and_groups_are_heeded(monkeypatch, vehic
     moving = VelocityWorld()
     moving.vel.x = 0.5
     streaming("cmd_velocity_world", moving)
-    assert bench.place[0, 0] == pytest.approx(0.45, abs=0.05)
+    assert bench.place[0, 0] == pytest.approx(0.377, abs=0.02)  # 0.5 (1 - 0.25 (1 - exp(-4)))
     streaming("cmd_position", Position(x=0.8, y=0.2, z=1.2, yaw=90.0))
     bench.run(0.4)
     np.testing.assert_allclose(bench.place[0], [0.8, 0.2, 1.2], atol=0.08)

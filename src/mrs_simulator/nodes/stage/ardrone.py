@@ -36,10 +36,8 @@ class Drivers(PresetDrivers):
     def begin(self, rows):
         """Begin anew with the robots ``rows``."""
         world = self.world
-        dynamic = world.fidelity == "dynamic"
-        self._response = {
-            row: flying.response(world.team.kinds[row], dynamic, world.step_size) for row in rows
-        }
+        kinds, step = world.team.kinds, world.step_size
+        self._response = {row: flying.response(kinds[row], step) for row in rows}
         self._told = {}  # shares (6,), and when [s], by row
         self._emergency = set()
         self._velocity = {}  # (3,) [m/s] when it was told last, and when [s], by row

@@ -56,9 +56,8 @@ class Drivers(PresetDrivers):
 
     def begin(self, rows):
         """Begin anew with the robots ``rows``: nobody has told them anything."""
-        dynamic, step = self.world.fidelity == "dynamic", self.world.step_size
-        kinds = self.world.team.kinds
-        self._commanders = {row: Commander(kinds[row], dynamic, step) for row in rows}
+        kinds, step = self.world.team.kinds, self.world.step_size
+        self._commanders = {row: Commander(kinds[row], step) for row in rows}
 
     def open_robot(self, row):
         """Return the publishers, subscribers and services of robot ``row``."""

@@ -1,6 +1,6 @@
 """Controllers that quadrotors carry: velocity to attitude, attitude to rates, rates to torques, rotors.
 
-    a = k_v (v_wanted - v) + drag(v_wanted)/m,      thrust vector f = m (a + g e),
+    a = k_v (v_wanted - v) + drag(v)/m,      thrust vector f = m (a + g e),
     w_wanted = k_R theta,                           theta: the turn from the attitude to that of f,
     torque = J (k_w (w_wanted - w) - k_d w') + w x J w.
 
@@ -37,10 +37,10 @@ def poles_at(pole, lag):
 def wanted_acceleration(velocity, wanted, numbers):
     """Return the accelerations (m, 3) [m/s^2] that bring ``velocity`` (m, 3) to ``wanted`` (m, 3).
 
-    Within what tilt and thrust allow.
+    Within what tilt and thrust allow; ``k_v (v_wanted - v)`` and what the drag in still air takes.
     """
     result = parts(numbers.velocity_gain) * (wanted - velocity).T
-    result += hover_drag(numbers) / numbers.mass * wanted.T
+    result += hover_drag(numbers) / numbers.mass * velocity.T
     up = np.minimum(result[2], CLIMBING * greatest_climb(numbers))
     up = result[2] = np.maximum(up, -numbers.sinking)
     across = np.sqrt(result[0] * result[0] + result[1] * result[1])

@@ -9,7 +9,12 @@ tilt allows,
     v' = e min(1/T, A/|e|),   e = v_wanted - v,   A = g tan(tilt_max),
 
 across; up and down apart from that, with their own T and A.  With forces, in ``quadrotor_forces``, it is
-that of a rigid body under four rotors.
+that of a rigid body under four rotors, whose controller has the gain ``k_v = 1/T``: one constant for both.
+Of a body whose attitude follows through three poles at -p, the velocity is
+
+    V/V_wanted = 1/(T s (1 + s/p)^3 + 1) = 1 - T s + ...,
+
+so that places come to lie ``v T`` behind, as without forces, whatever p.
 
 To stop is to hover: a command of zero keeps the place.  On the ground a robot stays until it is told to
 rise.
@@ -58,13 +63,13 @@ class Numbers(NamedTuple):
     speed_min: float  # [rad/s]
     lag: float  # [s] of the motors
     drag: Tuple[float, ...]  # (3,) [kg], force per velocity and sum of the rotors' speeds
-    velocity_gain: Tuple[float, ...]  # (3,) [1/s]
+    velocity_gain: Tuple[float, ...]  # (3,) [1/s], 1/response
     attitude_gain: Tuple[float, ...]  # (3,) [1/s]
     rate_gain: Tuple[float, ...]  # (3,) [1/s]
     rate_damping: Tuple[float, ...]  # (3,) [-]
     turning_max: Tuple[float, ...]  # (3,) [rad/s^2] that controllers ask for
     tilt_max: float  # [rad]
-    response: Tuple[float, ...]  # (3,) [s], time constants of motion without forces
+    response: Tuple[float, ...]  # (3,) [s], time constants of velocities
     sinking: float = flight_control.SINKING * GRAVITY  # [m/s^2], greatest acceleration downwards
     mass: float = np.nan  # [kg], the kind's
     downwash: float = 1.0  # [-] how many times as far below another as beside it a robot is to be
@@ -83,6 +88,7 @@ def read(section):
     )
     lag = section.quantity("motor_lag", "s", above=0.0, high=1.0)
     tilt, turn = _gains(section.section("poles"), lag)
+    times = _thrice(response, "s", above=0.0)
     numbers = Numbers(
         inertia=tuple(inertia.quantity(key, "kg m^2", above=0.0) for key in ("xx", "yy", "zz")),
         effect=effect,
@@ -90,13 +96,13 @@ def read(section):
         speed_min=section.quantity("least_speed", "rad/s", 0.0, low=0.0),
         lag=lag,
         drag=_thrice(drag, "kg", low=0.0),
-        velocity_gain=_thrice(section.section("velocity_gain"), "1/s", above=0.0),
+        velocity_gain=tuple(1.0 / time for time in times),
         attitude_gain=(tilt[0], tilt[0], turn[0]),
         rate_gain=(tilt[1], tilt[1], turn[1]),
         rate_damping=(tilt[2], tilt[2], turn[2]),
         turning_max=(np.inf,) * 3,
         tilt_max=section.quantity("tilt", "rad", above=0.0, high=STEEPEST),
-        response=_thrice(response, "s", above=0.0),
+        response=times,
         downwash=section.number("downwash", 1.0, low=1.0, high=100.0),
     )
     for each in (inertia, drag, response):
@@ -364,7 +370,7 @@ def tracking(speed, numbers):
     1/k_R; ``e' = -min(e/T, A)`` from e loses ``e T``, or from ``e > A T`` on ``e^2/(2 A) + A T^2/2``.
     """
     slow = 1.0 / parts(numbers.velocity_gain) + 1.0 / parts(numbers.attitude_gain)
-    time = np.maximum(parts(numbers.response), slow)[:2].max(axis=0)
+    time = slow[:2].max(axis=0)
     most = GRAVITY * np.tan(numbers.tilt_max)
     ramped = np.maximum(speed - most * time, 0.0)
     return speed * time + 0.5 * ramped * ramped / most

@@ -1,7 +1,15 @@
 """Quadrotors with forces: rigid bodies under four rotors and the controllers of ``flight_control``.
 
 The functions ``begin``, ``flown``, ``state`` and ``stopped`` stand for those of ``quadrotor``, of the same
-numbers and commands.  A robot that is not told to rise or sink holds its height.
+numbers and commands.
+
+A robot that is not told to rise or sink holds its height, and one that is told no velocity across its
+place: the velocity wanted of its controllers is then
+
+    v_wanted = k_p e + c,   c' = k_i e,   e = p_held - p,
+
+with ``c``, across alone, until no steady wind is left in ``e``.  Of commanded velocities wind takes along
+what its drag is over the velocity's gain.
 
 A rotor that is lost pulls no more, and the body does what three of them make of it.  One that comes to be
 upside down has its motors cut, as the supervisors of real ones do it; without motors it falls and tumbles.
@@ -24,7 +32,9 @@ from mrs_simulator.vehicles.drives.rotors import hover_speed, parts, spun
 
 SUBSTEP = 0.002  # [s] the longest
 VELOCITY_EVERY = 5  # [-] substeps from one use of the velocity's controller to the next
-HEIGHT_GAIN = 1.5  # [1/s] with which a height is held
+PLACE_GAIN = 1.5  # [1/s] k_p, with which place and height are held
+LEARNING = 0.5  # [1/s^2] k_i, with which a place is held in wind
+STRONGEST = 1.0  # [m/s] of c at most, so that it does not grow for ever where contacts hold a robot
 STILL_AIR = np.zeros(3)  # [m/s]
 AT_LIMIT = 0.99  # [-] of a rotor's greatest speed, from which on it is at its limit
 
@@ -34,7 +44,12 @@ class Airborne(NamedTuple):
 
     flight: Flight
     aim: np.ndarray  # (m,) [rad], heading that the controllers aim at
-    height: np.ndarray  # (m,) [m] that is held while no rising or sinking is asked for
+    held: (
+        np.ndarray
+    )  # (m, 3) [m], the place that is kept while no velocity across, or up, is asked for
+    against: (
+        np.ndarray
+    )  # (m, 2) [m/s], c: by what wind would carry a robot off that is to keep its place
     working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that pull; None: all of them
 
     @property
@@ -52,7 +67,8 @@ def begin(pose, z, numbers):
     """Return the inner state of robots that hover, or stand, at ``pose`` (m, 3) and ``z`` (m,) [m]."""
     place = np.column_stack([pose[:, :2], z])
     speed = np.where(np.asarray(z) > 0.0, hover_speed(numbers), 0.0)
-    return Airborne(at_rest(place, pose[:, 2], speed), pose[:, 2].copy(), np.array(z, dtype=float))
+    aim, still = pose[:, 2].copy(), np.zeros((len(pose), 2))
+    return Airborne(at_rest(place, pose[:, 2], speed), aim, place.copy(), still)
 
 
 def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
@@ -68,13 +84,7 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     stays = quadrotor.stays(z, told)
     told[stays] = 0.0
     wanted = quadrotor.level(told, inner.aim + 0.5 * step * told[:, 3])
-    holding = told[:, 2] == 0.0
-    # Where it will have come to rest, by the time constant of its climb.
-    coming = z + inner.velocity[:, 2] / parts(numbers.velocity_gain)[2]
-    height = np.where(holding & ~stays, inner.height, coming)
-    most = limits.top[..., 2]
-    back = np.minimum(np.maximum(HEIGHT_GAIN * (height - z), -most), most)
-    wanted[:, 2] = np.where(holding, back, told[:, 2])
+    keeps, against = _keep_place(inner, wanted, told, limits, step)
     wanted[z <= 0.0, :2] = 0.0  # straight up from the ground
     working = inner.working
     flight = moved(inner.flight, wanted, inner.aim, told[:, 3], air, numbers, step, working, touch)
@@ -84,7 +94,27 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     over = upright_share(flight.attitude) < 0.0
     if over.any():
         working = quadrotor.without(working, len(aim), over, slice(None))
-    return Airborne(flight, aim, height, working)
+    # Where it would come to rest, by the time constants of its velocities.
+    coming = flight.place + flight.velocity / parts(numbers.velocity_gain).T
+    held = np.where(keeps & ~stays[:, np.newaxis], inner.held, coming)
+    return Airborne(flight, aim, held, against, working)
+
+
+def _keep_place(inner, wanted, told, limits, step):
+    """Let ``wanted`` (m, 3), in place, keep robots where ``told`` (m, 4) no velocity.
+
+    Return which parts of their places are kept, (m, 3) bool, and ``against``.
+    """
+    across = ~told[:, :2].any(axis=1) & (inner.place[:, 2] > 0.0)
+    keeps = np.column_stack([across, across, told[:, 2] == 0.0])
+    away = np.where(keeps, inner.held - inner.place, 0.0)
+    against = inner.against + LEARNING * step * away[:, :2]
+    against = np.minimum(np.maximum(against, -STRONGEST), STRONGEST)
+    back, most = PLACE_GAIN * away, limits.top[..., :3]
+    back[:, :2] += against
+    back = np.minimum(np.maximum(back, -most), most)
+    wanted[:] = np.where(keeps, back, wanted)
+    return keeps, against
 
 
 def lost(inner, row, rotor):

@@ -124,9 +124,9 @@ class Commander:
     ``release``.  ``stopped``: whether its motors are to be off.
     """
 
-    def __init__(self, kind, dynamic, step):
-        """``kind`` of the robot; ``dynamic``: whether it moves under forces; ``step`` [s]."""
-        self._response = flying.response(kind, dynamic, step)
+    def __init__(self, kind, step):
+        """``kind`` of the robot; ``step`` [s]."""
+        self._response = flying.response(kind, step)
         self._most = greatest_thrust(kind.numbers) / kind.mass  # [m/s^2]
         self.group = 0
         self.stopped = False

@@ -8,15 +8,14 @@ from mrs_simulator.vehicles.drives.rotors import GRAVITY
 PLACE_GAIN, YAW_GAIN = 2.0, 2.0  # [1/s] of errors of place and heading; chosen for the model
 
 
-def response(kind, dynamic, step):
+def response(kind, step):
     """Return ``(3,)`` [s]: the velocity by which a robot's is to be exceeded per acceleration, along x,
     y, z.
 
     ``v' = (v_wanted - v)/T`` over a ``step`` [s] gains ``(v_wanted - v)(1 - exp(-step/T))``, so that
     ``v_wanted = v + a step/(1 - exp(-step/T))`` gains ``a step``.
     """
-    numbers = kind.numbers
-    time = 1.0 / np.array(numbers.velocity_gain) if dynamic else np.array(numbers.response)
+    time = np.array(kind.numbers.response)
     return step / -np.expm1(-step / time)
 
 

@@ -143,9 +143,8 @@ class RunRecorder:
             self._begin(sample)
         # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
         self.elapsed = round(sample.stamp - self._start, 9)
-        if not self.source.PACED and self.elapsed < self._next - 1e-6:
+        if not self._is_due():
             return
-        self._next = self.elapsed + self.scenario.record_period
         if len(sample.pose) != self.scenario.n:
             rospy.logerr_throttle(
                 5.0,
@@ -170,6 +169,13 @@ class RunRecorder:
     def _is_driven_otherwise(self):
         """Return whether commands are another's, as a joystick's: a controller is there and not started."""
         return self._stands and self._subscriber.get_num_connections() > 0
+
+    def _is_due(self):
+        """Return whether the sample at ``elapsed`` is to be recorded, as each of real robots is."""
+        if not self.source.PACED and self.elapsed < self._next - 1e-6:
+            return False
+        self._next = self.elapsed + self.scenario.record_period
+        return True
 
     def _begin(self, sample):
         self._start, self._wall_start = sample.stamp, time.monotonic()

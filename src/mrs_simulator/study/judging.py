@@ -43,6 +43,7 @@ ESTIMATED = "the law knew estimates of the poses"
 UNRECORDED = ESTIMATED + ", which the record does not hold"
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of recordings with numbers near the largest
 def judged(run, control=None, foretold=None):
     """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
 

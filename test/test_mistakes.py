@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -17,10 +18,12 @@ from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.core.writing import printing
 from mrs_simulator.nodes.control.reconfigure import TellingServer
 from mrs_simulator.ros import last_words, launch_arguments
 from mrs_simulator.ros.arguments import parse, scenario_from
 from mrs_simulator.study.command import main as experiment
+from mrs_simulator.study.command import sweep_main
 from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.study.report import main as report
 from mrs_simulator.study.shipped import scenario_path
@@ -161,7 +164,11 @@ def test_degrees_for_radians_are_doubted(tmp_path, capsys):
     assert load_scenario(scenario_path("paper.yaml")).doubts() == []
     with pytest.raises(SystemExit):
         experiment([str(path), "--out", str(tmp_path / "out")])
-    assert "warning: " + said in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert "warning: " + said in told.out and told.err == "experiment: warning: " + said + "\n"
+    with pytest.raises(SystemExit):
+        sweep_main([str(path), "seed=1", "--part", "1/1", "--out", str(tmp_path / "out")])
+    assert capsys.readouterr().err.count("experiment: warning: " + said) == 1
 
 
 def test_every_command_line_overrides_the_same_of_a_scenario(tmp_path, capsys):
@@ -302,3 +309,50 @@ def test_an_init_that_fits_is_taken(tmp_path):
 def test_what_is_no_protocol_is_named(given):
     with pytest.raises(ProtocolError, match="protocol|wanted a subclass of PioneerControl"):
         simulate("paper_four", protocol=given, duration=0.1)
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    "words", [["scenarios"], ["--help"], ["report", "--help"], ["scenarios", "--help"]]
+)
+def test_output_that_cannot_be_written_ends_a_program_without_a_traceback(words, unbuffered):
+    environment = dict(os.environ, PYTHONUNBUFFERED=unbuffered)
+    read, write = os.pipe()
+    os.close(read)
+    for output, code, said in (
+        (write, 141, ""),
+        (os.open("/dev/full", os.O_WRONLY), 2, "standard output: No space left on device\n"),
+    ):
+        command = [sys.executable, "-m", "mrs_simulator", *words]
+        ended = subprocess.run(
+            command, env=environment, stdout=output, stderr=subprocess.PIPE, timeout=60
+        )
+        os.close(output)
+        assert (ended.returncode, ended.stderr.decode()) == (code, said)
+
+
+def test_an_error_that_is_not_the_output_s_leaves_a_program(capsys):
+    @printing
+    def main():
+        print("begun")
+        raise BrokenPipeError(32, "another pipe")
+
+    with pytest.raises(BrokenPipeError, match="another pipe"):
+        main()
+    assert capsys.readouterr().out == "begun\n"
+
+
+def test_numbers_near_the_largest_make_no_warnings(tmp_path, capfd):
+    scenario = scenario_from_dict({"poses": [[0, 0, 0], [3, 0, 0]], "duration": 0.5})
+    run_experiment(scenario.with_protocol("consensus"), str(tmp_path), formats=())
+    lines = (tmp_path / "run.csv").read_text().split("\n")
+    for row, value in ((3, "1e308"), (5, "-1e308")):
+        lines[row] = ",".join([*lines[row].split(",")[:2], value, *lines[row].split(",")[3:]])
+    (tmp_path / "run.csv").write_text("\n".join(lines))
+    capfd.readouterr()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(SystemExit):
+            report([str(tmp_path), "--formats", "png"])
+    said = capfd.readouterr()
+    assert said.err == "" and "no robot jumps" in said.out and "FAILED" in said.out

@@ -4,6 +4,7 @@ import importlib
 import signal
 import sys
 
+from mrs_simulator.core.writing import printing
 from mrs_simulator.version import __version__
 
 STUDY = "mrs_simulator.study."
@@ -20,6 +21,7 @@ COMMANDS = {
 BAD_INPUT = 2  # exit code
 
 
+@printing
 def main(argv=None):
     """Run the command that ``argv`` names; exits with 2 for bad input, else with the command's code."""
     argv = sys.argv[1:] if argv is None else list(argv)

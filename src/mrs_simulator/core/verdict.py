@@ -23,7 +23,7 @@ from mrs_simulator.core.recording import closest_approach, part_of
 from mrs_simulator.core.run_changes import changes_text
 from mrs_simulator.core.user_values import plain
 from mrs_simulator.core.verdict_file import read_verdict
-from mrs_simulator.core.writing import write_text
+from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.version import __version__
 
 HOLDS = "holds"  # what is predicted of a condition
@@ -520,6 +520,7 @@ def _cell(value):
     return "{:.4f}".format(value) if abs(value) >= 1e-3 or value == 0.0 else "{:.2e}".format(value)
 
 
+@printing
 def main():
     """Print the verdict in the file that the command line names; exit as :func:`exit_code` says."""
     parser = argparse.ArgumentParser(description="Print a verdict.json as a table.")

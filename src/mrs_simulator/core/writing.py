@@ -1,14 +1,19 @@
 """Writing files on disks that may be full: errors name the file, and nothing is left half written."""
 
 import contextlib
+import functools
+import io
 import itertools
 import os
+import sys
 import time
 
 FLUSH_PERIOD = 0.2  # [s] of wall time; a program that is killed loses no more than this
 AT_ONCE = 1 << 16  # [bytes] written by one call: larger ones make the system hand out new memory
 RETRY_PERIOD = 1.0  # [s] of wall time between two tries to write to a full disk
 MOST_PENDING = 1 << 23  # [bytes] kept in memory until there is room again
+READER_GONE = 141  # exit code, as of programs that a closed pipe ends
+UNWRITABLE = 2  # exit code
 
 
 @contextlib.contextmanager
@@ -20,6 +25,64 @@ def naming(path):
         if error.filename is not None:
             raise
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
+def printing(main):
+    """Decorate the ``main`` of a program so that it ends where its standard output cannot be written.
+
+    In silence where whoever read it has gone, as ``head`` does, else in one line.
+    """
+
+    @functools.wraps(main)
+    def printed(*arguments, **named):
+        output, sys.stdout = sys.stdout, _Output(sys.stdout)
+        try:
+            try:
+                return main(*arguments, **named)
+            finally:
+                sys.stdout.flush()
+        except OSError:
+            failed = sys.stdout.failed
+            if failed is None:
+                raise
+            _give_up(output)
+            if isinstance(failed, BrokenPipeError):
+                sys.exit(READER_GONE)
+            print("standard output: {}".format(failed.strerror), file=sys.stderr)
+            sys.exit(UNWRITABLE)
+        finally:
+            sys.stdout = output
+
+    return printed
+
+
+class _Output:
+    """A stream that notes why it could not be written."""
+
+    def __init__(self, stream):
+        self._stream, self.failed = stream, None
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def write(self, text):
+        return self._tried(self._stream.write, text)
+
+    def flush(self):
+        return self._tried(self._stream.flush)
+
+    def _tried(self, function, *arguments):
+        try:
+            return function(*arguments)
+        except OSError as error:
+            self.failed = error
+            raise
+
+
+def _give_up(stream):
+    """Let ``stream`` go nowhere, what it still holds too."""
+    with contextlib.suppress(io.UnsupportedOperation), open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), stream.fileno())
 
 
 def write_text(path, text):

@@ -16,6 +16,7 @@ from mrs_simulator.core.pages import explained_by, words
 from mrs_simulator.core.recording import Run
 from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.verdict import FAILED, HOLDS, outcome_of
+from mrs_simulator.core.writing import printing
 from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.study.mutants import Mutated, mutants_of
 from mrs_simulator.study.programs import refusing_bad_input
@@ -289,6 +290,7 @@ def _joined(before, found):
     return before + [name for name in found if name not in before]
 
 
+@printing
 def main(argv=None):
     """Run the command ``check_protocol``; exits with 0 for a law that is ok, 1 for one that is not, 2 for
     bad input."""

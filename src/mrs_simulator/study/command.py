@@ -11,6 +11,7 @@ import sys
 
 from mrs_simulator.core.scenario import OVERRIDES, load_scenario
 from mrs_simulator.core.verdict import add_require_verdict, exit_code, verdict_text
+from mrs_simulator.core.writing import printing
 from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.look import add_look, look_of
@@ -19,6 +20,7 @@ from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.video import add_video, check_video, write_video
 
 
+@printing
 def main(argv=None):
     """Run the command ``experiment``; exits with 2 for bad input, else with the verdict's code."""
     arguments = _arguments(argv)
@@ -33,7 +35,9 @@ def main(argv=None):
             from mrs_simulator.study.report import control_of, read_run
 
             options = {"progress": sys.stderr.isatty(), "formats": formats, "look": look}
-            verdict = run_experiment(_scenario(arguments), arguments.out, **options, apart=apart)
+            scenario = _scenario(arguments)
+            _tell_doubts([scenario])
+            verdict = run_experiment(scenario, arguments.out, **options, apart=apart)
         written = write_exports(arguments, lambda: read_run(arguments.out), verdict)
         written += write_video(arguments, lambda: read_run(arguments.out), control_of)
     print(verdict_text(verdict))
@@ -45,6 +49,7 @@ def main(argv=None):
     sys.exit(exit_code(verdict, arguments.require_verdict))
 
 
+@printing
 def sweep_main(argv=None):
     """Run the command ``sweep``: as ``experiment --sweep``, with the axes as arguments."""
     arguments = _sweep_arguments(argv)
@@ -77,6 +82,7 @@ def _sweep(arguments):
     runs = sweep.make_runs(scenario_path(arguments.scenario), axes, given, _noting(listed))
     for robots, scenario in sorted(listed.items())[-1:]:
         _tell_added(scenario, robots)
+    _tell_doubts(scenario for _, _, scenario in runs)
     if part is not None and part[1] > len(runs):
         raise sweep.SweepError(
             "--part {}: {} runs, wanted no more parts".format(arguments.part, len(runs))
@@ -111,6 +117,12 @@ def _scenario(arguments):
     if arguments.robots is not None:
         _tell_added(scenario, arguments.robots)
     return scenario.overridden(**_given(arguments, ("robots", "protocol", *OVERRIDES)))
+
+
+def _tell_doubts(scenarios):
+    """Say on stderr what looks like a mistake in ``scenarios``, each once, before anything runs."""
+    for text in dict.fromkeys(text for scenario in scenarios for text in scenario.doubts()):
+        print("experiment: warning: " + text, file=sys.stderr)
 
 
 def _tell_added(scenario, robots):

@@ -13,6 +13,7 @@ from mrs_simulator.control.laws.mean_square import confidence, mean_square_rate,
 from mrs_simulator.core.claims import disagreement
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.writing import printing
 from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
@@ -154,6 +155,7 @@ def _draw_ratio(axes, study):
     axes.set_ylabel("mean over\ntheory [-]")
 
 
+@printing
 def main(argv=None):
     """Run the command ``lossy_edges``; exits with 0 if theory holds, 1 if not, 2 for bad input."""
     from mrs_simulator.study.canvas import save

@@ -18,6 +18,7 @@ from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Condition
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.writing import printing
 from mrs_simulator.study.experiment import Experiment
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
@@ -184,6 +185,7 @@ def write_points(points, path):
         table.writerows([*point, point.agrees] for point in points)
 
 
+@printing
 def main(argv=None):
     """Run the command ``noise_gain``; exits with 0 if theory holds, 1 if not, 2 for bad input."""
     from mrs_simulator.study.canvas import save

@@ -23,7 +23,7 @@ from mrs_simulator.core.verdict import (
     verdict_text,
     write_verdict,
 )
-from mrs_simulator.core.writing import write_text
+from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.study.certificates import certificate_curves
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.judging import judged, proved
@@ -203,6 +203,7 @@ def control_of(run):
     return make_control(scenario, load_protocol(scenario.control.protocol, beside=scenario.path))
 
 
+@printing
 def main(argv=None):
     """Run the command ``report``; exits with 2 for bad input, else with the verdict's code."""
     parser = argparse.ArgumentParser(

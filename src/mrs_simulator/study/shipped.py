@@ -7,6 +7,7 @@ import os
 from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.core.writing import printing
 
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Inside the installed package, or beside src in the repository.
@@ -50,6 +51,7 @@ def _missing(name, places):
     return "scenario {}: no such file (looked in {}){}".format(name, ", ".join(places), hint)
 
 
+@printing
 def main(argv=None):
     """Run the command ``scenarios``: print the name and title of each."""
     argparse.ArgumentParser(

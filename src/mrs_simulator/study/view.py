@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 
+from mrs_simulator.core.writing import printing
 from mrs_simulator.study.look import LookError
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.report import read_run
@@ -11,6 +12,7 @@ from mrs_simulator.study.report import read_run
 RATE = 20.0  # [Hz] of pictures in the window
 
 
+@printing
 def main(argv=None):
     """Run the command ``view``; exits with 2 for bad input."""
     parser = argparse.ArgumentParser(prog="view", description="Play a recorded run.")

@@ -13,7 +13,7 @@ import rospy
 
 from mrs_simulator.control.making import make_control
 from mrs_simulator.core.guards import checked_fence
-from mrs_simulator.core.writing import write_text
+from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.control.guards import slower, top_speeds
 from mrs_simulator.nodes.real.real_robots import real_among
@@ -127,6 +127,7 @@ def _checked(scenario):
             rospy.delete_param(rospy.get_name())
 
 
+@printing
 def main(argv=None):
     """Run the command ``preflight``; exits with 0 all OK, 1 something is not, 2 bad input."""
     argv = sys.argv[1:] if argv is None else argv

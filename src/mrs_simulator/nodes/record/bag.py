@@ -3,6 +3,7 @@
 import os
 import sys
 
+from mrs_simulator.core.writing import printing
 from mrs_simulator.nodes.record.bag_size import told, written
 from mrs_simulator.nodes.record.sensor_source import recorded_of
 from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
@@ -45,6 +46,7 @@ def command_of(scenario, directory, more=()):
     return [*given, *STAGE, OBEYED, *topics, *more]
 
 
+@printing
 def main():
     """Become ``rosbag record``; exits with 2 for bad input."""
     with refusing_bad_input("bag"):

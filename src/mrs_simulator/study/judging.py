@@ -107,7 +107,7 @@ def _since_changes(control, run):
     if not known or begin + FEWEST_SAMPLES > len(run.time):
         return control, run, Theory(ruled_out=text)
     rest = part_of(run, slice(begin, None))._replace(scenario=scenario)
-    why = "from {:.1f} s on; {}".format(rest.time[0] - run.time[0], text)
+    why = "from {:.1f} s on; {}".format(rest.time[0], text)
     return make_control(scenario, type(control)), rest, Theory(rest=rest, why=why)
 
 
@@ -154,7 +154,7 @@ def _unfiltered(control, run, acted, faults):
     alone, rest = copy.copy(control), part_of(run, slice(begin, None))
     alone._keep(safety=False, _is_filtered=False)
     claims, theory = _claims(alone, rest, faults)
-    why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], FILTERED)
+    why = "from {:.1f} s on, after {}".format(rest.time[0], FILTERED)
     return claims, theory._replace(rest=rest, why=why)
 
 
@@ -235,7 +235,7 @@ def _who(run, limited, cut):
     """
     often = limited.sum(axis=0)
     worst = int(np.argmax(often if cut is None else np.where(often > 0, cut[-1], -1.0)))
-    at = run.time[np.flatnonzero(limited[:, worst])[-1]] - run.time[0]
+    at = run.time[np.flatnonzero(limited[:, worst])[-1]]
     others = [row for row in np.flatnonzero(often).tolist() if row != worst]
     text = "robot{} was at its limits until {:.1f} s".format(run.robots[worst], at)
     if cut is not None:
@@ -244,7 +244,7 @@ def _who(run, limited, cut):
     if not also:
         return text
     more = ", ..." if len(others) > SHOWN_ROBOTS else ""
-    end = run.time[np.flatnonzero(limited[:, others].any(axis=1))[-1]] - run.time[0]
+    end = run.time[np.flatnonzero(limited[:, others].any(axis=1))[-1]]
     later = " until {:.1f} s".format(end) if end > at else ""
     return "{} (and {}{}{})".format(text, also, more, later)
 
@@ -269,7 +269,7 @@ def _late(control, run, limited, theory, little=LITTLE):
     known = _is_where(theory, run, begin)
     claims, theory = _claims(other, rest, [], later(followed, rows) if known else None)
     after = _who(run, limited[: last + 1], None if cut is None else cut[: last + 1])
-    why = "from {:.1f} s on, after {}".format(rest.time[0] - run.time[0], after)
+    why = "from {:.1f} s on, after {}".format(rest.time[0], after)
     theory, again = theory._replace(limited="", late=None), None
     if little and cut is not None and limited[begin:].any():
         made = functools.partial(_late, control, run, limited, whole, 0.0)

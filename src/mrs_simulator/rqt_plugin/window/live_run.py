@@ -95,8 +95,9 @@ class LiveRun:
             return
         begins = history.scenario is None
         if begins:
-            staged = self._connection.newest("scenario")
-            history.scenario = study.scenario
+            staged, stage = map(self._connection.newest, ("scenario", "stage"))
+            speed = study.scenario.speed if stage is None else stage.speed
+            history.scenario = study.scenario._replace(speed=speed)
             history.staged = None if staged is None else staged.data
         if begins or is_changed:
             self._of_run = True

@@ -1,0 +1,77 @@
+"""What the GUI shows of a run while its scenario is edited."""
+
+import os
+from unittest import mock
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+from gui_fixtures import quiet_study
+from protocol_fixtures import shipped
+from python_qt_binding.QtWidgets import QApplication
+
+from mrs_simulator.core.run_changes import obeyed_of
+from mrs_simulator.rqt_plugin.run.history import Snapshot
+from mrs_simulator.study.law_answers import Prediction
+
+APP = QApplication.instance() or QApplication([])
+pytestmark = pytest.mark.usefixtures("no_hidden_errors")
+
+
+@pytest.fixture
+def study():
+    widget = quiet_study(shipped("consensus", {"gain": 0.2}))
+    widget.history.before_clearing = lambda: None  # nothing is kept
+    yield widget
+    widget.history.clear()
+    widget.close_study()
+
+
+def tick(study, times, obeyed=()):
+    """Let robots be commanded at ``times`` [s], and controllers say what they obey."""
+    n = study.scenario.n
+    motion = np.full((2, n, 3), 0.1)
+    study.connection.take_samples.return_value = [
+        Snapshot(
+            time, tuple(range(1, n + 1)), *motion, np.full((n, 2), 0.1), np.ones(n, dtype=bool)
+        )
+        for time in times
+    ]
+    study.connection.take_obeyed.return_value = obeyed
+    study._on_tick()
+
+
+def test_the_error_beside_the_curves_is_of_the_run_and_of_no_later_edit(study, monkeypatch):
+    gains = []
+
+    def error_function(scenario=None):
+        gains.append(scenario and scenario.control.parameters["gain"])
+
+    monkeypatch.setattr(study.study.edited, "error_function", error_function)
+    tick(study, [0.0, 1.0])
+    assert gains == [0.2]
+    study.protocol.parameters_changed.emit({"gain": 0.6})
+    tick(study, [2.0])
+    assert study.scenario.control.parameters["gain"] == 0.6 and gains == [0.2]
+    first = dict(obeyed_of(study.history.scenario))
+    tick(study, [3.0], [(0.0, first), (2.5, obeyed_of(study.scenario))])
+    assert gains == [0.2, 0.6]
+    study.history.clear()  # another run: what is edited is what comes
+    tick(study, [])
+    assert gains == [0.2, 0.6, None]
+
+
+def test_theory_beside_the_curves_ends_where_the_run_was_changed(study, monkeypatch):
+    drawn, edited = mock.Mock(), study.study.edited
+    monkeypatch.setattr(study.curves, "set_prediction", drawn)
+    changed = dict(obeyed_of(study.scenario), control={"protocol": "consensus", "rate": 50.0})
+    tick(study, [0.0, 1.0, 2.0], [(0.0, obeyed_of(study.scenario)), (1.5, changed)])
+    of_edits, of_run = (
+        (Prediction(np.arange(4.0), np.full(4, value), "soon"), None) for value in (5.0, 7.0)
+    )
+    monkeypatch.setattr(edited, "take_prediction", lambda: of_edits)
+    monkeypatch.setattr(edited, "take_run_prediction", lambda: of_run)
+    study.live.show_prediction()
+    (call,) = drawn.call_args_list
+    assert [part.tolist() for part in call[0]] == [[0.0, 1.0], [7.0, 7.0]]

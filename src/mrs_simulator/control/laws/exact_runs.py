@@ -37,8 +37,10 @@ def faulty_edges(control):
     return FaultyEdges(control.links, control.topology, control.period, control.edge_seed)
 
 
-def _is_blind(control, law):
-    """Return whether the control's edges come and go in a way that the law cannot be followed over."""
+def is_blind(control, law):
+    """Return whether the control's edges have faults over which the published law is not stated."""
+    if law.SEES == "pose":
+        return bool(control.links.faults)
     return control.links.changes_edges and law.over(np.ones((1, 1), dtype=bool)) is None
 
 
@@ -49,7 +51,7 @@ def exact_run(control, run):
     solution is too long to compute.
     """
     law = published_law(control)
-    if law is None or _is_blind(control, law):
+    if law is None or is_blind(control, law):
         return None
     if law.SEES == "pose":
         return _exact_unicycles(control, law, run)
@@ -151,7 +153,7 @@ def _can_be_followed(control, run, law):
     return not (
         (scenario.fidelity == "point_mass" and (unlimited or law.SEES == "pose"))
         or not are_stated(control.team)
-        or _is_blind(control, law)
+        or is_blind(control, law)
         or np.any(control.safety)
         or scenario.mismatch != NO_MISMATCH
         or _has_uneven_wheels(scenario)

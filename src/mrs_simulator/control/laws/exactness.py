@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws.exact_runs import faulty_edges, published_law, robots_run
+from mrs_simulator.control.laws.exact_runs import (
+    faulty_edges,
+    is_blind,
+    published_law,
+    robots_run,
+)
 from mrs_simulator.control.laws.late_commands import late_commands
 from mrs_simulator.control.laws.published import Listeners
 from mrs_simulator.control.laws.published_arms import robots_of
@@ -26,6 +31,7 @@ UNKNOWN = (
     "the law saw wheel odometry that is not recorded, and commands are {:.2g} off what the true poses "
     "want: drift, or another law; wanted estimates: odometry, which records what was told"
 )
+UNSTATED = "the published law is not stated over edges that come and go"
 MOST_CHECKED = 4e7  # [-] pairs of robots over all samples whose commands are looked at
 NUDGE = 1e-9  # [m] by which a start is moved to see whether differences grow
 WHOLE = 1e-6  # [-] of a command period by which a sample may be beside a command
@@ -288,6 +294,8 @@ def _commands_between(control, run, row, after):
 
 def _wanted_by_listeners(control, law, robots, run, rows):
     """Yield ``(row, command)`` as :func:`_wanted` does, where each sample is a command."""
+    if is_blind(control, law):
+        raise NothingDecays(UNSTATED)
     time, edges = run.time - run.time[0], faulty_edges(control)
     team = None if edges is None else Listeners(law, edges, run.hand[0])
     memory = law.begin(run.hand[0])

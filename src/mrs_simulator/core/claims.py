@@ -167,8 +167,18 @@ def decay_rate(time, values, least=0.0):
         window = np.arange(begin, end)
         window = window[share[window] > floor]
         if len(window) >= FEWEST_FITTED:
-            return float(-np.polyfit(time[window], np.log(share[window]), 1)[0])
+            return slope(time[window], -np.log(share[window]))
     return None
+
+
+def slope(time, values):
+    """Return the slope of the straight line through ``values`` (m,) at ``time`` (m,) [s].
+
+    None for fewer than two values, or such as are not finite.
+    """
+    if len(time) < 2 or not np.isfinite(values).all():
+        return None
+    return float(np.polyfit(time, values, 1)[0])
 
 
 def without_theorem(claims, why):

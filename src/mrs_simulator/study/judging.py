@@ -56,6 +56,10 @@ def judged(run, control=None, foretold=None):
         foretold(None)
         return judge(run, guards=impossibilities(run)), None
     whole = run.in_space(control.dimension)
+    unfit = _unfit(whole)
+    if unfit:
+        foretold(None)
+        return judge(whole, unfit, guards=impossibilities(whole)), None
     control, run, changed = _since_changes(control, whole)
     control.begin_scene(run.meta.get("scene_time", 0.0))
     faults, unpredicted, measures = [], [], {}
@@ -119,6 +123,18 @@ def _joined(theory, changed):
         return theory
     why = "; ".join(filter(None, (theory.why, changed.why)))
     return theory._replace(rest=changed.rest if theory.rest is None else theory.rest, why=why)
+
+
+def _unfit(run):
+    """Return which conditions of any claim ``run`` does not keep, a list of ``Condition``."""
+    count = len(run.time)
+    lost = ~np.isfinite(run.hand).all(axis=(1, 2))
+    when = "not at {:g} s".format(run.time[np.argmax(lost)] - run.time[0])
+    conditions = (
+        Condition("two samples", count > 1, "there is {}".format(count)),
+        Condition("places of all robots", not lost.any(), when),
+    )
+    return [condition for condition in conditions if not condition.holds]
 
 
 def _unrecorded(run):

@@ -30,6 +30,7 @@ from mrs_simulator.control.laws.published_formations import (
 )
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
+    NOTHING,
     Claim,
     Condition,
     by_sample,
@@ -333,7 +334,8 @@ class DistanceFormation(Shaped):
         hears, heard, _ = self.topology.arcs
         places = self.places()
         wanted = np.linalg.norm(places[hears] - places[heard], axis=1)
-        return np.abs(np.linalg.norm(hand[:, hears] - hand[:, heard], axis=2) - wanted).max(axis=1)
+        off = np.linalg.norm(hand[:, hears] - hand[:, heard], axis=2) - wanted
+        return np.abs(off).max(axis=1, initial=0.0)
 
     def _rate(self, run):
         """Return the decay rate of the lengths over that about the shape which was reached.
@@ -394,7 +396,9 @@ class BearingFormation(Shaped):
     def claims(self, start):
         """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
-        conditions = [undirected(topology), rigid_by_bearings(places, topology)]
+        spread = bool(laws.scale(start) > NOTHING)
+        apart = Condition("robots begin apart", spread, "no bearing leads out of one place")
+        conditions = [undirected(topology), rigid_by_bearings(places, topology), apart]
         if not all_hold(conditions):
             return conditions
         limit = self.targets(start)
@@ -431,7 +435,8 @@ def bearing_error(places, topology, tolerance):
     wanted = laws.bearings(places, topology)
 
     def worst(hand):
-        return np.linalg.norm(laws.bearings(hand, topology) - wanted, axis=2).max(axis=1)
+        off = np.linalg.norm(laws.bearings(hand, topology) - wanted, axis=2)
+        return off.max(axis=1, initial=0.0)
 
     return ends_at(worst, 0.0, tolerance, "worst bearing error at the end [-]")
 

@@ -27,6 +27,7 @@ from mrs_simulator.core.claims import (
     distance_to,
     invariant,
     rate,
+    slope,
     stays_below,
 )
 from mrs_simulator.core.graphs import Topology
@@ -315,7 +316,7 @@ class CyclicPursuit(PioneerControl):
 
         def turns(run):
             phase = np.unwrap(phase_of(gathering_equations.pursuit_modes(run.hand)[:, slowest]))
-            return float(np.polyfit(run.time, phase, 1)[0])
+            return slope(run.time, phase)
 
         return conditions + [
             Claim("growth rate of the slowest mode [1/s]", growth, allowed, grows, free=True),
@@ -528,4 +529,4 @@ def _late_growth(time, values):
     kept = kept[len(kept) // 2 :]
     if len(kept) < 3:
         return None
-    return float(np.polyfit(time[kept], np.log(values[kept]), 1)[0])
+    return slope(time[kept], np.log(values[kept]))

@@ -35,6 +35,7 @@ from mrs_simulator.core.claims import (
     Condition,
     NothingDecays,
     decay_rate,
+    slope,
 )
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, direction_of, wrap_angle
 from mrs_simulator.core.parameters import Parameter
@@ -478,7 +479,7 @@ def first_rate(time, values):
     small = np.flatnonzero(values < SMALL * values[0])
     if not len(small) or small[0] < FEWEST_FITTED:
         return None
-    return float(-np.polyfit(time[: small[0]], np.log(values[: small[0]]), 1)[0])
+    return slope(time[: small[0]], -np.log(values[: small[0]]))
 
 
 def _published_path(control):

@@ -63,7 +63,7 @@ class LineOfSight(Published):
             e = (complex(*(point - self.middle)) * cmath.exp(-1j * chi) - complex(*place)).imag
             aim = e + sigma * z
             u.append(speed * cmath.exp(1j * (chi - cmath.phase(complex(ahead, aim)))))
-            after.append(z + self.period * ahead * e / (aim**2 + ahead**2))
+            after.append(z + self.period * ahead * e / (aim * aim + ahead * ahead))
         return np.array([[w.real, w.imag] for w in u]), after
 
     def over(self, up):

@@ -1,9 +1,13 @@
 """What a node does once it has started up."""
 
 import gc
+import socket
 import weakref
 
-from mrs_simulator.ros.lifecycle import spare_garbage_collection
+import pytest
+from ros_fixtures import PATIENCE, wait_until
+
+from mrs_simulator.ros.lifecycle import Doorkeeper, spare_garbage_collection
 
 
 class Ring:
@@ -25,3 +29,35 @@ def test_what_is_there_is_spared_until_the_next_time():
         assert gone() is None
     finally:
         gc.unfreeze()
+
+
+def test_peers_without_a_header_keep_nobody_out():
+    met, pairs = [], [socket.socketpair() for _ in range(4)]
+
+    def handler(sock, address):
+        met.append((address, sock.recv(4)))
+
+    keeper = Doorkeeper(handler, limit=0.2, most=3)
+    for address, (ours, _) in enumerate(pairs[:3]):
+        keeper(ours, address)
+    pairs[2][1].send(b"head")
+    wait_until(lambda: met == [(2, b"head")])  # though two before it say nothing
+    assert pairs[2][1].send(b"more") == 4
+    for address, (_, theirs) in enumerate(pairs[:2]):  # closed in the end
+        theirs.settimeout(PATIENCE)
+        assert theirs.recv(1) == b"" and wait_until(lambda a=address: (a, b"") in met)
+
+
+def test_of_too_many_peers_without_a_header_the_first_is_closed():
+    pairs = [socket.socketpair() for _ in range(3)]
+    keeper = Doorkeeper(lambda sock, _: sock.recv(4), limit=PATIENCE, most=2)
+    for ours, _ in pairs:
+        keeper(ours, None)
+    first = pairs[0][1]
+    first.settimeout(PATIENCE)
+    assert first.recv(1) == b""
+    for _, theirs in pairs[1:]:
+        theirs.settimeout(0.05)
+        with pytest.raises(socket.timeout):
+            theirs.recv(1)
+        theirs.send(b"head")

@@ -147,15 +147,16 @@ def test_pause_step_reset_and_speed(ros):
     assert probe.ask("clock_went_back") is False
 
 
-def test_a_peer_that_connects_and_says_nothing_keeps_nobody_out(ros):
+def test_peers_that_connect_and_send_no_header_keep_nobody_out(ros):
     stage, probe = start(ros, "--robots", 1)
     probe.wait("state('robot')")
     master = xmlrpc.client.ServerProxy(ros.uri)
     node = xmlrpc.client.ServerProxy(master.lookupNode("/test", "/stage")[2])
     _, host, port = node.requestTopic("/test", "/stage/state", [["TCPROS"]])[2]
     with contextlib.ExitStack() as silent:
-        for _ in range(3):
-            silent.enter_context(socket.create_connection((host, port)))
+        for peer in range(10):  # more than rospy's queue of connections holds
+            connection = silent.enter_context(socket.create_connection((host, port)))
+            connection.send(bytes(peer % 3))  # nothing, or half of a length
         late = ros.probe()
         assert late.wait("state('robot')", 15.0) == [1]
 

@@ -18,7 +18,8 @@ from mrs_simulator.ros.unknown_parameters import refuse_unknown, warn_of_unknown
 PARENT = "MRS_SIMULATOR_PARENT"
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 FAREWELL = 5.0  # [s] of wall time for the last commands and for the master's answer
-SILENT_PEERS = 86400  # [s] for which a peer that connects and says nothing is kept waiting
+HEADER = 10.0  # [s] of wall time in which a peer that connects has to send its header
+MOST_PEERS = 100  # [-] that may be about to; with more, the one that connected first is closed
 NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -35,7 +36,7 @@ def start_node(name, parameters=(), foreign=False):
     """
     refuse_unknown(parameters, foreign)
     rospy.init_node(name, disable_signals=True)
-    _defer_silent_peers()
+    _meet_peers_apart()
     warn_of_unknown(parameters)
     # As long as it is not set, rospy asks the master for it at each log message, and a node whose
     # master is out of reach hangs in the first.
@@ -49,17 +50,54 @@ def start_node(name, parameters=(), foreign=False):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
 
 
-def _defer_silent_peers():
-    """Have the kernel keep connections to this node until their first bytes have come.
+def _meet_peers_apart():
+    """Have each peer that connects to this node send its header to a thread of its own.
 
-    rospy reads each new peer's header in the thread that accepts all of them: one that connects and
-    says nothing would keep out every later subscriber.
+    rospy reads headers in the thread that accepts connections: one peer that never ends its header would
+    keep out every later subscriber.
     """
     server = getattr(rospy.impl.tcpros_base._tcpros_server, "tcp_ros_server", None)
-    option = getattr(socket, "TCP_DEFER_ACCEPT", None)  # Linux
-    if server is not None and option is not None:
-        with contextlib.suppress(OSError):
-            server.server_sock.setsockopt(socket.IPPROTO_TCP, option, SILENT_PEERS)
+    if server is not None:
+        server.inbound_handler = Doorkeeper(server.inbound_handler)
+        server.server_sock.listen(MOST_PEERS)  # more than rospy's 5 may connect at once
+
+
+class Doorkeeper:
+    """Hands connections to a ``handler``, each in a thread of its own, and closes those that dawdle."""
+
+    def __init__(self, handler, limit=HEADER, most=MOST_PEERS):
+        """``handler(sock, address)`` returns once the header is read; ``limit`` [s] of wall time."""
+        self._handler, self._limit, self._most = handler, limit, most
+        self._lock, self._waiting = threading.Lock(), []
+
+    def __call__(self, sock, address):
+        """Take in a connection; return at once."""
+        with self._lock:
+            self._waiting.append(sock)
+            oldest = self._waiting[0] if len(self._waiting) > self._most else None
+        if oldest is not None:
+            self._turn_away(oldest)
+        threading.Thread(target=self._meet, args=(sock, address), daemon=True).start()
+
+    def _meet(self, sock, address):
+        timer = threading.Timer(self._limit, self._turn_away, (sock,))
+        timer.daemon = True
+        timer.start()
+        try:
+            self._handler(sock, address)
+        finally:
+            timer.cancel()
+            with self._lock:
+                if sock in self._waiting:
+                    self._waiting.remove(sock)
+
+    def _turn_away(self, sock):
+        with self._lock:
+            if sock not in self._waiting:
+                return  # its header has come
+            self._waiting.remove(sock)
+            with contextlib.suppress(OSError):
+                sock.shutdown(socket.SHUT_RDWR)
 
 
 def _end_with_parent(parent):

@@ -150,3 +150,14 @@ def test_a_sweep_reports_runs_that_raise_without_words(tmp_path):
     path.write_text("poses: [[0, 0, 0]]\nduration: 0.1\ncontrol: {protocol: law.py}\n")
     (verdict,) = run_sweep(make_runs(str(path), [("seed", [1])]), str(tmp_path / "out"), jobs=1)
     assert verdict["ended"]
+
+
+def test_a_prediction_of_texts_is_named_and_figures_are_drawn(tmp_path):
+    def prediction(self, start, time):
+        return np.full((len(time), *start.shape), "x")
+
+    methods = {"pointMassLaw": lambda self, hand: 0.0 * hand, "prediction": prediction}
+    law, scenario = type("Law", (PioneerControl,), methods), shipped("paper_four", duration=0.1)
+    verdict = run_experiment(scenario, str(tmp_path), law, formats=("png",))
+    assert "could not convert string to float" in verdict["checks"][0]["note"]
+    assert (tmp_path / "trajectories.png").exists()

@@ -351,11 +351,10 @@ def _track(control, run, faults):
     rows = np.unique(np.linspace(0, last, count).round().astype(int))
     wanted = rows.shape + run.hand.shape[1:]
     with _keeping(faults, "prediction"):
-        track = call(control.predicted_track, run.hand[0], run.time[rows] - run.time[0])
-        if track is not None and np.shape(track) != wanted:
-            came, track = np.shape(track), None
-            raise ValueError("shape {}, wanted {}".format(came, wanted))
-        track = None if track is None else np.asarray(track, dtype=float)
+        given = call(control.predicted_track, run.hand[0], run.time[rows] - run.time[0])
+        if given is not None and np.shape(given) != wanted:
+            raise ValueError("shape {}, wanted {}".format(np.shape(given), wanted))
+        track = None if given is None else np.asarray(given, dtype=float)
     if track is None or len(rows) > last:
         return track
     return {"time": run.time[rows], "hand": track}

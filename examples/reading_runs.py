@@ -6,11 +6,17 @@ Run: python3 examples/reading_runs.py
 """
 
 import numpy as np
-import pandas
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mrs_simulator import simulate
+
+try:
+    import pandas
+except ModuleNotFoundError:
+    raise SystemExit(
+        "reading_runs.py: pandas is missing; wanted it installed: pip install pandas"
+    ) from None
 
 
 def study(out, **changes):

@@ -2,6 +2,8 @@
 
 import importlib.util
 import os
+import runpy
+import sys
 
 import pytest
 
@@ -37,3 +39,9 @@ def test_there_are_ten_and_the_docs_list_them():
         page = file.read()
     assert len(NAMES) == 10
     assert all("examples/{}.py".format(name) in page for name in NAMES)
+
+
+def test_an_example_without_pandas_says_what_is_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(SystemExit, match="reading_runs.py: pandas is missing"):
+        runpy.run_path(os.path.join(EXAMPLES, "reading_runs.py"))

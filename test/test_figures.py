@@ -411,3 +411,13 @@ def test_widths_are_names_or_lengths(given, inches):
 def test_looks_that_cannot_be_had_are_named(width, style, told):
     with pytest.raises(LookError, match=told):
         look(width, style)
+
+
+def test_the_legend_names_theory_only_where_its_lines_show():
+    run = make_run(n=2)
+    assert not figure_parts.is_seen(np.full((2, 5), np.nan))
+    standing = np.repeat(run.hand[:1], len(run.time), axis=0)
+    for prediction, shown in ((run.hand, True), (standing, False)):
+        axes = report.draw_trajectories(report.new_figure(), run, prediction)
+        names = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert ("Theory" in names) is shown and "Trajectory" in names

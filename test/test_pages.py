@@ -160,3 +160,11 @@ def test_the_messages_on_the_page_are_those_of_the_code():
             for part in re.split(r"\.\.\.|[A-Z]{4,}", message):
                 part = part.strip(" ':;,[]()")
                 assert len(part) < 3 or part in text, (message, part)
+
+
+def test_a_missing_pybullet_leads_to_its_installation():
+    from mrs_simulator.world.motions import NO_SOLVER, NoSolver
+
+    page = page_of(NoSolver(NO_SOLVER))
+    with open(os.path.join(ROOT, page)) as file:
+        assert "pybullet" in file.read()

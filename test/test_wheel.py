@@ -127,4 +127,5 @@ def test_the_command_tells_its_commands(capsys):
 def test_each_command_has_a_help(name, capsys):
     with pytest.raises(SystemExit) as ended:
         main([name, "--help"])
-    assert ended.value.code == 0 and "usage: " in capsys.readouterr().out
+    assert ended.value.code == 0
+    assert "usage: mrs-simulator {} ".format(name) in capsys.readouterr().out

@@ -5,6 +5,7 @@ import signal
 import sys
 
 from mrs_simulator.core.writing import printing
+from mrs_simulator.study.program import below
 from mrs_simulator.version import __version__
 
 STUDY = "mrs_simulator.study."
@@ -39,7 +40,8 @@ def main(argv=None):
     # An interrupt while the modules load ends it without a word; the command then takes it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, function, _ = COMMANDS[name]
-    getattr(importlib.import_module(module), function)(argv[1:])
+    with below("mrs-simulator"):
+        getattr(importlib.import_module(module), function)(argv[1:])
 
 
 def _usage():

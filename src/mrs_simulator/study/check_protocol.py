@@ -19,6 +19,7 @@ from mrs_simulator.core.verdict import FAILED, HOLDS, outcome_of
 from mrs_simulator.core.writing import printing
 from mrs_simulator.study.experiment import Experiment, LawFailed
 from mrs_simulator.study.mutants import Mutated, mutants_of
+from mrs_simulator.study.program import program
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.report import judged
 from mrs_simulator.study.shipped import scenario_path
@@ -295,7 +296,7 @@ def main(argv=None):
     """Run the command ``check_protocol``; exits with 0 for a law that is ok, 1 for one that is not, 2 for
     bad input."""
     parser = argparse.ArgumentParser(
-        prog="check_protocol",
+        prog=program("check_protocol"),
         description="Run a protocol against its claims on several graphs, team sizes and starts, with "
         "speed limits off and on; then put mistakes in and see whether the verdict notices.",
     )

@@ -15,6 +15,7 @@ from mrs_simulator.core.writing import printing
 from mrs_simulator.study.drawing_apart import drawing
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.look import add_look, look_of
+from mrs_simulator.study.program import program
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
 from mrs_simulator.study.video import add_video, check_video, write_video
@@ -147,7 +148,7 @@ def _given(arguments, names):
 
 def _arguments(argv):
     parser = argparse.ArgumentParser(
-        prog="experiment",
+        prog=program("experiment"),
         description="Run a scenario headless, as fast as possible, and write run.csv, "
         "figures and verdict.json. Needs no ROS master.",
     )
@@ -169,7 +170,7 @@ def _arguments(argv):
 
 def _sweep_arguments(argv):
     parser = argparse.ArgumentParser(
-        prog="sweep",
+        prog=program("sweep"),
         description="Run a scenario under all combinations of its keys' values, in parallel, and write "
         "sweep.csv and its figures.",
     )

@@ -37,12 +37,21 @@ def robot_colours(robots):
 
 
 def draw_alike(axes, lines, label, **style):
-    """Draw ``lines``, each (x, y), in one ``style``; the legend names them once."""
+    """Draw ``lines``, each (x, y), in one ``style``; the legend names them once, if anything is seen."""
+    if not any(is_seen(line) for line in lines):
+        label = "_nolegend_"
     if len(lines) > MOST_LINES:
         draw_many(axes, lines, label=label, **style)
         return
     for row, line in enumerate(lines):
         axes.plot(*line, label="_nolegend_" if row else label, **style)
+
+
+def is_seen(line):
+    """Return whether a ``line`` of coordinates, each (p,), shows: whether it has two points, not one."""
+    points = np.stack([np.asarray(each, dtype=float) for each in line], axis=1)
+    points = points[np.isfinite(points).all(axis=1)]
+    return bool(len(points) and np.ptp(points, axis=0).any())
 
 
 def draw_many(axes, lines, drawstyle="default", **style):

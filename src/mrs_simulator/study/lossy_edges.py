@@ -15,6 +15,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.writing import printing
 from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.program import program
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
 
@@ -161,7 +162,7 @@ def main(argv=None):
     from mrs_simulator.study.canvas import save
 
     parser = argparse.ArgumentParser(
-        prog="lossy_edges",
+        prog=program("lossy_edges"),
         description="Run consensus over lossy edges under many seeds, and compare the mean square of "
         "the disagreement with theory.",
     )

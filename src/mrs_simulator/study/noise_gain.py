@@ -20,6 +20,7 @@ from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.writing import printing
 from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.program import program
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.shipped import scenario_path
 
@@ -191,7 +192,7 @@ def main(argv=None):
     from mrs_simulator.study.canvas import save
 
     parser = argparse.ArgumentParser(
-        prog="noise_gain",
+        prog=program("noise_gain"),
         description="Measure the steady variance of consensus against each kind of noise and against "
         "the gain, and compare it with theory.",
     )

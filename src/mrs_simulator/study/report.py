@@ -28,6 +28,7 @@ from mrs_simulator.study.certificates import certificate_curves
 from mrs_simulator.study.export import add_exports, check_exports, write_exports
 from mrs_simulator.study.judging import judged, proved
 from mrs_simulator.study.look import add_look, look_of
+from mrs_simulator.study.program import program
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.sensor_files import FILE
 from mrs_simulator.study.shipped import scenario_path
@@ -207,7 +208,7 @@ def control_of(run):
 def main(argv=None):
     """Run the command ``report``; exits with 2 for bad input, else with the verdict's code."""
     parser = argparse.ArgumentParser(
-        prog="report", description="Make the figures and the verdict of a recorded run."
+        prog=program("report"), description="Make the figures and the verdict of a recorded run."
     )
     parser.add_argument("run", nargs="?", help="run.csv or its directory, or a rosbag of a ROS run")
     parser.add_argument(

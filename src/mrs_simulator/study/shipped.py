@@ -8,6 +8,7 @@ from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.writing import printing
+from mrs_simulator.study.program import program
 
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Inside the installed package, or beside src in the repository.
@@ -55,7 +56,7 @@ def _missing(name, places):
 def main(argv=None):
     """Run the command ``scenarios``: print the name and title of each."""
     argparse.ArgumentParser(
-        prog="scenarios", description="List the scenarios that ship."
+        prog=program("scenarios"), description="List the scenarios that ship."
     ).parse_args(argv)
     for name in sorted(os.listdir(shipped_scenarios())):
         if name.endswith(".yaml"):

@@ -4,7 +4,7 @@ import mpl_toolkits.mplot3d  # noqa: F401 which registers the projection "3d" be
 import numpy as np
 
 from mrs_simulator.study.canvas import styled
-from mrs_simulator.study.figure_parts import START_COLOUR, robot_colours
+from mrs_simulator.study.figure_parts import START_COLOUR, is_seen, robot_colours
 
 SPACE_HEIGHT = 5.4  # [in]
 MOST_SAMPLES = 600  # of a path
@@ -29,8 +29,10 @@ def draw_in_space(figure, run, prediction=None):
         axes.plot(*path[:, -1:], "o", color=colours[row], ms=5.0, label="End" if first else None)
     axes.plot(*run.hand[0].T, "o", ms=3.5, ls="", color=START_COLOUR, label="Start")
     if prediction is not None:
-        for row, path in enumerate(np.transpose(prediction, (1, 2, 0))):
-            label = None if row else "Theory"
+        paths = np.transpose(prediction, (1, 2, 0))
+        seen = any(is_seen(path) for path in paths)
+        for row, path in enumerate(paths):
+            label = "Theory" if seen and not row else None
             axes.plot(*path, color="k", ls=(0, (3, 5)), lw=0.9, label=label)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     if hasattr(axes, "set_box_aspect"):  # matplotlib 3.3

@@ -6,6 +6,7 @@ import sys
 
 from mrs_simulator.core.writing import printing
 from mrs_simulator.study.look import LookError
+from mrs_simulator.study.program import program
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.report import read_run
 
@@ -15,7 +16,7 @@ RATE = 20.0  # [Hz] of pictures in the window
 @printing
 def main(argv=None):
     """Run the command ``view``; exits with 2 for bad input."""
-    parser = argparse.ArgumentParser(prog="view", description="Play a recorded run.")
+    parser = argparse.ArgumentParser(prog=program("view"), description="Play a recorded run.")
     parser.add_argument("run", help="run.csv or its directory, or a rosbag of a ROS run")
     parser.add_argument("--speed", type=float, default=5.0, help="times as fast as recorded")
     parser.add_argument(

@@ -19,6 +19,12 @@ NO_SOLVER = (
 )
 
 
+class NoSolver(WorldError):
+    """Motion with forces is asked for, and pybullet is not installed."""
+
+    page = "docs/without_ros.md"
+
+
 class Surroundings(NamedTuple):
     """What motions need to know beside the team; as ``World.__init__`` has it."""
 
@@ -91,7 +97,7 @@ def _dynamic(team, poses, z, around):
     except ModuleNotFoundError as error:
         if error.name != "pybullet":
             raise
-        raise WorldError(NO_SOLVER) from None
+        raise NoSolver(NO_SOLVER) from None
     return motion_of(around.engine)(*bodies, mirrored=around.mirrored, errors=around.errors)
 
 
@@ -127,7 +133,7 @@ def _moved_through(around):
 
 def _need_solver():
     if not is_available():
-        raise WorldError(NO_SOLVER)
+        raise NoSolver(NO_SOLVER)
 
 
 def _refuse_forceless(team):

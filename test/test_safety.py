@@ -95,7 +95,7 @@ def crossing(safety, fidelity="kinematic"):
 def test_robots_with_bodies_never_touch(tmp_path, fidelity):
     verdict = run_experiment(crossing(True, fidelity), str(tmp_path), Meet, formats=())
     checks = {check["name"]: check for check in verdict["checks"]}
-    assert checks["least distance of two hand points [m]"]["passed"], verdict
+    assert checks["least distance of two robots [m]"]["passed"], verdict
     assert checks["collisions"]["measured"] == 0
     assert verdict["min_distance"] < 2.0  # they did come close
 

@@ -10,7 +10,7 @@ from mrs_simulator.core.guards import Violations, checked_fence, outside, pairs_
 from mrs_simulator.core.obstacles import Box
 from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.nodes.control.command_gate import AGAIN, CommandGate
-from mrs_simulator.study.experiment import Experiment, run_experiment
+from mrs_simulator.study.experiment import run_experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World
 
@@ -110,25 +110,6 @@ def test_flying_robots_keep_an_ellipsoid_apart(fidelity, tmp_path):
         return
     unsafe = run_experiment(swapping(False, fidelity=fidelity), str(tmp_path), formats=())
     assert not next(c for c in unsafe["checks"] if c["name"] == "collisions")["passed"]
-
-
-def test_without_the_bound_on_tracking_they_come_too_near(monkeypatch):
-    """What the bound is for: with forces, robots that are told to stop run on."""
-
-    def least(scenario):
-        experiment = Experiment(scenario)
-        squash = experiment.control.safe_squash
-        nearest = np.inf
-        for _ in experiment.samples():
-            places = np.column_stack([experiment.world.pose[:, :2], experiment.world.z]) * squash
-            apart = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(4, 1)]
-            nearest = min(nearest, apart.min())
-        return nearest, experiment.control.kept_distance
-
-    nearest, wanted = least(swapping(CAPPED))
-    assert nearest > wanted == pytest.approx(0.12)
-    monkeypatch.setattr(Team, "tracking", lambda self, speed: np.zeros(self.n))
-    assert least(swapping(CAPPED))[0] < nearest
 
 
 def test_no_pair_gets_into_the_ellipsoid():

@@ -30,6 +30,7 @@ from mrs_simulator.control.velocities import (
     team_velocities,
     turned_by,
 )
+from mrs_simulator.control.way_out import WayOut
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.graphs import Topology
@@ -402,6 +403,7 @@ class PioneerControl:
             raise ControlError(text.format(type(self).__name__, written, team.dimension))
         joints = team.rest_joints  # [rad]
         self._keep(team=team, joints=joints, _given=None, _has_joints=team.has_joints)
+        self._keep(_way_out=None)  # made when it is needed
 
     def all_claims(self, start):
         """Return what theory says of a run from ``start`` (n, d) over the edges that there are."""
@@ -485,10 +487,21 @@ class PioneerControl:
             bounds=bounds,
             speed=speed,
             squash=self.safe_squash,
+            brakes=self.safe_brakes,
         )
-        self._standstill.note(self.time, wanted, velocity, points, distance)
         # One factor for the whole team keeps every pair's constraint.
-        return self.saturated(self.commands_for(velocity, pose), "team")
+        safe = self.saturated(self.commands_for(velocity, pose), "team")
+        passed = safe if self.way_out is None else self._with_way_out(safe, pose)
+        if passed is not safe:
+            velocity = self.team.velocity(passed, pose, self.joints, self.l, self.period)
+        self._standstill.note(self.time, wanted, velocity, points, distance)
+        return passed
+
+    def _with_way_out(self, command, pose):
+        """Return ``command`` (n, a) where it leaves robots a way out, and where not they brake."""
+        heights = np.ones(len(pose)) if self._heights is None else np.array(self._heights)
+        around = self._surroundings.standing()
+        return self.way_out.certified(command, pose, heights, self.time, around)
 
     def _safe_by_sensors(self, wanted, points, pose):
         """Return the velocities (n, 2) that the robots' own sensors let pass."""
@@ -503,6 +516,26 @@ class PioneerControl:
             [getattr(self.readings[number], name) for name in names] for number in self.numbers
         ]
         return safe_by_sensors(wanted, seers, turn, readings, self._surroundings.speed)
+
+    @property
+    def way_out(self):
+        """Return the ``WayOut`` that robots keep; None for points, and for robots that know no places."""
+        if self.fidelity == "point_mass" or self._surroundings.sensed:
+            return None
+        if self._way_out is None:
+            given = self.team, self.body_radii, self.period, self.fidelity
+            self._keep(_way_out=WayOut(*given))
+        return self._way_out
+
+    @property
+    def body_radii(self):
+        """Return the radii (n,) [m] about the centres that bodies lie within."""
+        return np.broadcast_to(np.asarray(self.safety, dtype=float), len(self.numbers))
+
+    @property
+    def safe_brakes(self):
+        """Return the ``Brakes`` by which the safety filter slows robots; None where they stop at once."""
+        return None if self.way_out is None else self.way_out.brakes
 
     @property
     def filter_sensors(self):
@@ -520,9 +553,18 @@ class PioneerControl:
         ``time`` [s] since the law began, by default now, tells where obstacles on tracks are; ``standing``:
         leave them out.
         """
-        around = self._surroundings.standing() if standing else self._surroundings
-        time = self._scene_begun + (self.time if time is None else time)
+        around = self.safe_surroundings(standing)
+        time = self.scene_time(self.time if time is None else time)
         return around.bounds(points, self._reach, time, self.period)
+
+    def safe_surroundings(self, standing=False):
+        """Return the ``Surroundings`` that the safety filter keeps robots from; ``standing``: without what
+        moves."""
+        return self._surroundings.standing() if standing else self._surroundings
+
+    def scene_time(self, time):
+        """Return the time [s] of the scene at ``time`` [s] since the law began."""
+        return self._scene_begun + time
 
     @property
     def filter_flees(self):
@@ -570,7 +612,10 @@ class PioneerControl:
 
     @property
     def _late(self):
-        """Return the bounds on the robots' tracking errors, (n,) [m], 0 where they obey at once."""
+        """Return the bounds on the robots' tracking errors, (n,) [m], 0 where they obey at once, or where
+        courses tell how far they run on."""
+        if self.way_out is not None:
+            return np.zeros(self.team.n)
         return tracking_errors(self.team, self.fidelity, self._surroundings.speed)
 
     @property

@@ -59,6 +59,33 @@ class Surroundings(NamedTuple):
         """
         if not (self.obstacles or self.arena):
             return NO_BOUNDS
+        found = self._found(points, time)
+        gap = np.concatenate([far - reach for far, _ in found])
+        way_out = np.concatenate([out for _, out in found])
+        robot = np.tile(np.arange(len(points)), len(found))
+        comes = self._coming(found, time, period)
+        bounds = Bounds(robot, way_out, gap, np.tile(reach, len(found)), comes)
+        land = self._land(found)
+        if self.afloat is None or not any(land):
+            return bounds
+        kept = ~land[:, np.newaxis] | self.afloat
+        return Bounds(*(each[kept.ravel()] for each in bounds))
+
+    def gaps(self, points, reach, rows):
+        """Return the gaps (b, k, m) [m] of robots ``rows`` (m,) at places ``points`` (k, m, d) from each
+        obstacle, as it begins, and border, and the unit vectors out of them, (b, k, m, d).
+
+        ``reach`` (m,) [m] is kept; inf from land for those on land.
+        """
+        shape, found = points.shape, self._found(points.reshape(-1, points.shape[-1]))
+        gap = np.array([far for far, _ in found]).reshape((-1,) + shape[:2]) - reach
+        if self.afloat is not None:
+            free = self._land(found)[:, np.newaxis] & ~self.afloat[rows]
+            gap = np.where(free[:, np.newaxis], np.inf, gap)
+        return gap, np.array([out for _, out in found]).reshape((-1,) + shape)
+
+    def _found(self, points, time=0.0):
+        """Return distances (n,) of ``points`` (n, d) from each obstacle and border, and ways out (n, d)."""
         places = points[:, :2]
         found = [clearance(obstacle, places) for obstacle in obstacles_at(self.obstacles, time)]
         borders = _borders(self.arena, places) if self.arena else []
@@ -66,18 +93,12 @@ class Surroundings(NamedTuple):
             heights = [obstacle.height for obstacle in self.obstacles]
             found = [_with_top(*each, points[:, 2], top) for each, top in zip(found, heights)]
             borders = [(far, np.column_stack([out, np.zeros(len(out))])) for far, out in borders]
-        found += borders
-        gap = np.concatenate([far - reach for far, _ in found])
-        way_out = np.concatenate([out for _, out in found])
-        robot = np.tile(np.arange(len(points)), len(found))
-        comes = self._coming(found, time, period)
-        bounds = Bounds(robot, way_out, gap, np.tile(reach, len(found)), comes)
+        return found + borders
+
+    def _land(self, found):
+        """Return which of what is ``found`` is land, (b,) bool."""
         land = [is_flat(obstacle) for obstacle in self.obstacles]
-        if self.afloat is None or not any(land):
-            return bounds
-        land = np.array(land + [False] * len(borders))
-        kept = ~land[:, np.newaxis] | self.afloat
-        return Bounds(*(each[kept.ravel()] for each in bounds))
+        return np.array(land + [False] * (len(found) - len(land)), dtype=bool)
 
     def _coming(self, found, time, period):
         """Return how fast the borders ``found``, obstacles' first, come towards points, (k,) [m/s]."""

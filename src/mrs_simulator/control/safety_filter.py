@@ -43,6 +43,7 @@ def safe_velocities(
     bounds=NO_BOUNDS,
     speed=None,
     squash=None,
+    brakes=None,
 ):
     """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, d) [m/s].
 
@@ -60,9 +61,12 @@ def safe_velocities(
 
     ``squash`` (d,) [-], s: distances are ``|s p|``, factor by factor, so that robots keep an ellipsoid
     apart; ``s^2 p_ij`` stands in the bound then.
+
+    ``brakes``: the ``Brakes`` of robots that do not stop at once; the speed w_ij at which a pair may
+    close up then stands in the place of the first bound, ``2 |p_ij| w_ij`` in that of ``gamma h_ij^3``.
     """
     wanted = np.asarray(wanted, dtype=float)
-    pairs = _pair_rows(points, distance, period, gamma, squash)
+    pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
     rows = _joined(pairs, bounds, period)
     # At first those matter that robots, heading straight for each other, could violate.
     size = np.linalg.norm(wanted, axis=1)
@@ -82,13 +86,21 @@ def safe_velocities(
 
 
 def filter_acts(
-    velocity, points, distance, period, gamma=GAMMA, bounds=NO_BOUNDS, speed=None, squash=None
+    velocity,
+    points,
+    distance,
+    period,
+    gamma=GAMMA,
+    bounds=NO_BOUNDS,
+    speed=None,
+    squash=None,
+    brakes=None,
 ):
     """Return whether the filter may have changed what was wanted to ``velocity`` (n, d) [m/s].
 
     A velocity that was changed lies on a bound, or some robot was turned aside.
     """
-    pairs = _pair_rows(points, distance, period, gamma, squash)
+    pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
     points = points if squash is None else points * squash
     rows = _joined(pairs, bounds, period)
     size = np.linalg.norm(velocity, axis=1)
@@ -133,14 +145,40 @@ class Rows(NamedTuple):
         return Rows(*(column[kept] for column in self[:5]), alone)
 
 
-def _pair_rows(points, distance, period, gamma, squash=None):
+class Brakes(NamedTuple):
+    """How robots stop: from a speed v within ``v late + slowness v^2/2``."""
+
+    slowness: np.ndarray  # (n,) [s^2/m]
+    late: np.ndarray  # (n,) [s]
+
+    def closing(self, gap, first, second):
+        """Return the speeds (m,) [m/s] at which pairs may close up with ``gap`` (m,) [m] left between them.
+
+        Those from which both stop within it, each from half: ``w/2 (t_i + t_j) + w^2/8 (s_i + s_j) = gap``.
+        """
+        late = 0.5 * (self.late[first] + self.late[second])
+        slow = 0.5 * (self.slowness[first] + self.slowness[second])
+        gap = np.maximum(gap, 0.0)
+        return 2.0 * gap / (late + np.sqrt(late * late + slow * gap))
+
+
+def _pair_rows(points, distance, period, gamma, squash=None, brakes=None):
     margin, first, second = margins(points, distance, squash)
     apart = points[first] - points[second]
     apart = apart if squash is None else apart * squash**2
     # Each row divided by its length.
-    size = 2.0 * np.sqrt(2.0) * np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    far = np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    size = 2.0 * np.sqrt(2.0) * far
     rows = 2.0 * apart / size[:, np.newaxis]
-    limit = np.minimum(gamma * margin**3, margin / period) / size
+    if brakes is None:
+        most = gamma * margin**3
+    else:
+        needed = of_pairs(distance, first, second)
+        seen = np.sqrt(np.maximum(margin + needed * needed, 0.0))
+        most = 2.0 * far * brakes.closing(seen - needed, first, second)
+        # By robots' own size, so that small ones go about it as large ones do.
+        most = np.minimum(most, gamma * margin**3 / needed**4)
+    limit = np.minimum(most, margin / period) / size
     return Rows(first, second, -rows, rows, limit)
 
 

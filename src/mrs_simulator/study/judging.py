@@ -89,7 +89,7 @@ def judged(run, control=None, foretold=None):
     carried = _carried(control, run) or _unrecorded(run)
     if carried:
         theory = theory._replace(ruled_out=carried)
-    guards = safety_claims(control, whole.hand[0]) + impossibilities(whole)
+    guards = safety_claims(control, whole) + impossibilities(whole)
     verdict = judge(whole, claims + faults, measures, guards, theory)
     return verdict, track
 

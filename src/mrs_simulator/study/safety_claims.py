@@ -1,33 +1,43 @@
 """What the safety filter claims of a run, whatever the protocol."""
 
-import functools
-
 import numpy as np
 
-from mrs_simulator.core.claims import Claim, Condition, stays_above
+from mrs_simulator.control.safe_distances import sums_of_pairs
+from mrs_simulator.core.claims import Claim, Condition
 from mrs_simulator.core.neighbours import least_distance, squared
 
-# [m] by which a held arc, or wheels that slip, may take a hand point nearer than a point mass would be.
-TOLERANCE = {"point_mass": 1e-9, "kinematic": 0.02, "dynamic": 0.05}
+TOLERANCE = 1e-9  # [m], of rounding: bodies do not touch
 CLEARANCE = "least clearance of obstacles and border [m]"
 SPEED = "largest share of a speed cap [-]"
 ROUNDING = 1e-6  # [-] of a cap
 
 
-def safety_claims(control, start):
-    """Return what the safety filter claims of a run from hand points ``start`` (n, d)."""
+def safety_claims(control, run):
+    """Return what the safety filter claims of ``run``."""
     if not np.any(control.safety):
         return []
-    return _apart(control, start) + _clear(control, start) + _capped(control)
+    return _apart(control, run) + _clear(control, run) + _capped(control)
 
 
-def _apart(control, start):
-    if len(start) < 2 or not control.filter_sees_robots:
+def _places(control, run):
+    """Return the places (m, n, d) [m] by which robots are judged: of points themselves, else of centres."""
+    points = control.fidelity == "point_mass" or control.dimension == 3
+    return run.hand if points else run.pose[:, :, :2]
+
+
+def _reach(control):
+    """Return how far (n,) [m] robots are to be from what stands, measured from those places."""
+    lead = control.team.lead(control.l) if control.fidelity == "point_mass" else 0.0
+    return control.body_radii + lead
+
+
+def _apart(control, run):
+    if len(run.hand[0]) < 2 or not control.filter_sees_robots:
         return []
-    wanted, squash = control.kept_distance, control.safe_squash
-    least, name = wanted, "least distance of two hand points [m]"
+    wanted, squash = sums_of_pairs(_reach(control)), control.safe_squash
+    least, name = wanted, "least distance of two robots [m]"
     if np.ndim(wanted):
-        least, name = 0.0, "least distance of two hand points beyond what the pair needs [m]"
+        least, name = 0.0, "least distance of two robots beyond what the pair needs [m]"
 
     if squash is not None:
         name = name.replace("[m]", "(above each other {:g} times) [m]".format(1.0 / squash[2]))
@@ -36,36 +46,39 @@ def _apart(control, start):
         points = points if squash is None else points * squash
         return _least_slack(points, wanted) if np.ndim(wanted) else least_distance(points)
 
-    begun = measured(start)
+    def least_of(run):
+        return min(map(measured, _places(control, run)))
+
+    begun = measured(_places(control, run)[0])
     why = "{}: {:.2f} m at the start, wanted {:.2f} m".format(name[:-4], begun, least)
     return [
         Condition("robots start apart", begun >= least, why, necessary=True),
-        stays_above(_of_each(measured), least, name, TOLERANCE[control.fidelity]),
+        Claim(name, least, TOLERANCE, least_of, "at least"),
     ]
 
 
-def _clear(control, start):
+def _clear(control, run):
     # What a robot senses tells it not how fast things come.
     flees = not control.filter_sensors and control.filter_flees
 
     def gap(points, time):
-        bounds = control.safe_bounds(points, time, standing=not flees)
+        around = control.safe_surroundings(standing=not flees)
+        bounds = around.bounds(points, _reach(control), control.scene_time(time), control.period)
         return float(bounds.gap.min(initial=np.inf))
 
-    begun = gap(start, 0.0)
+    begun = gap(_places(control, run)[0], 0.0)
     if begun == np.inf:
         return []
-    least = functools.partial(_least_gap, gap)
+
+    def least(run):
+        return min(map(gap, _places(control, run), run.time))
+
     why = "{}: {:.2f} m at the start, wanted 0 m".format(CLEARANCE[:-4], begun)
-    claim = Claim(CLEARANCE, 0.0, TOLERANCE[control.fidelity], least, "at least")
+    claim = Claim(CLEARANCE, 0.0, TOLERANCE, least, "at least")
     return [
         Condition("robots start clear of obstacles and border", begun >= 0.0, why, necessary=True),
         claim._replace(unproved=_outrun(control, flees) if flees else ""),
     ]
-
-
-def _least_gap(gap, run):
-    return min(map(gap, run.hand, run.time))
 
 
 def _outrun(control, flees):
@@ -88,11 +101,6 @@ def _capped(control):
         return float((np.linalg.norm(control.velocities(run), axis=2) / cap).max())
 
     return [Claim(SPEED, 1.0, ROUNDING, share, "at most")]
-
-
-def _of_each(measured):
-    """Return the quantity that ``measured(points)`` makes of each sample's points."""
-    return lambda hand: np.array([measured(points) for points in hand])
 
 
 def _least_slack(points, wanted):

@@ -416,6 +416,15 @@ def may_sense(control, velocity, hand, bounds):
     return bool((np.linalg.norm(velocity, axis=1) > SHARE * FIXED_RATE * gap).any())
 
 
+def may_have_braked(control, run, row):
+    """Return whether robots may have been braked in a sample of ``run``, to keep them a way out."""
+    if control.way_out is None:
+        return False
+    place = run.hand[row] if control.dimension == 3 else run.pose[row, :, :2]
+    around = control.safe_surroundings(standing=True)
+    return control.way_out.may_have_acted(run.command[row], place, around)
+
+
 def filter_acted(control, run):
     """Return the last sample of ``run`` whose command the safety filter changed, or None.
 
@@ -430,8 +439,9 @@ def filter_acted(control, run):
         squash = control.safe_squash
         if control.filter_sensors and may_sense(control, u, hand, bounds):
             return row
-        if filter_acts(
-            u, hand, distance, control.period, bounds=bounds, speed=speed, squash=squash
-        ):
+        more = {"bounds": bounds, "speed": speed, "squash": squash, "brakes": control.safe_brakes}
+        if filter_acts(u, hand, distance, control.period, **more):
+            return row
+        if may_have_braked(control, run, row):
             return row
     return None

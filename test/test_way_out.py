@@ -1,0 +1,100 @@
+"""Robots brake in time: their courses hold, and no pair that meets touches, whatever its kind."""
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl
+from mrs_simulator.control.making import make_control
+from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.courses import Courses
+from mrs_simulator.world.world import EVERY, World
+
+PERIOD = 0.02
+KINDS = ("pioneer3dx", "robotino3", "f1tenth", "heron", "wamv", "crazyflie2", "epuck")
+
+
+def heights(kinds):
+    """Return the heights (n,) [m] at which robots of these ``kinds`` begin."""
+    return np.where(Team(kinds).airborne, 1.0, 0.0)
+
+
+WALL = {"type": "wall", "from": [2.0, -9.0], "to": [2.0, 9.0]}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_robots_stay_beside_their_courses_no_farther_than_these_say(kind, seed):
+    draw = np.random.default_rng(seed)
+    world = World((kind,), [[0.0, 0.0, 0.3]], z=heights((kind,)), step=PERIOD)
+    courses = Courses(world.team)
+    inner = courses.at_rest(world.pose, np.ones(1))
+    top = np.minimum(world.team.limits.of_all(1).top, 4.0)
+    command = top * draw.uniform(-1.0, 1.0, top.shape)
+    for k in range(60):
+        command = command if k % 20 else top * draw.uniform(-1.0, 1.0, top.shape)
+        world.set_commands(EVERY, command)
+        world.step()
+        inner = courses.followed(inner, command, PERIOD)
+    next_one = top * draw.uniform(-1.0, 1.0, top.shape)
+    course = courses.course(inner, world.pose, np.ones(1), next_one, PERIOD)
+    for k in range(300):
+        world.set_commands(EVERY, next_one if k == 0 else np.zeros_like(next_one))
+        world.step()
+        now = min((k + 1) * PERIOD, course.time[-1])
+        row = min(np.searchsorted(course.time, now, "right"), len(course.time) - 1)
+        share = (now - course.time[row - 1]) / (course.time[row] - course.time[row - 1])
+        line = course.place[row - 1 : row + 1, 0, :2]
+        beside = np.linalg.norm(world.pose[0, :2] - line[0] - share * (line[1] - line[0]))
+        assert beside <= course.aside[row - 1, 0] + 1e-5, k
+
+
+def met(kinds, fidelity="kinematic", wall=False, gain=0.3, far=8.0, duration=16.0):
+    """Return the least gaps [m] between two robots that change places, and between them and ``WALL``."""
+    reach = Team(kinds).reach
+    poses = [[-far, 0.0, 0.0], [far, 0.0, np.pi]]
+
+    class Swap(PioneerControl):
+        def pointMassLaw(self, hand):
+            return gain * (np.array([[far, 0.0], [-far, 0.0]]) - hand)
+
+    content = {"poses": poses, "model": list(kinds), "fidelity": fidelity}
+    if any(heights(kinds)):
+        content["altitude"] = heights(kinds).tolist()
+    content.update(obstacles=[WALL] if wall else [])
+    content.update(control={"safety": {"obstacles": wall}, "rate": 10})
+    scenario = scenario_from_dict(content)
+    control = make_control(scenario, Swap)
+    world = World.from_scenario(scenario)
+    least, inside = np.inf, np.inf
+    for k in range(int(duration / world.step_size)):
+        if k % 5 == 0:
+            z = world.z
+            pose = world.pose if z is None else np.column_stack([world.pose, z])
+            world.set_commands(EVERY, control.commands(pose, world.time, world.joints))
+        world.step()
+        apart = np.linalg.norm(world.pose[0, :2] - world.pose[1, :2]) - reach.sum()
+        gap = np.abs(world.pose[:, 0] - 2.0) - 0.05 - reach
+        least, inside = min(least, apart), min(inside, gap.min())
+    return least, inside
+
+
+@pytest.mark.parametrize("kind", KINDS[:6])
+def test_robots_head_on_never_touch(kind):
+    assert met((kind, kind))[0] > 1e-3
+
+
+@pytest.mark.parametrize("kinds", [("robotino3", "f1tenth"), ("pioneer3dx", "robotino3")])
+def test_robots_of_several_kinds_head_on_never_touch(kinds):
+    assert met(kinds)[0] > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["pioneer3dx", "heron"])
+def test_nor_do_they_with_forces(kind):
+    assert met((kind, kind), "dynamic")[0] > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["f1tenth", "heron", "robotino3"])
+def test_robots_told_through_a_wall_stop_before_it(kind):
+    gap = met((kind, kind), wall=True, gain=3.0)[1]
+    assert gap > 1e-3

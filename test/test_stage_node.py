@@ -182,6 +182,16 @@ def test_the_team_is_set_all_at_once_or_not_at_all(ros):
     assert probe.ask("clock_went_back") is False
 
 
+def test_a_team_without_some_robots_of_the_graph_is_set(ros, tmp_path):
+    (tmp_path / "three.yaml").write_text(
+        "poses: [[0, 0, 0], [3, 0, 0], [6, 0, 0]]\ntopology: {edges: [[1, 2], [2, 3]]}\n"
+    )
+    _, probe = start(ros, "--scenario", tmp_path / "three.yaml")
+    assert probe.ask("set_team([])")[0] is False
+    assert probe.ask("set_team([[0, 0, 0], [5, 0, 0]])") == [True, "2 robots"]
+    probe.wait("state('robot') == [1, 2]")
+
+
 def test_collisions_are_published_once(ros):
     stage, probe = start(ros, "--robots", 2)
     probe.ask("set_team([[0, 0, 0], [1, 0, 3.14159265]])")

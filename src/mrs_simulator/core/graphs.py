@@ -54,6 +54,13 @@ class Topology:
         for kept in (self._in_degree, self._shares):
             kept.setflags(write=False)
 
+    def for_robots(self, n):
+        """Return the graph over n robots: edges of robots that are gone go with them."""
+        if n == self.n:
+            return self
+        kept = [edge for edge in self.edges if max(edge[:2]) <= n]
+        return Topology(n, kept, self.directed)
+
     @classmethod
     def preset(cls, name, n, directed=None):
         """Return the graph called ``name``, one of ``PRESETS``, over n robots.

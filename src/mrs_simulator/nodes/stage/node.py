@@ -420,7 +420,10 @@ class Stage:
             if kind not in known:
                 raise ValueError(unknown_name("kind", kind, known))
         robots = {"robots": len(poses), "poses": poses, "altitude": heights}
-        team = self.scenario.changed(**robots, model=kinds)
+        scenario = self.scenario
+        if scenario.topology is not None:
+            scenario = scenario._replace(topology=scenario.topology.for_robots(len(poses)))
+        team = scenario.changed(**robots, model=kinds)
         self.world.set_team(Team.from_scenario(team), poses, team.altitude)
         self.scenario = team
         self._after_change()

@@ -70,9 +70,8 @@ class EditedScenario:
     def set_team(self, poses, kinds, altitude=None):
         """Take in a team; edges of robots that are gone go with them.  Return what is wrong, or ""."""
         topology = self.scenario.topology
-        if topology is not None and topology.n != len(poses):
-            edges = [edge for edge in topology.edges if max(edge[:2]) <= len(poses)]
-            topology = Topology(len(poses), edges, topology.directed)
+        if topology is not None:
+            topology = topology.for_robots(len(poses))
         scenario = self.scenario._replace(
             poses=poses, kinds=tuple(kinds), altitude=altitude, topology=topology
         )

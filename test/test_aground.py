@@ -46,6 +46,34 @@ def test_others_stand_on_land_and_fly_over_it(fidelity):
     world.close()
 
 
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+@pytest.mark.parametrize("name", ["pioneer3dx", "husky", "robotino3", "f1tenth", "husky_panda"])
+def test_wheels_that_leave_the_land_are_reported_and_stand_still(name, fidelity):
+    poses = [[5.3, 0.0, np.pi], [5.3, 5.0, 0.0]]
+    world = World((name, "pioneer3dx"), poses, obstacles=[LAND], fidelity=fidelity)
+    command = np.zeros((2, len(world.team.axes)))
+    command[:, 0] = 0.5
+    for _ in range(160):
+        world.set_commands(EVERY, command)
+        world.step()
+    assert [each[1:3] for each in world.take_incidents()] == [("robot1", "in_water")]
+    assert 4.0 < world.pose[0, 0] < 5.0 and world.pose[1, 0] > 5.5
+    np.testing.assert_allclose(world.twist[0], 0.0, atol=0.01)
+    world.reset()
+    np.testing.assert_array_equal(world.pose, poses)
+    world.close()
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_wheels_do_not_begin_in_the_water_where_there_is_land(fidelity):
+    text = r"robot2 at \[3.0, 0.0\] is in the water, a Pioneer.*wanted it on land"
+    with pytest.raises(WorldError, match=text):
+        poses = [[6.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
+        World(("pioneer3dx",) * 2, poses, obstacles=[LAND], fidelity=fidelity)
+    World(("pioneer3dx",), [[3.0, 0.0, 0.0]]).close()  # without land there is no water
+    World(("heron", "crazyflie2"), [[3.0, 0.0, 0.0], [1.0, 0.0, 0.0]], obstacles=[LAND]).close()
+
+
 def test_a_boat_does_not_begin_on_land():
     with pytest.raises(WorldError, match="robot1 overlaps obstacle beach"):
         World(("heron",), [[6.0, 0.0, 0.0]], obstacles=[LAND])

@@ -13,6 +13,7 @@ ROTORS = 4
 LOST, OFF = "rotor_lost", "motors_off"
 UPSIDE_DOWN, SATURATED, NOT_FINITE = "upside_down", "saturated", "not_finite"
 ARM_END, LET_GO, FELL = "arm_at_end", "let_go", "load_fell"
+IN_WATER = "in_water"
 FAULTS = (LOST, OFF)  # what a scenario may order
 WORDS = {
     LOST: "lost rotor {}",
@@ -22,6 +23,7 @@ WORDS = {
     ARM_END: "has joint {} of its arm at its end",
     LET_GO: "lets go of the load, which pulls harder than its grip holds",
     FELL: "was the last of those that held the load: it fell",
+    IN_WATER: "drove off the land into the water, and stands still there",
     NOT_FINITE: "has a state that is no number, and is stopped where it was",
 }
 

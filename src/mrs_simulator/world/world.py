@@ -33,6 +33,7 @@ from mrs_simulator.world.flights import Flights
 from mrs_simulator.world.grips import Grips, refuse_load
 from mrs_simulator.world.manoeuvres import HOVER_HEIGHT
 from mrs_simulator.world.motions import Surroundings, new_motion
+from mrs_simulator.world.shores import Shore, refuse_in_water
 
 __all__ = ["EVERY", "World", "WorldError"]
 
@@ -159,6 +160,7 @@ class World:
         checks.refuse_mirrored(self.mirrored, team.n)
         if self.fidelity != "point_mass":
             checks.refuse_overlaps(team, poses, obstacles_at(self.obstacles, self.time), z=z)
+            refuse_in_water(team, poses, self.obstacles, self.mirrored)
         checks.refuse_events(team, self._events, self.fidelity)
         checks.refuse_uneven_wheels(team, self._around.errors)
         refuse_load(self._given_load, team, poses, self._around.hand_length)
@@ -186,6 +188,9 @@ class World:
         self._estimates.begin()
         self._faults = Faults(motion, clock, self._events)
         self._flights = Flights(team, motion, clock, self._faults, self.mirrored, takeoff)
+        self._shore = None
+        if self.fidelity != "point_mass":
+            self._shore = Shore.of(team, motion, self._faults, self.obstacles, self.mirrored)
         self._grips = None
         if team.has_arms:
             self._grips = Grips(team, motion, self._faults, around.hand_length, self._given_load)
@@ -457,9 +462,13 @@ class World:
         obeyed = commands.obeyed()
         if flights.busy:
             obeyed = flights.obeyed(obeyed)
+        if self._shore:
+            obeyed = self._shore.obeyed(obeyed)
         self._motion.advance(obeyed)
         self._clock.steps += 1
         faults.look()
+        if self._shore:
+            self._shore.look()
         if self._grips:
             self._grips.look()
         self._estimates.update()

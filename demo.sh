@@ -118,7 +118,7 @@ if [ ! -f "$out/verdict.json" ]; then
   exit 2
 fi
 echo
-python3 -m mrs_simulator.core.verdict "$out/verdict.json" "${require[@]+"${require[@]}"}"
+python3 -m mrs_simulator.verdict.verdict "$out/verdict.json" "${require[@]+"${require[@]}"}"
 code=$?
 echo "  figures and data: $out"
 if [ -n "$launch" ]; then

@@ -98,7 +98,7 @@ def run(task):
     if fidelity == "point_mass":  # which has no wheels
         content["odometry"] = "world"
     try:
-        from mrs_simulator.core.scenario import scenario_from_dict
+        from mrs_simulator.scenario.scenario import scenario_from_dict
 
         with tempfile.TemporaryDirectory() as out:
             return run_experiment(scenario_from_dict(content, path), out, formats=())

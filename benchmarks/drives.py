@@ -20,10 +20,10 @@ import tempfile
 import numpy as np
 
 from mrs_simulator import load_scenario
-from mrs_simulator.control.laws import HOMES
-from mrs_simulator.control.laws.exactness import ROBOTS
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles import Team
+from mrs_simulator.verdict.law.published_checks import ROBOTS
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PAGE = os.path.join(ROOT, "docs", "protocols.md")

@@ -11,7 +11,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
 from mrs_simulator.vehicles import Team
-from mrs_simulator.world.wheeled import MOTIONS
+from mrs_simulator.world.motion.wheeled import MOTIONS
 
 UNTUNED = {"substep": 1.0 / 240.0, "iterations": 50}
 KINDS = (

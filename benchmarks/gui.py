@@ -117,10 +117,10 @@ def show(n, seconds, way, points):
     from python_qt_binding.QtCore import QEvent, QObject, Qt, QTimer
     from python_qt_binding.QtWidgets import QApplication
 
-    from mrs_simulator.core.scenario import scenario_from_dict
     from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
     from mrs_simulator.rqt_plugin.run.processes import Processes
     from mrs_simulator.rqt_plugin.study_widget import StudyWidget
+    from mrs_simulator.scenario.scenario import scenario_from_dict
 
     class Paints(QObject):
         count = 0

@@ -25,12 +25,12 @@ import pybullet
 from history import Report
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist
-from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.core import edge_terms
-from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.core.recording import Recorder
-from mrs_simulator.core.scenario import DEFAULT_KIND, Control, Scenario
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.record.recording import Recorder
+from mrs_simulator.scenario.scenario import DEFAULT_KIND, Control, Scenario
+from mrs_simulator.scenario.team.layouts import make_layout
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.world.world import EVERY, World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))

@@ -12,12 +12,12 @@ import argparse
 
 import numpy as np
 
-from mrs_simulator.control.loading import choose_protocol
-from mrs_simulator.core.grids import disagreement, scanned_grid, scene_grid
-from mrs_simulator.core.maps import FLOOR, WALL
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.protocols.loading import choose_protocol
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.surroundings.grids import disagreement, scanned_grid, scene_grid
+from mrs_simulator.scenario.surroundings.maps import FLOOR, WALL
 from mrs_simulator.sensors.suite import of_robot
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.run.experiment import Experiment
 
 GREY = {FLOOR: 254, WALL: 0}  # as map_server writes them; what is not known is 205
 

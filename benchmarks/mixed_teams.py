@@ -18,9 +18,9 @@ from typing import NamedTuple
 from headless import scenario_of
 from history import Report
 
-from mrs_simulator.control.laws.formation import Formation
-from mrs_simulator.core.scenario import DEFAULT_KIND
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.scenario.scenario import DEFAULT_KIND
+from mrs_simulator.study.run.experiment import Experiment
 
 ALONE = "the default kind"
 TEAMS = {  # kinds by turns

@@ -90,7 +90,7 @@ def run(task):
 
 def _verdict(name, changes):
     from mrs_simulator import load_scenario, run_experiment
-    from mrs_simulator.core.scenario import scenario_from_dict
+    from mrs_simulator.scenario.scenario import scenario_from_dict
 
     path = os.path.join(ROOT, "scenarios", name + ".yaml")
     content = load_scenario(path).to_dict()

@@ -18,8 +18,8 @@ from importlib.util import find_spec
 import numpy as np
 from history import Report
 
-from mrs_simulator.core import number_rows
-from mrs_simulator.core.recording import Recorder, closest_approach, read_run_csv
+from mrs_simulator.record import number_rows
+from mrs_simulator.record.recording import Recorder, closest_approach, read_run_csv
 
 ROBOTS = 1000
 SAMPLES = 200

@@ -50,7 +50,7 @@ SETTLING, GUI_SETTLING = 5.0, 15.0  # [s] of wall time
 LIMIT = 60.0  # [s] for the nodes to be up
 LAW = """
 import time
-from mrs_simulator.control.laws.formation import Formation
+from mrs_simulator.protocols.formation.law import Formation
 
 class Hears(Formation):
     SENSORS = ("sonar",)
@@ -99,7 +99,7 @@ def echo_messages(n, topics):
     """Return the type of the messages that make an echo of n robots, and one for each topic."""
     from nav_msgs.msg import Odometry
 
-    from mrs_simulator.ros.messages import team_odometry
+    from mrs_simulator.ros.message_forms.messages import team_odometry
 
     if topics == "team":
         message = team_odometry(range(1, n + 1), np.zeros((n, 3)))

@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from mrs_simulator.control.safety_filter import safe_velocities
+from mrs_simulator.control.safety.filter import safe_velocities
 
 PERIOD = 0.02  # [s]
 DISTANCE = 0.8  # [m] between hand points

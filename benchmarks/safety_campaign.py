@@ -23,10 +23,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.core.moving import moves, obstacles_at
-from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.registry import kind as kind_named
 from mrs_simulator.vehicles.registry import shipped_kinds

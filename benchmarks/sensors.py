@@ -17,12 +17,12 @@ import yaml
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.compiling import is_wanted
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import World
 
@@ -135,7 +135,7 @@ def serialised(suite, world):
     try:
         from std_msgs.msg import Header
 
-        from mrs_simulator.ros.sensor_forms.camera import Colours, Depths, Pinhole
+        from mrs_simulator.ros.message_forms.sensor_forms.camera import Colours, Depths, Pinhole
     except ImportError:
         return []
     (sensor,), found = suite.active, []

@@ -30,7 +30,7 @@ SHORT_SWEEP, LONG_SWEEP = 8, 40  # runs
 EXPERIMENT = ["rosrun", "mrs_simulator", "experiment"]
 DIRECT = ["mrs-simulator", "experiment"]  # the same, which the shell finds
 PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
-CORE = "import mrs_simulator.core.scenario, mrs_simulator.core.verdict, mrs_simulator.core.claims"
+CORE = "import mrs_simulator.scenario.scenario, mrs_simulator.verdict.verdict, mrs_simulator.core.claims"
 
 
 def times(command, ends=(0,), repeats=REPEATS):

@@ -17,8 +17,8 @@ import time
 import numpy as np
 from history import Report
 
-from mrs_simulator.core.environment import Environment
-from mrs_simulator.core.layouts import make_layout
+from mrs_simulator.scenario.surroundings.environment import Environment
+from mrs_simulator.scenario.team.layouts import make_layout
 from mrs_simulator.vehicles.drives import flight, quadrotor_forces
 from mrs_simulator.vehicles.drives.rotors import hover_speed
 from mrs_simulator.vehicles.registry import kind

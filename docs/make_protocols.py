@@ -13,10 +13,10 @@ import re
 import sys
 
 from mrs_simulator import simulate
-from mrs_simulator.control.laws import HOMES, shipped
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.writing import write_bytes, write_text
-from mrs_simulator.study.shipped import shipped_scenarios
+from mrs_simulator.protocols import HOMES, shipped
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import shipped_scenarios
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
 OTHER_NAMES = {"formation": "paper"}  # protocols whose scenario is not called like them

@@ -86,8 +86,8 @@ def with_master(work):
 def scenario_of(robots):
     """Return the paper's scenario, or, of another number of robots, that of a flock."""
     from mrs_simulator import load_scenario
-    from mrs_simulator.core.layouts import make_layout
-    from mrs_simulator.core.scenario import scenario_from_dict
+    from mrs_simulator.scenario.scenario import scenario_from_dict
+    from mrs_simulator.scenario.team.layouts import make_layout
 
     if robots == 7:
         return load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
@@ -99,7 +99,7 @@ def scenario_of(robots):
 
 def world_of_sensors():
     """Return a scenario of robots with sonar and cameras among obstacles."""
-    from mrs_simulator.core.scenario import scenario_from_dict
+    from mrs_simulator.scenario.scenario import scenario_from_dict
 
     eye = {"type": "camera", "place": [0.25, 0.0, 0.4], "width": 320, "height": 240}
     obstacles = [

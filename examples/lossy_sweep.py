@@ -5,8 +5,8 @@ are spread over the machine's cores; ``sweep.csv`` holds every number, ``sweep.p
 interrupted sweep goes on where it was. Run: python3 examples/lossy_sweep.py
 """
 
-from mrs_simulator.study.shipped import scenario_path
-from mrs_simulator.study.sweep import make_runs, read_axis, run_sweep, summary
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.run.sweep import make_runs, read_axis, run_sweep, summary
 
 AXES = ("links.loss=0.0..0.8/5", "seed=0..2")
 

@@ -13,8 +13,8 @@ Run: python3 examples/real_robots.py
 import yaml
 
 from mrs_simulator import simulate
-from mrs_simulator.study.compare import comparison_text, write_comparison
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.results.compare import comparison_text, write_comparison
 
 MISMATCH = {"delay": 0.2, "speed": 0.96, "track": 1.05}
 

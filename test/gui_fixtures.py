@@ -25,7 +25,7 @@ class Keep(logging.Handler):
     def emit(self, record):
         trouble.append(self.format(record))
 guard.LOG.addHandler(Keep())
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget

@@ -10,8 +10,8 @@ from gui_fixtures import END, PROGRAM
 from ros_fixtures import Ros
 
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.study.run.experiment import run_experiment
 
 LIMIT = 180.0  # [s] of wall time for one run
 ROUNDING = 1e-6  # [s] within which two samples are of the same time

@@ -43,7 +43,7 @@ from pioneer_protocol import (
     taken,
 )
 
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.world.world import World
 

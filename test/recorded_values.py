@@ -17,9 +17,9 @@ import zlib
 
 import numpy as np
 
-from mrs_simulator.core.recording import Recorder
-from mrs_simulator.core.scenario import FIDELITIES, load_scenario
-from mrs_simulator.study.experiment import Experiment, LawFailed
+from mrs_simulator.record.recording import Recorder
+from mrs_simulator.scenario.scenario import FIDELITIES, load_scenario
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENARIOS = os.path.join(os.path.dirname(HERE), "scenarios")

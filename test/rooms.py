@@ -5,13 +5,17 @@ import ast
 # Each room may import those before it, and no other.
 ROOMS = (
     "core",
+    "scenario",
+    "record",
     "vehicles",
     "pictures",
     "sensors",
     "world",
     "control",
-    "study",
+    "protocols",
+    "verdict",
     "ros",
+    "study",
     "nodes",
     "rqt_plugin",
 )

@@ -22,7 +22,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, TeamState
-from mrs_simulator.ros.defined_types import DiagnosticArray
+from mrs_simulator.ros.message_forms.defined_types import DiagnosticArray
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 newest, counts, transforms, collisions = {}, {}, {}, []

@@ -21,7 +21,7 @@ from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.core.kinematics import Limits, arc, ramp
-from mrs_simulator.nodes.stage.rosaria import driver_commands
+from mrs_simulator.nodes.stage.driver_presets.rosaria import driver_commands
 
 # Factory settings of the Pioneer's firmware, in m and rad.
 FIRMWARE_LIMITS = Limits(0.75, math.radians(100.0), 0.3, math.radians(100.0))

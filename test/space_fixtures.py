@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mrs_simulator.control.laws import shipped
 from mrs_simulator.core.claims import Condition
-from mrs_simulator.core.recording import Run
+from mrs_simulator.protocols import shipped
+from mrs_simulator.record.recording import Run
 from mrs_simulator.vehicles import Team
 
 AXES = ("linear.x", "linear.y", "linear.z")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 LAND = Box("beach", 10.0, 0.0, 0.0, 10.0, 40.0, 0.0)  # from x = 5 on

@@ -4,10 +4,10 @@ import numpy as np
 import pybullet
 import pytest
 
-from mrs_simulator.control.laws.published_arms import ArmedRobots
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.simulating import open_run, simulate
+from mrs_simulator.protocols.published.arms import ArmedRobots
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.simulating import open_run, simulate
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.arms import team as team_of_arms
 from mrs_simulator.vehicles.arms.chain import frames, jacobian, read_chain

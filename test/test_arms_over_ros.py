@@ -11,10 +11,10 @@ import pytest
 from ros_fixtures import log_of, ros  # noqa: F401  a fixture
 from test_carrying import scenario
 
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.bag import read_bag
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles.arms.models import PANDA, chain_of
 from mrs_simulator.vehicles.arms.path import JointPath, PathError
 
@@ -218,7 +218,7 @@ def test_an_arm_follows_the_goals_of_an_action(ros, tmp_path):  # noqa: F811
 
 
 def test_a_history_keeps_the_joints_of_arms():
-    from mrs_simulator.core.run_columns import arm_axes
+    from mrs_simulator.record.run_columns import arm_axes
     from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 
     history, axes = History(), ("linear.x", "angular.z", *arm_axes(3))

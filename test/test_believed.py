@@ -9,7 +9,7 @@ import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 from test_control_node import FORWARD, at_rest, moving
 
-from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.record.recording import read_run_csv
 
 RELAY = """
 import collections, sys, time, rospy

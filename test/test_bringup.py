@@ -14,9 +14,9 @@ import pytest
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator import load_scenario, run_experiment
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.study.report import main as report
-from mrs_simulator.study.report import read_run
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.study.results.report import main as report
+from mrs_simulator.study.results.report import read_run
 
 FAILS = """
 from mrs_simulator import PioneerControl, make_twist

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.spatial import rotated
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
-from mrs_simulator.world.eyes import depths
+from mrs_simulator.world.rendering.camera_renderer import depths
 from mrs_simulator.world.world import World
 
 pytest.importorskip("pybullet")
@@ -98,7 +98,7 @@ def test_the_field_of_view_sets_the_intrinsics():
 
 
 def test_it_is_rendered_when_due_and_listened_to_alone(monkeypatch):
-    from mrs_simulator.world.view import View
+    from mrs_simulator.world.rendering.view import View
 
     seen, plain = [], View.seen
     monkeypatch.setattr(View, "seen", lambda *given: seen.append(1) or plain(*given))
@@ -149,10 +149,10 @@ def test_what_moves_is_shown_where_it_is_at_the_stamp():
 
 
 def test_messages_tell_picture_depth_and_intrinsics():
-    messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
+    messages = pytest.importorskip("mrs_simulator.ros.message_forms.sensor_messages")
     from std_msgs.msg import Header
 
-    from mrs_simulator.ros.messages import MessageError
+    from mrs_simulator.ros.message_forms.messages import MessageError
 
     (reading,), suite = sensed()
     (mount,) = [each for each in suite.mounts[0] if each.name == "eye"]
@@ -188,7 +188,7 @@ def test_messages_tell_picture_depth_and_intrinsics():
 
 
 def test_a_camera_of_colours_alone_tells_no_depth():
-    messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
+    messages = pytest.importorskip("mrs_simulator.ros.message_forms.sensor_messages")
     for has_depth, forms, parts in ((True, 5, ["", "_depth"]), (False, 2, [""])):
         (mount,) = [m for m in sensed(dict(EYE, depth=has_depth))[1].mounts[0] if m.name == "eye"]
         assert len(messages.forms_of(mount, None)) == forms
@@ -196,7 +196,7 @@ def test_a_camera_of_colours_alone_tells_no_depth():
 
 
 def test_optical_axes_lie_to_the_right_down_and_ahead():
-    messages = pytest.importorskip("mrs_simulator.ros.sensor_messages")
+    messages = pytest.importorskip("mrs_simulator.ros.message_forms.sensor_messages")
 
     def axes(**changed):
         scenario = scenario_from_dict(
@@ -216,7 +216,7 @@ def test_optical_axes_lie_to_the_right_down_and_ahead():
 
 
 def test_software_renders_and_the_log_says_why(monkeypatch, caplog):
-    from mrs_simulator.world import renderers
+    from mrs_simulator.world.rendering import renderers
 
     caplog.set_level("INFO", renderers.LOG.name)
     monkeypatch.setattr(renderers.LOG, "propagate", True)

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws.carrying import Carrying
 from mrs_simulator.core import grasps
-from mrs_simulator.core.load import Load
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.recording import part_of
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.spatial import product, rotated, turned_about_z
-from mrs_simulator.study.shipped import scenario_path
-from mrs_simulator.study.simulating import open_run, simulate
-from mrs_simulator.world.carrying import CarriedLoad, LoadError
+from mrs_simulator.protocols.carrying.law import Carrying
+from mrs_simulator.record.recording import part_of
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.scenario.team.load import Load
+from mrs_simulator.study.run.simulating import open_run, simulate
+from mrs_simulator.world.arms.carrying import CarriedLoad, LoadError
 from mrs_simulator.world.world import World, WorldError
 
 OWN = np.array([[-0.1, 1.4, 0.0], [0.1, 0.0, 0.0], [-0.1, -1.4, 0.0]])

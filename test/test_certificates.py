@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.control.laws import energies, gathering_equations
-from mrs_simulator.control.laws import shipped as law_of
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.curves import Curve, Energy, dissipated, integral
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import Run, read_run_csv
-from mrs_simulator.study import energy_balance
-from mrs_simulator.study.canvas import save
-from mrs_simulator.study.certificate_figure import certificate_figure
+from mrs_simulator.protocols import energies
+from mrs_simulator.protocols import shipped as law_of
+from mrs_simulator.protocols.curves import Curve, Energy, dissipated, integral
+from mrs_simulator.protocols.gathering import equations as gathering_equations
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import Run, read_run_csv
+from mrs_simulator.study.draw.canvas import save
+from mrs_simulator.study.draw.certificate_figure import certificate_figure
+from mrs_simulator.verdict import energy_balance
 
 BALANCE = "energy off its predicted change"
 PATH = Topology.preset("path", 3)

@@ -3,9 +3,9 @@
 import pytest
 
 from mrs_simulator import Parameter, PioneerControl
-from mrs_simulator.control.laws import shipped
 from mrs_simulator.core.claims import Condition, converges_to, invariant
-from mrs_simulator.study.check_protocol import (
+from mrs_simulator.protocols import shipped
+from mrs_simulator.study.check.check_protocol import (
     LIMITED,
     POINTS,
     WHEELS,
@@ -13,7 +13,7 @@ from mrs_simulator.study.check_protocol import (
     check_protocol,
     main,
 )
-from mrs_simulator.study.mutants import OF_COMMANDS, mutants_of
+from mrs_simulator.study.check.mutants import OF_COMMANDS, mutants_of
 
 SMALL = dict(graphs=["path"], robots=[3], seeds=[1], duration=10.0)
 

@@ -4,10 +4,6 @@ import numpy as np
 import pytest
 from memory import peak_of
 
-from mrs_simulator.control.laws import shipped
-from mrs_simulator.control.laws.common import all_hold
-from mrs_simulator.control.laws.energies import laplacian_energy
-from mrs_simulator.control.laws.over_links import Linear, linear_claims
 from mrs_simulator.core.claims import (
     Claim,
     Condition,
@@ -20,8 +16,12 @@ from mrs_simulator.core.claims import (
     rate,
 )
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.links import Links, PerEdge, Switching
-from mrs_simulator.core.recording import Run
+from mrs_simulator.protocols import shipped
+from mrs_simulator.protocols.common import all_hold
+from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
+from mrs_simulator.protocols.energies import laplacian_energy
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.network.links import Links, PerEdge, Switching
 
 ROBOTS, SAMPLES = 30, 600
 

@@ -10,11 +10,11 @@ import yaml
 from documentation import DOCS, ROOT, page
 
 from mrs_simulator.__main__ import COMMANDS, main
-from mrs_simulator.core.maps import read_map
-from mrs_simulator.core.reading import Section
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros.unknown_parameters import PARAMETERS
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.ros.node.unknown_parameters import PARAMETERS
+from mrs_simulator.scenario.reading import Section
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.scenario.surroundings.maps import read_map
 from mrs_simulator.vehicles.drives import DRIVES
 from mrs_simulator.vehicles.registry import kind
 

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.neighbours import close_pairs, least_distance, least_distance_over
-from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.vehicles.kind import Body
-from mrs_simulator.world import bodies
-from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.clock import Clock
-from mrs_simulator.world.collisions import (
+from mrs_simulator.world.contact import bodies
+from mrs_simulator.world.contact.bodies import Bodies
+from mrs_simulator.world.contact.collisions import (
     Footprints,
     Rectangles,
     VerletList,
     circle_overlap,
     rectangle_overlap,
 )
-from mrs_simulator.world.contacts import Contacts
-from mrs_simulator.world.kinematic import KinematicMotion
-from mrs_simulator.world.touches import Contact, Touches
+from mrs_simulator.world.contact.contact_arrays import Contact, Touches
+from mrs_simulator.world.contact.contacts import Contacts
+from mrs_simulator.world.motion.kinematic import KinematicMotion
 from mrs_simulator.world.world import EVERY, World
 
 

@@ -5,11 +5,11 @@ import pytest
 import rospy
 
 from mrs_simulator.nodes.control.command_times import LATE, CommandTimes
-from mrs_simulator.ros import odometry_inbox
-from mrs_simulator.ros.expected_odometry import NEVER, ExpectedOdometry
-from mrs_simulator.ros.messages import team_odometry
-from mrs_simulator.ros.odometry_inbox import Inbox, OdometryInbox, TeamInbox
-from mrs_simulator.ros.planar_messages import PlanarOdometry
+from mrs_simulator.ros.message_forms.messages import team_odometry
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry
+from mrs_simulator.ros.receive import odometry_inbox
+from mrs_simulator.ros.receive.expected_odometry import NEVER, ExpectedOdometry
+from mrs_simulator.ros.receive.odometry_inbox import Inbox, OdometryInbox, TeamInbox
 
 PERIOD = 0.02  # [s]
 

@@ -5,14 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from mrs_simulator.core.mismatch import NO_MISMATCH, Mismatch, Obedience
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.recording import Run, RunError, read_run_csv
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
-from mrs_simulator.study.compare import compared, fit
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.report import main as report
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.record.recording import Run, RunError, read_run_csv
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, Mismatch, Obedience
+from mrs_simulator.study.results.compare import compared, fit
+from mrs_simulator.study.results.report import main as report
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.world.world import EVERY, World
 
 TRUE = {"delay": 0.2, "speed": [0.93, 1.04, 1.0, 0.97], "track": [1.06, 0.95, 1.0, 1.02]}

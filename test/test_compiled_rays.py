@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.compiling import jit
-from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.sensors.compiled_rays import cast_by, make_kernel
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
 from mrs_simulator.sensors.state import State

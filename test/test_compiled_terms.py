@@ -8,18 +8,16 @@ import types
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws import (
-    consensus_equations,
-    flocking_equations,
-    formation_equations,
-)
-from mrs_simulator.control.laws import formations_equations as formations
-from mrs_simulator.control.laws import gathering_equations as gathering
 from mrs_simulator.core import compiled_terms, compiling, edge_terms
 from mrs_simulator.core.compiling import jit
 from mrs_simulator.core.edge_terms import apart, inner, unit
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import close_pairs
+from mrs_simulator.protocols.consensus import equations as consensus_equations
+from mrs_simulator.protocols.flocking import equations as flocking_equations
+from mrs_simulator.protocols.formation import equations as formation_equations
+from mrs_simulator.protocols.gathering import equations as gathering
+from mrs_simulator.protocols.shapes import equations as formations
 
 EXACT, LIBM = 0.0, 1e-12  # [-] of the largest value, where the C library has a say
 DIMENSIONS = (2, 3)

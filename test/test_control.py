@@ -8,13 +8,13 @@ import pytest
 from geometry_msgs.msg import Twist
 
 from mrs_simulator import Parameter, PioneerControl, make_twist
-from mrs_simulator.control.laws.formation import Formation
-from mrs_simulator.control.loading import ProtocolError, load_protocol
 from mrs_simulator.control.pioneer_control import ControlError, Position
 from mrs_simulator.control.twists import commands_of
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import Limits, hand_points, unicycle_from_point_mass
-from mrs_simulator.core.robots import DEFAULT_KIND
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.protocols.loading import ProtocolError, load_protocol
+from mrs_simulator.scenario.team.robots import DEFAULT_KIND
 from mrs_simulator.vehicles import Team
 
 POSE = np.array([[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0]])

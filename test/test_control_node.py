@@ -7,10 +7,10 @@ import pytest
 import rospy
 from ros_fixtures import PATIENCE, log_of, wait_until
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.nodes.control import reconfigure
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FORWARD = """

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mrs_simulator.core.controller_log import Interruptions, failure
+from mrs_simulator.record.controller_log import Interruptions, failure
 
 
 def told(*statuses):

@@ -5,12 +5,12 @@ import shlex
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws.formation import Formation
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.scenario import ScenarioError, load_scenario, scenario_from_dict
 from mrs_simulator.nodes.control import requests
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import ScenarioError, load_scenario, scenario_from_dict
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.run.experiment import run_experiment
 
 BAND = 0.01  # [m/s, rad/s]
 START = np.array([[2.5, -2.0], [0.5, 1.5], [-1.0, -1.5], [-2.5, 0.5]])

@@ -5,11 +5,11 @@ import pytest
 from protocol_fixtures import shipped, verdict_of
 from test_protocols_mixed import ANYBODY, OTHER_NAMES
 
-from mrs_simulator.control.laws import HOMES
-from mrs_simulator.core.recording import part_of
-from mrs_simulator.core.verdict import BROKEN, FAILED, NOT_JUDGED
-from mrs_simulator.study.experiment import perform
-from mrs_simulator.study.judging import judged
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.record.recording import part_of
+from mrs_simulator.study.run.experiment import perform
+from mrs_simulator.verdict.judging import judged
+from mrs_simulator.verdict.verdict import BROKEN, FAILED, NOT_JUDGED
 
 NO_EDGES = {"topology": {"edges": [], "directed": False}}
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from mrs_simulator.ros import diagnostics
-from mrs_simulator.ros.diagnostics import ERROR, OK, WARN, Health, Rates
-from mrs_simulator.study.preflight import Check
+from mrs_simulator.ros.node import diagnostics
+from mrs_simulator.ros.node.diagnostics import ERROR, OK, WARN, Health, Rates
+from mrs_simulator.study.run.preflight import Check
 
 STAGE = {
     "paused": False,

@@ -6,10 +6,10 @@ import re
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws import HOMES, shipped
-from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.protocols import HOMES, shipped
+from mrs_simulator.protocols.loading import load_protocol
+from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.vehicles.drives import DRIVES
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from mrs_simulator import load_scenario, run_experiment
-from mrs_simulator.core.recording import Recorder
-from mrs_simulator.study import drawing_apart, figures
+from mrs_simulator.record.recording import Recorder
+from mrs_simulator.study.draw import figure_process, figures
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
 PROGRAM = """
 import os, sys
 os.sched_getaffinity = lambda process: {0, 1}
-from mrs_simulator.study.command import main
+from mrs_simulator.study.run.command import main
 main(sys.argv[1:])
 """
 
@@ -40,7 +40,7 @@ def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
         raise OSError(28, "No space left on device", run.pose.shape)
 
     monkeypatch.setattr(figures, "figures", fail)
-    drawing = drawing_apart.Drawing(("png",))
+    drawing = figure_process.Drawing(("png",))
     assert not drawing.is_able
     recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3, memory=drawing.memory)
     drawing.begin(recorder)
@@ -61,7 +61,7 @@ def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
         raise ImportError("no matplotlib")
 
     monkeypatch.setattr(figures, "warm_up", missing)
-    drawing = drawing_apart.Drawing(("png",))
+    drawing = figure_process.Drawing(("png",))
     memory = drawing.memory
     with Recorder(str(tmp_path / "run.csv"), (1,), kept=1, memory=memory) as recorder:
         recorder.sample(0.0, np.zeros((1, 3)), np.zeros((1, 2)))
@@ -73,28 +73,28 @@ def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
 
 
 def test_nothing_is_forked_without_formats_or_on_one_core(monkeypatch):
-    monkeypatch.setattr(drawing_apart, "Drawing", None)
-    with drawing_apart.drawing(()) as apart:
+    monkeypatch.setattr(figure_process, "Drawing", None)
+    with figure_process.drawing(()) as apart:
         assert apart is None
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
-    with drawing_apart.drawing(("png",)) as apart:
+    with figure_process.drawing(("png",)) as apart:
         assert apart is None
     monkeypatch.delattr(os, "sched_getaffinity")  # as on macOS
-    with drawing_apart.drawing(("png",)) as apart:
+    with figure_process.drawing(("png",)) as apart:
         assert apart is None
 
 
 def test_a_run_that_never_begins_waits_for_no_drawing(monkeypatch):
     monkeypatch.setattr(figures, "warm_up", lambda formats: time.sleep(1000.0))
-    with pytest.raises(ValueError, match="no such scenario"), drawing_apart.drawing(("png",)):
+    with pytest.raises(ValueError, match="no such scenario"), figure_process.drawing(("png",)):
         raise ValueError("no such scenario")
 
 
 def test_what_runs_is_loaded_beside_what_draws():
     code = """
 import sys
-import mrs_simulator.study.command
-heavy = "mrs_simulator.study.experiment", "mrs_simulator.world.world", "matplotlib", "pybullet"
+import mrs_simulator.study.run.command
+heavy = "mrs_simulator.study.run.experiment", "mrs_simulator.world.world", "matplotlib", "pybullet"
 print([name for name in heavy if name in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, timeout=60)

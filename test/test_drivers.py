@@ -14,7 +14,7 @@ from p2os_robot import Commands
 from ros_fixtures import log_of, wait_until
 from turtlebot3_robot import obeyed
 
-from mrs_simulator.core.guards import stilled
+from mrs_simulator.control.guards import stilled
 from mrs_simulator.nodes.control.guards import Guards
 from mrs_simulator.nodes.control.motor_messages import split_topic
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.kinematics import Limits
-from mrs_simulator.core.recording import Run
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import Experiment
-from mrs_simulator.study.report import judged
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.results.report import judged
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team, kind, shipped_kinds
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.world import EVERY, World, WorldError

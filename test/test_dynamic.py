@@ -6,10 +6,10 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.core.obstacles import Box, Cylinder
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.scenario.team.layouts import make_layout
 from mrs_simulator.vehicles import kind
-from mrs_simulator.world.dynamic import DynamicMotion
+from mrs_simulator.world.motion.dynamic import DynamicMotion
 from mrs_simulator.world.world import World
 
 ONE = ("pioneer3dx",)

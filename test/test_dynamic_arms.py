@@ -6,9 +6,9 @@ import pytest
 from test_carrying import scenario
 
 from mrs_simulator.core import grasps
-from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.simulating import simulate
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
+from mrs_simulator.study.run.simulating import simulate
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.arms.assembling import assembled
 from mrs_simulator.vehicles.arms.team import ArmedTeam

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.kinematics import Limits
-from mrs_simulator.core.obstacles import Box
+from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import EVERY, World
 

@@ -10,13 +10,13 @@ import yaml
 from mixed_runs import in_gui, run_file
 from ros_fixtures import PATIENCE, log_of, wait_until
 
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.nodes.record.bag import ESTIMATES, bagged_forms
 from mrs_simulator.nodes.record.bag_size import RECORD, told, written
-from mrs_simulator.study.bag import read_bag
-from mrs_simulator.study.estimation import estimation_measures
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.verdict.estimation import estimation_measures
 
 SAME = 1e-9  # [m, rad] by which estimates over ROS may differ: headings go as quaternions
 NEAR = {"range": {"stddev": 0.1}}

@@ -4,23 +4,23 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.estimates import Estimates
 from mrs_simulator.core.kinematics import compose, part_of, relative
-from mrs_simulator.core.odometry_errors import step_deviations
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_dict
-from mrs_simulator.sensors.estimation import Estimator
-from mrs_simulator.sensors.filtering import Filter, nees
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
+from mrs_simulator.scenario.team.estimates import Estimates
+from mrs_simulator.scenario.team.odometry_errors import step_deviations
 from mrs_simulator.sensors.mounts import read_mount
-from mrs_simulator.sensors.pose_measurements import MEASUREMENTS
+from mrs_simulator.sensors.pose_filter.estimation import Estimator
+from mrs_simulator.sensors.pose_filter.kalman import Filter, nees
+from mrs_simulator.sensors.pose_filter.pose_measurements import MEASUREMENTS
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types.position import GpsReading, geodetic, local_place
-from mrs_simulator.study.estimation import estimation_curves, estimation_measures
-from mrs_simulator.study.experiment import Experiment
-from mrs_simulator.study.judging import judged
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team
+from mrs_simulator.verdict.estimation import estimation_curves, estimation_measures
+from mrs_simulator.verdict.judging import judged
 
 ALPHA = (0.02, 0.0, 0.0, 0.02, 0.002, 0.002)
 # 95 % of the mean of 200 chi-squares of 3 degrees: 600 degrees, over 200, after Wilson and Hilferty.

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from mrs_simulator.core.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
+from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 EXAMPLES = os.path.join(ROOT, "examples")

@@ -14,15 +14,15 @@ import pytest
 from ros_fixtures import heed_interrupts
 
 from mrs_simulator import PioneerControl, load_scenario, make_twist, run_experiment
-from mrs_simulator.control.laws import formation_equations as formation
-from mrs_simulator.control.loading import ProtocolError
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.claims import centroid, stays_below
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import RunError, read_run_csv
-from mrs_simulator.study.command import main
-from mrs_simulator.study.experiment import Experiment
-from mrs_simulator.study.report import FIGURES, begin_run, control_of, judged, read_run
+from mrs_simulator.protocols.formation import equations as formation
+from mrs_simulator.protocols.loading import ProtocolError
+from mrs_simulator.record.recording import RunError, read_run_csv
+from mrs_simulator.study.results.report import FIGURES, begin_run, control_of, judged, read_run
+from mrs_simulator.study.run.command import main
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -336,7 +336,7 @@ def test_an_interrupted_run_is_reported_as_far_as_it_went(tmp_path, number, code
     command = [
         sys.executable,
         "-m",
-        "mrs_simulator.study.command",
+        "mrs_simulator.study.run.command",
         scenario,
         "--out",
         str(tmp_path),

@@ -10,16 +10,16 @@ import subprocess
 import numpy as np
 import pytest
 
-from mrs_simulator.study.command import main as experiment
-from mrs_simulator.study.export import (
+from mrs_simulator.study.results.export import (
     ExportError,
     table_kinds,
     verdict_csv,
     verdict_latex,
     write_mat,
 )
-from mrs_simulator.study.report import main as report
-from mrs_simulator.study.report import read_run
+from mrs_simulator.study.results.report import main as report
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.run.command import main as experiment
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from protocol_fixtures import verdict_of
 
-from mrs_simulator.core.incidents import Event
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.core.verdict import PASSED
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.incidents import Event
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles.drives import quadrotor, quadrotor_forces, vessel
+from mrs_simulator.verdict.verdict import PASSED
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 BOTH = pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
@@ -289,7 +289,7 @@ def test_one_flown_onto_the_floor_rests_on_it():
 
 
 def test_one_flown_into_a_wall_stops_there_and_over_it_does_not():
-    from mrs_simulator.core.obstacles import Box
+    from mrs_simulator.scenario.surroundings.obstacles import Box
 
     wall = Box("wall", 1.0, 0.0, 0.0, 0.1, 4.0, 2.0)
     kinds, places = ("crazyflie2",) * 2, [[0.3, 0.0, 0.0], [0.3, 1.0, 0.0]]

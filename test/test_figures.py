@@ -11,11 +11,11 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.core.recording import Collision, Run
-from mrs_simulator.study import canvas, curve_figures, figure_parts, plane_figure
-from mrs_simulator.study import figures as report
-from mrs_simulator.study.look import FORMATS, LookError, look
+from mrs_simulator.record.recording import Collision, Run
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.study.draw import canvas, curve_figures, figure_parts, plane_figure
+from mrs_simulator.study.draw import figures as report
+from mrs_simulator.study.draw.style import FORMATS, LookError, look
 
 NAMES = ("trajectories", "x_states", "y_states", "inputs")
 

@@ -5,17 +5,17 @@ import os
 import numpy as np
 import pytest
 
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.recording import Run
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures.camera import on_screen
-from mrs_simulator.study.animation import Animation, Stage
-from mrs_simulator.study.command import main as experiment
-from mrs_simulator.study.film import Film, SpaceStage, write_picture
-from mrs_simulator.study.look import LookError
-from mrs_simulator.study.report import begin_run, control_of, read_run
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.study.draw.animation import Animation, Stage
+from mrs_simulator.study.draw.film import Film, SpaceStage, write_picture
+from mrs_simulator.study.draw.style import LookError
+from mrs_simulator.study.results.report import begin_run, control_of, read_run
+from mrs_simulator.study.run.command import main as experiment
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")

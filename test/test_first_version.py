@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import Recorder, read_run_csv
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.core.verdict import judge
-from mrs_simulator.study.bag import read_bag
+from mrs_simulator.record.recording import Recorder, read_run_csv
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.results.bag import read_bag
+from mrs_simulator.verdict.verdict import judge
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "data", "first_version")
 LAST_POSE = [

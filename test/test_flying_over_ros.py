@@ -3,9 +3,9 @@
 import numpy as np
 from ros_fixtures import log_of, ros  # noqa: F401  a fixture
 
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import run_experiment
 
 
 def team(speed=0.0, **control):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.control.laws import exact_runs, followed_samples
-from mrs_simulator.control.laws.published import Averaging, Published, exact_motion
-from mrs_simulator.control.making import make_control
-from mrs_simulator.study.experiment import perform
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.published.laws import Averaging, Published, exact_motion
+from mrs_simulator.study.run.experiment import perform
+from mrs_simulator.verdict.theory import exact_runs, followed_samples
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ from math import comb
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws import formation_equations as formation
-from mrs_simulator.control.laws import shipped
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols import shipped
+from mrs_simulator.protocols.formation import equations as formation
 
 K, C = 0.02, 2.0
 PRINTED = np.array([[10.0, -5.0], [5.0, -2.0], [2.0, 8.0], [-5.0, 12.3]])

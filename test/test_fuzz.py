@@ -8,15 +8,15 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mrs_simulator.control.laws.formation import Formation
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.recording import RunError, read_run_csv
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros.arguments import parse, scenario_from
-from mrs_simulator.ros.node_parameters import NODES
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.study.experiment import Experiment, LawFailed
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.record.recording import RunError, read_run_csv
+from mrs_simulator.ros.node.arguments import parse, scenario_from
+from mrs_simulator.ros.node.node_parameters import NODES
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.world.world import World, WorldError
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))

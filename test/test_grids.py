@@ -5,10 +5,10 @@ import pytest
 import yaml
 
 from mrs_simulator.control.pioneer_control import PioneerControl
-from mrs_simulator.core.grids import Grid, disagreement, scanned_grid, scene_grid
-from mrs_simulator.core.maps import FLOOR, UNKNOWN, WALL
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.surroundings.grids import Grid, disagreement, scanned_grid, scene_grid
+from mrs_simulator.scenario.surroundings.maps import FLOOR, UNKNOWN, WALL
+from mrs_simulator.study.run.experiment import Experiment
 
 AWAY = [9.0, 9.0, 0.0]
 ROOM = [  # 8 m by 6 m, with a box and a column in it

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.guards import (
+from mrs_simulator.control.guards import (
     JumpBounds,
     Repetition,
     Standstill,

@@ -11,7 +11,7 @@ import pytest
 from gui_fixtures import PROGRAM, ROOT
 from ros_fixtures import PATIENCE, free_port, log_of, wait_until
 
-from mrs_simulator.study.report import read_run
+from mrs_simulator.study.results.report import read_run
 
 
 def test_a_study_from_click_to_saved_figures(gui, tmp_path):
@@ -129,7 +129,7 @@ import glob
 until(lambda: glob.glob(os.path.expanduser("~/mrs_runs/*.bag")))
 """
     )
-    from mrs_simulator.study.bag import read_bag
+    from mrs_simulator.study.results.bag import read_bag
 
     (bag,) = (tmp_path / "mrs_runs").glob("*.bag")
     assert list(
@@ -332,7 +332,7 @@ def test_a_run_is_kept_and_saved_as_it_ran_whatever_is_edited_since(gui, tmp_pat
     laws = [tmp_path / "raise3.py", tmp_path / "exitlaw.py"]
     for law in laws:
         law.write_text(
-            "from mrs_simulator.control.laws.formation import Formation\n"
+            "from mrs_simulator.protocols.formation.law import Formation\n"
             "class Own(Formation):\n    pass\n"
         )
     (tmp_path / "other.yaml").write_text(
@@ -549,7 +549,7 @@ def test_what_a_controller_warns_of_is_in_the_message_bar(gui, ros):
     ros.node("stage", "--scenario", "paper_four.yaml")
     gui(
         """
-from mrs_simulator.ros.messages import ControlStatus
+from mrs_simulator.ros.message_forms.messages import ControlStatus
 status = rospy.Publisher("pioneer_control/status", ControlStatus, queue_size=1)
 message = ControlStatus(protocol="Formation", running=True, period=0.02)
 def told(*warnings):

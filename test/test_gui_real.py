@@ -4,7 +4,7 @@ import xmlrpc.client
 
 import pytest
 
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.scenario.scenario import load_scenario
 
 FOUR = "scenarios/paper_four.yaml"
 

@@ -10,17 +10,17 @@ import rospy
 from memory import peak_of
 from std_msgs.msg import String
 
-from mrs_simulator.control.laws.marching import Marching
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.parameters import shown, unknown_name
-from mrs_simulator.core.reading import ScenarioError, parse_yaml
-from mrs_simulator.core.recording import Recorder, RunError
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.msg import TeamState
 from mrs_simulator.nodes.real import preflight
-from mrs_simulator.study.preflight import Check
-from mrs_simulator.study.report import main as report
-from mrs_simulator.study.report import read_run
+from mrs_simulator.protocols.marching.law import Marching
+from mrs_simulator.record.recording import Recorder, RunError
+from mrs_simulator.scenario.reading import ScenarioError, parse_yaml
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.study.results.report import main as report
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.run.preflight import Check
 from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))

@@ -10,9 +10,9 @@ import pytest
 import yaml
 from robot_descriptions import BODY, CONTROLLER, PLUGIN, box_stl, urdf, write_package, xacro
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import Experiment, run_experiment
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.importing import imported, read_request, xacro_files
 from mrs_simulator.vehicles.importing.chassis import Mass, joined

@@ -8,9 +8,9 @@ import pytest
 import yaml
 from robot_descriptions import urdf, write_package
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.registry import DIRECTORY
 

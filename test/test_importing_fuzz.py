@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robot_descriptions import CONTROLLER, urdf, write_package
 from test_fuzz import VALUES, places, put
 
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.registry import DIRECTORY
 

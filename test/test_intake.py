@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from mrs_simulator.core.intake import LEARNING, Intake
+from mrs_simulator.ros.receive.intake import LEARNING, Intake
 
 
 def simulated(timeout=0.5):

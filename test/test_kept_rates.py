@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.kept_rates import rate_note, steps_between
-from mrs_simulator.core.recording import Run
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.core.verdict import _ended
 from mrs_simulator.nodes.record import node
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.verdict.verdict import _ended
 
 
 @pytest.mark.parametrize(

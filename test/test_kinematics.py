@@ -8,8 +8,8 @@ import pytest
 
 from mrs_simulator.core import kinematics as kin
 from mrs_simulator.vehicles.kind import Body
-from mrs_simulator.world import compiled, kinematic
-from mrs_simulator.world.collisions import Footprints
+from mrs_simulator.world.contact.collisions import Footprints
+from mrs_simulator.world.motion import compiled, kinematic
 
 LIMITS = kin.Limits(0.75, 1.5, 0.3, 2.0)
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped
 
-from mrs_simulator.control.laws import shipped as law_of
-from mrs_simulator.control.laws.late_commands import late_commands
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.recording import Run
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.experiment import Experiment, perform
-from mrs_simulator.study.judging import judged
+from mrs_simulator.protocols import shipped as law_of
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment, perform
+from mrs_simulator.verdict.judging import judged
+from mrs_simulator.verdict.law.late_commands import late_commands
 
 COMMANDS = "commands off the published law"
 

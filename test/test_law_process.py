@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.study import law_answers
-from mrs_simulator.study.law_process import LawError, LawProcess
+from mrs_simulator.study.run import law_answers
+from mrs_simulator.study.run.law_process import LawError, LawProcess
 
 LAW = """
 import os, sys, time

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.laws.formations import DisplacementFormation
-from mrs_simulator.control.laws.published_drives import Quadrotors
-from mrs_simulator.control.loading import ProtocolError
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.recording import closest_approach, read_run_csv
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_dict
-from mrs_simulator.study.experiment import Experiment, run_experiment
+from mrs_simulator.protocols.loading import ProtocolError
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.published.drives import Quadrotors
+from mrs_simulator.protocols.shapes.law import DisplacementFormation
+from mrs_simulator.record.recording import closest_approach, read_run_csv
+from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team_in_space import TeamInSpace
 

@@ -9,23 +9,23 @@ import pytest
 
 from mrs_simulator import PioneerControl, load_scenario
 from mrs_simulator.control.array_law import array_law
-from mrs_simulator.control.laws import HOMES
-from mrs_simulator.control.laws.formation import Formation
-from mrs_simulator.control.loading import load_protocol
 from mrs_simulator.core import compiled_terms, compiling, edge_terms
-from mrs_simulator.core.environment import Environment
-from mrs_simulator.core.estimates import Estimates
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.incidents import Event
-from mrs_simulator.core.mismatch import Mismatch
-from mrs_simulator.core.moving import Track
-from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.odometry_errors import OdometryErrors
 from mrs_simulator.core.parameters import Parameter
-from mrs_simulator.core.scenario import Control, Scenario, scenario_from_dict
-from mrs_simulator.study.experiment import Experiment, LawFailed
-from mrs_simulator.world import kinematic, leaping, stretches
-from mrs_simulator.world.faults import Faults
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.protocols.loading import load_protocol
+from mrs_simulator.scenario.incidents import Event
+from mrs_simulator.scenario.scenario import Control, Scenario, scenario_from_dict
+from mrs_simulator.scenario.surroundings.environment import Environment
+from mrs_simulator.scenario.surroundings.moving_obstacles import Track
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
+from mrs_simulator.scenario.team.estimates import Estimates
+from mrs_simulator.scenario.team.mismatch import Mismatch
+from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
+from mrs_simulator.world.incidents.faults import Faults
+from mrs_simulator.world.motion import fused_stepping, kinematic, stretches
 from mrs_simulator.world.world import PASSIVE, World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -115,7 +115,7 @@ def compiled(monkeypatch):
             monkeypatch.setattr(module, "compiling", type("no", (), {"is_wanted": lambda: False}))
 
     function = kernel_of(lambda kernel: kernel)
-    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
     return start
 
 
@@ -259,9 +259,9 @@ def test_a_law_that_cannot_be_compiled_is_refused_by_name(law, why, compiled, mo
     pytest.importorskip("numba")
     jit = compiling.jit()
     function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=jit)
-    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
     compiled()
-    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
     wanted = "at 0.000 s the law failed: ControlError: {}: numba cannot compile pointMassLaw: {}"
     with pytest.raises(LawFailed, match=wanted.format(law, why)):
         recorded(scenario(), globals()[law])
@@ -370,5 +370,5 @@ def test_numba_gives_the_same(changes, compiled, monkeypatch):
     pytest.importorskip("numba")
     jit, kept = compiling.jit(), compiling.jit(cache=True)
     function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=kept)
-    monkeypatch.setattr(leaping, "compiled_stretch", function)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
     compare(compiled, shipped("paper", 5.0).changed(**changes))

@@ -7,7 +7,7 @@ import weakref
 import pytest
 from ros_fixtures import PATIENCE, wait_until
 
-from mrs_simulator.ros.lifecycle import Doorkeeper, spare_garbage_collection
+from mrs_simulator.ros.node.lifecycle import Doorkeeper, spare_garbage_collection
 
 
 class Ring:

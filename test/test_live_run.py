@@ -11,9 +11,9 @@ from gui_fixtures import quiet_study
 from protocol_fixtures import shipped
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.core.run_changes import obeyed_of
+from mrs_simulator.record.run_changes import obeyed_of
 from mrs_simulator.rqt_plugin.run.history import Snapshot
-from mrs_simulator.study.law_answers import Prediction
+from mrs_simulator.study.run.law_answers import Prediction
 
 APP = QApplication.instance() or QApplication([])
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from mrs_simulator.control.loading import ProtocolError, load_protocol
+from mrs_simulator.protocols.loading import ProtocolError, load_protocol
 
 LAW = (
     "from mrs_simulator import PioneerControl\nfrom parts import gain\nimport own_helper\n\n\n"

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.control.laws.mean_square import (
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import hand_points
+from mrs_simulator.protocols.consensus.mean_square import (
     confidence,
     mean_square_rate,
     mean_squares,
     second_moment_step,
 )
-from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.links import Links, PerEdge
-from mrs_simulator.study.lossy_edges import (
+from mrs_simulator.scenario.network.links import Links, PerEdge
+from mrs_simulator.study.analyses.lossy_edges import (
     LossyError,
     agrees,
     deviations,

@@ -22,11 +22,8 @@ from python_qt_binding.QtGui import (
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QToolTip
 
-from mrs_simulator.core.moving import CLOCK_START, Track
-from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import upright
-from mrs_simulator.ros.messages import team_state
+from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.map import axes, edge_drawing, frame, geometry, marks
 from mrs_simulator.rqt_plugin.map import ground as map_ground
 from mrs_simulator.rqt_plugin.map import trails as map_trails
@@ -37,7 +34,10 @@ from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.ros_side.inbox import _from_state
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.widgets.colours import shade as team_shade
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.scenario.surroundings.moving_obstacles import CLOCK_START, Track
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import World
 

@@ -6,15 +6,15 @@ import os
 import numpy as np
 import pytest
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.maps import obstacles_of, rectangles, walls
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.surroundings.maps import obstacles_of, rectangles, walls
+from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.portable import portable, told_team
-from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.contact.bodies import Bodies
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 # A room of 6 x 4 cells with a wall all around, and a cell that stands out; the first row is the top.

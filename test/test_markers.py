@@ -10,15 +10,15 @@ import rospy
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from mrs_simulator.core.moving import CLOCK_START, Track
-from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.nodes.display import markers as markers_node
 from mrs_simulator.nodes.display.markers import MOST_SOLIDS, Markers, Trails
 from mrs_simulator.nodes.display.solids import model, solids
-from mrs_simulator.ros.messages import read_state, team_state
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.ros.message_forms.messages import read_state, team_state
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.scenario.surroundings.moving_obstacles import CLOCK_START, Track
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.vehicles import kind, shipped_kinds
 from mrs_simulator.vehicles.looks import description, looks
 from mrs_simulator.world.world import World

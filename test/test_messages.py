@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import rospy
 
-from mrs_simulator.core.incidents import Incident
-from mrs_simulator.core.recording import Collision
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.msg import ControlStatus, TeamCommand, TeamState
-from mrs_simulator.ros import messages
+from mrs_simulator.record.recording import Collision
+from mrs_simulator.ros.message_forms import messages
+from mrs_simulator.scenario.incidents import Incident
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.vehicles.registry import file_named
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.world.world import World

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.obstacles import Box
+from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import World, WorldError
 

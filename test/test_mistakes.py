@@ -12,22 +12,22 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.loading import ProtocolError, load_protocol
-from mrs_simulator.control.making import make_control
 from mrs_simulator.control.pioneer_control import ControlError
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.writing import printing
 from mrs_simulator.nodes.control.reconfigure import TellingServer
-from mrs_simulator.ros import last_words, launch_arguments
-from mrs_simulator.ros.arguments import parse, scenario_from
-from mrs_simulator.study.command import main as experiment
-from mrs_simulator.study.command import sweep_main
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.report import main as report
-from mrs_simulator.study.shipped import scenario_path
-from mrs_simulator.study.simulating import simulate
+from mrs_simulator.protocols.loading import ProtocolError, load_protocol
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.ros.node import deferred_output, launch_arguments
+from mrs_simulator.ros.node.arguments import parse, scenario_from
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.results.report import main as report
+from mrs_simulator.study.run.command import main as experiment
+from mrs_simulator.study.run.command import sweep_main
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.simulating import simulate
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LAW = "    def pointMassLaw(self, hand):\n        return -hand\n"
@@ -197,7 +197,7 @@ def test_every_command_line_overrides_the_same_of_a_scenario(tmp_path, capsys):
 )
 def test_misspelt_arguments_of_roslaunch_are_refused(monkeypatch, words, said):
     line = ["/usr/bin/python3", "/usr/bin/roslaunch", *words]
-    monkeypatch.setattr(last_words, "command_line", lambda process: line)
+    monkeypatch.setattr(deferred_output, "command_line", lambda process: line)
     if not said:
         return launch_arguments.refuse_unknown_launch_arguments()
     with pytest.raises(ValueError, match=re.escape("roslaunch: " + words[-1]) + ".*" + said):
@@ -205,8 +205,8 @@ def test_misspelt_arguments_of_roslaunch_are_refused(monkeypatch, words, said):
 
 
 def test_the_parent_s_command_line_is_read():
-    assert last_words.command_line(os.getpid())[0].endswith(os.path.basename(sys.executable))
-    assert last_words.command_line(2**30) == []
+    assert deferred_output.command_line(os.getpid())[0].endswith(os.path.basename(sys.executable))
+    assert deferred_output.command_line(2**30) == []
 
 
 def test_a_value_beyond_its_range_is_said_where_clients_are_not_told(monkeypatch):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.core.environment import Environment
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.environment import Environment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World
 

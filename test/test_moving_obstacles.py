@@ -4,16 +4,21 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
-from mrs_simulator.control.making import make_control
-from mrs_simulator.control.safety_bounds import Surroundings
-from mrs_simulator.control.safety_filter import safe_velocities
-from mrs_simulator.core.moving import Track, advance, obstacles_at, scene_facts
-from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.recording import Run
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.moving_obstacles import (
+    Track,
+    advance,
+    obstacles_at,
+    scene_facts,
+)
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.sensors.suite import Suite
-from mrs_simulator.study.film import Film
+from mrs_simulator.study.draw.film import Film
 from mrs_simulator.world.world import World
 
 CART = {"type": "cylinder", "name": "cart", "center": [3.0, 0.0], "radius": 0.3}
@@ -169,7 +174,7 @@ def test_robots_at_rest_wait_for_it_without_creeping():
 
 def test_one_that_is_put_elsewhere_pushes_nobody_there():
     pytest.importorskip("pybullet")
-    from mrs_simulator.world.dynamic import DynamicMotion
+    from mrs_simulator.world.motion.dynamic import DynamicMotion
 
     cart = scenario(obstacle=dict(CART, track={"to": [[-9.0, 0.0]], "speed": 0.4})).obstacles
     motion = DynamicMotion(["pioneer3dx"], [[0.0, 0.0, 0.0]], cart)
@@ -237,7 +242,7 @@ def test_the_filter_gives_way_where_one_for_standing_obstacles_collides(tmp_path
     assert checks["collisions"]["measured"] == 0
     assert checks["least clearance of obstacles and border"]["passed"]
     standing = lambda obstacle, time, period, ways: np.zeros(len(ways))  # noqa: E731
-    monkeypatch.setattr("mrs_simulator.control.safety_bounds.advance", standing)
+    monkeypatch.setattr("mrs_simulator.control.safety.bounds.advance", standing)
     assert verdict_on(in_the_way(), tmp_path / "b")["collisions"]["measured"] > 0
 
 

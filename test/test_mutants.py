@@ -6,7 +6,7 @@ import sys
 
 import yaml
 
-from mrs_simulator.control.laws import HOMES
+from mrs_simulator.protocols import HOMES
 
 BENCHMARKS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "benchmarks")
 

@@ -8,8 +8,8 @@ import types
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws import shipped
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols import shipped
 from mrs_simulator.vehicles import Team, drives, kind
 from mrs_simulator.world.world import EVERY, World
 

@@ -9,10 +9,10 @@ import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator.nodes.control import common_frame
-from mrs_simulator.ros import node_parameters, unknown_parameters
-from mrs_simulator.ros.arguments import parse
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.study import preflight
+from mrs_simulator.ros.node import node_parameters, unknown_parameters
+from mrs_simulator.ros.node.arguments import parse
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.study.run import preflight
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -76,7 +76,7 @@ def test_every_parameter_is_declared_and_every_declared_one_is_read():
 
 
 def test_the_page_of_the_nodes_tells_what_is_declared():
-    """Else: python3 -m mrs_simulator.ros.node_parameters docs/nodes.md"""
+    """Else: python3 -m mrs_simulator.ros.node.node_parameters docs/nodes.md"""
     with open(os.path.join(ROOT, "docs", "nodes.md"), encoding="utf-8") as file:
         page = file.read()
     for node in node_parameters.NODES:

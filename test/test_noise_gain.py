@@ -7,8 +7,13 @@ import pytest
 from protocol_fixtures import shipped
 
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.study import noise_gain
-from mrs_simulator.study.noise_gain import NoiseError, Point, noise_figure, noise_gain_study
+from mrs_simulator.study.analyses import noise_gain
+from mrs_simulator.study.analyses.noise_gain import (
+    NoiseError,
+    Point,
+    noise_figure,
+    noise_gain_study,
+)
 
 # Six runs.
 SMALL = {"seeds": 1, "levels": (1.0,), "gains": (0.75,)}
@@ -65,6 +70,6 @@ def test_the_command_tells_who_is_off(tmp_path, capsys, monkeypatch):
 
 
 def small_figure():
-    from mrs_simulator.study.canvas import new_figure
+    from mrs_simulator.study.draw.canvas import new_figure
 
     return new_figure(2.0, 2.0)

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.control.laws.noise_equations import (
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols.consensus.noise_equations import (
     mean_variance_rate,
     mode_variances,
     modes,
     sampling_error,
 )
-from mrs_simulator.core.graphs import Topology
 
 QUIET = {"velocity_noise": 0.0, "robot_noise": 0.0, "listener_noise": 0.0}
 STEADY = "steady variance"
@@ -79,7 +79,7 @@ def test_each_noise_has_its_gain_and_no_other(noise, tmp_path):
 
 
 def test_noise_of_half_the_variance_more_is_noticed(tmp_path):
-    from mrs_simulator.control.laws.noisy_consensus import NoisyConsensus
+    from mrs_simulator.protocols.consensus.noisy import NoisyConsensus
 
     class Louder(NoisyConsensus):
         def law(self, hand):

@@ -13,12 +13,12 @@ from python_qt_binding.QtCore import Qt, QTimer
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 POSES = [[0, 0, 0], [3, 0, 0]]
 

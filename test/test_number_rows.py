@@ -6,7 +6,7 @@ import types
 import numpy as np
 import pytest
 
-from mrs_simulator.core import number_rows
+from mrs_simulator.record import number_rows
 
 
 def strange(count=3000):

@@ -14,9 +14,9 @@ from python_qt_binding.QtGui import QContextMenuEvent, QMouseEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.rqt_plugin.map import obstacle_shapes as shapes
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 
 BOX = {"type": "box", "name": "crate", "center": [0.0, 3.0], "size": [2.0, 1.0]}
 POOL = {"type": "land", "name": "shore", "center": [0.0, -4.0], "size": [4.0, 2.0]}

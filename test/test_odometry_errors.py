@@ -5,10 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.odometry_errors import OdometryErrors, step_deviations, true_squares
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.world.odometry_covariance import OdometryCovariance
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.team.odometry_errors import (
+    OdometryErrors,
+    step_deviations,
+    true_squares,
+)
+from mrs_simulator.world.wheel_odometry.covariance import OdometryCovariance
 from mrs_simulator.world.world import EVERY, World, WorldError
 
 TRACK = 0.357  # [m] of a P3-DX

@@ -9,9 +9,9 @@ from geometry_msgs.msg import TransformStamped
 
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.nodes.control.transform_inbox import TransformInbox
-from mrs_simulator.ros import odometry_inbox
-from mrs_simulator.ros.messages import team_odometry
-from mrs_simulator.ros.planar_messages import PlanarOdometry
+from mrs_simulator.ros.message_forms.messages import team_odometry
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry
+from mrs_simulator.ros.receive import odometry_inbox
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
 TWISTS = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from ros_fixtures import log_of
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros.odometry_inbox import NEVER, Inbox
-from mrs_simulator.study.experiment import Experiment, run_experiment
-from mrs_simulator.study.report import read_run
+from mrs_simulator.ros.receive.odometry_inbox import NEVER, Inbox
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
 from mrs_simulator.world.world import EVERY, World

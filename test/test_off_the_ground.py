@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from flying_fixtures import HERE, hoverer  # noqa: F401, a fixture
 
-from mrs_simulator.control.making import make_control
 from mrs_simulator.control.pioneer_control import PioneerControl, Position
 from mrs_simulator.control.twists import make_twist
 from mrs_simulator.core.kinematics import compose, relative
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.core.spatial import headings, turned, turned_about_z
-from mrs_simulator.ros.messages import team_state
-from mrs_simulator.ros.planar_messages import PlanarOdometry
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.report import read_run
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.ros.message_forms.messages import team_state
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World, WorldError
 

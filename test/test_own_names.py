@@ -5,9 +5,9 @@ import pytest
 
 from mrs_simulator import Parameter, PioneerControl
 from mrs_simulator.control.class_checks import OWN
-from mrs_simulator.control.making import make_control
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 POSE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 

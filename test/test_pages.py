@@ -7,9 +7,9 @@ import pytest
 from documentation import DOCS, ROOT, anchors, page
 
 from mrs_simulator.__main__ import main
-from mrs_simulator.core.pages import explained_by, page_of, with_page
-from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.core.doc_links import explained_by, page_of, with_page
 from mrs_simulator.rqt_plugin.run.trouble import reason
+from mrs_simulator.verdict.verdict import verdict_text
 
 PACKAGE = os.path.join(ROOT, "src", "mrs_simulator")
 NAMED = re.compile(r"docs/(\w+\.md)(?:#([\w-]+))?")
@@ -163,7 +163,7 @@ def test_the_messages_on_the_page_are_those_of_the_code():
 
 
 def test_a_missing_pybullet_leads_to_its_installation():
-    from mrs_simulator.world.motions import NO_SOLVER, NoSolver
+    from mrs_simulator.world.motion.motions import NO_SOLVER, NoSolver
 
     page = page_of(NoSolver(NO_SOLVER))
     with open(os.path.join(ROOT, page)) as file:

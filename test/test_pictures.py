@@ -7,7 +7,6 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 import pytest
 
-from mrs_simulator.core.obstacles import Box, Cylinder
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.pictures import camera as cameras
 from mrs_simulator.pictures import ground
@@ -17,7 +16,8 @@ from mrs_simulator.pictures.look import DARK, LIGHT
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, solid_of
 from mrs_simulator.pictures.view import View
-from mrs_simulator.study.paint import pixels
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.study.draw.paint import pixels
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.registry import shipped_kinds
 from mrs_simulator.vehicles.shape import Part

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.load import Carried, Load
 from mrs_simulator.pictures.arms import (
     arm_models,
     arm_outlines,
@@ -16,6 +15,7 @@ from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.drawing import Polygons
 from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene, drawn, framed
+from mrs_simulator.scenario.team.load import Carried, Load
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.arms.models import MODELS
 from mrs_simulator.vehicles.arms.team import ArmedTeamInSpace

@@ -9,7 +9,7 @@ import pytest
 from pioneer_robots import Team
 from ros_fixtures import free_port, wait_until
 
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 # Walls 2 m ahead of the robot's centre and 1.5 m to its left.
 CONTENT = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.vehicles.drives import omnidirectional as omni
-from mrs_simulator.world.planar_body import (
+from mrs_simulator.world.motion.planar_body import (
     GRAVITY,
     Footing,
     PlanarBodies,

@@ -8,7 +8,7 @@ import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, QuickTwist
 
 COVARIANCE = [float(value) for value in range(36)]
 

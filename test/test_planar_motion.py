@@ -5,13 +5,13 @@ import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
 from mrs_simulator.core.kinematics import Limits, wrap_angle
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_dict
+from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.vehicles import kind
-from mrs_simulator.world.dynamic import DynamicMotion
-from mrs_simulator.world.planar import PlanarMotion
-from mrs_simulator.world.planar_body import GRAVITY
-from mrs_simulator.world.rolling import Wheels, loads, rolled
+from mrs_simulator.world.motion.dynamic import DynamicMotion
+from mrs_simulator.world.motion.planar import PlanarMotion
+from mrs_simulator.world.motion.planar_body import GRAVITY
+from mrs_simulator.world.motion.rolling import Wheels, loads, rolled
 from mrs_simulator.world.world import EVERY, World
 
 UNTUNED = {"substep": 1.0 / 240.0, "iterations": 50}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.control.laws.string_equations import (
+from mrs_simulator.protocols.marching.string_equations import (
     amplitudes,
     held_link_gain,
     link_gain,
@@ -62,7 +62,7 @@ def test_an_error_grows_down_the_chain_or_does_not(tau, delayed, grows, tmp_path
 
 
 def test_a_law_that_forgets_the_delay_fails(tmp_path):
-    from mrs_simulator.control.laws.platoon import Platoon
+    from mrs_simulator.protocols.marching.platoon import Platoon
 
     class Prompt(Platoon):
         def law(self, hand):

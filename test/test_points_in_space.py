@@ -5,20 +5,20 @@ import pytest
 from space_fixtures import Flyers, flown, flying, wrong_claims
 
 from mrs_simulator import PioneerControl, make_twist
-from mrs_simulator.control.laws import HOMES, shipped
-from mrs_simulator.control.laws import formations_equations as formations
-from mrs_simulator.control.laws.formation_equations import y_spread
-from mrs_simulator.control.laws.gathering_equations import outside_hull
-from mrs_simulator.control.laws.published import exact_motion
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.load import Load
 from mrs_simulator.core.neighbours import close_pairs, closest_pair
 from mrs_simulator.core.spectra import (
     is_infinitesimally_bearing_rigid,
     is_infinitesimally_rigid,
     rigidity_matrix,
 )
+from mrs_simulator.protocols import HOMES, shipped
+from mrs_simulator.protocols.formation.equations import y_spread
+from mrs_simulator.protocols.gathering.equations import outside_hull
+from mrs_simulator.protocols.published.laws import exact_motion
+from mrs_simulator.protocols.shapes import equations as formations
+from mrs_simulator.scenario.team.load import Load
 
 PLANAR = {
     "coverage",

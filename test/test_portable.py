@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import load_scenario, scenario_from_dict, scenario_from_yaml
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict, scenario_from_yaml
 from mrs_simulator.vehicles import Team, kind, shipped_kinds
 from mrs_simulator.vehicles.portable import model_shape, portable, told_team
 from mrs_simulator.vehicles.registry import file_named
 from mrs_simulator.vehicles.shape import Part, outline_parts, read_shape
-from mrs_simulator.world.view import View
+from mrs_simulator.world.rendering.view import View
 from mrs_simulator.world.world import World, WorldError
 
 URDF = """<robot name="cart">

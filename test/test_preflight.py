@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study import preflight
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run import preflight
 
 LINE = {
     "poses": [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 4.0, 0.0]],

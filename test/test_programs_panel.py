@@ -11,14 +11,14 @@ from gui_fixtures import quiet_study
 from python_qt_binding.QtWidgets import QApplication
 from ros_fixtures import wait_until
 
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros.diagnostics import ERROR, OK, Health, array
+from mrs_simulator.ros.node.diagnostics import ERROR, OK, Health, array
 from mrs_simulator.rqt_plugin.ros_side import diagnostics as diagnostics_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.run.programs import _duration
 from mrs_simulator.rqt_plugin.run.programs_panel import short
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 ENDS = "import sys; print('so far'); sys.exit(int(sys.argv[1]))"
 RUNS = "import time; print('running', flush=True); time.sleep(1000)"
@@ -198,7 +198,7 @@ def test_times_in_words():
 def test_diagnostics_are_told_for_each_part_and_those_not_heard_are_stale(study, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(diagnostics_module.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr("mrs_simulator.ros.diagnostics.rospy.get_rostime", lambda: None)
+    monkeypatch.setattr("mrs_simulator.ros.node.diagnostics.rospy.get_rostime", lambda: None)
     heard = DiagnosticsConnection()
     message = array(
         "stage", [Health("", OK, "running", {"robots": 3}), Health("sensors", ERROR, "slow", {})]

@@ -11,8 +11,8 @@ from python_qt_binding.QtGui import QColor, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QPushButton, QWidget
 
-from mrs_simulator.control.laws.formation_equations import PARAMETERS
 from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.protocols.formation.equations import PARAMETERS
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 

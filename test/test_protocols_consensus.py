@@ -6,17 +6,17 @@ from protocol_fixtures import played
 from protocol_fixtures import shipped as scenario_of
 
 from mrs_simulator import run_experiment
-from mrs_simulator.control.laws import HOMES, shipped
-from mrs_simulator.control.laws import consensus_equations as laws
-from mrs_simulator.control.laws.resilient_consensus_equations import is_robust, resilient_consensus
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Condition, disagreement, extent
 from mrs_simulator.core.graphs import Topology, arcs_of
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import read_run_csv
 from mrs_simulator.core.spectra import spectral_radius
-from mrs_simulator.study.experiment import Experiment
-from mrs_simulator.study.report import judged
+from mrs_simulator.protocols import HOMES, shipped
+from mrs_simulator.protocols.consensus import equations as laws
+from mrs_simulator.protocols.consensus.resilient_equations import is_robust, resilient_consensus
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.study.results.report import judged
+from mrs_simulator.study.run.experiment import Experiment
 
 SCENARIOS = (
     "consensus",

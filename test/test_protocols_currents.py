@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws import currents_equations as laws
-from mrs_simulator.control.laws.currents import LineOfSight, StationKeeping
-from mrs_simulator.control.laws.gathering_equations import inside
-from mrs_simulator.control.laws.marching_equations import read_waypoints
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols.currents import equations as laws
+from mrs_simulator.protocols.currents.law import LineOfSight, StationKeeping
+from mrs_simulator.protocols.gathering.equations import inside
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.marching.equations import read_waypoints
 
 PAIR = Topology(2, [[1, 2]], directed=False)
 COMMANDS = "commands off the published law [-]"

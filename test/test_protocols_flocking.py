@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws import flocking_equations as laws
-from mrs_simulator.control.laws.flocking import CuckerSmale, Flocking, Reynolds, Vicsek
 from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.protocols.flocking import equations as laws
+from mrs_simulator.protocols.flocking.law import CuckerSmale, Flocking, Reynolds, Vicsek
 
 
 @pytest.mark.parametrize("name", ["flocking", "cucker_smale", "vicsek", "reynolds"])

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws import formations as library
-from mrs_simulator.control.laws import formations_equations as laws
-from mrs_simulator.control.laws.formation import Formation
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.parameters import checked_values
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.study.report import judged
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.shapes import equations as laws
+from mrs_simulator.protocols.shapes import law as library
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.study.results.report import judged
 
 SHIPPED = {
     "displacement_formation": library.DisplacementFormation,

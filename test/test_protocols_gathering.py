@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws import gathering_equations as laws
-from mrs_simulator.control.laws.gathering import Containment, Coverage, CyclicPursuit, Rendezvous
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols.gathering import equations as laws
+from mrs_simulator.protocols.gathering.law import Containment, Coverage, CyclicPursuit, Rendezvous
 
 NAMES = ("containment", "rendezvous", "cyclic_pursuit", "cyclic_pursuit_inwards", "coverage")
 

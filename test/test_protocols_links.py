@@ -9,19 +9,19 @@ from protocol_fixtures import SCENARIOS, as_points, check, failed, played, shipp
 from test_bringup import launch
 
 from mrs_simulator import PioneerControl, load_scenario
-from mrs_simulator.control.laws import HOMES
-from mrs_simulator.control.laws import over_links_equations as laws
-from mrs_simulator.control.laws import shipped as protocol_called
-from mrs_simulator.control.laws.consensus_equations import delayed_rate
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Condition, disagreement
 from mrs_simulator.core.edge_faults import Channel
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.links import Links, PerEdge, Switching
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import ScenarioError, scenario_from_dict
-from mrs_simulator.study.experiment import Experiment
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.protocols import shipped as protocol_called
+from mrs_simulator.protocols.consensus import over_links_equations as laws
+from mrs_simulator.protocols.consensus.equations import delayed_rate
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.network.links import Links, PerEdge, Switching
+from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment
 
 EXAMPLES = ("consensus_delays", "formation_lossy", "formation_switching")
 RING = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 1]]

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws import marching_equations as laws
-from mrs_simulator.control.laws.marching import LeaderFollower, Marching, tree
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.marching import equations as laws
+from mrs_simulator.protocols.marching.law import LeaderFollower, Marching, tree
 
 HOLDS = {
     "marching": ["steady displacement error [m]", "drift of the centre from the path [m]"],

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from mixed_runs import difference, each_step, headless, in_gui, over_ros
 
-from mrs_simulator.control.laws import HOMES, shipped
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.core.sensor_changes import SensorChange
+from mrs_simulator.protocols import HOMES, shipped
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.team.sensor_changes import SensorChange
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.registry import shipped_kind
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws import exploration_equations as floors
-from mrs_simulator.control.laws import sensing_equations as laws
-from mrs_simulator.core.obstacles import Cylinder, wall
+from mrs_simulator.protocols.exploration import equations as floors
+from mrs_simulator.protocols.sensing import equations as laws
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, wall
 from mrs_simulator.sensors.types.ranging import RangeReading
 
 
@@ -147,7 +147,7 @@ def test_a_team_looks_at_a_whole_floor(tmp_path):
 
 
 def test_a_team_that_stands_has_not_seen_it(tmp_path, monkeypatch):
-    law = "mrs_simulator.control.laws.exploration.Exploration._towards"
+    law = "mrs_simulator.protocols.exploration.law.Exploration._towards"
     monkeypatch.setattr(law, lambda control, row, point: np.zeros(2))
     assert failed(verdict_of(corridor(18.0), tmp_path)) == ["share of the floor that is seen [-]"]
     early = check(verdict_of(corridor(2.0), tmp_path), "share of the floor")

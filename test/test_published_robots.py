@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.laws.published_drives import STATED, approached, reached
-from mrs_simulator.control.laws.published_robots import Robots
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.kinematics import Limits
+from mrs_simulator.protocols.published.drives import STATED, approached, reached
+from mrs_simulator.protocols.published.robots import Robots
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.drives import DRIVES, car, omnidirectional
 
@@ -170,7 +170,7 @@ class Hasty(PioneerControl):
         return -0.0505 * self.topology.laplacian() @ hand
 
     def published(self):
-        from mrs_simulator.control.laws.published import Averaging, weights_of
+        from mrs_simulator.protocols.published.laws import Averaging, weights_of
 
         return Averaging(weights_of(self.topology), 0.05)
 

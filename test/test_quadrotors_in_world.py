@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import failed, shipped, verdict_of
 
-from mrs_simulator.core.environment import Environment
+from mrs_simulator.scenario.surroundings.environment import Environment
 from mrs_simulator.world.world import EVERY, World
 
 BOTH = pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrs_simulator.control.laws import formation_equations as formation
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core import recording, verdict
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import (
+from mrs_simulator.core.spatial import upright
+from mrs_simulator.protocols.formation import equations as formation
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record import recording
+from mrs_simulator.record.recording import (
     COLUMNS,
     Collision,
     Recorder,
@@ -24,10 +25,10 @@ from mrs_simulator.core.recording import (
     read_run_csv,
     write_facts,
 )
-from mrs_simulator.core.run_columns import Columns
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.core.spatial import upright
-from mrs_simulator.study.report import judged
+from mrs_simulator.record.run_columns import Columns
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.results.report import judged
+from mrs_simulator.verdict import verdict
 
 PRINTED = [[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0], [-5.05, 12.3, 0.0]]
 

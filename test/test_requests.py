@@ -4,8 +4,8 @@ import threading
 
 from ros_fixtures import wait_until
 
-from mrs_simulator.core.pages import explained_by
-from mrs_simulator.ros.requests import Requests
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.ros.node.requests import Requests
 
 
 def asked(requests, function):

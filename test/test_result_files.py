@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from mrs_simulator.core.verdict_file import read_verdict
+from mrs_simulator.verdict.verdict_file import read_verdict
 
 CHECK = {"name": "spread", "predicted": 1.0, "measured": 1.0, "tolerance": 0.1, "passed": True}
 VERDICT = {"passed": True, "checks": [CHECK]}

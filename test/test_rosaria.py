@@ -11,7 +11,7 @@ import pytest
 import yaml
 from ros_fixtures import PATIENCE, log_of, wait_until
 
-from mrs_simulator.core.recording import read_run_csv
+from mrs_simulator.record.recording import read_run_csv
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROBOT, P2OS = (os.path.join(HERE, name + "_robot.py") for name in ("rosaria", "p2os"))

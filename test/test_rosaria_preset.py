@@ -8,8 +8,8 @@ from ros_fixtures import PATIENCE, log_of, wait_until
 from test_stage_node import start
 
 from mrs_simulator.core.kinematics import Limits
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.nodes.stage.rosaria import behind_rosaria, driver_commands
+from mrs_simulator.nodes.stage.driver_presets.rosaria import behind_rosaria, driver_commands
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.vehicles import Team
 

@@ -24,13 +24,13 @@ from python_qt_binding.QtWidgets import (
 )
 from ros_fixtures import wait_until
 
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.rqt_plugin.run.bar import ACTIONS, RunBar
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
-from mrs_simulator.study.shipped import shipped_scenarios
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.shipped import shipped_scenarios
 
 POSES = [[0, 0, 0], [3, 0, 0]]
 FLOCK = {"poses": POSES, "control": {"protocol": "flocking"}}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.recording import read_run_csv, write_facts
-from mrs_simulator.core.run_changes import (
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import read_run_csv, write_facts
+from mrs_simulator.record.run_changes import (
     Change,
     ControllerRecord,
     changed_by,
@@ -14,13 +14,17 @@ from mrs_simulator.core.run_changes import (
     obeyed_of,
     to_plain,
 )
-from mrs_simulator.core.scenario import ScenarioError
-from mrs_simulator.ros.messages import MessageError, control_scenario, read_control_scenario
-from mrs_simulator.study.experiment import perform
-from mrs_simulator.study.judging import judged
-from mrs_simulator.study.ran import what_ran
-from mrs_simulator.study.report import control_of
+from mrs_simulator.ros.message_forms.messages import (
+    MessageError,
+    control_scenario,
+    read_control_scenario,
+)
+from mrs_simulator.scenario.scenario import ScenarioError
+from mrs_simulator.study.results.report import control_of
+from mrs_simulator.study.run.experiment import perform
+from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.vehicles.portable import portable
+from mrs_simulator.verdict.judging import judged
 
 
 def with_gain(scenario, gain, name="gain"):

@@ -5,7 +5,8 @@ import csv
 import numpy as np
 import pytest
 
-from mrs_simulator.core.recording import (
+from mrs_simulator.core.spatial import Spatial, headings, turned_about_z, upright
+from mrs_simulator.record.recording import (
     COLUMNS,
     Collision,
     Recorder,
@@ -13,11 +14,10 @@ from mrs_simulator.core.recording import (
     read_run_csv,
     write_facts,
 )
-from mrs_simulator.core.run_columns import Columns, columns_in
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.core.spatial import Spatial, headings, turned_about_z, upright
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.report import read_run
+from mrs_simulator.record.run_columns import Columns, columns_in
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles import Team
 
 COMMANDS = ("linear.x", "linear.y", "angular.z")

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import rospy
 
-from mrs_simulator.core.guards import JumpBounds, Tracks
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.control.guards import JumpBounds, Tracks
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.msg import StageStatus, TeamState
 from mrs_simulator.nodes.record import run_sources
-from mrs_simulator.ros.planar_messages import QuickTwist
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.vehicles import Team
 
 PERIOD = 0.02  # [s]

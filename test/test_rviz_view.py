@@ -5,8 +5,8 @@ import os
 import numpy as np
 import yaml
 
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.nodes.display.rviz_view import AREA, bounds, set_views
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SCENARIO = {

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl, run_experiment
-from mrs_simulator.control.safety_filter import margins, safe_velocities
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.control.safety.filter import margins, safe_velocities
+from mrs_simulator.scenario.scenario import scenario_from_dict
 
 PERIOD = 0.02
 
@@ -116,7 +116,7 @@ def test_a_symmetric_crossing_does_not_deadlock(tmp_path):
         duration=40.0,
     )
     run_experiment(scenario, str(tmp_path), Cross, formats=())
-    from mrs_simulator.core.recording import read_run_csv
+    from mrs_simulator.record.recording import read_run_csv
 
     end = read_run_csv(str(tmp_path / "run.csv")).hand[-1]
     assert np.linalg.norm(end - Cross.goal, axis=1).max() < 0.3

@@ -9,14 +9,14 @@ import pytest
 from ros_fixtures import log_of, wait_until
 
 from mrs_simulator import PioneerControl, run_experiment
-from mrs_simulator.control.safety_bounds import Surroundings
-from mrs_simulator.control.safety_filter import FIXED_RATE, filter_acts, margins, safe_velocities
-from mrs_simulator.control.standstill import Standstill
-from mrs_simulator.core.controller_log import deadlock_in, deadlock_text
-from mrs_simulator.core.obstacles import Box, Cylinder, clearance
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.core.verdict import verdict_text
+from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.deadlock_detector import Standstill
+from mrs_simulator.control.safety.filter import FIXED_RATE, filter_acts, margins, safe_velocities
+from mrs_simulator.record.controller_log import deadlock_in, deadlock_text
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder, clearance
+from mrs_simulator.verdict.verdict import verdict_text
 
 PERIOD = 0.02
 DRUM = Cylinder("drum", 1.0, 0.0, 0.5, 1.0)

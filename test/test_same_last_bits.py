@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from recorded_values import SCENARIOS
 
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.run.experiment import run_experiment
 
 # Whose two routines differ in the last bit.
 FUNCTIONS = [

@@ -11,15 +11,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mrs_simulator.core.kinematics import Limits
-from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.core.scenario import (
+from mrs_simulator.scenario.scenario import (
     Scenario,
     ScenarioError,
     load_scenario,
     scenario_from_dict,
     scenario_from_yaml,
 )
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
+from mrs_simulator.scenario.team.layouts import make_layout
 
 SHIPPED = sorted(
     glob.glob(

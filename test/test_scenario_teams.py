@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from mrs_simulator.core.scenario import (
+from mrs_simulator.scenario.scenario import (
     ScenarioError,
     load_scenario,
     scenario_from_dict,

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.loading import ProtocolError
-from mrs_simulator.control.making import make_control
-from mrs_simulator.control.sensed_safety import Seer, arcs, nearest, safe_by_sensors
-from mrs_simulator.core.scenario import ScenarioError
+from mrs_simulator.control.safety.sensed import Seer, arcs, nearest, safe_by_sensors
+from mrs_simulator.protocols.loading import ProtocolError
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import ScenarioError
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading
-from mrs_simulator.study.judging import command_after
+from mrs_simulator.verdict.judging import command_after
 
 PERIOD = 0.02
 CONE = np.radians(15.0)
@@ -60,7 +60,7 @@ def test_an_echo_may_come_from_anywhere_in_its_cone_where_no_other_would_hear_it
 
 
 def test_the_nearest_velocity_is_that_of_a_search(monkeypatch):
-    monkeypatch.setattr("mrs_simulator.control.sensed_safety.SWIRL", 0.0)
+    monkeypatch.setattr("mrs_simulator.control.safety.sensed.SWIRL", 0.0)
     draw = np.random.default_rng(1)
     grid = np.stack(np.meshgrid(*[np.linspace(-1.5, 1.5, 151)] * 2), axis=-1).reshape(-1, 2)
     for _ in range(30):

@@ -7,15 +7,15 @@ import sys
 import numpy as np
 import pytest
 
-from mrs_simulator.control.law_apart import Law, where_to_run
-from mrs_simulator.control.loading import ProtocolError
-from mrs_simulator.control.making import make_control
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.nodes.control.law_client import Law, where_to_run
+from mrs_simulator.protocols.loading import ProtocolError
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.readings import Readings
 from mrs_simulator.sensors.types.ranging import RangeReading
-from mrs_simulator.study.experiment import Experiment, LawFailed
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
 
 WALL = {"type": "box", "name": "wall", "center": [2.0, 0.0], "size": [0.2, 9.0]}
 

@@ -16,9 +16,7 @@ from python_qt_binding.QtWidgets import QApplication
 from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Float64, Header, Int8
 
-from mrs_simulator.core.incidents import Incident
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros.sensor_messages import forms_of
+from mrs_simulator.ros.message_forms.sensor_messages import forms_of
 from mrs_simulator.rqt_plugin.map.legend import LEGEND
 from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.sensor_drawing import MOST_ROBOTS, in_plane
@@ -26,11 +24,13 @@ from mrs_simulator.rqt_plugin.ros_side import sensors as sensors_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import Part
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
 from mrs_simulator.rqt_plugin.run.history import Snapshot
-from mrs_simulator.rqt_plugin.sensing.heard import Heard, mounts_of, spares_of
 from mrs_simulator.rqt_plugin.sensing.own_parts import parts_of, told_of
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
+from mrs_simulator.rqt_plugin.sensing.received import Heard, mounts_of, spares_of
 from mrs_simulator.rqt_plugin.sensing.texts import told
+from mrs_simulator.scenario.incidents import Incident
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.types.battery import BatteryReading
 from mrs_simulator.sensors.types.bumper import BumperReading
 from mrs_simulator.sensors.types.camera import CameraReading

@@ -5,14 +5,14 @@ import csv
 import numpy as np
 import pytest
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types import TYPES
-from mrs_simulator.study.experiment import Experiment, perform
-from mrs_simulator.study.sensor_files import FILE, PICTURES, lines_of, recorded_sensors
-from mrs_simulator.study.sensor_sizes import with_sizes
+from mrs_simulator.study.run.experiment import Experiment, perform
+from mrs_simulator.study.run.sensor_files import FILE, PICTURES, lines_of, recorded_sensors
+from mrs_simulator.study.run.sensor_sizes import with_sizes
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import World
 

@@ -8,9 +8,9 @@ import pytest
 import rospy
 from std_msgs.msg import Float32, Float64, Header, Int8
 
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.ros import sensor_inbox
-from mrs_simulator.ros.sensor_forms.cloud import Cloud
+from mrs_simulator.ros.message_forms.sensor_forms.cloud import Cloud
+from mrs_simulator.ros.receive import sensor_inbox
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.vehicles import Team
 

@@ -9,14 +9,14 @@ import rospy
 from sensor_msgs.msg import NavSatFix
 from std_msgs.msg import Header
 
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.nodes.record.bag import command_of
 from mrs_simulator.nodes.stage import sensor_topics
 from mrs_simulator.nodes.stage.robot_topics import Frames
-from mrs_simulator.ros import defined_types, sensor_messages
-from mrs_simulator.ros.messages import MessageError
-from mrs_simulator.ros.sensor_forms.cloud import Cloud
-from mrs_simulator.ros.sensor_messages import FORMS, forms_of, others_of, topic_of
+from mrs_simulator.ros.message_forms import defined_types, sensor_messages
+from mrs_simulator.ros.message_forms.messages import MessageError
+from mrs_simulator.ros.message_forms.sensor_forms.cloud import Cloud
+from mrs_simulator.ros.message_forms.sensor_messages import FORMS, forms_of, others_of, topic_of
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.mounts import fitted_mounts, spare_mounts
 from mrs_simulator.sensors.noise import Draws, Streams
 from mrs_simulator.sensors.suite import Suite, of_robot

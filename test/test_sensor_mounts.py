@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import SensorError, Suite

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.sensors.noise import Draws, Noise, Streams, read_noise
 from mrs_simulator.vehicles.quantities import QuantitySection
 

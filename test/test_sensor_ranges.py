@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.obstacles import Box, Cylinder
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder
 from mrs_simulator.sensors.scenery import Rays, Scenery, cast
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.scenario import scenario_from_dict
 from mrs_simulator.core.spatial import Spatial
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.state import State
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.sensors.types.inertial import GRAVITY

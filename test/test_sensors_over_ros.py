@@ -10,11 +10,11 @@ import yaml
 from protocol_fixtures import shipped
 from ros_fixtures import PATIENCE, log_of, wait_until
 
-from mrs_simulator.control.loading import load_protocol
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import perform
-from mrs_simulator.study.sensor_files import FILE
+from mrs_simulator.protocols.loading import load_protocol
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.run.experiment import perform
+from mrs_simulator.study.run.sensor_files import FILE
 
 FLOAT32 = {"sonar": 4e-7, "front": 4e-7, "laser": 4e-7, "camera": 4e-6}  # [m], as far as each sees
 SHORT = 3.0  # [s] in which the first columns are seen and heeded

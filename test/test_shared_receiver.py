@@ -11,8 +11,8 @@ from ros_fixtures import wait_until
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSSub
 
-from mrs_simulator.ros import shared_receiver
-from mrs_simulator.ros.planar_messages import QuickTwist
+from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
+from mrs_simulator.ros.receive import shared_receiver
 
 
 class Connection(TCPROSTransport):

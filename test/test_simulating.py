@@ -11,10 +11,10 @@ from matplotlib.image import imread
 
 from mrs_simulator import Parameter, PioneerControl, load_scenario, make_twist, open_run, simulate
 from mrs_simulator.__main__ import main
-from mrs_simulator.study.animation import Animation
-from mrs_simulator.study.experiment import Experiment
-from mrs_simulator.study.look import LookError
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.draw.animation import Animation
+from mrs_simulator.study.draw.style import LookError
+from mrs_simulator.study.run.experiment import Experiment
 
 STILL = {"robots": 2, "duration": 1.0, "poses": [[0, 0, 0], [3, 0, 0]]}
 

@@ -12,7 +12,7 @@ import yaml
 from documentation import DOCS, ROOT, anchors, page
 
 from mrs_simulator.__main__ import main
-from mrs_simulator.control.laws import HOMES, shipped
+from mrs_simulator.protocols import HOMES, shipped
 
 PAGES = sorted(
     os.path.relpath(os.path.join(directory, name), DOCS)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.control.laws import shipped as law_of
-from mrs_simulator.control.laws.slipped_runs import slipped_run
-from mrs_simulator.control.making import make_control
 from mrs_simulator.core.claims import Claim
-from mrs_simulator.core.recording import Run
-from mrs_simulator.core.verdict import Theory, judge
+from mrs_simulator.protocols import shipped as law_of
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.recording import Run
+from mrs_simulator.verdict.theory.slipped_runs import slipped_run
+from mrs_simulator.verdict.verdict import Theory, judge
 
 DRIFT, WORST = "drift of w^T p", "worst displacement error"
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.control.safety_bounds import Surroundings
-from mrs_simulator.control.safety_filter import safe_velocities
-from mrs_simulator.core.guards import Violations, checked_fence, outside, pairs_nearer
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.control.guards import Violations, checked_fence, outside, pairs_nearer
+from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.filter import safe_velocities
 from mrs_simulator.nodes.control.command_gate import AGAIN, CommandGate
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box
+from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World
 

@@ -9,21 +9,21 @@ import pytest
 from protocol_fixtures import shipped
 from ros_fixtures import wait_until
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.controller_log import Interruptions, failure
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.recording import Collision, read_run_csv
-from mrs_simulator.core.run_changes import obeyed_of
 from mrs_simulator.nodes.stage.world_topics import stamp_at
-from mrs_simulator.ros.messages import team_state
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.controller_log import Interruptions, failure
+from mrs_simulator.record.recording import Collision, read_run_csv
+from mrs_simulator.record.run_changes import obeyed_of
+from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun, how_ended, last_lines
-from mrs_simulator.study.estimation import UNKNOWN
-from mrs_simulator.study.experiment import Experiment, run_experiment
-from mrs_simulator.study.report import predicted_settling, read_run
+from mrs_simulator.study.results.report import predicted_settling, read_run
+from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles.portable import portable
+from mrs_simulator.verdict.estimation import UNKNOWN
 
 FAILED = failure(ValueError("no"))
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import shipped
 
-from mrs_simulator.core.links import Links
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
-from mrs_simulator.study.law_answers import prediction
+from mrs_simulator.scenario.network.links import Links
+from mrs_simulator.study.run.law_answers import prediction
 
 STAGE = SimpleNamespace(fidelity="kinematic", paused=False, real_time_factor=1.0, speed=1.0)
 RUNNING = SimpleNamespace(running=True, trouble="", protocol="Formation")

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from ros_fixtures import wait_until
 
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study import run_keys, sweep
-from mrs_simulator.study.command import main, sweep_main
-from mrs_simulator.study.run_keys import law_files
-from mrs_simulator.study.shipped import scenario_path
-from mrs_simulator.study.sweep import PROTOCOL, SweepError, make_runs, read_axis, run_sweep
-from mrs_simulator.study.workers import on_cores
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.run import run_keys, sweep
+from mrs_simulator.study.run.command import main, sweep_main
+from mrs_simulator.study.run.run_keys import law_files
+from mrs_simulator.study.run.sweep import PROTOCOL, SweepError, make_runs, read_axis, run_sweep
+from mrs_simulator.study.run.workers import on_cores
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOUR = os.path.join(ROOT, "scenarios", "paper_four.yaml")
@@ -401,7 +401,7 @@ def test_after_a_run_that_ends_its_process_those_not_begun_run_beside_each_other
 
 
 def test_an_interrupted_sweep_ends_soon_and_resumes(tmp_path):
-    sweep = [sys.executable, "-m", "mrs_simulator.study.command", FOUR, "--out", str(tmp_path)]
+    sweep = [sys.executable, "-m", "mrs_simulator.study.run.command", FOUR, "--out", str(tmp_path)]
     sweep += ["--sweep", "seed=0..199", "--jobs", "1"]
     process = subprocess.Popen(sweep, stderr=subprocess.PIPE)
     try:
@@ -462,7 +462,7 @@ def test_a_mistake_that_all_runs_share_is_refused_before_the_first():
 
 def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("mrs_simulator.study.workers.CONNECT_LIMIT", 0.5)
+    monkeypatch.setattr("mrs_simulator.study.run.workers.CONNECT_LIMIT", 0.5)
     with pytest.raises(SweepError, match="--scheduler tcp://127.0.0.1:9: .*"):
         run_sweep(make_runs(FOUR, TINY), str(tmp_path), scheduler="tcp://127.0.0.1:9")
 

@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.stability import growth_rate, share_left
-from mrs_simulator.study.canvas import save
-from mrs_simulator.study.sweep import SweepError, make_runs, read_axis, run_sweep, theorem_boundary
-from mrs_simulator.study.sweep_figures import stability_figure, sweep_figure
+from mrs_simulator.study.draw.canvas import save
+from mrs_simulator.study.draw.sweep_figures import stability_figure, sweep_figure
+from mrs_simulator.study.run.sweep import (
+    SweepError,
+    make_runs,
+    read_axis,
+    run_sweep,
+    theorem_boundary,
+)
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 DELAYED = os.path.join(ROOT, "scenarios", "delayed_consensus.yaml")

@@ -19,9 +19,9 @@ from python_qt_binding.QtWidgets import (
     QStyle,
 )
 
-from mrs_simulator.core.layouts import make_layout
 from mrs_simulator.rqt_plugin.team import panel as team_panel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
+from mrs_simulator.scenario.team.layouts import make_layout
 from mrs_simulator.vehicles import KINDS, kind
 
 APP = QApplication.instance() or QApplication([])

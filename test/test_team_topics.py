@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from ros_fixtures import log_of, wait_until
 
-from mrs_simulator.core.guards import JumpBounds, Tracks
+from mrs_simulator.control.guards import JumpBounds, Tracks
 from mrs_simulator.nodes.stage.answers import Answers
 from mrs_simulator.nodes.stage.robot_topics import Inbox as StageInbox
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
-from mrs_simulator.ros.messages import MessageError, read_answered, team_command
-from mrs_simulator.ros.odometry_inbox import Inbox
-from mrs_simulator.ros.planar_messages import QuickTwist
+from mrs_simulator.ros.message_forms.messages import MessageError, read_answered, team_command
+from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
+from mrs_simulator.ros.receive.odometry_inbox import Inbox
 
 POSES = np.array([[1.0, 2.0, 0.3], [4.0, 5.0, -0.6]])
 
@@ -225,7 +225,7 @@ def test_stamps_of_commands_for_all_come_through_with_them():
 
 LATE_LAW = """
 import time
-from mrs_simulator.control.laws.formation import Formation
+from mrs_simulator.protocols.formation.law import Formation
 
 class Late(Formation):
     def pointMassLaw(self, hand):

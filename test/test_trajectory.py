@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from mrs_simulator.control.laws.published_formations import least_snap
-from mrs_simulator.control.laws.trajectory import read_waypoints
-from mrs_simulator.control.laws.trajectory_equations import minimum_snap, tracking_bound
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.scenario import scenario_from_dict
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.shapes.published import least_snap
+from mrs_simulator.protocols.trajectory.equations import minimum_snap, tracking_bound
+from mrs_simulator.protocols.trajectory.law import read_waypoints
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import run_experiment
 
 POINTS = np.array([[0.0, 0.0, 1.0], [3.0, 0.0, 1.5], [4.0, 2.5, 2.0], [1.0, 4.0, 1.5]])
 

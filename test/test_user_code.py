@@ -14,11 +14,7 @@ import pytest
 from ros_fixtures import wait_until
 
 from mrs_simulator import PioneerControl, make_twist
-from mrs_simulator.control import processes_apart
-from mrs_simulator.control.law_apart import Law, LawService, is_shipped, speaks_ros, where_to_run
-from mrs_simulator.control.loading import ProtocolError, load_protocol
-from mrs_simulator.control.making import make_control
-from mrs_simulator.control.processes_apart import FreshProcess, Nursery, ProcessApart
+from mrs_simulator.control import worker_process
 from mrs_simulator.control.user_code import (
     CallFailed,
     InPlace,
@@ -28,10 +24,20 @@ from mrs_simulator.control.user_code import (
     Worker,
     call,
 )
+from mrs_simulator.control.worker_process import FreshProcess, Nursery, ProcessApart
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.scenario import load_scenario
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.nodes.control.law_client import (
+    Law,
+    LawService,
+    is_shipped,
+    speaks_ros,
+    where_to_run,
+)
+from mrs_simulator.protocols.loading import ProtocolError, load_protocol
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.run.experiment import run_experiment
 
 POSE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 1.0]])
 LONG = 60.0  # [s]
@@ -162,7 +168,7 @@ class OnceClosed:
 
 
 def test_two_threads_may_end_a_process_at_once():
-    process = FreshProcess("mrs_simulator.study.law_process")
+    process = FreshProcess("mrs_simulator.study.run.law_process")
     process._connection.close()
     process._connection = OnceClosed()
     threads = [threading.Thread(target=process.end) for _ in range(2)]
@@ -201,7 +207,7 @@ def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
 def test_processes_end_with_the_program_that_has_them():
     code = (
         "import os, signal, time\n"
-        "from mrs_simulator.control.processes_apart import Nursery, ProcessApart\n"
+        "from mrs_simulator.control.worker_process import Nursery, ProcessApart\n"
         "def hang(_):\n    time.sleep(60.0)\n"
         "nursery = Nursery(lambda: hang)\n"
         "runs = ProcessApart(nursery)\n"
@@ -306,7 +312,7 @@ def test_a_process_whose_asker_has_gone_ends_without_a_word(requests):
         asker.send(("a",))
     asker.close()
     with server:
-        processes_apart._serve_all(server, str.upper)
+        worker_process._serve_all(server, str.upper)
 
 
 def test_a_law_is_made_again_whichever_of_its_processes_was_killed():

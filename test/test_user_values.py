@@ -8,12 +8,12 @@ from protocol_fixtures import shipped
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
-from mrs_simulator.core.pages import named, with_page
-from mrs_simulator.core.user_values import claim_of, measures_of, plain, texts_of
-from mrs_simulator.core.verdict import verdict_text
-from mrs_simulator.core.verdict_file import read_verdict
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.sweep import make_runs, run_sweep
+from mrs_simulator.core.doc_links import named, with_page
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.sweep import make_runs, run_sweep
+from mrs_simulator.verdict.user_values import claim_of, measures_of, plain, texts_of
+from mrs_simulator.verdict.verdict import verdict_text
+from mrs_simulator.verdict.verdict_file import read_verdict
 
 GAP = Claim("gap [m]", 0.0, 1e3, lambda run: 0.0)
 

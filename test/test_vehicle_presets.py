@@ -8,7 +8,7 @@ import pytest
 from optional_packages import vehicle_packages  # noqa: F401, a fixture
 from ros_fixtures import log_of, wait_until
 
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.vehicles.firmware import ardrone, crazyflie, heron
 from mrs_simulator.vehicles.registry import kind
 from mrs_simulator.world.world import World
@@ -18,7 +18,7 @@ rospy = pytest.importorskip("rospy")
 from geometry_msgs.msg import Twist, Wrench  # noqa: E402
 from std_msgs.msg import Empty, Float32  # noqa: E402
 
-from mrs_simulator.nodes.stage import preset_drivers  # noqa: E402
+from mrs_simulator.nodes.stage.driver_presets import preset_drivers  # noqa: E402
 from mrs_simulator.nodes.stage.presets import PRESETS  # noqa: E402
 
 
@@ -75,8 +75,8 @@ class Bench:
         self.wire = Wire()
         self.wire.Publisher = type("Publisher", (Published,), {"__init__": lambda one, name, kind, **_:
                                    Published.__init__(one, name, self.wire.published)})  # fmt: skip
-        from mrs_simulator.nodes.stage import ardrone as ardrone_node
-        from mrs_simulator.nodes.stage import crazyswarm, wamv
+        from mrs_simulator.nodes.stage.driver_presets import ardrone as ardrone_node
+        from mrs_simulator.nodes.stage.driver_presets import crazyswarm, wamv
 
         for module in (preset_drivers, ardrone_node, crazyswarm, wamv):
             monkeypatch.setattr(module, "rospy", self.wire)
@@ -216,7 +216,7 @@ def test_a_preset_without_its_vehicles_is_refused(preset, said):
 
 def test_what_lacks_its_messages_is_named_and_left_out(monkeypatch):
     nothing = types.SimpleNamespace(import_module=missing)
-    monkeypatch.setattr("mrs_simulator.ros.optional_messages.importlib", nothing)
+    monkeypatch.setattr("mrs_simulator.ros.message_forms.optional_messages.importlib", nothing)
     bench = Bench(monkeypatch, "crazyswarm", ("crazyflie2",))
     (said,) = bench.wire.logged
     assert said.startswith(

@@ -8,10 +8,11 @@ import pytest
 from protocol_fixtures import shipped, verdict_of
 
 from mrs_simulator import PioneerControl, make_twist
-from mrs_simulator.core import verdict as verdicts
-from mrs_simulator.study import command, report
-from mrs_simulator.study.experiment import run_experiment
-from mrs_simulator.study.sweep import make_runs, run_sweep, summary
+from mrs_simulator.study.results import report
+from mrs_simulator.study.run import command
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.sweep import make_runs, run_sweep, summary
+from mrs_simulator.verdict import verdict as verdicts
 
 
 class Stand(PioneerControl):

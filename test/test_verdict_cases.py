@@ -5,11 +5,11 @@ import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.laws.consensus import Consensus
-from mrs_simulator.control.laws.formations import DisplacementFormation
-from mrs_simulator.control.laws.gathering import Containment
 from mrs_simulator.core.claims import Claim, NothingDecays, converges_to, decreases, rate
-from mrs_simulator.core.recording import Run
+from mrs_simulator.protocols.consensus.law import Consensus
+from mrs_simulator.protocols.gathering.law import Containment
+from mrs_simulator.protocols.shapes.law import DisplacementFormation
+from mrs_simulator.record.recording import Run
 
 PENTAGRAM = [
     [5.0 * np.cos(4 * np.pi * k / 5), 5.0 * np.sin(4 * np.pi * k / 5), 0.0] for k in range(5)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, shipped, verdict_of
 
-from mrs_simulator.core.environment import CALM, Environment
-from mrs_simulator.core.reading import ScenarioError
-from mrs_simulator.core.recording import read_run_csv
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.environment import CALM, Environment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.world import EVERY, World
 

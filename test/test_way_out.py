@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mrs_simulator import PioneerControl
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.courses import Courses
 from mrs_simulator.world.world import EVERY, World

@@ -8,7 +8,7 @@ from clean_wheel import ROOT, CleanEnvironment, NoIndex, compared
 
 from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.__main__ import COMMANDS, main
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.scenario.shipped import scenario_path
 
 MOST_BYTES = 2e6
 HIDDEN = "rospy", "geometry_msgs", "pybullet", "pandas"
@@ -64,7 +64,7 @@ def the_readmes_protocol_gives_the_values_of_the_catkin_package(clean, tmp_path)
 
 RUNS = """
 from mrs_simulator import load_scenario, run_experiment
-from mrs_simulator.study.shipped import scenario_path
+from mrs_simulator.scenario.shipped import scenario_path
 for name in {names!r}:
     scenario = load_scenario(scenario_path(name + ".yaml")).overridden(duration=1.0)
     run_experiment(scenario, {out!r} + "/" + name, formats=())

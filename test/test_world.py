@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core.kinematics import Limits
-from mrs_simulator.core.layouts import make_layout
-from mrs_simulator.core.obstacles import Box
-from mrs_simulator.core.scenario import scenario_from_dict
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.scenario.surroundings.obstacles import Box
+from mrs_simulator.scenario.team.layouts import make_layout
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import EVERY, World, WorldError
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core import writing
-from mrs_simulator.core.recording import Recorder, read_run_csv
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.core.writing import Blocks, naming, write_text
-from mrs_simulator.study.experiment import run_experiment
+from mrs_simulator.record.recording import Recorder, read_run_csv
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.study.run.experiment import run_experiment
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -140,7 +140,7 @@ def test_an_experiment_on_a_full_disk_names_the_file_and_keeps_its_rows(tmp_path
     code = (
         "import resource, sys; sys.dont_write_bytecode = True;"  # which would be cut off as well
         "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000));"
-        "from mrs_simulator.study.command import main; main(sys.argv[1:])"
+        "from mrs_simulator.study.run.command import main; main(sys.argv[1:])"
     )
     arguments = ["paper_four.yaml", "--duration", "30", "--out", out]
     ended = subprocess.run(

@@ -5,7 +5,10 @@ The names below are loaded when first used, so that the core can be imported wit
 
 import importlib
 
+from mrs_simulator import moved
 from mrs_simulator.version import __version__
+
+moved.install()
 
 _HOMES = {
     "PioneerControl": "mrs_simulator.control.pioneer_control",
@@ -15,10 +18,10 @@ _HOMES = {
     "Twist": "mrs_simulator.control.twist_message",
     "Parameter": "mrs_simulator.core.parameters",
     "run": "mrs_simulator.nodes.control.starting",
-    "run_experiment": "mrs_simulator.study.experiment",
-    "load_scenario": "mrs_simulator.core.scenario",
-    "simulate": "mrs_simulator.study.simulating",
-    "open_run": "mrs_simulator.study.simulating",
+    "run_experiment": "mrs_simulator.study.run.experiment",
+    "load_scenario": "mrs_simulator.scenario.scenario",
+    "simulate": "mrs_simulator.study.run.simulating",
+    "open_run": "mrs_simulator.study.run.simulating",
 }
 
 __all__ = ["__version__"] + sorted(_HOMES)

@@ -4,20 +4,23 @@ import importlib
 import signal
 import sys
 
+from mrs_simulator.core.program import below
 from mrs_simulator.core.writing import printing
-from mrs_simulator.study.program import below
 from mrs_simulator.version import __version__
 
-STUDY = "mrs_simulator.study."
 COMMANDS = {
-    "experiment": (STUDY + "command", "main", "run a scenario: run.csv, figures, verdict"),
-    "sweep": (STUDY + "command", "sweep_main", "run a scenario under many values of its keys"),
-    "report": (STUDY + "report", "main", "make figures and verdict of a recorded run anew"),
-    "view": (STUDY + "view", "main", "play a run, or save it as an animation"),
-    "check_protocol": (STUDY + "check_protocol", "main", "would a wrong law fail its verdict?"),
-    "lossy_edges": (STUDY + "lossy_edges", "main", "consensus under many losses, against theory"),
-    "noise_gain": (STUDY + "noise_gain", "main", "consensus under noise, against theory"),
-    "scenarios": (STUDY + "shipped", "main", "list the scenarios that ship"),
+    "experiment": ("study.run.command", "main", "run a scenario: run.csv, figures, verdict"),
+    "sweep": ("study.run.command", "sweep_main", "run a scenario under many values of its keys"),
+    "report": ("study.results.report", "main", "make figures and verdict of a recorded run anew"),
+    "view": ("study.draw.view", "main", "play a run, or save it as an animation"),
+    "check_protocol": ("study.check.check_protocol", "main", "would a wrong law fail its verdict?"),
+    "lossy_edges": (
+        "study.analyses.lossy_edges",
+        "main",
+        "consensus under many losses, against theory",
+    ),
+    "noise_gain": ("study.analyses.noise_gain", "main", "consensus under noise, against theory"),
+    "scenarios": ("scenario.shipped", "main", "list the scenarios that ship"),
 }
 BAD_INPUT = 2  # exit code
 
@@ -41,7 +44,7 @@ def main(argv=None):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, function, _ = COMMANDS[name]
     with below("mrs-simulator"):
-        getattr(importlib.import_module(module), function)(argv[1:])
+        getattr(importlib.import_module("mrs_simulator." + module), function)(argv[1:])
 
 
 def _usage():

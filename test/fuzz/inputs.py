@@ -10,14 +10,14 @@ import genpy
 import numpy as np
 import yaml
 
-from mrs_simulator.core.recording import RunError
-from mrs_simulator.core.scenario import scenario_from_yaml
-from mrs_simulator.ros import messages
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.record.recording import RunError
+from mrs_simulator.ros.message_forms import messages
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.srv import SetTeamRequest
-from mrs_simulator.study.experiment import Experiment, LawFailed
-from mrs_simulator.study.report import judged, read_run
+from mrs_simulator.study.results.report import judged, read_run
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles import kind
 from mrs_simulator.world.world import World
 

@@ -5,8 +5,8 @@ import copy
 
 import numpy as np
 
+from mrs_simulator.core.doc_links import words
 from mrs_simulator.core.edge_faults import Channel
-from mrs_simulator.core.pages import words
 from mrs_simulator.sensors.readings import readings_by_number
 
 

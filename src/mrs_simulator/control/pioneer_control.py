@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from mrs_simulator.control.class_checks import HOOKS, OWN, check_class, refuse_own_name
-from mrs_simulator.control.laws.formation_equations import HAND_LENGTH
+from mrs_simulator.control.guards import stilled
 from mrs_simulator.control.network import Network
 from mrs_simulator.control.positions import (  # noqa: F401, laws import them from here
     Neighbour,
@@ -13,11 +13,12 @@ from mrs_simulator.control.positions import (  # noqa: F401, laws import them fr
     RaisedNeighbour,
     RaisedPosition,
 )
-from mrs_simulator.control.safe_distances import squash, sums_of_pairs, tracking_errors
-from mrs_simulator.control.safety_bounds import Surroundings
-from mrs_simulator.control.safety_filter import safe_velocities
-from mrs_simulator.control.sensed_safety import Seer, safe_by_sensors
-from mrs_simulator.control.standstill import Standstill
+from mrs_simulator.control.safety.bounds import Surroundings
+from mrs_simulator.control.safety.deadlock_detector import Standstill
+from mrs_simulator.control.safety.distances import squash, sums_of_pairs, tracking_errors
+from mrs_simulator.control.safety.filter import safe_velocities
+from mrs_simulator.control.safety.sensed import Seer, safe_by_sensors
+from mrs_simulator.control.safety.way_out import WayOut
 from mrs_simulator.control.twists import (
     ControlError,
     check_finite,
@@ -30,16 +31,14 @@ from mrs_simulator.control.velocities import (
     team_velocities,
     turned_by,
 )
-from mrs_simulator.control.way_out import WayOut
 from mrs_simulator.core.claims import without_theorem
-from mrs_simulator.core.environment import CALM
+from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.guards import stilled
-from mrs_simulator.core.kinematics import NO_LIMITS, greatest, point_mass_from_unicycle
-from mrs_simulator.core.links import NO_FAULTS
-from mrs_simulator.core.pages import explained_by
+from mrs_simulator.core.kinematics import HAND_LENGTH, NO_LIMITS, greatest, point_mass_from_unicycle
 from mrs_simulator.core.parameters import checked_values
-from mrs_simulator.core.scenario import DEFAULT_KIND
+from mrs_simulator.scenario.network.links import NO_FAULTS
+from mrs_simulator.scenario.scenario import DEFAULT_KIND
+from mrs_simulator.scenario.surroundings.environment import CALM
 from mrs_simulator.sensors.readings import readings_by_number
 from mrs_simulator.vehicles import Team
 
@@ -210,7 +209,7 @@ class PioneerControl:
         return None
 
     def published(self):
-        """Return the law as ``control.laws.published.Published``, written independently, or None.
+        """Return the law as ``protocols.published.laws.Published``, written independently, or None.
 
         With it a verdict compares each recorded command, and the motion, with the law's equation.
         """

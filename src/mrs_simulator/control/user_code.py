@@ -14,7 +14,7 @@ import time
 import traceback
 from typing import NamedTuple
 
-from mrs_simulator.core.pages import named, words
+from mrs_simulator.core.doc_links import named, words
 
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``

@@ -13,9 +13,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrs_simulator.core.parameters import Parameter
+
 TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicycle obeys: v, omega
 DEFAULT_HAND_LENGTH = 0.05  # [m], the paper's l
+HAND_LENGTH = Parameter(
+    "l",
+    DEFAULT_HAND_LENGTH,
+    "m",
+    low=0.0,
+    high=10.0,
+    open_low=True,
+    meaning="from the wheel-axle centre to the hand point",
+    why="the mapping (7) divides by l",
+)
 
 
 # [rad] changes no turn that is one; sin(BARELY)/BARELY is 1, where sin(0)/0 is no number.

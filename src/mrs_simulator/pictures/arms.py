@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError
 from mrs_simulator.core.spatial import rotated
 from mrs_simulator.pictures.solids import TILE, model_of
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.arms.chain import frames
 from mrs_simulator.vehicles.arms.models import chain_of
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw

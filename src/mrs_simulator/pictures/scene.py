@@ -4,7 +4,6 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.pictures import ground, robots
 from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, placed_arms
 from mrs_simulator.pictures.camera import NEAR
@@ -12,6 +11,7 @@ from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
 from mrs_simulator.pictures.look import LIGHT
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.pictures.view import View
+from mrs_simulator.scenario.surroundings.obstacles import is_flat
 
 ROOM = 0.9  # [-] of a picture's sides for what is framed: numbers are around it
 LEAST_ROOM, NUMBERS = 0.5, 22.0  # [-], and [px] around what is framed

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.obstacles import Cylinder
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.vehicles.importing.placing import placed
 from mrs_simulator.vehicles.portable import model_shape
 from mrs_simulator.vehicles.shape import Part, outline_parts

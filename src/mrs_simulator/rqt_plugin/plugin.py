@@ -3,14 +3,14 @@
 from python_qt_binding.QtCore import QCoreApplication, QEvent, QTimer
 from qt_gui.plugin import Plugin
 
-from mrs_simulator.core.scenario import load_scenario
 from mrs_simulator.rqt_plugin.ros_side.connection import RosConnection
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.interrupts import defer_interrupts
-from mrs_simulator.study.shipped import shipped_scenarios
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import shipped_scenarios
 
 KEYS = ("scenario", "across", "down", "shown", "programs")
 

@@ -3,7 +3,6 @@
 from python_qt_binding.QtCore import QTimer
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.core.scenario import Scenario, scenario_from_yaml
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
@@ -21,6 +20,7 @@ from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
 from mrs_simulator.rqt_plugin.window.status import Status
 from mrs_simulator.rqt_plugin.window.unsaved_edits import UnsavedEdits
+from mrs_simulator.scenario.scenario import Scenario, scenario_from_yaml
 
 FRAME = 33  # [ms] of wall time between two pictures of the map
 TICK = 100  # [ms] between two looks at everything else

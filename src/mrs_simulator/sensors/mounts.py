@@ -6,7 +6,7 @@ import re
 from typing import Any, NamedTuple, Tuple
 
 from mrs_simulator.core.parameters import unknown_name
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.sensors.noise import Noise, read_noise
 from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.vehicles.quantities import QuantitySection, quantity

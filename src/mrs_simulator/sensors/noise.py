@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.quantities import QuantitySection
 
 WORDS = ("stddev", "bias", "bias_walk", "quantum", "dropout", "latency")

@@ -9,8 +9,8 @@ import numpy as np
 
 from mrs_simulator.core import compiling
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.core.moving import moves
-from mrs_simulator.core.obstacles import Cylinder
+from mrs_simulator.scenario.surroundings.moving_obstacles import moves
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 
 NOBODY = -1
 TINY = 1e-300  # [-] instead of 0, of a ray along a face

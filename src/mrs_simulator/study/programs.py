@@ -3,7 +3,7 @@
 import contextlib
 import sys
 
-from mrs_simulator.core.pages import with_page
+from mrs_simulator.core.doc_links import with_page
 
 BAD_INPUT = 2  # exit code
 

@@ -4,8 +4,8 @@ import math
 import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
-from mrs_simulator.core.pages import explained_by
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.arms.mounted import Arm, read_arm
 from mrs_simulator.vehicles.drives import DRIVES, drive_module
 from mrs_simulator.vehicles.quantities import QuantitySection

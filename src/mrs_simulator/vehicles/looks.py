@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.importing.placing import placed
 from mrs_simulator.vehicles.portable import model_shape
 from mrs_simulator.vehicles.shape import outline_parts, ride_height

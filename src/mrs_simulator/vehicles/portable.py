@@ -7,8 +7,8 @@ a file, its bases, its description and its model are put in as data.
 import json
 import os
 
-from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.vehicles.importing.description import read_description
 from mrs_simulator.vehicles.importing.packages import Packages
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw

@@ -3,7 +3,7 @@
 import math
 import re
 
-from mrs_simulator.core.reading import ScenarioError, Section, number, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
 
 _QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 

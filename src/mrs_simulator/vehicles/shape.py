@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple, Tuple
 
-from mrs_simulator.core.reading import ScenarioError, Section, number, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
 
 FORMS = {"box": 3, "cylinder": 2, "sphere": 1}  # numbers that tell the size
 MOST_PARTS = 100  # [-] of one robot: pybullet's bodies have at most 128 links

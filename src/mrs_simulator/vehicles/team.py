@@ -7,8 +7,8 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, greatest
-from mrs_simulator.core.robots import DEFAULT_KIND
-from mrs_simulator.core.run_columns import Columns
+from mrs_simulator.record.run_columns import Columns
+from mrs_simulator.scenario.team.robots import DEFAULT_KIND
 from mrs_simulator.vehicles.drives import drive_module
 from mrs_simulator.vehicles.kind import AxisLimit
 from mrs_simulator.vehicles.limits import AxisLimits, kind_limits, stacked

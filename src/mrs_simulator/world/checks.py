@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.core.uneven_wheels import UnevenWheels
+from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
-from mrs_simulator.world.bodies import Bodies
-from mrs_simulator.world.uneven_wheels import UnevenWheels
+from mrs_simulator.world.contact.bodies import Bodies
 
 
 class WorldError(ValueError):

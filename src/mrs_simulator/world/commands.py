@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.kinematics import greatest
-from mrs_simulator.core.mismatch import NO_MISMATCH, Obedience
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, Obedience
 
 EVERY = slice(None)  # the rows of all robots
 FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long

@@ -1,7 +1,7 @@
 """The world: n robots, their commands and watchdogs, moved step by step.
 
 >>> import numpy as np
->>> from mrs_simulator.core.robots import DEFAULT_KIND
+>>> from mrs_simulator.scenario.team.robots import DEFAULT_KIND
 >>> world = World((DEFAULT_KIND,), [[0.0, 0.0, 0.0]], limits=None)
 >>> world.set_commands([0], np.array([[0.5, 0.0]]))
 >>> for _ in range(25): world.step()
@@ -11,29 +11,29 @@ True
 
 import numpy as np
 
-from mrs_simulator.core.environment import CALM
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.core.mismatch import NO_MISMATCH
-from mrs_simulator.core.moving import moves, obstacles_at
-from mrs_simulator.core.scenario import DEFAULT_HAND_LENGTH, ENGINES
+from mrs_simulator.scenario.scenario import DEFAULT_HAND_LENGTH, ENGINES
+from mrs_simulator.scenario.surroundings.environment import CALM
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
+from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles.odometry_rates import odometry_notes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.world import checks
+from mrs_simulator.world.arms.grasp_state import Grips, refuse_load
 from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.clock import Clock
 from mrs_simulator.world.commands import EVERY, Commands
-from mrs_simulator.world.contacts import Contacts
-from mrs_simulator.world.estimates import Estimates, wheel_odometry
-from mrs_simulator.world.eyes import Eyes
-from mrs_simulator.world.faults import Faults
-from mrs_simulator.world.flights import Flights
-from mrs_simulator.world.grips import Grips, refuse_load
-from mrs_simulator.world.manoeuvres import HOVER_HEIGHT
-from mrs_simulator.world.motions import Surroundings, new_motion
-from mrs_simulator.world.shores import Shore, refuse_in_water
+from mrs_simulator.world.contact.contacts import Contacts
+from mrs_simulator.world.contact.shores import Shore, refuse_in_water
+from mrs_simulator.world.flight.flights import Flights
+from mrs_simulator.world.flight.manoeuvres import HOVER_HEIGHT
+from mrs_simulator.world.incidents.faults import Faults
+from mrs_simulator.world.motion.motions import Surroundings, new_motion
+from mrs_simulator.world.rendering.camera_renderer import Eyes
+from mrs_simulator.world.wheel_odometry.estimates import Estimates, wheel_odometry
 
 __all__ = ["EVERY", "World", "WorldError"]
 

@@ -7,10 +7,10 @@ import time
 import numpy as np
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
-from mrs_simulator.ros.node_parameters import CMD_VEL_TOPIC
+from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
+from mrs_simulator.ros.node.node_parameters import CMD_VEL_TOPIC
+from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.ros.planar_messages import QuickTwist
 from mrs_simulator.vehicles.team import on_all_axes
 
 INSISTING = 3.0  # [s] of wall time for which real robots that stand are told so again and again

@@ -6,12 +6,12 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped
 
-from mrs_simulator.core.guards import JumpBounds
+from mrs_simulator.control.guards import JumpBounds
 from mrs_simulator.core.kinematics import compose, origins
 from mrs_simulator.core.spatial import headings, turned
 from mrs_simulator.nodes.real.real_robots import real_among
-from mrs_simulator.ros.messages import TeamOdometry, read_odometry, team_odometry
-from mrs_simulator.ros.node_parameters import (
+from mrs_simulator.ros.message_forms.messages import TeamOdometry, read_odometry, team_odometry
+from mrs_simulator.ros.node.node_parameters import (
     BASE_FRAME,
     FRAME_SOURCE,
     MAX_JUMP,
@@ -20,8 +20,8 @@ from mrs_simulator.ros.node_parameters import (
     POSE_TOPIC,
     WORLD_FRAME,
 )
-from mrs_simulator.ros.odometry_inbox import OdometryInbox, make_inbox, silence
-from mrs_simulator.ros.parameters import is_given, read
+from mrs_simulator.ros.node.parameters import is_given, read
+from mrs_simulator.ros.receive.odometry_inbox import OdometryInbox, make_inbox, silence
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team_in_space import team_of
 

@@ -1,10 +1,10 @@
 """The topics by which a control node hears sensors and tells commands."""
 
 from mrs_simulator.nodes.control.command_gate import RobotCommands, command_topics
-from mrs_simulator.ros.odometry_inbox import TeamInbox
-from mrs_simulator.ros.rivals import Rivals
-from mrs_simulator.ros.sensor_inbox import SensorInbox
-from mrs_simulator.ros.team_topics import COMMAND, AnswersTold, TeamCommands
+from mrs_simulator.ros.node.rivals import Rivals
+from mrs_simulator.ros.receive.odometry_inbox import TeamInbox
+from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
+from mrs_simulator.ros.receive.team_topics import COMMAND, AnswersTold, TeamCommands
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.suite import check_fitted
 from mrs_simulator.vehicles import Team

@@ -4,8 +4,8 @@ import numpy as np
 import rospy
 
 from mrs_simulator.nodes.control.common_frame import LocalisedFrame
-from mrs_simulator.ros.messages import TeamOdometry, team_odometry
-from mrs_simulator.sensors.estimation import Estimator
+from mrs_simulator.ros.message_forms.messages import TeamOdometry, team_odometry
+from mrs_simulator.sensors.pose_filter.estimation import Estimator
 from mrs_simulator.vehicles import Team
 
 TOPIC = "pioneer_control/estimates"  # name as its listeners resolve it

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import rospy
 
-from mrs_simulator.core.guards import (
+from mrs_simulator.control.guards import (
     Repetition,
     Standstill,
     Violations,
@@ -18,7 +18,7 @@ from mrs_simulator.core.guards import (
 )
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.nodes.real.real_robots import real_among
-from mrs_simulator.ros.node_parameters import (
+from mrs_simulator.ros.node.node_parameters import (
     DEADBAND,
     FROZEN_TIME,
     GEOFENCE,
@@ -27,7 +27,7 @@ from mrs_simulator.ros.node_parameters import (
     STUCK_TIME,
     V_MAX,
 )
-from mrs_simulator.ros.parameters import is_given, read
+from mrs_simulator.ros.node.parameters import is_given, read
 
 REPEATS = (
     "told to move at {:.2f} m/s, {:.2f} rad/s, and for {:g} s its odometry says the very same: is its "

@@ -4,7 +4,7 @@ import rospy
 from genpy.dynamic import generate_dynamic
 from std_msgs.msg import Bool
 
-from mrs_simulator.core.pages import explained_by
+from mrs_simulator.core.doc_links import explained_by
 
 BOOL, P2OS = "std_msgs/Bool", "p2os_msgs/MotorState"
 TYPES = (BOOL, P2OS)

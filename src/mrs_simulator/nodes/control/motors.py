@@ -12,9 +12,9 @@ from mrs_simulator.nodes.control.motor_messages import (
     message_class,
     split_topic,
 )
-from mrs_simulator.ros.node_parameters import ENABLE_MOTORS, MOTORS_STATE
-from mrs_simulator.ros.odometry_inbox import MOST_NAMED
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.ros.node.node_parameters import ENABLE_MOTORS, MOTORS_STATE
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.ros.receive.odometry_inbox import MOST_NAMED
 
 PATIENCE = 1.0  # [s] of wall time after which a missing service is looked for again
 AGAIN = 0.2  # [s] of wall time between two calls of a service that failed

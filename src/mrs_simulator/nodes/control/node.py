@@ -8,10 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import rospy
 
-from mrs_simulator.control.law_apart import Law, where_to_run
 from mrs_simulator.control.user_code import CallFailed, TimedOut
-from mrs_simulator.core.controller_log import LAW_FAILED, deadlock_text
-from mrs_simulator.core.moving import scene_time
 from mrs_simulator.nodes.control.command_gate import CommandGate
 from mrs_simulator.nodes.control.command_times import CommandTimes
 from mrs_simulator.nodes.control.common_frame import START, make_common_frame
@@ -24,15 +21,17 @@ from mrs_simulator.nodes.control.ends import (
 )
 from mrs_simulator.nodes.control.estimated_poses import EstimatedPoses
 from mrs_simulator.nodes.control.guards import Guards, slower
+from mrs_simulator.nodes.control.law_client import Law, where_to_run
 from mrs_simulator.nodes.control.motors import Motors
 from mrs_simulator.nodes.control.reconfigure import ParameterServer
 from mrs_simulator.nodes.control.requests import GOES_ON, Requests, how_to_start
 from mrs_simulator.nodes.control.status import ControlHealth, ObeyedPublisher, StatusPublisher
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.nodes.stage.lockstep import lockstep_wanted
-from mrs_simulator.ros.clock_watch import ClockWatch
-from mrs_simulator.ros.diagnostics import Diagnostics
-from mrs_simulator.ros.node_parameters import (
+from mrs_simulator.record.controller_log import LAW_FAILED, deadlock_text
+from mrs_simulator.ros.node.clock_watch import ClockWatch
+from mrs_simulator.ros.node.diagnostics import Diagnostics
+from mrs_simulator.ros.node.node_parameters import (
     AUTOSTART,
     DRY_RUN,
     LAW_LIMIT,
@@ -40,8 +39,9 @@ from mrs_simulator.ros.node_parameters import (
     RESUME,
     SATURATION,
 )
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.ros.senders import doubled_text
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.ros.node.senders import doubled_text
+from mrs_simulator.scenario.surroundings.moving_obstacles import scene_time
 from mrs_simulator.vehicles.team_in_space import team_of
 
 NAP = 0.05  # [s] of wall time, the longest wait of the main loop

@@ -4,14 +4,14 @@ import signal
 import sys
 import threading
 
-from mrs_simulator.control.law_apart import LawService, is_shipped, speaks_ros
-from mrs_simulator.control.loading import choose_protocol
-from mrs_simulator.control.processes_apart import Nursery
+from mrs_simulator.control.worker_process import Nursery
+from mrs_simulator.nodes.control.law_client import LawService, is_shipped, speaks_ros
 from mrs_simulator.nodes.control.node import ControlNode
-from mrs_simulator.ros import lifecycle
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.node_parameters import LAW_PROCESS
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.protocols.loading import choose_protocol
+from mrs_simulator.ros.node import lifecycle
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.node.node_parameters import LAW_PROCESS
+from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.study.programs import refusing_bad_input
 
 

@@ -3,7 +3,7 @@
 import rospy
 from dynamic_reconfigure.server import Server
 
-from mrs_simulator.ros.node_parameters import CONTROL, NODES
+from mrs_simulator.ros.node.node_parameters import CONTROL, NODES
 
 WIDEST = 1e9  # dynamic_reconfigure wants finite bounds; this stands for none
 _TYPES = {float: "double", int: "int", bool: "bool", str: "str"}

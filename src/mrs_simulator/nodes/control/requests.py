@@ -11,13 +11,13 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from mrs_simulator.control.user_code import TimedOut
-from mrs_simulator.core.controller_log import LAW_FAILED
+from mrs_simulator.core.doc_links import explained_by, with_page
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.pages import explained_by, with_page
 from mrs_simulator.nodes.control.common_frame import START
-from mrs_simulator.ros.node_parameters import LEAST_DISTANCE, NODES
-from mrs_simulator.ros.parameters import is_given, read
-from mrs_simulator.ros.senders import doubled_text
+from mrs_simulator.record.controller_log import LAW_FAILED
+from mrs_simulator.ros.node.node_parameters import LEAST_DISTANCE, NODES
+from mrs_simulator.ros.node.parameters import is_given, read
+from mrs_simulator.ros.node.senders import doubled_text
 from mrs_simulator.srv import SetTopology
 
 TOPOLOGY_PAGE = "docs/scenarios.md#graphs"

@@ -3,7 +3,7 @@
 import importlib
 import sys
 
-from mrs_simulator.control.loading import in_progress
+from mrs_simulator.protocols.loading import in_progress
 
 INTERRUPTED = 130  # exit code
 NODE = "mrs_simulator.nodes.control.program"

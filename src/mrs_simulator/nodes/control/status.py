@@ -4,15 +4,15 @@ import time
 
 import rospy
 
-from mrs_simulator.control.loading import from_anywhere
-from mrs_simulator.core.run_changes import obeyed_of
-from mrs_simulator.ros.diagnostics import Rates, control_health, sensors_health, too_slow
-from mrs_simulator.ros.messages import (
+from mrs_simulator.protocols.loading import from_anywhere
+from mrs_simulator.record.run_changes import obeyed_of
+from mrs_simulator.ros.message_forms.messages import (
     ControlScenario,
     ControlStatus,
     control_scenario,
     control_status,
 )
+from mrs_simulator.ros.node.diagnostics import Rates, control_health, sensors_health, too_slow
 
 STATUS_PERIOD = 0.5  # [s] of wall time
 

@@ -6,7 +6,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import Pose
 
-from mrs_simulator.ros.odometry_inbox import Inbox, lifted, planar, quaternion_length
+from mrs_simulator.ros.receive.odometry_inbox import Inbox, lifted, planar, quaternion_length
 
 
 class TransformInbox(Inbox):

@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker
 from mrs_simulator.nodes.display.solids import model_of, solids, turn_of
 from mrs_simulator.pictures.arms import DARK, WOOD, arm_parts, placed_arms
 from mrs_simulator.pictures.robots import rotations
-from mrs_simulator.ros.messages import load_pose
+from mrs_simulator.ros.message_forms.messages import load_pose
 
 MOST_OF_ARM = 64  # [-] markers of one arm
 LINE = 0.05  # [m] width of an arm that is drawn as a line

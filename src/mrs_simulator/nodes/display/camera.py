@@ -10,18 +10,18 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from mrs_simulator.core.moving import obstacles_at, scene_time
-from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.pictures.camera import Camera as Pinhole
 from mrs_simulator.pictures.scene import Scene, drawn, framed
-from mrs_simulator.ros.arguments import parse
-from mrs_simulator.ros.diagnostics import OK, Diagnostics, Health, Rates
-from mrs_simulator.ros.lifecycle import run, start_node
-from mrs_simulator.ros.messages import Camera, TeamState, read_look, read_state
-from mrs_simulator.ros.node_parameters import PICTURES
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.study.figure_parts import robot_colours
-from mrs_simulator.study.paint import pixels
+from mrs_simulator.ros.message_forms.messages import Camera, TeamState, read_look, read_state
+from mrs_simulator.ros.node.arguments import parse
+from mrs_simulator.ros.node.diagnostics import OK, Diagnostics, Health, Rates
+from mrs_simulator.ros.node.lifecycle import run, start_node
+from mrs_simulator.ros.node.node_parameters import PICTURES
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.scenario.scenario import scenario_from_yaml
+from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, scene_time
+from mrs_simulator.study.draw.figure_parts import robot_colours
+from mrs_simulator.study.draw.paint import pixels
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles.portable import told_team
 

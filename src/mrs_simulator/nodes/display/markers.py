@@ -11,20 +11,20 @@ from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mrs_simulator.core.kinematics import hand_points
-from mrs_simulator.core.moving import obstacles_at, scene_time
-from mrs_simulator.core.obstacles import Cylinder, is_flat
-from mrs_simulator.core.scenario import DEFAULT_KIND, scenario_from_yaml
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.nodes.display.arms import MOST_OF_ARM, arm_markers, load_marker
 from mrs_simulator.nodes.display.descriptions import Descriptions
 from mrs_simulator.nodes.display.solids import model, solids
-from mrs_simulator.ros.arguments import parse
-from mrs_simulator.ros.diagnostics import OK, Diagnostics, Health, Rates
-from mrs_simulator.ros.lifecycle import run, start_node
-from mrs_simulator.ros.messages import TeamState, read_state
-from mrs_simulator.ros.node_parameters import HAND_LENGTH
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.study.figure_parts import PALETTE
+from mrs_simulator.ros.message_forms.messages import TeamState, read_state
+from mrs_simulator.ros.node.arguments import parse
+from mrs_simulator.ros.node.diagnostics import OK, Diagnostics, Health, Rates
+from mrs_simulator.ros.node.lifecycle import run, start_node
+from mrs_simulator.ros.node.node_parameters import HAND_LENGTH
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.scenario.scenario import DEFAULT_KIND, scenario_from_yaml
+from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, scene_time
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
+from mrs_simulator.study.draw.figure_parts import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.portable import told_team

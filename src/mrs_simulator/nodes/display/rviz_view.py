@@ -9,9 +9,9 @@ import tempfile
 import numpy as np
 import yaml
 
-from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.core.obstacles import with_obstacles
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
+from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
 from mrs_simulator.study.programs import refusing_bad_input
 
 AREA = np.array([820.0, 600.0])  # [px] of the drawing in the window that the configuration asks for

@@ -11,21 +11,26 @@ import numpy as np
 import rosgraph
 import rospy
 
-from mrs_simulator.control.making import make_control
-from mrs_simulator.core.guards import checked_fence
+from mrs_simulator.control.guards import checked_fence
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.control.guards import slower, top_speeds
 from mrs_simulator.nodes.real.real_robots import real_among
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.diagnostics import Diagnostics, preflight_health
-from mrs_simulator.ros.lifecycle import start_node
-from mrs_simulator.ros.node_parameters import GEOFENCE, LEAST_DISTANCE, PLACE_TOLERANCE, TIME_LIMIT
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.ros.sensor_inbox import SensorInbox
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.node.diagnostics import Diagnostics, preflight_health
+from mrs_simulator.ros.node.lifecycle import start_node
+from mrs_simulator.ros.node.node_parameters import (
+    GEOFENCE,
+    LEAST_DISTANCE,
+    PLACE_TOLERANCE,
+    TIME_LIMIT,
+)
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
 from mrs_simulator.sensors.mounts import fitted_mounts
-from mrs_simulator.study import preflight
 from mrs_simulator.study.programs import refusing_bad_input
+from mrs_simulator.study.run import preflight
 from mrs_simulator.vehicles import Team
 
 LISTENING = 2.0  # [s] of wall time in which silences are measured

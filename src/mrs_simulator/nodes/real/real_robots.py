@@ -2,9 +2,9 @@
 
 import rospy
 
-from mrs_simulator.core.pages import explained_by
-from mrs_simulator.ros.node_parameters import REAL
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.ros.node.node_parameters import REAL
+from mrs_simulator.ros.node.parameters import read
 
 
 @explained_by("docs/robots.md#robots-and-simulated-robots-in-one-team")

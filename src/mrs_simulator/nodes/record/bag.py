@@ -6,8 +6,8 @@ import sys
 from mrs_simulator.core.writing import printing
 from mrs_simulator.nodes.record.bag_size import told, written
 from mrs_simulator.nodes.record.sensor_source import recorded_of
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.sensor_messages import forms_of, topic_of
+from mrs_simulator.ros.message_forms.sensor_messages import forms_of, topic_of
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
 from mrs_simulator.study.programs import refusing_bad_input
 
 STAGE = ("/clock", "/tf", "/tf_static")

@@ -11,9 +11,9 @@ from tf2_msgs.msg import TFMessage
 
 from mrs_simulator.core.kept_rates import steps_between
 from mrs_simulator.nodes.stage.robot_topics import Frames, lifts, transform
-from mrs_simulator.ros.messages import team_odometry, team_state
-from mrs_simulator.ros.sensor_messages import topic_of
-from mrs_simulator.study.sensor_sizes import samples_at_start
+from mrs_simulator.ros.message_forms.messages import team_odometry, team_state
+from mrs_simulator.ros.message_forms.sensor_messages import topic_of
+from mrs_simulator.study.run.sensor_sizes import samples_at_start
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.world.world import World
 

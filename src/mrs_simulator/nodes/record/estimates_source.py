@@ -8,8 +8,8 @@ import rospy
 
 from mrs_simulator.nodes.control.common_frame import LocalisedFrame
 from mrs_simulator.nodes.control.estimated_poses import TOPIC
-from mrs_simulator.ros.messages import MessageError, TeamOdometry, read_odometry
-from mrs_simulator.study.estimation import OLDEST, UNKNOWN
+from mrs_simulator.ros.message_forms.messages import MessageError, TeamOdometry, read_odometry
+from mrs_simulator.verdict.estimation import OLDEST, UNKNOWN
 
 CONNECTED, NAP = 15.0, 0.02  # [s] of wall time
 PATIENCE = 1.0  # [s] of wall time that a sample waits for the estimates of its time

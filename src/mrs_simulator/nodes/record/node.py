@@ -10,34 +10,34 @@ import time
 import numpy as np
 import rospy
 
-from mrs_simulator.control.loading import from_anywhere
-from mrs_simulator.control.making import make_control
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core import recording
-from mrs_simulator.core.controller_log import Interruptions, deadlock_in
-from mrs_simulator.core.moving import scene_facts, scene_time
-from mrs_simulator.core.run_changes import ControllerRecord, changed_by, to_plain
 from mrs_simulator.core.spatial import upright
-from mrs_simulator.core.verdict import exit_code, verdict_text
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.nodes.record.sensor_source import SensorSource
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.diagnostics import OK, WARN, Diagnostics, Health, Rates
-from mrs_simulator.ros.last_words import print_last
-from mrs_simulator.ros.lifecycle import run, start_node
-from mrs_simulator.ros.messages import (
+from mrs_simulator.protocols.loading import from_anywhere
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record import recording
+from mrs_simulator.record.controller_log import Interruptions, deadlock_in
+from mrs_simulator.record.run_changes import ControllerRecord, changed_by, to_plain
+from mrs_simulator.ros.message_forms.messages import (
     ControlScenario,
     ControlStatus,
     MessageError,
     read_control_scenario,
     read_control_status,
 )
-from mrs_simulator.ros.node_parameters import SILENCE
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.node.deferred_output import print_last
+from mrs_simulator.ros.node.diagnostics import OK, WARN, Diagnostics, Health, Rates
+from mrs_simulator.ros.node.lifecycle import run, start_node
+from mrs_simulator.ros.node.node_parameters import SILENCE
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.study.ran import what_ran
-from mrs_simulator.study.report import begin_run, write_report, write_scenario
+from mrs_simulator.study.results.report import begin_run, write_report, write_scenario
+from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.verdict.verdict import exit_code, verdict_text
 
 NAP = 0.2  # [s] of wall time
 ROUNDING = 2e-9  # [s] by which the difference of two stamps may be wrong

@@ -10,14 +10,12 @@ import numpy as np
 import rospy
 
 from mrs_simulator.core.kinematics import TWIST_AXES
-from mrs_simulator.core.load import Carried
-from mrs_simulator.core.missed_periods import MissedPeriods
-from mrs_simulator.core.possible import jump
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.record.estimates_source import EstimatesSource
-from mrs_simulator.ros.messages import (
+from mrs_simulator.record.missed_periods import MissedPeriods
+from mrs_simulator.ros.message_forms.messages import (
     Collision,
     Incident,
     StageStatus,
@@ -27,9 +25,11 @@ from mrs_simulator.ros.messages import (
     read_stage_status,
     read_state,
 )
-from mrs_simulator.ros.planar_messages import QuickTwist
+from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
+from mrs_simulator.scenario.team.load import Carried
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
+from mrs_simulator.verdict.possible import jump
 
 
 class Sample(NamedTuple):

@@ -8,14 +8,19 @@ from collections import deque
 
 import rospy
 
-from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.ros.messages import MessageError
-from mrs_simulator.ros.node_parameters import SENSOR_TOPIC
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.ros.sensor_messages import forms_of, listen, listened_topic, others_of
+from mrs_simulator.ros.message_forms.messages import MessageError
+from mrs_simulator.ros.message_forms.sensor_messages import (
+    forms_of,
+    listen,
+    listened_topic,
+    others_of,
+)
+from mrs_simulator.ros.node.node_parameters import SENSOR_TOPIC
+from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.sensors.mounts import fitted_mounts
-from mrs_simulator.study.sensor_files import SensorFiles, lines_of, recorded_sensors
-from mrs_simulator.study.sensor_sizes import with_sizes
+from mrs_simulator.study.run.sensor_files import SensorFiles, lines_of, recorded_sensors
+from mrs_simulator.study.run.sensor_sizes import with_sizes
 from mrs_simulator.vehicles import Team
 
 CONNECTED, NAP = 2.0, 0.02  # [s] of wall time

@@ -3,8 +3,8 @@
 import rospy
 from std_srvs.srv import SetBool, Trigger
 
-from mrs_simulator.ros.node_parameters import TAKEOFF_HEIGHT
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.ros.node.node_parameters import TAKEOFF_HEIGHT
+from mrs_simulator.ros.node.parameters import read
 
 
 class FlightServices:

@@ -3,7 +3,7 @@
 import rospy
 from geometry_msgs.msg import PoseStamped, Vector3, WrenchStamped
 
-from mrs_simulator.ros.messages import load_pose
+from mrs_simulator.ros.message_forms.messages import load_pose
 
 POSE, WRENCH = "/load/pose", "/robot{}/grasp/wrench"
 

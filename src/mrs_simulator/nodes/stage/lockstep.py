@@ -2,9 +2,9 @@
 
 import time
 
-from mrs_simulator.core.pages import explained_by
-from mrs_simulator.ros.node_parameters import LOCKSTEP, SPEED
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.ros.node.node_parameters import LOCKSTEP, SPEED
+from mrs_simulator.ros.node.parameters import read
 
 QUIET = 0.2  # [s] of wall time without an answer after which none is under way
 

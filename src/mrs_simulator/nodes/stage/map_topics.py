@@ -5,7 +5,7 @@ import math
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 
-from mrs_simulator.core.grids import scene_grid
+from mrs_simulator.scenario.surroundings.grids import scene_grid
 
 
 class MapTopics:

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import rospy
 
-from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.nodes.control.common_frame import make_common_frame
-from mrs_simulator.ros.messages import ControlStatus, read_control_status
-from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.ros.message_forms.messages import ControlStatus, read_control_status
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.scenario.scenario import FARTHEST
 
 REST = (0.0, 0.0, 0.0)  # a body's twist
 

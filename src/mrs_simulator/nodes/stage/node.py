@@ -8,13 +8,13 @@ import rospy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.kept_rates import steps_between
-from mrs_simulator.core.pages import explained_by
 from mrs_simulator.core.parameters import unknown_name
-from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
+from mrs_simulator.nodes.stage.ignored_axes import Unobeyed
 from mrs_simulator.nodes.stage.load_topics import LoadTopics
 from mrs_simulator.nodes.stage.lockstep import Lockstep, lockstep_wanted
 from mrs_simulator.nodes.stage.map_topics import MapTopics
@@ -24,17 +24,17 @@ from mrs_simulator.nodes.stage.presets import PRESETS, chosen_preset
 from mrs_simulator.nodes.stage.robot_topics import Frames, Inbox, RobotTopics
 from mrs_simulator.nodes.stage.round_trips import RoundTrips
 from mrs_simulator.nodes.stage.sensor_topics import SensorTopics
-from mrs_simulator.nodes.stage.unobeyed import Unobeyed
 from mrs_simulator.nodes.stage.world_topics import WorldTopics, publisher
-from mrs_simulator.ros import node_parameters as declared
-from mrs_simulator.ros.arguments import RUN_ARGUMENTS, parse, scenario_from
-from mrs_simulator.ros.diagnostics import Diagnostics, Rates, sensors_health, stage_health
-from mrs_simulator.ros.lifecycle import run, spare_garbage_collection, start_node
-from mrs_simulator.ros.messages import StageStatus, read_robot_specs, stage_status
-from mrs_simulator.ros.parameters import is_given, read
-from mrs_simulator.ros.requests import Requests
-from mrs_simulator.ros.rivals import Rivals, wait_for_end
-from mrs_simulator.ros.senders import doubled_text
+from mrs_simulator.ros.message_forms.messages import StageStatus, read_robot_specs, stage_status
+from mrs_simulator.ros.node import node_parameters as declared
+from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
+from mrs_simulator.ros.node.diagnostics import Diagnostics, Rates, sensors_health, stage_health
+from mrs_simulator.ros.node.lifecycle import run, spare_garbage_collection, start_node
+from mrs_simulator.ros.node.parameters import is_given, read
+from mrs_simulator.ros.node.requests import Requests
+from mrs_simulator.ros.node.rivals import Rivals, wait_for_end
+from mrs_simulator.ros.node.senders import doubled_text
+from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team, shipped_kinds
@@ -137,7 +137,7 @@ class Stage:
         self._command_period = step * self._steps_per_command
 
     def _open_view(self):
-        from mrs_simulator.world.view import View  # pybullet only where it is used
+        from mrs_simulator.world.rendering.view import View  # pybullet only where it is used
 
         self.view = View(self.world.team, self.world.pose, self.world.obstacles, window=True)
 

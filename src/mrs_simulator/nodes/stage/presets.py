@@ -2,9 +2,9 @@
 
 from typing import Any, Callable, NamedTuple
 
-from mrs_simulator.nodes.stage import ardrone, crazyswarm, heron, rosaria, wamv
-from mrs_simulator.ros.node_parameters import PRESET
-from mrs_simulator.ros.parameters import read
+from mrs_simulator.nodes.stage.driver_presets import ardrone, crazyswarm, heron, rosaria, wamv
+from mrs_simulator.ros.node.node_parameters import PRESET
+from mrs_simulator.ros.node.parameters import read
 
 
 class Preset(NamedTuple):

@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 
 from mrs_simulator.core.kinematics import TWIST_AXES
 from mrs_simulator.nodes.stage.answers import Answers
-from mrs_simulator.ros.messages import (
+from mrs_simulator.ros.message_forms.messages import (
     MessageError,
     TeamCommand,
     TeamOdometry,
@@ -18,10 +18,10 @@ from mrs_simulator.ros.messages import (
     read_team_command,
     team_odometry,
 )
+from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry, QuickTwist
+from mrs_simulator.ros.node.senders import Senders
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.planar_messages import PlanarOdometry, QuickTwist
-from mrs_simulator.ros.senders import Senders
-from mrs_simulator.ros.shared_receiver import SharedReceiver
+from mrs_simulator.ros.receive.shared_receiver import SharedReceiver
 from mrs_simulator.vehicles.team import on_all_axes
 
 # Variances of the published odometry: x, y [m^2] and yaw [rad^2] as good as the simulator knows

@@ -7,9 +7,9 @@ import rospy
 from std_msgs.msg import Header
 
 from mrs_simulator.nodes.stage.world_topics import stamp_at
+from mrs_simulator.ros.message_forms.sensor_forms.form import BASE, OPTICAL, OPTICAL_FRAME, OWN
+from mrs_simulator.ros.message_forms.sensor_messages import forms_of, topic_of
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.sensor_forms.form import BASE, OPTICAL, OPTICAL_FRAME, OWN
-from mrs_simulator.ros.sensor_messages import forms_of, topic_of
 from mrs_simulator.sensors.suite import Suite
 
 OWN_TOPICS = ("base_link", "cmd_vel", "motors_state", "odom")  # of a robot, or its frames

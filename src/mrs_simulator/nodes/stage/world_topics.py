@@ -7,7 +7,6 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.core.moving import CLOCK_START
 from mrs_simulator.nodes.stage.robot_topics import (
     AnswersTopic,
     TeamTopics,
@@ -16,7 +15,7 @@ from mrs_simulator.nodes.stage.robot_topics import (
     lifts,
     transform,
 )
-from mrs_simulator.ros.messages import (
+from mrs_simulator.ros.message_forms.messages import (
     Collision,
     Incident,
     TeamState,
@@ -24,10 +23,11 @@ from mrs_simulator.ros.messages import (
     incident_message,
     team_state,
 )
-from mrs_simulator.ros.node_parameters import TRUE_POSE_TOPIC
+from mrs_simulator.ros.node.node_parameters import TRUE_POSE_TOPIC
+from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
-from mrs_simulator.ros.parameters import read
-from mrs_simulator.world.odometry_covariance import OdometryCovariance
+from mrs_simulator.scenario.surroundings.moving_obstacles import CLOCK_START
+from mrs_simulator.world.wheel_odometry.covariance import OdometryCovariance
 
 
 class WorldTopics:

@@ -29,7 +29,7 @@ from mrs_simulator.rqt_plugin.curves.quantities import (
     thinned_together,
 )
 from mrs_simulator.rqt_plugin.widgets.colours import places, shade, shades
-from mrs_simulator.study.figure_parts import MOST_IN_LEGEND
+from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND
 
 MOST_POINTS, ALL_POINTS = 800, 12000  # of one curve, of all
 MANY_CURVES, BUNDLED_POINTS = 40, 20000  # beyond, all are one artist; points of all of them

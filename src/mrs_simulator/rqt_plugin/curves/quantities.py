@@ -8,7 +8,7 @@ from typing import Callable, NamedTuple
 import numpy as np
 
 from mrs_simulator.rqt_plugin.widgets.guard import LOG
-from mrs_simulator.study.figure_parts import thin
+from mrs_simulator.study.draw.figure_parts import thin
 
 PATIENCE = 0.03  # [s] for the formation error within one redraw
 FIRST_CHUNK, LARGEST_CHUNK = 20, 500  # [-] samples given to the error's function at once

@@ -9,10 +9,10 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, QRect, QRectF, Qt
 from python_qt_binding.QtGui import QFont, QPen
 
-from mrs_simulator.core.obstacles import Cylinder, is_flat
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import placed
 from mrs_simulator.rqt_plugin.map.look import faded, polygon
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 
 FEWEST_TICKS = 4  # [-] on an axis, where there is room
 HINT_FLAGS = int(Qt.AlignLeft | Qt.AlignTop | Qt.TextWordWrap)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.study.plane_figure import ROBOT_SHAPE
+from mrs_simulator.study.draw.plane_figure import ROBOT_SHAPE
 
 LEAST_ROBOT = 10.0  # [px]; a smaller one is drawn as an arrow of ARROW
 ARROW = 13.0  # [px]

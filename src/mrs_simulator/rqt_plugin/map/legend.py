@@ -10,7 +10,7 @@ from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
 from mrs_simulator.rqt_plugin.map.look import faded
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
-from mrs_simulator.study.figure_parts import START_COLOUR
+from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
 WIDEST = 0.4, 0.6  # [-] of its width, in one column and in more

@@ -10,7 +10,7 @@ from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.rqt_plugin.map.geometry import ARROW, outlines
 from mrs_simulator.rqt_plugin.map.look import SOME_ROBOTS, by_count, faded, mixed, polygon
-from mrs_simulator.study.figure_parts import START_COLOUR
+from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 FLASH = 2.0  # [s], how long a collision's ring is seen
 SHADE = 0.25  # opacity of what lies below a robot in the air

@@ -5,11 +5,11 @@ import math
 from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QButtonGroup, QHBoxLayout, QLabel, QToolButton, QWidget
 
-from mrs_simulator.core.obstacles import is_flat
 from mrs_simulator.rqt_plugin.widgets.colours import CHECKED
 from mrs_simulator.rqt_plugin.widgets.fields import TextField
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.scenario.surroundings.obstacles import is_flat
 
 # Of each field: its label, unit, and which numbers of an obstacle it may have.
 NUMBERS = {

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.obstacles import Box, Cylinder, clearance, is_flat
+from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder, clearance, is_flat
 
 TURN = "turn"  # the grip ahead of a box, about whose centre it turns
 HEIGHT = 0.5  # [m] of one that is drawn

@@ -6,8 +6,6 @@ import numpy as np
 from python_qt_binding.QtCore import QEvent, QSize
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
-from mrs_simulator.core.moving import moves, obstacles_at, scene_time
-from mrs_simulator.core.obstacles import with_obstacles
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
@@ -20,6 +18,8 @@ from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
 from mrs_simulator.rqt_plugin.map.team import MapTeam
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.scenario.surroundings.moving_obstacles import moves, obstacles_at, scene_time
+from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
 
 HINTS = {
     "look": "",

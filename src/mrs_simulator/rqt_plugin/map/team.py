@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mrs_simulator.core.scenario import DEFAULT_KIND
 from mrs_simulator.rqt_plugin.map.shapes import Shapes
+from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.vehicles import kind
-from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.world.contact.bodies import Bodies
 
 
 class MapTeam:

@@ -2,7 +2,7 @@
 
 import time
 
-from mrs_simulator.ros.messages import robot_specs
+from mrs_simulator.ros.message_forms.messages import robot_specs
 from mrs_simulator.rqt_plugin.ros_side import service_calls
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
 from mrs_simulator.rqt_plugin.ros_side.inbox import SILENCE, Inbox

@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 
 import rospy
 
-from mrs_simulator.ros.defined_types import DiagnosticArray
+from mrs_simulator.ros.message_forms.defined_types import DiagnosticArray
 
 TOPIC = "/diagnostics"
 LEVELS = ("good", "warning", "error", "stale")  # of diagnostic_msgs, by number

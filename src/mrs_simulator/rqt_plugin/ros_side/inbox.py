@@ -7,8 +7,8 @@ from collections import deque
 
 import numpy as np
 
-from mrs_simulator.core.controller_log import Interruptions
-from mrs_simulator.ros.messages import (
+from mrs_simulator.record.controller_log import Interruptions
+from mrs_simulator.ros.message_forms.messages import (
     MessageError,
     is_commanded,
     read_collision,

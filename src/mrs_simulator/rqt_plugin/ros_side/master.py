@@ -7,7 +7,7 @@ import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 from std_msgs.msg import Bool, String
 
-from mrs_simulator.ros.messages import (
+from mrs_simulator.ros.message_forms.messages import (
     Collision,
     ControlScenario,
     ControlStatus,

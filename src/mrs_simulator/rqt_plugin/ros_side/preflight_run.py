@@ -6,9 +6,9 @@ from typing import NamedTuple
 import rospy
 
 from mrs_simulator.core.parameters import shown
-from mrs_simulator.core.reading import Section, read_json, reason
-from mrs_simulator.ros.node_parameters import NODES, REAL
+from mrs_simulator.ros.node.node_parameters import NODES, REAL
 from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
+from mrs_simulator.scenario.reading import Section, read_json, reason
 
 LIMIT = 120.0  # [s] of wall time for the whole check
 CONTROLLER = "/pioneer_control"

@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, compose
 from mrs_simulator.core.spatial import Spatial, headings, turned
-from mrs_simulator.ros.odometry_inbox import lifted, planar
+from mrs_simulator.ros.receive.odometry_inbox import lifted, planar
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 
 ROBOT = re.compile(r"^/robot(\d+)/")

@@ -7,9 +7,9 @@ from collections import deque
 
 import rospy
 
-from mrs_simulator.ros.messages import MessageError
-from mrs_simulator.ros.sensor_messages import forms_of, others_of, stamp_of
-from mrs_simulator.rqt_plugin.sensing.heard import Heard
+from mrs_simulator.ros.message_forms.messages import MessageError
+from mrs_simulator.ros.message_forms.sensor_messages import forms_of, others_of, stamp_of
+from mrs_simulator.rqt_plugin.sensing.received import Heard
 
 PROMPT = dict(queue_size=1, tcp_nodelay=True)
 COUNTED = 20  # [-] messages over which a rate is taken

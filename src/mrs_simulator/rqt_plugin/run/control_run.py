@@ -3,7 +3,7 @@
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, who_is_real
 from mrs_simulator.rqt_plugin.run.stage_run import lockstep_option
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
-from mrs_simulator.study.report import write_scenario
+from mrs_simulator.study.results.report import write_scenario
 
 
 class ControlRun:

@@ -5,18 +5,18 @@ import os
 
 import numpy as np
 
-from mrs_simulator.control.laws import HOMES
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.maps import obstacles_of
-from mrs_simulator.core.obstacle_reading import checked_obstacles
 from mrs_simulator.core.parameters import checked_values
-from mrs_simulator.core.scenario import title_of
+from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
-from mrs_simulator.study.law_process import LawProcess
+from mrs_simulator.scenario.scenario import title_of
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
+from mrs_simulator.scenario.surroundings.obstacle_reading import checked_obstacles
+from mrs_simulator.study.run.law_process import LawProcess
 from mrs_simulator.vehicles import Team, kind
-from mrs_simulator.world.bodies import Bodies
 from mrs_simulator.world.checks import refuse_in_obstacles
+from mrs_simulator.world.contact.bodies import Bodies
 
 LONGEST_PREDICTION = 120.0  # [s] of wall time; that of containment takes 10 s with 200 robots
 PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is computed

@@ -4,7 +4,7 @@ from collections import deque
 
 import numpy as np
 
-from mrs_simulator.study.estimation import SAME, held_at
+from mrs_simulator.verdict.estimation import SAME, held_at
 
 KEPT = 500  # [-] newest estimates
 

@@ -7,11 +7,11 @@ from typing import FrozenSet, NamedTuple, Optional, Tuple, Union
 import numpy as np
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
-from mrs_simulator.core.load import Carried
-from mrs_simulator.core.run_changes import ControllerRecord
 from mrs_simulator.core.spatial import Spatial
+from mrs_simulator.record.run_changes import ControllerRecord
 from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
-from mrs_simulator.study.estimation import SAME
+from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.verdict.estimation import SAME
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
 FEWEST_SAMPLES = 500

@@ -6,14 +6,14 @@ import shutil
 import threading
 import time
 
-from mrs_simulator.core.moving import scene_facts, scene_time
-from mrs_simulator.core.run_changes import changed_by, to_plain
-from mrs_simulator.core.scenario import scenario_from_yaml
+from mrs_simulator.record.run_changes import changed_by, to_plain
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
-from mrs_simulator.study.estimation import UNKNOWN
-from mrs_simulator.study.ran import what_ran
-from mrs_simulator.study.report import VERDICT_FILE
+from mrs_simulator.scenario.scenario import scenario_from_yaml
+from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
+from mrs_simulator.study.results.report import VERDICT_FILE
+from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.verdict.estimation import UNKNOWN
 
 CANCELLED = "cancelled; what was written is in {}"
 LOST = "{} samples are left out: the control node told no estimates of their time"

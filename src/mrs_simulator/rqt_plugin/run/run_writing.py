@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mrs_simulator.core.recording import write_facts
 from mrs_simulator.core.spatial import upright
-from mrs_simulator.study.report import begin_run
+from mrs_simulator.record.recording import write_facts
+from mrs_simulator.study.results.report import begin_run
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
 

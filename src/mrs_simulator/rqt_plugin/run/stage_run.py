@@ -1,10 +1,10 @@
 """The simulation of a study: starts a stage or attaches to one, and tells it the team; without Qt."""
 
-from mrs_simulator.control.laws import HOMES
-from mrs_simulator.core.scenario import scenario_from_dict, scenario_from_yaml
+from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.study_state import named
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
-from mrs_simulator.study.report import write_scenario
+from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
+from mrs_simulator.study.results.report import write_scenario
 from mrs_simulator.vehicles.portable import told_team
 
 # What a stage has from its start.

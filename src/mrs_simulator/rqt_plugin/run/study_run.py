@@ -2,7 +2,7 @@
 
 import os
 
-from mrs_simulator.core.missed_periods import MissedPeriods
+from mrs_simulator.record.missed_periods import MissedPeriods
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import PreflightRun
 from mrs_simulator.rqt_plugin.run.control_run import ControlRun
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario

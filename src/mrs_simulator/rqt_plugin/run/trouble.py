@@ -1,6 +1,6 @@
 """Messages on what went wrong, told apart from those on what was done.  No Qt."""
 
-from mrs_simulator.core.pages import named, with_page
+from mrs_simulator.core.doc_links import named, with_page
 
 
 class Trouble(str):

@@ -3,8 +3,8 @@
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import QDoubleSpinBox
 
-from mrs_simulator.core.scenario import FARTHEST
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.scenario.scenario import FARTHEST
 
 SEVERAL = -0.1  # [m], the value that stands for heights that differ
 STEP = 0.1  # [m]

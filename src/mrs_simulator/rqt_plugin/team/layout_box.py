@@ -3,11 +3,11 @@
 from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVBoxLayout
 
-from mrs_simulator.core.layouts import LAYOUTS, make_layout
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
 from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.scenario.team.layouts import LAYOUTS, make_layout
 
 ORDER = ("line", "circle", "grid", "random")
 SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout")

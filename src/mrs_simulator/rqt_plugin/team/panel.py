@@ -13,7 +13,6 @@ from python_qt_binding.QtWidgets import (
 )
 
 from mrs_simulator import vehicles
-from mrs_simulator.core.layouts import extend_poses
 from mrs_simulator.rqt_plugin.team.altitude_field import AltitudeField
 from mrs_simulator.rqt_plugin.team.layout_box import LayoutBox
 from mrs_simulator.rqt_plugin.team.model import NO_PAIRS, TeamModel, kind_name
@@ -22,7 +21,8 @@ from mrs_simulator.rqt_plugin.team.table import TeamTable
 from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, PatientSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
-from mrs_simulator.world.bodies import Bodies
+from mrs_simulator.scenario.team.layouts import extend_poses
+from mrs_simulator.world.contact.bodies import Bodies
 
 MOST_ROBOTS = 200
 NUMBER_TIP = (

@@ -2,7 +2,7 @@
 
 import math
 
-from mrs_simulator.core.scenario import FARTHEST
+from mrs_simulator.scenario.scenario import FARTHEST
 
 HEADERS = ("robot", "x [m]", "y [m]", "heading [deg]", "kind")
 LONGEST_QUOTE = 30  # [characters] of what was typed

@@ -2,11 +2,11 @@
 
 from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
-from mrs_simulator.core.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
 from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
+from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 
 HEADERS = (
     ("claim", "What theory, or good order, says of the run"),

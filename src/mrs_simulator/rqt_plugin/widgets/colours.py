@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.cm import viridis
 from python_qt_binding.QtGui import QColor
 
-from mrs_simulator.study.figure_parts import MOST_IN_LEGEND, PALETTE
+from mrs_simulator.study.draw.figure_parts import MOST_IN_LEGEND, PALETTE
 
 STEPS = 24  # [-] distinct colours of a team with more than ``MOST_IN_LEGEND`` robots
 # Of viridis: without the pale end, which is too faint on white, or the dark one.

@@ -5,11 +5,11 @@ import time
 
 import numpy as np
 
-from mrs_simulator.control.laws import HOMES
-from mrs_simulator.core.run_changes import changed_by, read_changes
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.record.run_changes import changed_by, read_changes
 from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
-from mrs_simulator.study.law_answers import Prediction
+from mrs_simulator.study.run.law_answers import Prediction
 
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
 

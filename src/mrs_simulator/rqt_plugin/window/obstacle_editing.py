@@ -1,8 +1,8 @@
 """Obstacles edited on the map: handed to the study, which may refuse them, and undone."""
 
-from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
 MOST_UNDONE = 200  # [-] edits that can be taken back
 

@@ -10,7 +10,7 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 
-from mrs_simulator.control.laws import HOMES
+from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.map.panel import MapPanel
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel

@@ -5,9 +5,9 @@ import time
 
 import numpy as np
 
-from mrs_simulator.core.reading import reason
-from mrs_simulator.core.verdict_file import read_verdict
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.scenario.reading import reason
+from mrs_simulator.verdict.verdict_file import read_verdict
 
 SHORTEST_KEPT = 2.0  # [s] of commands, of a run that is kept though nobody has saved it
 TITLE = "Save results to a new directory"

@@ -1,8 +1,8 @@
 """The scenario under the user's hands: shown in the panels, and changed by what is done there."""
 
-from mrs_simulator.core.maps import obstacles_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.window.obstacle_editing import ObstacleEditing
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
 
 class ScenarioEditing:

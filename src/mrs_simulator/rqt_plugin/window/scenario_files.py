@@ -2,12 +2,12 @@
 
 import os
 
-from mrs_simulator.control.loading import from_anywhere
-from mrs_simulator.core.scenario import load_scenario
+from mrs_simulator.protocols.loading import from_anywhere
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.study.shipped import shipped_scenarios
+from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.scenario.shipped import shipped_scenarios
 
 SCENARIOS = "Scenarios (*.yaml *.yml)"
 PROTOCOLS = "Python files (*.py)"

@@ -3,8 +3,8 @@
 from mrs_simulator.rqt_plugin.map.sensor_drawing import DRAWN, MOST_ROBOTS
 from mrs_simulator.rqt_plugin.run.programs_panel import all_of, short
 from mrs_simulator.rqt_plugin.run.trouble import reason
-from mrs_simulator.rqt_plugin.sensing.heard import mounts_of, spares_of
 from mrs_simulator.rqt_plugin.sensing.own_parts import Told, parts_of, told_of
+from mrs_simulator.rqt_plugin.sensing.received import mounts_of, spares_of
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 DEPTH = " depth"  # after the name of a camera; no mount has a space in its name

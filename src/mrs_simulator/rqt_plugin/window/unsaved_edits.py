@@ -1,8 +1,8 @@
 """Keeps a scenario that is in no file where a crash leaves it, and offers what a crash has left."""
 
-from mrs_simulator.core.scenario import scenario_from_yaml
 from mrs_simulator.rqt_plugin.run.autosave import told as time_of
 from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.scenario.scenario import scenario_from_yaml
 
 
 class UnsavedEdits:

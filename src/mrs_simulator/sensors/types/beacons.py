@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.vehicles.quantities import quantity

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.sensors.types.plain import Plain
 
 

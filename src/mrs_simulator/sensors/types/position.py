@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.reading import ScenarioError, number, shown
+from mrs_simulator.scenario.reading import ScenarioError, number, shown
 from mrs_simulator.sensors.types.placing import carried
 from mrs_simulator.sensors.types.plain import Plain
 from mrs_simulator.vehicles.quantities import quantity

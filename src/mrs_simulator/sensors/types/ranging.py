@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.sensors.scenery import Rays, cast
 from mrs_simulator.sensors.types.placing import carried, directions, echoes
 from mrs_simulator.vehicles.quantities import quantity

@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.sensors.noise import Noise
 from mrs_simulator.sensors.types.ranging import Ranging, read_range
 from mrs_simulator.vehicles.quantities import quantity

@@ -6,7 +6,7 @@ import os
 from typing import NamedTuple, Tuple
 
 from mrs_simulator.core.parameters import unknown_name
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.arms.chain import read_chain
 
 DATA = "pybullet_data"  # the package that comes with pybullet

@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.arms.chain import Chain
 from mrs_simulator.vehicles.arms.models import MODELS, ArmModel, arm_model, chain_of
 from mrs_simulator.vehicles.importing.placing import placed

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.core.run_columns import Columns, arm_axes
+from mrs_simulator.record.run_columns import Columns, arm_axes
 from mrs_simulator.vehicles.arms.chain import frames, jacobian
 from mrs_simulator.vehicles.arms.mounted import check_home
 from mrs_simulator.vehicles.arms.reaching import reaching

@@ -19,7 +19,7 @@ from mrs_simulator.core.kinematics import (
     displaced,
     wheel_speeds,
 )
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives.stand import Stand
 
 AXES = ("linear.x", "angular.z")

@@ -17,7 +17,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, displaced
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives.stand import Stand
 from mrs_simulator.vehicles.quantities import quantity
 

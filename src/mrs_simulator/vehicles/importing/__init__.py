@@ -9,8 +9,8 @@ the content of a kind's file, which the user's own keys go over.
 import os
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
-from mrs_simulator.core.pages import explained_by
-from mrs_simulator.core.reading import ScenarioError, Section, shown
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 from mrs_simulator.vehicles.importing.assembling import assembled
 from mrs_simulator.vehicles.importing.description import read_description
 from mrs_simulator.vehicles.importing.drive_facts import controller_facts, plugin_facts

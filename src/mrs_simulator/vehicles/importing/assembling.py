@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError, number, shown
+from mrs_simulator.scenario.reading import ScenarioError, number, shown
 from mrs_simulator.vehicles.importing.chassis import Mass, about_origin, find_wheels, gather
 from mrs_simulator.vehicles.importing.model_file import JOINTS, model_path, model_text
 from mrs_simulator.vehicles.importing.shapes import extent

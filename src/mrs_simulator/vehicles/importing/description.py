@@ -5,7 +5,7 @@ from typing import Any, Dict, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.parameters import unknown_name
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.importing.placing import placed
 from mrs_simulator.vehicles.importing.xml_reading import Tag, parse_xml
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple, Optional, Tuple
 
-from mrs_simulator.core.reading import ScenarioError, Section, load_yaml, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, load_yaml, shown
 from mrs_simulator.vehicles.importing.xml_reading import Tag, numbers
 
 DIFFERENTIAL, SKID_STEER = "gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive"

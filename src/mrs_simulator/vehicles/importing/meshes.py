@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
-from mrs_simulator.core.reading import reason
+from mrs_simulator.scenario.reading import reason
 
 LARGEST_MESH = 256 * 1024 * 1024  # [bytes]
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.drives.car import STEEPEST
 from mrs_simulator.vehicles.drives.omnidirectional import AXES, mecanum_wheels, omni_wheels
 from mrs_simulator.vehicles.drives.rotors import GRAVITY

@@ -10,7 +10,7 @@ import re
 import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 
 IGNORED = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
 DEEPEST = 12  # [-] directories below one in ROS_PACKAGE_PATH

@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.reading import ScenarioError
+from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.importing.description import Shape
 from mrs_simulator.vehicles.importing.meshes import MeshError, mesh_points
 

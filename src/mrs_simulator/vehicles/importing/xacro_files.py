@@ -9,7 +9,7 @@ import importlib
 import os
 import re
 
-from mrs_simulator.core.reading import ScenarioError, shown
+from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.importing.xml_reading import read_text
 
 FIND = re.compile(r"\$\(find\s+([^\s()$]+)\s*\)")

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
-from mrs_simulator.core.reading import LARGEST_FILE, ScenarioError, reason, shown
+from mrs_simulator.scenario.reading import LARGEST_FILE, ScenarioError, reason, shown
 
 
 def read_text(path):

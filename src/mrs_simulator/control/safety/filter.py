@@ -1,0 +1,307 @@
+"""Safety filter for any law: the nearest velocities with which robots touch nothing.
+
+Nothing: no other robot, and where a scenario says so no obstacle and no border of an arena.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.control.safety.bounds import NO_BOUNDS
+
+GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
+FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
+MOVING_RATE = 0.3  # [1/s] the same for what moves: robots take their time to speed up
+SWIRL = 0.15  # [rad] by which robots close to others turn aside, so that exact symmetry does not stop them
+SWEEPS = 400  # [-] most steps of the solver
+TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
+
+
+def margins(points, distance, squash=None):
+    """Return ``h_ij = |p_i - p_j|^2 - D_s^2`` of all pairs, (m,) [m^2], and their rows (m,), (m,).
+
+    ``distance``: ``D_s`` [m] of all pairs, or of each, (n, n); ``squash`` (d,) as in ``safe_velocities``.
+    """
+    first, second = np.triu_indices(len(points), 1)
+    points = points if squash is None else points * squash
+    apart, distance = points[first] - points[second], of_pairs(distance, first, second)
+    return np.einsum("ij,ij->i", apart, apart) - distance * distance, first, second
+
+
+def of_pairs(distance, first, second):
+    """Return ``distance`` as it is if it is one number, else (n, n) that of the pairs, (m,)."""
+    return distance if np.ndim(distance) == 0 else distance[first, second]
+
+
+def safe_velocities(
+    wanted,
+    points,
+    distance,
+    period,
+    gamma=GAMMA,
+    swirl=SWIRL,
+    bounds=NO_BOUNDS,
+    speed=None,
+    squash=None,
+    brakes=None,
+):
+    """Return the velocities nearest to ``wanted`` that keep all pairs apart, (n, d) [m/s].
+
+    Minimises ``sum |u_i - wanted_i|^2`` subject to, for every pair,
+
+        -2 p_ij^T u_i + 2 p_ij^T u_j <= min(gamma h_ij^3, h_ij / period),
+
+    ``p_ij = p_i - p_j``, ``h_ij = |p_ij|^2 - distance^2``; ``points`` (n, d) [m].  The second bound is
+    for velocities that are held for ``period`` [s]: since ``|p + d|^2 >= |p|^2 + 2 p^T d``, no pair
+    that starts with ``h >= 0`` ever has less.  Wang, Ames and Egerstedt, 2017.
+
+    ``bounds``: :class:`Bounds` of single robots, ``-m_k^T u_i <= min(rate g_k, g_k / period) - v_k``, with
+    the speed v_k at which it comes, and ``MOVING_RATE``, or ``FIXED_RATE`` of what stands; ``speed`` (n,)
+    [m/s]: ``|u_i| <= speed_i``.
+
+    ``squash`` (d,) [-], s: distances are ``|s p|``, factor by factor, so that robots keep an ellipsoid
+    apart; ``s^2 p_ij`` stands in the bound then.
+
+    ``brakes``: the ``Brakes`` of robots that do not stop at once; the speed w_ij at which a pair may
+    close up then stands in the place of the first bound, ``2 |p_ij| w_ij`` in that of ``gamma h_ij^3``.
+    """
+    wanted = np.asarray(wanted, dtype=float)
+    pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
+    rows = _joined(pairs, bounds, period)
+    # At first those matter that robots, heading straight for each other, could violate.
+    size = np.linalg.norm(wanted, axis=1)
+    near = rows.reach(size) >= rows.limit
+    if not near.any():
+        return _capped(wanted, speed)
+    seen = points if squash is None else points * squash
+    wanted = _turned_aside(wanted, _beside(wanted, seen, distance, near, pairs, bounds), swirl)
+    while True:
+        velocity = _nearest(wanted, rows.part(near), speed)
+        pressure = rows.pressure(velocity)
+        # Whoever is pushed aside may be pushed towards a robot that it did not head for.
+        pushed = ~near & (pressure > rows.limit)
+        if not pushed.any():
+            return velocity * _feasible_shares(velocity, rows, pressure, bounds.comes.any())
+        near |= pushed
+
+
+def filter_acts(
+    velocity,
+    points,
+    distance,
+    period,
+    gamma=GAMMA,
+    bounds=NO_BOUNDS,
+    speed=None,
+    squash=None,
+    brakes=None,
+):
+    """Return whether the filter may have changed what was wanted to ``velocity`` (n, d) [m/s].
+
+    A velocity that was changed lies on a bound, or some robot was turned aside.
+    """
+    pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
+    points = points if squash is None else points * squash
+    rows = _joined(pairs, bounds, period)
+    size = np.linalg.norm(velocity, axis=1)
+    if speed is not None and np.any(size >= 0.99 * speed):
+        return True
+    near = rows.reach(size) >= rows.limit
+    used = rows.pressure(velocity) >= np.where(rows.limit > 0.0, 0.99, 1.01) * rows.limit
+    return bool(used.any() or _beside(velocity, points, distance, near, pairs, bounds).any())
+
+
+class Rows(NamedTuple):
+    """Constraints ``a_i^T u_i + a_j^T u_j <= limit``, m of them, each of length 1."""
+
+    first: np.ndarray  # (m,) i
+    second: np.ndarray  # (m,) j; i itself for constraints of one robot
+    of_first: np.ndarray  # (m, d) a_i
+    of_second: np.ndarray  # (m, d) a_j, 0 for constraints of one robot
+    limit: np.ndarray  # (m,) [m/s]
+    alone: int = 0  # [-] how many, at the end, are of one robot
+
+    def pressure(self, velocity):
+        """Return ``a_i^T u_i + a_j^T u_j``, (m,) [m/s]."""
+        pairs = len(self.limit) - self.alone
+        first, second = self.first[:pairs], self.second[:pairs]
+        # Of a pair a_i = -a_j.
+        used = np.einsum("ij,ij->i", self.of_second[:pairs], velocity[second] - velocity[first])
+        if not self.alone:
+            return used
+        own = np.einsum("ij,ij->i", self.of_first[pairs:], velocity[self.first[pairs:]])
+        return np.concatenate([used, own])
+
+    def reach(self, size):
+        """Return the most that robots of speeds ``size`` (n,) [m/s] can make of each, (m,) [m/s]."""
+        both = np.sqrt(2.0) * (size[self.first] + size[self.second])
+        if self.alone:
+            both[-self.alone :] = size[self.first[-self.alone :]]
+        return both
+
+    def part(self, kept):
+        """Return those that are ``kept`` (m,) bool."""
+        alone = int(np.count_nonzero(kept[len(kept) - self.alone :]))
+        return Rows(*(column[kept] for column in self[:5]), alone)
+
+
+class Brakes(NamedTuple):
+    """How robots stop: from a speed v within ``v late + slowness v^2/2``."""
+
+    slowness: np.ndarray  # (n,) [s^2/m]
+    late: np.ndarray  # (n,) [s]
+
+    def closing(self, gap, first, second):
+        """Return the speeds (m,) [m/s] at which pairs may close up with ``gap`` (m,) [m] left between them.
+
+        Those from which both stop within it, each from half: ``w/2 (t_i + t_j) + w^2/8 (s_i + s_j) = gap``.
+        """
+        late = 0.5 * (self.late[first] + self.late[second])
+        slow = 0.5 * (self.slowness[first] + self.slowness[second])
+        gap = np.maximum(gap, 0.0)
+        return 2.0 * gap / (late + np.sqrt(late * late + slow * gap))
+
+
+def _pair_rows(points, distance, period, gamma, squash=None, brakes=None):
+    margin, first, second = margins(points, distance, squash)
+    apart = points[first] - points[second]
+    apart = apart if squash is None else apart * squash**2
+    # Each row divided by its length.
+    far = np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    size = 2.0 * np.sqrt(2.0) * far
+    rows = 2.0 * apart / size[:, np.newaxis]
+    if brakes is None:
+        most = gamma * margin**3
+    else:
+        needed = of_pairs(distance, first, second)
+        seen = np.sqrt(np.maximum(margin + needed * needed, 0.0))
+        most = 2.0 * far * brakes.closing(seen - needed, first, second)
+        # By robots' own size, so that small ones go about it as large ones do.
+        most = np.minimum(most, gamma * margin**3 / needed**4)
+    limit = np.minimum(most, margin / period) / size
+    return Rows(first, second, -rows, rows, limit)
+
+
+def _fixed_rows(bounds, period):
+    rate = np.where(bounds.comes == 0.0, FIXED_RATE, MOVING_RATE)
+    limit = np.minimum(rate, 1.0 / period) * bounds.gap - bounds.comes
+    nothing = np.zeros_like(bounds.way_out)
+    return Rows(bounds.robot, bounds.robot, -bounds.way_out, nothing, limit, len(limit))
+
+
+def _joined(pairs, bounds, period):
+    """Return the rows of ``pairs`` and, after them, those of ``bounds``."""
+    if not len(bounds.gap):
+        return pairs
+    fixed = _fixed_rows(bounds, period)
+    columns = [np.concatenate(both) for both in zip(pairs[:5], fixed[:5])]
+    return Rows(*columns, fixed.alone)
+
+
+def _beside(wanted, points, distance, near, pairs, bounds):
+    """Return which robots turn aside, (n,) bool: close to another, or to what they head for."""
+    aside = np.zeros(len(points), dtype=bool)
+    first, second = pairs.first, pairs.second
+    gap = np.linalg.norm(points[first] - points[second], axis=1)
+    close = near[: len(first)] & (gap < 2.0 * of_pairs(distance, first, second))
+    aside[first[close]] = aside[second[close]] = True
+    if not len(bounds.gap):
+        return aside
+    ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
+    aside[bounds.robot[near[len(first) :] & ahead & (bounds.gap < bounds.turns)]] = True
+    return aside
+
+
+def _turned_aside(wanted, turned, swirl):
+    """Turn the wanted velocities of the robots that are ``turned`` (n,) bool, all to the same side.
+
+    In space also about the x axis, so that those turn aside, too, that go straight up and down.
+    """
+    angle = np.where(turned, swirl, 0.0)
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = wanted.T[:2]
+    x, y = cos * x - sin * y, sin * x + cos * y
+    if wanted.shape[1] == 2:
+        return np.stack([x, y], axis=1)
+    z = wanted[:, 2]
+    return np.stack([x, cos * y - sin * z, sin * y + cos * z], axis=1)
+
+
+def _capped(velocity, speed):
+    """Return ``velocity`` (n, d) with lengths of at most ``speed`` (n,) [m/s], None for no caps."""
+    if speed is None:
+        return velocity
+    size = np.linalg.norm(velocity, axis=1)
+    return velocity * np.minimum(1.0, speed / np.maximum(size, 1e-300))[:, np.newaxis]
+
+
+def _nearest(wanted, rows, speed=None):
+    """Solve the quadratic programme in its dual, by accelerated projected gradients.
+
+    A force pushes each pair apart; its step is 1 over the sum of what all forces do to its pair: 1
+    itself, and at most half for each other pair of one of the two robots.  With constraints of single
+    robots, which share all of their robot, that sum is bounded by 1 for each of both robots'.
+    """
+    (n, d), (first, second) = wanted.shape, rows[:2]
+    place = np.stack([d * robot + axis for robot in (first, second) for axis in range(d)])
+    share = np.concatenate([rows.of_first.T, rows.of_second.T])  # a_k, at its 2 d places
+    begun, places = wanted.ravel(), place.ravel()
+
+    def pushed(force):
+        """Return ``u - A^T lambda`` within the caps, (d n,)."""
+        moved = begun - np.bincount(places, (share * force).ravel(), d * n)
+        return moved if speed is None else _capped(moved.reshape(n, d), speed).ravel()
+
+    if rows.alone:
+        pairs = len(first) - rows.alone
+        counts = np.bincount(np.concatenate([first, second[:pairs]]), minlength=n)
+        step = 1.0 / (counts[first] + np.where(first == second, 0, counts[second] - 1))
+    else:
+        pairs = np.bincount(np.concatenate([first, second]), minlength=n)
+        step = 1.0 / (1.0 + 0.5 * (pairs[first] + pairs[second] - 2))
+    force = ahead = np.zeros(len(rows.limit))
+    momentum = 1.0
+    scale = max(1e-3, float(np.abs(rows.limit).max()), float(np.abs(wanted).max()))
+    for _ in range(SWEEPS):
+        excess = (share * pushed(ahead)[place]).sum(axis=0) - rows.limit
+        new = np.maximum(0.0, ahead + step * excess)
+        change = new - force
+        following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
+        if np.dot(change, excess) < 0.0:
+            following = momentum = 1.0  # start the acceleration anew where it leads astray
+        ahead = new + (momentum - 1.0) / following * change
+        force, momentum = new, following
+        if (np.abs(change) < TOLERANCE * scale).all():
+            break
+    return pushed(force).reshape(n, d)
+
+
+def _feasible_shares(velocity, rows, pressure, apart):
+    """Return the largest factors up to 1 by which robots may move: standing still is always allowed.
+
+    One number for all, or where ``apart`` (n, 1), one for each set of robots that ``rows`` join at this
+    ``velocity`` (n, d): who can flee from what comes need not stop with somebody else who cannot.  What
+    comes does so as well while they stand, and is not heeded then.
+    """
+    if not apart:
+        return _feasible_share(pressure, rows.limit)
+    joins = rows.reach(np.linalg.norm(velocity, axis=1)) >= rows.limit
+    sets, first, second = np.arange(len(velocity)), rows.first[joins], rows.second[joins]
+    while (sets[first] != sets[second]).any():
+        least = np.minimum(sets[first], sets[second])
+        np.minimum.at(sets, first, least)
+        np.minimum.at(sets, second, least)
+    heeded = (rows.first != rows.second) | (rows.limit >= 0.0)
+    shares = np.ones(len(velocity))
+    for label in np.unique(sets):
+        own = heeded & (sets[rows.first] == label)
+        shares[sets == label] = _feasible_share(pressure[own], rows.limit[own])
+    return shares[:, np.newaxis]
+
+
+def _feasible_share(pressure, limit):
+    """Return the largest factor up to 1 by which all may move."""
+    over = pressure > np.maximum(limit, 0.0)
+    if not over.any():
+        return 1.0
+    return float(np.clip(np.min(np.maximum(limit[over], 0.0) / pressure[over]), 0.0, 1.0))

@@ -1,0 +1,163 @@
+"""Whether robots can still brake without touching: commands pass only if afterwards they can.
+
+At each command the robots' courses are looked at, ``vehicles.courses``: the command held for a period, and
+then braking.  Of a pair that might touch on the way, or a robot that might touch what stands there, all
+robots only turn; if they might touch even so, they brake, as was found safe when they were last let go.
+``docs/safety.md`` has the proof.
+"""
+
+import numpy as np
+
+from mrs_simulator.control.safety.distances import squash
+from mrs_simulator.control.safety.filter import Brakes
+from mrs_simulator.vehicles.courses import Courses
+
+LATE = 1.0  # [-] periods by which commands may come late
+EXACT = 1e-3  # [m] by which robots may be beside their courses, whatever they do
+# [-] of the way gone since by which robots may be beside it as well, where forces move them.
+ASTRAY = {"ground": 0.1, "water": 0.5, "air": 0.25}
+AHEAD = 0.3  # [s] by which robots heed each other sooner than they have to
+FASTEST = 100.0  # [m/s] of robots without limits, afterwards
+PASSES, TURNS, BRAKES = 0, 1, 2  # what becomes of a robot's command
+
+
+class WayOut:
+    """Knows how fast robots go by their commands so far, and which further ones leave a way out."""
+
+    def __init__(self, team, radii, period, fidelity):
+        """``radii`` (n,) [m] of the discs, or balls, that bodies fill; ``period`` [s] of commands;
+        ``fidelity``: what moves the robots."""
+        self._courses, self._period, self._radii = Courses(team), period, radii
+        self._width = len(self._courses.team.axes)
+        self._linear = np.array([a.startswith("linear") for a in self._courses.team.axes])
+        self._squash = squash(team)
+        self._astray = _astray(self._courses.team, fidelity)
+        self._slowness, self._late = _slowness(self._courses.team)
+        self.brakes = Brakes(self._slowness, self._late + AHEAD)
+        self._inner = self._given = self._time = self._speed = None
+
+    def certified(self, command, pose, heights, time, obstacles):
+        """Return ``command`` (n, a) with what would leave no way out taken from it, at ``time`` [s].
+
+        ``pose`` (n, 3), ``heights`` (n,) [m]; ``obstacles``: the ``Surroundings`` that stand.
+        """
+        own = command[:, : self._width]
+        self._know(pose, heights, time)
+        speed = np.maximum(self._speed, np.linalg.norm(own[:, self._linear], axis=1))
+        speed = np.minimum(speed, self._courses.team.speeds[:, 0])
+        place = np.column_stack([pose[:, :2], heights])[:, : self._courses.dimension]
+        pairs, single = self._near(place, self._ways(speed), obstacles)
+        if len(pairs[0]) or single.any():
+            own = self._let(own, pose, heights, pairs, single, obstacles)
+            command = np.concatenate([own, command[:, self._width :]], axis=1)
+        self._given, self._time = np.array(own), time
+        return command
+
+    def may_have_acted(self, command, place, obstacles):
+        """Return whether ``command`` (n, a), at ``place`` (n, d), may be one that was taken something from.
+
+        Such a robot goes nowhere, and something is near.
+        """
+        stands = ~command[:, : self._width][:, self._linear].any(axis=1)
+        if not stands.any():
+            return False
+        ways = self._ways(np.minimum(self._courses.team.speeds[:, 0], FASTEST))
+        (first, second), single = self._near(place, ways, obstacles)
+        single[first] = single[second] = True
+        return bool((stands & single).any())
+
+    def _know(self, pose, heights, time):
+        """Let the inner states be those at ``time`` [s]; at rest where it went back or nothing is known."""
+        if self._time is None or time < self._time:
+            self._inner, self._speed = self._courses.at_rest(pose, heights), np.zeros(len(pose))
+        elif time > self._time:
+            self._inner = self._courses.followed(self._inner, self._given, time - self._time)
+            self._speed = self._courses.speeds(self._inner)
+
+    def _ways(self, speed):
+        """Return how far [m] robots at ``speed`` (n,) [m/s] get until they stand, errors included."""
+        way = speed * (self._period + self._late) + 0.5 * speed * speed * self._slowness
+        return way * (1.0 + self._astray) + EXACT + LATE * self._period * speed
+
+    def _near(self, place, ways, obstacles):
+        """Return rows of pairs that may meet, two of (p,), and who may meet an obstacle, (n,) bool."""
+        seen = place if self._squash is None else place * self._squash
+        first, second = np.triu_indices(len(place), 1)
+        apart = np.linalg.norm(seen[first] - seen[second], axis=1)
+        reach = self._radii + ways
+        near = apart < reach[first] + reach[second]
+        gap = obstacles.bounds(place, self._radii).least(len(place))
+        return (first[near], second[near]), gap < ways
+
+    def _let(self, command, pose, heights, pairs, single, obstacles):
+        """Return what of ``command`` (n, a) leaves a way out."""
+        level, turning = np.full(len(pose), PASSES), np.where(self._linear, 0.0, command)
+        first, second = pairs
+        while True:
+            now = np.where((level == PASSES)[:, np.newaxis], command, turning)
+            now[level == BRAKES] = 0.0
+            course = self._courses.course(self._inner, pose, heights, now, self._period)
+            free = self._free(course)
+            hit = self._meet(course, free, first, second)
+            hit &= (level[first] < BRAKES) | (level[second] < BRAKES)
+            stop = np.zeros(len(pose), dtype=bool)
+            stop[first[hit]] = stop[second[hit]] = True
+            stop |= single & (level < BRAKES) & self._strike(course, free, obstacles, single)
+            if not stop.any():
+                return now
+            level = np.where(stop, np.minimum(level + 1, BRAKES), level)
+
+    def _free(self, course):
+        """Return how far (k, n) [m] robots may be from the straight lines of their ``course``."""
+        way = np.linalg.norm(np.diff(course.place, axis=0), axis=2)
+        may = course.aside + self._astray * np.cumsum(way + course.aside, axis=0)
+        return may + EXACT + LATE * self._period * course.speed
+
+    def _meet(self, course, free, first, second):
+        """Return which pairs may touch, (p,) bool."""
+        place = course.place if self._squash is None else course.place * self._squash
+        apart = place[:, first] - place[:, second]
+        begin, move = apart[:-1], np.diff(apart, axis=0)
+        size = np.maximum((move * move).sum(axis=2), 1e-300)
+        share = np.clip(-(begin * move).sum(axis=2) / size, 0.0, 1.0)
+        least = np.linalg.norm(begin + share[:, :, np.newaxis] * move, axis=2)
+        room = self._radii + free
+        return (least < room[:, first] + room[:, second]).any(axis=0)
+
+    def _strike(self, course, free, obstacles, single):
+        """Return which robots may touch what stands, or leave the arena, (n,) bool."""
+        result = np.zeros(len(single), dtype=bool)
+        rows = np.flatnonzero(single)
+        if not len(rows):
+            return result
+        place = course.place[:, rows]
+        gap, out = obstacles.gaps(place, self._radii[rows], rows)  # (o, k + 1, m), (o, k + 1, m, d)
+        move = np.diff(place, axis=0)
+        # What is convex lies behind the line through its point nearest to either end.
+        ahead = gap[:, :-1] + np.minimum((out[:, :-1] * move).sum(axis=3), 0.0)
+        behind = gap[:, 1:] - np.maximum((out[:, 1:] * move).sum(axis=3), 0.0)
+        least = np.maximum(ahead, behind).min(axis=0)
+        result[rows] = (least < free[:, rows]).any(axis=0)
+        return result
+
+
+def _astray(team, fidelity):
+    """Return which part of their ways robots may be beside their courses, (n,) [-]."""
+    if fidelity != "dynamic":
+        return np.zeros(team.n)
+    return np.array([ASTRAY[each.module.MEDIUM] for each in team.kinds])
+
+
+def _slowness(team):
+    """Return by what robots at a speed v get ``v^2/2`` times that far while they brake, (n,) [s^2/m], and
+    by what time [s] they are late beside that, (n,)."""
+    slowness, late = np.zeros(team.n), np.zeros(team.n)
+    for g in team.groups:
+        linear = [k for k, axis in enumerate(g.drive.AXES) if axis.startswith("linear")]
+        acceleration = np.broadcast_to(g.limits.acceleration, (len(g.kinds), len(g.drive.AXES)))
+        slowness[g.rows] = (1.0 / acceleration[:, linear]).max(axis=1)
+        if hasattr(g.drive, "lateness"):
+            late[g.rows] = g.drive.lateness(g.numbers)
+        if hasattr(g.drive, "tracking"):  # which counts the steepest tilt
+            late[g.rows] += 1.0
+    return slowness, late

@@ -1,0 +1,217 @@
+"""Consensus protocols without memory, with what theory claims of their runs."""
+
+import numpy as np
+
+from mrs_simulator.control.array_law import flow_law
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import (
+    Condition,
+    converges_to,
+    decreases,
+    disagreement,
+    invariant,
+    rate,
+)
+from mrs_simulator.core.edge_terms import difference_flow
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, sampled_rate
+from mrs_simulator.core.stability import Stability, share_left
+from mrs_simulator.protocols.common import (
+    AGREED,
+    DECAY,
+    below,
+    commands_by,
+    gain_conditions,
+    spanning_tree,
+)
+from mrs_simulator.protocols.consensus.equations import (
+    discrete_flow,
+    has_simple_modes,
+    largest_step,
+)
+from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
+from mrs_simulator.protocols.energies import averaging_energy
+from mrs_simulator.protocols.published.laws import Averaging, exact_motion, weights_of
+
+GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
+EPS = Parameter(
+    "eps",
+    0.2,
+    low=-10.0,
+    high=100.0,
+    meaning="share of the differences removed by each command",
+    why="converges below 2/lambda_max",
+)
+AT_LIMIT = "distance from agreement on w^T p(0) [m]"
+
+
+def keeps_weighted_mean(topology):
+    """Return the claim that ``w^T p`` stays."""
+    weights = left_null_vector(topology)
+    return invariant(lambda hand: np.einsum("i,mid->md", weights, hand), 0.01, "drift of w^T p [m]")
+
+
+def decays_at(value, topology, of=disagreement):
+    """Return the claim of a decay rate ``value`` [1/s], in a list; an empty one without simple modes."""
+    known = topology.n > 1 and has_simple_modes(topology)
+    return [rate(value, of, 0.05, DECAY)] if known else []
+
+
+def never_grows(quantity, name, period):
+    """Claim that the ``quantity`` never grows from one command to a later one.
+
+    While a command is held, it may fall below its next value and rise again.
+    """
+    claim = decreases(quantity, name, free=True)
+
+    def growth(run):
+        count = (run.time - run.time[0]) / period
+        rows = np.flatnonzero(np.abs(count - np.round(count)) < 1e-6)
+        return claim.measure(run._replace(time=run.time[rows], hand=run.hand[rows]))
+
+    return claim._replace(measure=growth)
+
+
+class Consensus(PioneerControl):
+    """``u_i = gain sum_j a_ij (p_j - p_i)``: Olfati-Saber and Murray, 2004; Ren and Beard, 2005.
+
+    Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)``, which ``w^T p`` keeps; w
+    is the left null vector of L with sum 1, on an undirected graph ``1/n``. There the disagreement
+    decays at ``gain lambda_2``. Commands held for Tc ask for ``|1 - gain Tc mu| < 1`` of every
+    eigenvalue mu of L but one 0.
+    """
+
+    PARAMETERS = (GAIN,)
+    DIMENSIONS = (2, 3)
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+        return Averaging(weights_of(self.topology), self.gain)
+
+    @flow_law
+    def pointMassLaw(self):
+        """Return the hand points' velocities, (n, d) [m/s]."""
+        return difference_flow(self.gain, self.topology)
+
+    def energy(self, start):
+        """Return ``p^T L p/2``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.gain)
+
+    def claims(self, start):
+        """Return limit, invariant and rate: ``w^T p`` is kept and reached, at ``lambda_2``."""
+        conditions = [
+            spanning_tree(self.topology),
+            *gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology)),
+        ]
+        if not self.topology.has_spanning_tree():
+            return conditions
+        return conditions + [
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            *decays_at(
+                sampled_rate(self.gain * self.topology.laplacian(), self.period), self.topology
+            ),
+        ]
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
+        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
+        return powers(step, start, commands_by(time, self.period))
+
+    def stability(self, start):
+        """Return how far ``gain Tc`` is from ``2/lambda_max``; None over edges with faults."""
+        if self.links.faults:
+            return None
+        margin = share_left(self.gain * self.period, largest_step(self.topology))
+        return Stability(r"$\kappa T_c = 2/\lambda_{\max}$", margin)
+
+    def claims_over_links(self, start):
+        """Return limit and rate over delayed and switching edges, agreement over lossy ones."""
+        return linear_claims(self._over_links(start), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
+        return self._over_links(start).track(start, time)
+
+    def _over_links(self, start):
+        places = np.zeros_like(start)
+        return Linear(self.topology, self.gain, places, self.period, self.links, AGREED, 0.05)
+
+
+class DiscreteConsensus(PioneerControl):
+    """``p+ = p - eps L p``, one step each command: Olfati-Saber, Fax and Murray, 2007.
+
+    Theorem: over a graph with a spanning tree all robots come to ``w^T p(0)`` if ``eps`` is above 0 and
+    ``|1 - eps mu| < 1`` for every eigenvalue mu of L but one 0; on an undirected graph, ``eps <
+    2/lambda_max``. The slowest mode shrinks by ``max |1 - eps mu|`` in each step.
+    """
+
+    PARAMETERS = (EPS,)
+    DIMENSIONS = (2, 3)
+    MEMORYLESS = True
+
+    def published(self):
+        """Return the law as published."""
+        return Averaging(weights_of(self.topology), self.eps / self.period)
+
+    @flow_law
+    def pointMassLaw(self):
+        """Return the velocities (n, d) [m/s] that make one step in ``self.period``."""
+        return discrete_flow(self.topology, self.eps, self.period)
+
+    def energy(self, start):
+        """Return ``p^T L p/2``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.eps / self.period)
+
+    def claims(self, start):
+        """Return limit, invariant and rate if ``eps`` is below ``2/lambda_max``."""
+        conditions = [
+            spanning_tree(self.topology),
+            Condition("eps above 0", self.eps > 0.0, "robots are driven apart", necessary=True),
+            below("eps < 2/lambda_max", self.eps, largest_step(self.topology), necessary=True),
+        ]
+        if not self.topology.has_spanning_tree():
+            return conditions
+        decay = sampled_rate(self.eps / self.period * self.topology.laplacian(), self.period)
+        return conditions + [
+            converges_to(left_null_vector(self.topology) @ start, AGREED, AT_LIMIT, free=True),
+            keeps_weighted_mean(self.topology),
+            *decays_at(decay, self.topology),
+        ]
+
+    def prediction(self, start, time):
+        """Return the exact solution, (m, n, d) [m], at ``time`` (m,) [s]."""
+        return exact_motion(self.published(), start, self.period, time)[0]
+
+    def stability(self, start):
+        """Return how far ``eps`` is from ``2/lambda_max``; None over edges with faults."""
+        if self.links.faults:
+            return None
+        margin = share_left(self.eps, largest_step(self.topology))
+        return Stability(r"$\varepsilon = 2/\lambda_{\max}$", margin)
+
+    def claims_over_links(self, start):
+        """Return what :class:`Consensus` of gain ``eps`` over the period does."""
+        return linear_claims(self._over_links(start), start)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
+        return self._over_links(start).track(start, time)
+
+    def _over_links(self, start):
+        gain, places = self.eps / self.period, np.zeros_like(start)
+        return Linear(self.topology, gain, places, self.period, self.links, AGREED, 0.05)
+
+
+def powers(step, start, counts):
+    """Return ``step^k start``, (m, n, 2), for each k of ascending ``counts`` (m,)."""
+    track, point, done = np.empty((len(counts),) + start.shape), start, 0
+    jumps = {}
+    for row, count in enumerate(counts.tolist()):
+        jump = count - done
+        if jump not in jumps:
+            jumps[jump] = np.linalg.matrix_power(step, jump)
+        point, done = jumps[jump] @ point, count
+        track[row] = point
+    return track

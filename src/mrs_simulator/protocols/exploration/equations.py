@@ -1,0 +1,118 @@
+"""A floor as cells of a grid: which are free, how far they are by free ways, and which a scan has seen."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import direction_of
+from mrs_simulator.scenario.surroundings.obstacles import clearance
+
+STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
+FAR = np.inf
+
+
+class Floor(NamedTuple):
+    """Square cells of a floor: row by x, column by y."""
+
+    corner: np.ndarray  # (2,) [m] of the first cell's middle
+    size: float  # [m] of a cell
+    free: np.ndarray  # (a, b) bool, cells whose middle is farther than half a side from obstacles
+    open: np.ndarray  # (a, b) bool, cells in whose middle there is room for a robot
+
+    def middles(self):
+        """Return the middles of all cells, (a, b, 2) [m]."""
+        return self.corner + self.size * np.stack(np.indices(self.free.shape), axis=-1)
+
+    def cells(self, points):
+        """Return rows and columns (n,), (n,) of the cells nearest to ``points`` (n, 2) [m]."""
+        near = np.round((points - self.corner) / self.size).astype(int)
+        return tuple(np.clip(near, 0, np.array(self.free.shape) - 1).T)
+
+
+def floor_of(obstacles, size, room):
+    """Return the ``Floor`` among ``obstacles``, all that lies in the box about them.
+
+    ``size`` [m] of cells; ``room`` [m] that a robot's centre keeps from obstacles.
+    """
+    middle = np.array([[each.x, each.y] for each in obstacles])
+    reach = np.array([_reach(each) for each in obstacles])
+    low, high = (middle - reach).min(axis=0), (middle + reach).max(axis=0)
+    shape = np.maximum(np.floor((high - low) / size).astype(int), 1)
+    corner = 0.5 * (low + high - size * (shape - 1))
+    places = (corner + size * np.stack(np.indices(shape), axis=-1)).reshape(-1, 2)
+    far = np.min([clearance(each, places)[0] for each in obstacles], axis=0).reshape(shape)
+    return Floor(corner, size, far > 0.5 * size, far > max(room, 0.5 * size))
+
+
+def _reach(obstacle):
+    """Return half the sides (2,) [m] of the upright box around an obstacle."""
+    if hasattr(obstacle, "radius"):
+        return np.full(2, obstacle.radius)
+    cos, sin = abs(np.cos(obstacle.yaw)), abs(np.sin(obstacle.yaw))
+    half = 0.5 * obstacle.length, 0.5 * obstacle.width
+    return np.array([cos * half[0] + sin * half[1], sin * half[0] + cos * half[1]])
+
+
+def ways(open_cells, size, begin):
+    """Return how far it is over ``open_cells`` (a, b) bool from the cell ``begin``, (a, b) [m].
+
+    Steps lead to the eight cells around one, not past a corner; inf where none lead.
+    """
+    far = np.full(np.add(open_cells.shape, 2), FAR)
+    passable = np.pad(open_cells, 1)
+    far[begin[0] + 1, begin[1] + 1] = 0.0
+    passable[begin[0] + 1, begin[1] + 1] = True  # a robot is where it is
+    while True:
+        before = far.copy()
+        for dx, dy in STEPS:
+            come = np.roll(far, (dx, dy), (0, 1)) + size * np.hypot(dx, dy)
+            if dx and dy:
+                come[~(np.roll(passable, dx, 0) & np.roll(passable, dy, 1))] = FAR
+            np.minimum(far, come, out=far, where=passable)
+        if np.array_equal(far, before):
+            return far[1:-1, 1:-1]
+
+
+def beside(far, free, size, rounds=4):
+    """Return ``far`` (a, b) [m] also of ``free`` cells near to those that ways lead to.
+
+    Of two free cells side by side both are half a side from any wall: none is between them.
+    """
+    far = np.pad(far, 1, constant_values=FAR)
+    inside = np.pad(free, 1)
+    for _ in range(rounds):
+        come = np.min([np.roll(far, step, (0, 1)) + size for step in STEPS[:4]], axis=0)
+        far = np.where(inside & np.isinf(far), come, far)
+    return far[1:-1, 1:-1]
+
+
+def downhill(far, cell, steps):
+    """Return the cell (2,) where ``steps`` steps from ``cell`` down the ways ``far`` (a, b) lead."""
+    for _ in range(steps):
+        around = [cell] + [
+            (cell[0] + dx, cell[1] + dy)
+            for dx, dy in STEPS
+            if 0 <= cell[0] + dx < far.shape[0] and 0 <= cell[1] + dy < far.shape[1]
+        ]
+        cell = min(around, key=lambda each: far[each])
+    return cell
+
+
+def seen_by(floor, pose, reading):
+    """Return which cells (a, b) bool a scan shows: before what the ray next to their direction met.
+
+    ``pose`` (3,): x, y [m], theta [rad] of the robot; ``reading``: of its laser.
+    """
+    angle = reading.places[:, 2]
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    x, y = reading.places[0, :2]
+    origin = pose[:2] + [cos * x - sin * y, sin * x + cos * y]
+    way = floor.middles() - origin
+    far = np.hypot(way[..., 0], way[..., 1])
+    bearing = direction_of(way) - pose[2] - angle[0]
+    bearing = np.mod(bearing + np.pi * 1e-9, 2.0 * np.pi)
+    step = (angle[-1] - angle[0]) / max(1, len(angle) - 1) or 1.0
+    ray = np.round(bearing / step).astype(int)
+    within = ray < len(angle)
+    ranges = np.where(np.isnan(reading.ranges), 0.0, np.minimum(reading.ranges, reading.most))
+    return floor.free & within & (far < ranges[np.minimum(ray, len(angle) - 1)])

@@ -1,0 +1,225 @@
+"""Exploration: a team looks at all of a mapped floor with its lasers."""
+
+import numpy as np
+
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import Claim, Condition, TooShort
+from mrs_simulator.core.kinematics import direction_of, wrap_angle
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.protocols.curves import Curve
+from mrs_simulator.protocols.exploration import equations as floors
+from mrs_simulator.sensors.mounts import fitted_mounts
+from mrs_simulator.sensors.scenery import Rays, Scenery, cast
+from mrs_simulator.sensors.state import State
+
+AHEAD = 2  # [-] cells ahead on its way that a robot heads for
+PATIENCE = 1.0  # [s] between two plans
+LOOKS = 2.0  # [1/s] looks at which the verdict sees the floor anew
+
+
+class Exploration(PioneerControl):
+    """Each robot goes to the nearest cell of the floor that nobody has seen and it is nearest to.
+
+    Nearest by ways that are free for robots: the floor is shared as a Voronoi diagram of these.  What a
+    laser shows is seen.  A cell that is still not seen from where its way ends is given up.  The law knows
+    all robots and the map.
+
+    Theorem: nothing is left in the end, since each plan leads to a cell that is then seen or given up, and
+    there are finitely many (greedy mapping: Koenig, Tovey, Smirnov, 2003).
+    """
+
+    SENSORS = ("laser",)
+    TAKES_EDGES = False
+    PARAMETERS = (
+        Parameter("speed", 0.4, "m/s", low=0.0, open_low=True, high=5.0, meaning="of controlled points"),
+        Parameter("cell", 0.25, "m", low=0.05, high=2.0, meaning="side of a cell of the floor"),
+        Parameter("room", 0.45, "m", low=0.0, high=5.0, meaning="kept from obstacles by ways"),
+        Parameter("apart", 1.2, "m", low=0.0, high=10.0, meaning="kept from other robots by ways"),
+        Parameter("wanted", 0.99, low=0.0, high=1.0, meaning="share of the floor that is to be seen"),
+    )  # fmt: skip
+
+    def start(self):
+        """Begin with nothing seen."""
+        self._floor = self._seen = None
+        self._planned, self._goals, self._stamps = -PATIENCE, {}, {}
+
+    def calculateControlLaw(self, pos_map):
+        """Return each robot's ``Twist``."""
+        self._pose = np.array([pos_map[number] for number in self.numbers])
+        return super().calculateControlLaw(pos_map)
+
+    def pointMassLaw(self, hand):
+        """Return the points' velocities (n, 2) [m/s]."""
+        if self._floor is None:
+            self._floor = self.floor()
+            self._seen = np.zeros(self._floor.free.shape, dtype=bool)
+        self._look()
+        if self.time - self._planned >= PATIENCE - 1e-9:
+            self._plan(hand)
+            self._planned = self.time
+        u = np.array([self._towards(row, point) for row, point in enumerate(hand)])
+        u[self._waits(hand, u)] = 0.0
+        return u
+
+    def floor(self):
+        """Return the ``Floor`` among the scene's obstacles."""
+        if not self.obstacles:
+            raise ValueError(
+                "exploration: nothing stands in the scene, wanted walls around a floor"
+            )
+        return floors.floor_of(self.obstacles, self.cell, self.room)
+
+    def _look(self):
+        for row, number in enumerate(self.numbers):
+            scan = self.readings[number].laser
+            if scan is not None and self._stamps.get(row) != scan.stamp:
+                self._stamps[row] = scan.stamp
+                self._seen |= floors.seen_by(self._floor, self._pose[row], scan)
+
+    def _plan(self, hand):
+        """Choose each robot's cell and the ways to it."""
+        floor, cells = self._floor, list(zip(*self._floor.cells(hand)))
+        ways = [floors.ways(floor.open, floor.size, cell) for cell in cells]
+        ways = np.array([floors.beside(way, floor.free, floor.size) for way in ways])
+        for row, (goal, _) in list(self._goals.items()):
+            if cells[row] == self._end(row) and not self._seen[goal]:
+                self._seen[goal] = True  # given up
+        nearest = np.argmin(ways, axis=0)
+        self._goals = {}
+        for row in range(len(hand)):
+            left = np.where(self._seen | ~floor.free, np.inf, ways[row])
+            own = np.where(nearest == row, left, np.inf)
+            left = own if np.isfinite(own).any() else left
+            if np.isfinite(left).any():
+                goal = np.unravel_index(np.argmin(left), left.shape)
+                entry = self._entry(ways[row], goal)
+                back = floors.ways(self._open_to(row, hand), floor.size, entry)
+                if np.isinf(back[cells[row]]):  # others are in the way
+                    back = floors.ways(floor.open, floor.size, entry)
+                self._goals[row] = goal, back
+
+    def _open_to(self, row, hand):
+        """Return the cells (a, b) bool that are open and not next to another robot."""
+        away = (
+            self._floor.middles()[np.newaxis]
+            - np.delete(hand, row, axis=0)[:, np.newaxis, np.newaxis]
+        )
+        return self._floor.open & (np.hypot(away[..., 0], away[..., 1]) > self.apart).all(axis=0)
+
+    def _entry(self, way, goal):
+        """Return the open cell in which a robot's ``way`` to the cell ``goal`` ends."""
+        while not self._floor.open[goal]:
+            lower = floors.downhill(way, goal, 1)
+            if lower == goal:
+                break
+            goal = lower
+        return goal
+
+    def _end(self, row):
+        """Return the cell in which the way of a robot to its goal ends."""
+        return np.unravel_index(np.argmin(self._goals[row][1]), self._seen.shape)
+
+    def _waits(self, hand, u):
+        """Return which robots (n,) bool wait: those that head for one near them with a lower number."""
+        way = hand - hand[:, np.newaxis]
+        near = np.hypot(way[..., 0], way[..., 1]) < self.apart + self.cell
+        heads = np.einsum("ijk,ik->ij", way, u) > 0.0
+        return np.tril(near & heads, -1).any(axis=1)
+
+    def _towards(self, row, point):
+        """Return the velocity (2,) of a robot on its way."""
+        if row not in self._goals:
+            return np.zeros(2)
+        floor, (_, back) = self._floor, self._goals[row]
+        (cell,) = zip(*floor.cells(point[np.newaxis]))
+        then = floor.corner + floor.size * np.array(floors.downhill(back, cell, AHEAD))
+        way = then - point
+        far = np.hypot(*way)
+        return min(self.speed, far / self.period) / max(far, 1e-9) * way
+
+    # What the verdict measures -------------------------------------------------------------------
+
+    def claims(self, start):
+        """Return that the floor which robots can get to is seen."""
+        walls = Condition("a floor", bool(self.obstacles), "nothing stands in the scene")
+        if not walls.holds:
+            return [walls]
+
+        def share(run):
+            least = self._seconds(run)
+            if run.time[-1] - run.time[0] < least:
+                raise TooShort("wanted a run of {:.3g} s".format(least))
+            return float(self.shares(run)[1][-1])
+
+        name = "share of the floor that is seen [-]"
+        return [walls, Claim(name, self.wanted, 0.0, share, "at least")]
+
+    def _seconds(self, run):
+        """Return in what time [s] the team would sweep the floor, each robot half of what it reaches."""
+        floor = self.floor()
+        most = sum(mount.numbers.most for mount in self._scanners(run))
+        return np.count_nonzero(floor.free) * floor.size**2 / (self.speed * most)
+
+    def shares(self, run):
+        """Return times (k,) [s] and which share of the floor was seen until then, (k,).
+
+        By lines of sight from the recorded poses, not by what the law saw: the floor are free cells to
+        which, or beside which, ways lead from where the first robot begins.
+        """
+        floor, scene = self.floor(), Scenery(self.team, self.obstacles)
+        scanners = self._scanners(run)
+        begin = tuple(np.ravel(floor.cells(run.hand[0, :1])))
+        way = floors.ways(floor.open, floor.size, begin)
+        left = np.isfinite(floors.beside(way, floor.free, floor.size))
+        middles, total = floor.middles(), max(1, np.count_nonzero(left))
+        steps = max(1, int(round(1.0 / (LOOKS * max(1e-9, run.time[1] - run.time[0])))))
+        times, shares = run.time[::steps], []
+        for time, pose in zip(times, run.pose[::steps]):
+            shapes = scene.at(State(time, pose, np.zeros_like(pose)))
+            for row, mount in enumerate(scanners):
+                places = np.argwhere(left)
+                shown = _in_sight(shapes, row, pose[row], mount, middles[left])
+                left[tuple(places[shown].T)] = False
+            shares.append(1.0 - np.count_nonzero(left) / total)
+        return times, np.array(shares)
+
+    def _scanners(self, run):
+        changes = run.scenario.sensors if run.scenario is not None else ()
+        return [
+            {mount.name: mount for mount in own}["laser"]
+            for own in fitted_mounts(self.team, changes)
+        ]
+
+    def measures(self, run):
+        """Return when half and nine tenths of the floor were seen [s], and the ways driven [m]."""
+        time, share = self.shares(run)
+        steps = np.linalg.norm(np.diff(run.pose[:, :, :2], axis=0), axis=2)
+        result = {"ways_driven": steps.sum(axis=0).tolist(), "floor_seen": float(share[-1])}
+        for part in (0.5, 0.9):
+            there = np.flatnonzero(share >= part)
+            result["seconds_to_{:.0f}_percent".format(100 * part)] = (
+                float(time[there[0]] - time[0]) if len(there) else None
+            )
+        return result
+
+    def curves(self, run):
+        """Return the share of the floor that is seen over time."""
+        time, share = self.shares(run)
+        return [Curve("floor seen [-]", time, share, bound=self.wanted)]
+
+
+def _in_sight(shapes, row, pose, mount, points):
+    """Return which ``points`` (k, 2) [m] the scanner ``mount`` of the robot ``row`` shows, (k,) bool."""
+    turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
+    origin, numbers = pose[:2] + turn @ mount.place[:2], mount.numbers
+    way = points - origin
+    far = np.maximum(np.hypot(*way.T), 1e-9)
+    bearing = wrap_angle(direction_of(way) - pose[2] - mount.place[3])
+    shown = (far < numbers.most) & (bearing >= numbers.first) & (bearing <= numbers.last)
+    if shown.any():
+        along = (way[shown] / far[shown, np.newaxis])[np.newaxis]
+        rays = Rays(
+            origin[np.newaxis, np.newaxis], along, np.array([mount.place[2]]), np.array([row])
+        )
+        shown[shown] = cast(shapes, rays, numbers.most)[0] > far[shown]
+    return shown

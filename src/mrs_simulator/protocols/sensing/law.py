@@ -1,0 +1,311 @@
+"""Protocols of robots that know nothing but what their own sensors tell, in their own frames."""
+
+import numpy as np
+
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import (
+    Claim,
+    Condition,
+    TooShort,
+    by_sample,
+    extent,
+    rate,
+    stays_below,
+)
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.kinematics import direction_of, wrap_angle
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.protocols.common import attracting
+from mrs_simulator.protocols.sensing import equations as laws
+from mrs_simulator.scenario.surroundings.obstacles import clearance
+from mrs_simulator.sensors.mounts import fitted_mounts
+
+MET = 0.05  # [m] extent of a team that has met
+SPACED = 0.03  # [m] of ranges at the end of a run
+CASCADE = 1.5  # [-] time constants for which an error waits for that of the robot before
+SIDEWAYS = (
+    0.35  # [rad] from straight aside, and from straight ahead, of transducers that are listened to
+)
+NOISE = 0.005  # [m] of distances from a wall, below which a rate is not looked for
+GAIN = Parameter("gain", 0.5, "1/s", low=0.0, open_low=True, high=10.0, meaning="of each error")
+
+
+class Sensing(PioneerControl):
+    """What laws by own sensors share: each robot's law by itself, in its own frame."""
+
+    LOCAL_FRAMES = True
+    TAKES_EDGES = False  # who is sensed is a neighbour
+    MEMORYLESS = True
+
+    def own_point(self, robot):
+        """Return the controlled point (2,) [m] of a ``robot`` in its own frame."""
+        return np.array([self._leads[self.numbers.index(robot)], 0.0])
+
+    @property
+    def _leads(self):
+        return np.broadcast_to(self.team.lead(self.l), len(self.numbers))
+
+
+def settled(control, begun, seconds=0.0):
+    """Return a decorator of measures of what has settled, from ``begun`` to ``SPACED``, at the gain.
+
+    ``seconds`` besides, over the gain.  In a shorter run the measure raises ``TooShort``.
+    """
+    least = (np.log(max(1.0, begun / SPACED)) + seconds) / control.gain
+
+    def of(measure):
+        def measured(run):
+            if run.time[-1] - run.time[0] < least:
+                raise TooShort("wanted a run of {:.3g} s".format(least))
+            return measure(run)
+
+        return measured
+
+    return of
+
+
+class LimitedVisibility(Sensing):
+    """All meet, seeing others by range and bearing within ``radius``: Ando and others, 1999.
+
+    No robot knows who is who, where it is, or where north is: each goes to the centre of the smallest
+    circle about those that it sees, no farther than V/2 from the middle of the way to each.
+
+    Theorem: robots that see each other at the start do so for ever, and a team that is connected so meets.
+    """
+
+    SENSORS = ("neighbours",)
+    KEEPS_CONNECTED = True
+    PARAMETERS = (
+        GAIN,
+        Parameter(
+            "radius",
+            4.0,
+            "m",
+            low=0.0,
+            open_low=True,
+            meaning="V, within which robots see each other, the range of the sensor",
+        ),
+    )
+
+    def neighbourLaw(self, robot, theta, neighbours):
+        """Return the velocity (2,) [m/s] of one robot in its own frame."""
+        seen = self.readings[robot].neighbours
+        if seen is None:
+            return np.zeros(2)
+        near = seen.points[seen.ranges <= self.radius]
+        return laws.limited_visibility(near, self.radius, self.gain, self.period)
+
+    def graph_at(self, start, hand):
+        """Return who sees whom."""
+        first, second = self._pairs(hand)
+        edges = np.column_stack([first, second]) + 1
+        return Topology(len(hand), edges.tolist(), directed=False)
+
+    def _pairs(self, hand):
+        first, second = np.triu_indices(len(hand), 1)
+        near = np.linalg.norm(hand[first] - hand[second], axis=1) <= self.radius
+        return first[near], second[near]
+
+    def claims(self, start):
+        """Return that who sees each other at the start stays in view, and that all meet."""
+        first, second = self._pairs(start)
+        conditions = [
+            Condition(
+                "connected at the start",
+                self.graph_at(start, start).has_spanning_tree(),
+                "robots within {:g} m do not make one group".format(self.radius),
+                necessary=True,
+            ),
+            Condition(
+                "gain Tc <= 1",
+                self.gain * self.period <= 1.0,
+                "robots go beyond the circle's centre",
+            ),
+            Condition(
+                "points are centres",
+                bool(self.fidelity == "point_mass" or not self._leads.any()),
+                "what is seen of a robot is not the point that is controlled",
+            ),
+        ]
+
+        def farthest(hand):
+            return np.linalg.norm(hand[:, first] - hand[:, second], axis=2).max(axis=1, initial=0.0)
+
+        name = "farthest of two that saw each other [m]"
+
+        @settled(self, float(extent(start[np.newaxis])[0]), 0.5 * len(start))
+        def last(run):
+            return float(extent(run.hand[-1:])[0])
+
+        return conditions + [
+            stays_below(by_sample(farthest), self.radius, name, 1e-6),
+            Claim("extent of the team at the end [m]", 0.0, MET, last),
+        ]
+
+
+class WallFollowing(Sensing):
+    """A line of robots follows a wall to the left, by sonar alone.
+
+    The distance to the wall and the angle against it come from the transducers that look straight to the
+    left; those ahead hear the robot in front, to which a gap is kept: ``speed + gain (gap - wanted)``.
+    The first robot has nobody before it, and goes at ``speed``; what is farther than two gaps is nobody.
+
+    Theorem: along a straight wall, whose normal is within the cones, errors obey ``e' = -gain e``, each
+    gap's driven by that of the robot before: all decay.
+    """
+
+    SENSORS = ("sonar",)
+    PARAMETERS = (
+        GAIN,
+        Parameter("distance", 1.0, "m", low=0.1, high=3.0, meaning="of controlled points from the wall"),
+        Parameter("speed", 0.3, "m/s", low=0.0, high=5.0, meaning="along the wall"),
+        Parameter("gap", 0.8, "m", low=0.1, high=2.0, meaning="to the body of the robot in front"),
+    )  # fmt: skip
+
+    def neighbourLaw(self, robot, theta, neighbours):
+        """Return the velocity (2,) [m/s] of one robot in its own frame."""
+        heard = self.readings[robot].sonar
+        if heard is None:
+            return np.zeros(2)
+        speed = self.speed + self._gap_error(heard) * self.gain
+        aside = to_the_left(heard.places)
+        ranges = heard.ranges[list(aside)]
+        if not np.isfinite(ranges).all():
+            return np.array([speed, 0.0])
+        front, rear = (np.append(heard.places[k, :2], heard.ranges[k]) for k in aside)
+        distance, angle = laws.wall_beside(front, rear)
+        distance -= self.own_point(robot)[0] * np.sin(angle)
+        return laws.along_wall(speed, self.gain * (distance - self.distance), angle)
+
+    def _gap_error(self, heard):
+        """Return how much farther than wanted the robot in front is [m], 0 where nobody is."""
+        ahead = heard.ranges[np.abs(wrap_angle(heard.places[:, 2])) < SIDEWAYS]
+        nearest = np.min(ahead[np.isfinite(ahead)], initial=np.inf)
+        return nearest - self.gap if nearest < 2.0 * self.gap else 0.0
+
+    def claims(self, start):
+        """Return the distance from the wall, its rate, and the gaps at the end."""
+        beside = Condition("a wall", bool(self.obstacles), "nothing stands in the scene")
+        if not beside.holds:
+            return [beside]
+        decay = float(-np.log1p(-self.gain * self.period) / self.period)
+        conditions = [beside, attracting(self.gain)]
+        if self.gain * self.period >= 1.0:
+            return conditions
+
+        def off(hand):
+            return np.linalg.norm(self.from_wall(hand) - self.distance, axis=-1)
+
+        ready = settled(self, float(off(start[np.newaxis])[0]), CASCADE * (len(start) - 1))
+
+        @ready
+        def spacing(run):
+            return float(np.abs(self.gaps(run.pose[-1]) - self.gap).max(initial=0.0))
+
+        @ready
+        def last(run):
+            return float(off(run.hand[-1:])[0])
+
+        decays = rate(decay, off, 0.05, "decay rate of the distances [1/s]", floor=NOISE)
+        return conditions + [
+            Claim("distance from where the wall is wanted, at the end [m]", 0.0, SPACED, last),
+            decays._replace(measure=ready(decays.measure)),
+            Claim("worst gap from the wanted at the end [m]", 0.0, SPACED, spacing),
+        ]  # fmt: skip
+
+    def from_wall(self, hand):
+        """Return the distances (..., n) [m] of points ``hand`` (..., n, 2) from the nearest obstacle."""
+        points = np.reshape(hand, (-1, 2))
+        far = np.min([clearance(each, points)[0] for each in self.obstacles], axis=0)
+        return far.reshape(np.shape(hand)[:-1])
+
+    def gaps(self, pose):
+        """Return from each robot's foremost transducers to the body before it, (n - 1,) [m]."""
+        rear = np.array([kind.body.rear for kind in self.team.kinds])
+        mounts = fitted_mounts(self.team)
+        own = [{mount.name: mount for mount in each}.get("sonar") for each in mounts]
+        x = [max((t[0] for t in m.numbers.transducers), default=0.0) if m else 0.0 for m in own]
+        apart = np.linalg.norm(np.diff(pose[:, :2], axis=0), axis=1)
+        return apart - rear[:-1] - np.array(x)[1:]
+
+    def measures(self, run):
+        """Return the gaps at the end [m]."""
+        return {"gaps_at_end": self.gaps(run.pose[-1]).tolist()}
+
+
+def to_the_left(places):
+    """Return the rows of the foremost and the rearmost of ``places`` (K, 3) that look to the left."""
+    aside = np.flatnonzero(np.abs(wrap_angle(places[:, 2] - 0.5 * np.pi)) < SIDEWAYS)
+    if len(aside) < 2:
+        raise ValueError("sonar: {} transducers look to the left, wanted two".format(len(aside)))
+    return aside[np.argmax(places[aside, 0])], aside[np.argmin(places[aside, 0])]
+
+
+class SensedFollowing(Sensing):
+    """A convoy: each robot follows the one with the number before its own, by range and bearing.
+
+    ``u = gain (|z| - distance) z/|z|``, z from the own point to the centre that is seen; nobody tells how
+    fast the robot before is.  The first drives at ``speed`` and ``turn``.  Who is not seen is waited for.
+
+    Theorem: ranges end where the speeds are the same, on a straight way at ``distance + speed/gain``, on
+    a circle where ``r^2 = R^2 + (distance + turn R/gain)^2``, r and R the radii on which the centre that is
+    followed and the point that follows go.
+    """
+
+    SENSORS = ("neighbours",)
+    PARAMETERS = (
+        GAIN,
+        Parameter("distance", 1.0, "m", low=0.0, open_low=True, high=100.0, meaning="of robots at rest"),
+        Parameter("speed", 0.3, "m/s", low=0.0, high=20.0, meaning="of the first"),
+        Parameter("turn", 0.0, "rad/s", low=-3.0, high=3.0, meaning="of the first, with a heading"),
+        Parameter("view", 2.0 * np.pi, "rad", low=0.1, high=2.0 * np.pi, meaning="field of view"),
+    )  # fmt: skip
+
+    def neighbourLaw(self, robot, theta, neighbours):
+        """Return the velocity (2,) [m/s] of one robot in its own frame."""
+        own = self.own_point(robot)
+        if robot == self.numbers[0]:
+            return np.array([self.speed, own[0] * self.turn])
+        seen = self.readings[robot].neighbours
+        before = self.numbers[self.numbers.index(robot) - 1]
+        at = [] if seen is None else np.flatnonzero(seen.numbers == before)
+        if not len(at):
+            return np.zeros(2)
+        return laws.towards(seen.points[at[0]] - own, self.distance, self.gain)
+
+    def claims(self, start):
+        """Return the ranges at the end, and that nobody loses the robot before it."""
+        ranges = laws.steady_ranges(self.speed, self.turn, self._leads, self.distance, self.gain)
+        conditions = [
+            Condition("two robots", len(start) > 1, "nobody follows"),
+            Condition("gain Tc < 1", self.gain * self.period < 1.0, "robots overshoot"),
+            Condition("a circle wide enough", ranges is not None, "followers stop within it"),
+        ]
+        if not all(condition.holds for condition in conditions):
+            return conditions
+
+        begun = np.linalg.norm(np.diff(start, axis=0), axis=1) - ranges
+
+        @settled(self, float(np.abs(begun).max()), CASCADE * len(ranges))
+        def off(run):
+            return float(np.abs(self._seen(run)[0][-1] - ranges).max())
+
+        def widest(run):
+            return float(np.abs(self._seen(run)[1]).max())
+
+        return conditions + [
+            Claim("worst range from the steady one at the end [m]", 0.0, SPACED, off),
+            Claim("largest bearing of the robot before [rad]", 0.5 * self.view, 0.0, widest, "at most"),
+        ]  # fmt: skip
+
+    @staticmethod
+    def _seen(run):
+        """Return ranges from points and bearings from headings to the robots before, (m, n - 1) each."""
+        way = run.pose[:, :-1, :2] - run.hand[:, 1:]
+        from_centre = run.pose[:, :-1, :2] - run.pose[:, 1:, :2]
+        angle = direction_of(from_centre)
+        return np.hypot(way[..., 0], way[..., 1]), wrap_angle(angle - run.pose[:, 1:, 2])
+
+    def measures(self, run):
+        """Return the ranges at the end [m]."""
+        return {"ranges_at_end": self._seen(run)[0][-1].tolist()}

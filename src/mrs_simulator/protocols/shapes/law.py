@@ -1,0 +1,529 @@
+"""Formations given by displacements, distances or bearings, with what theory claims of their runs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.control.array_law import flow_law
+from mrs_simulator.control.pioneer_control import PioneerControl
+from mrs_simulator.core.claims import (
+    NOTHING,
+    Claim,
+    Condition,
+    by_sample,
+    centroid,
+    converges_to,
+    decay_rate,
+    decreases,
+    disagreement,
+    distance_to,
+    ends_at,
+    invariant,
+    rate,
+)
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.spectra import (
+    is_infinitesimally_bearing_rigid,
+    is_infinitesimally_rigid,
+    laplacian_eigenvalues,
+    left_null_vector,
+    rigid_rank,
+    sampled_rate,
+)
+from mrs_simulator.protocols.common import (
+    all_hold,
+    commands_by,
+    gain_conditions,
+    resting,
+    spanning_tree,
+)
+from mrs_simulator.protocols.consensus.equations import has_simple_modes
+from mrs_simulator.protocols.consensus.law import powers
+from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
+from mrs_simulator.protocols.energies import (
+    averaging_energy,
+    bearing_energy,
+    bearing_leaders_energy,
+    length_energy,
+)
+from mrs_simulator.protocols.published.laws import Averaging, shape_of, weights_of
+from mrs_simulator.protocols.shapes import equations as laws
+from mrs_simulator.protocols.shapes.published import (
+    Bearings,
+    BearingsWithLeaders,
+    Distances,
+)
+
+LEADERS = 2  # [-] robots that stand still under the law of bearings with leaders
+FLAT = 1e-6  # [m] of a singular value of points, below which they lie in fewer dimensions
+FAR = 1e-3  # [-] by which a bearing between leaders may be off
+
+GAIN = Parameter("gain", 0.5, "1/s", low=-10.0, high=100.0, meaning="gain of every edge")
+SHAPE = Parameter("shape", "circle", choices=laws.SHAPES, meaning="the formation's shape")
+SIZE = Parameter(
+    "size", 3.0, "m", low=0.0, high=1e3, open_low=True, meaning="from one robot to the next"
+)
+
+
+class Tolerances(NamedTuple):
+    """How far a run may be from theory, by what moves the robots.
+
+    On full dynamics: what slip may cost at most.  The worst of the shipped runs, for each: 0.11 m, 0.12 m,
+    0.036 m, 0.025 and 0.01.
+    """
+
+    place: float  # [m] of a limit or a path, which slip at the start may move
+    drift: float  # [m] of an invariant
+    rest: float  # [m], [rad] of what is zero at the end, wherever that is
+    share: float  # [-] of a bearing, a scale
+    rate: float  # [-]
+
+
+TOLERANCES = {
+    "point_mass": Tolerances(0.01, 1e-6, 0.01, 0.01, 0.02),
+    "kinematic": Tolerances(0.05, 0.05, 0.05, 0.02, 0.05),
+    "dynamic": Tolerances(0.15, 0.15, 0.05, 0.05, 0.05),
+}
+
+
+class Shaped(PioneerControl):
+    """What the laws share that take a shape: its parameters and places."""
+
+    PARAMETERS = (GAIN, SHAPE, SIZE)
+    DIMENSIONS = (2, 3)
+    MEMORYLESS = True
+
+    def published_places(self):
+        """Return where the robots stand in the shape, (n, d) [m], reckoned independently."""
+        return shape_of(self.shape, len(self.numbers), self.size, self.dimension)
+
+    def set_parameters(self, given):
+        """Set the parameters and lay out the shape."""
+        super().set_parameters(given)
+        n = len(self.numbers)
+        self._places = laws.shape_places(self.shape, n, self.size, self.dimension)
+
+    def places(self):
+        """Return where the robots stand in the shape, (n, d) [m], about the origin."""
+        return self._places
+
+    @property
+    def tolerance(self):
+        """Return the ``Tolerances`` for what moves the robots."""
+        return TOLERANCES[self.fidelity]
+
+
+def without_rates(claims, fidelity):
+    """Return ``claims``, on full dynamics without rates: friction leaves millimetres that never decay."""
+    return [
+        claim for claim in claims if fidelity != "dynamic" or not claim.name.startswith("decay")
+    ]
+
+
+def undirected(topology):
+    """Return the condition that robots hear each other with the same weight."""
+    adjacency = topology.adjacency()
+    holds = bool(np.allclose(adjacency, adjacency.T))
+    return Condition("undirected graph", holds, "some robot is not heard by one that it hears")
+
+
+def rigid(places, topology):
+    """Return the condition that lengths fix the target: infinitesimally rigid.
+
+    That takes 2n - 3 edges in the plane, 3n - 6 in space.
+    """
+    pairs = heard_pairs(topology)
+    wanted = rigid_rank(*places.shape)
+    return _fixed(len(places) > 1 and is_infinitesimally_rigid(places, pairs), pairs, wanted)
+
+
+def rigid_by_bearings(places, topology):
+    """Return the condition that bearings fix the target but for its place and size.
+
+    Each edge fixes d - 1 of the d n - d - 1 numbers that are left.
+    """
+    pairs, (n, d) = heard_pairs(topology), places.shape
+    wanted = -((d + 1 - d * n) // (d - 1))
+    return _fixed(n > 1 and is_infinitesimally_bearing_rigid(places, pairs), pairs, wanted)
+
+
+def heard_pairs(topology):
+    """Return the pairs (i, j) of rows, i < j, of which one hears the other."""
+    hears, heard, _ = topology.arcs
+    return sorted({(min(pair), max(pair)) for pair in zip(hears.tolist(), heard.tolist())})
+
+
+def _fixed(holds, pairs, wanted):
+    why = "{} edges, wanted at least {}".format(len(pairs), wanted)
+    if len(pairs) >= wanted:
+        why = "{} edges, but the shape still bends to first order".format(len(pairs))
+    return Condition("rigid target", bool(holds), why)
+
+
+def spread_as(places, start):
+    """Return the condition that ``start`` spans as many dimensions as ``places`` (n, d), or more.
+
+    Robots on one line stay on it under the gradient of lengths, and in space those of one plane in it.
+    """
+    wanted, have = (np.linalg.svd(p - p.mean(axis=0), compute_uv=False) for p in (places, start))
+    dimensions = int(np.count_nonzero(wanted > FLAT))
+    held = ("at one place", "at one place", "on one line", "in one plane")[dimensions]
+    spread = not dimensions or have[dimensions - 1] > FLAT
+    return Condition("start not " + held, bool(spread), "robots would stay on it", necessary=True)
+
+
+class DisplacementFormation(Shaped):
+    """``u_i = gain sum_j a_ij (p_j - p_i - (d_j - d_i))``: Oh, Park, Ahn, 2015.
+
+    Theorem: over a graph with a spanning tree the robots take the shape d, at the place where ``w^T p``
+    has been from the start; on an undirected graph that is their centroid. The error decays at ``gain
+    lambda_2``. Held commands ask for ``|1 - gain Tc mu| < 1``.
+    """
+
+    def published(self):
+        """Return the law as published."""
+        return Averaging(weights_of(self.topology), self.gain, self.published_places())
+
+    @flow_law
+    def pointMassLaw(self):
+        """Return the hand points' velocities, (n, d) [m/s]."""
+        return laws.displacement_flow(self.gain, self.places(), self.topology)
+
+    def targets(self, hand):
+        """Return ``d + w^T (hand - d)``, (n, d) [m]: where the law ends from here."""
+        if not self.topology.has_spanning_tree():
+            return None
+        places = self.places()
+        return places + left_null_vector(self.topology) @ (hand - places)
+
+    def energy(self, start):
+        """Return ``e^T L e/2``, ``e = p - d``, over a directed graph that of the disagreement."""
+        return averaging_energy(self.topology, self.gain, self.places())
+
+    def claims(self, start):
+        """Return limit, invariant and rate: ``w^T p`` is kept, errors decay at ``lambda_2``."""
+        conditions = [spanning_tree(self.topology)]
+        if not all_hold(conditions):
+            return conditions
+        conditions += gain_conditions(self.gain, self.period, laplacian_eigenvalues(self.topology))
+        places, limit, allowed = self.places(), self.targets(start), self.tolerance
+        weights = left_null_vector(self.topology)
+        decay = sampled_rate(self.gain * self.topology.laplacian(), self.period)
+
+        def weighted_mean(hand):
+            return np.einsum("i,mid->md", weights, hand)
+
+        claims = [
+            displacement_error(places, self.topology, allowed.rest),
+            converges_to(limit, allowed.place, "distance from d + w^T (p(0) - d) [m]", free=True),
+            invariant(weighted_mean, allowed.drift, "drift of w^T p [m]"),
+            rate(
+                decay,
+                formation_error(places),
+                allowed.rate,
+                "decay rate of the error [1/s]",
+                floor=resting(self, len(start)),
+            ),
+        ]
+        claims = claims if has_simple_modes(self.topology) else claims[:-1]
+        return conditions + claims
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
+        step = np.eye(len(start)) - self.gain * self.period * self.topology.laplacian()
+        counts = commands_by(time, self.period)
+        return self.places() + powers(step, start - self.places(), counts)
+
+    def claims_over_links(self, start):
+        """Return what :class:`Consensus` does, of the errors ``p - d``."""
+        claims = linear_claims(self._over_links(), start)
+        return claims if claims is None else without_rates(claims, self.fidelity)
+
+    def prediction_over_links(self, start, time):
+        """Return the exact solution where nothing is left to chance, (m, n, d) [m], else None."""
+        return self._over_links().track(start, time)
+
+    def _over_links(self):
+        allowed = self.tolerance
+        return Linear(
+            self.topology,
+            self.gain,
+            self.places(),
+            self.period,
+            self.links,
+            allowed.place,
+            max(allowed.rate, 0.05),
+        )
+
+
+def displacement_error(places, topology, tolerance):
+    """Claim that the run ends with all displacements between neighbours as in ``places`` (n, d)."""
+    hears, heard, _ = topology.arcs
+
+    def worst(hand):
+        away = hand - places
+        return np.linalg.norm(away[:, hears] - away[:, heard], axis=2).max(axis=1, initial=0.0)
+
+    return ends_at(worst, 0.0, tolerance, "worst displacement error at the end [m]")
+
+
+def formation_error(places):
+    """Return the quantity ``|p - d|`` without the part that all share, (m,) [m]."""
+    return lambda hand: disagreement(hand - places)
+
+
+class DistanceFormation(Shaped):
+    """``u_i = -gain sum_j a_ij (|p_ij|^2 - d_ij^2) p_ij``: Krick, Broucke, Francis, 2009.
+
+    Theorem: if the wanted shape is infinitesimally rigid, robots that start near enough to it reach its
+    lengths, exponentially; the centroid stays, and the potential ``sum (|p_ij|^2 - d_ij^2)^2/4`` falls.
+    The theorem is local: from elsewhere the robots may come to rest at other lengths.
+    """
+
+    PARAMETERS = (
+        Parameter(
+            "gain", 0.01, "1/(m^2 s)", low=-10.0, high=100.0, meaning="gain of every edge"
+        ),
+        SHAPE,
+        SIZE,
+    )  # fmt: skip
+
+    def published(self):
+        """Return the law as published."""
+        return Distances(weights_of(self.topology), self.gain, self.published_places())
+
+    @flow_law
+    def pointMassLaw(self):
+        """Return the hand points' velocities, (n, d) [m/s]."""
+        return laws.distance_flow(self.gain, self.places(), self.topology)
+
+    def targets(self, hand):
+        """Return the shape, (n, d) [m], turned, mirrored and moved to lie closest to ``hand``."""
+        places, middle = self.places(), hand.mean(axis=0)
+        left, _, right = np.linalg.svd(places.T @ (hand - middle))
+        return middle + places @ (left @ right)
+
+    def energy(self, start):
+        """Return the sum over edges of ``a_ij (|p_ij|^2 - d_ij^2)^2/4`` on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        return length_energy(self.topology, self.places(), self.gain)
+
+    def claims(self, start):
+        """Return that the potential falls, the centroid stays and lengths are reached at their rate."""
+        places, topology, allowed = self.places(), self.topology, self.tolerance
+        values = np.linalg.eigvalsh(laws.distance_hessian(places, topology))
+        conditions = [
+            undirected(topology),
+            rigid(places, topology),
+            spread_as(places, start),
+        ] + gain_conditions(self.gain, self.period, values)
+
+        def potential(hand):
+            return laws.distance_potential(hand, places, topology)
+
+        claims = [
+            decreases(by_sample(potential), "growth of the potential [-]"),
+            ends_at(self._worst_length, 0.0, allowed.rest, "worst length error at the end [m]"),
+            invariant(centroid, allowed.drift, "drift of the centroid [m]"),
+            Claim("decay rate over theory's [-]", 1.0, allowed.rate, self._rate, free=True),
+        ]
+        return conditions + without_rates(claims, self.fidelity)
+
+    def _worst_length(self, hand):
+        hears, heard, _ = self.topology.arcs
+        places = self.places()
+        wanted = np.linalg.norm(places[hears] - places[heard], axis=1)
+        off = np.linalg.norm(hand[:, hears] - hand[:, heard], axis=2) - wanted
+        return np.abs(off).max(axis=1, initial=0.0)
+
+    def _rate(self, run):
+        """Return the decay rate of the lengths over that about the shape which was reached.
+
+        A shape may be reached turned over in parts, with all lengths right and another rate.
+        """
+
+        def excess(hand):
+            return np.linalg.norm(laws.length_excess(hand, self.places(), self.topology), axis=1)
+
+        sizes = by_sample(excess)(run.hand)
+        if not np.isfinite(sizes).all():
+            return None
+        measured = decay_rate(run.time, sizes)
+        theory = sampled_rate(
+            self.gain * laws.distance_hessian(run.hand[-1], self.topology), self.period
+        )
+        return None if measured is None or theory == 0.0 else measured / theory
+
+
+class BearingFormation(Shaped):
+    """``u_i = -gain sum_j a_ij P(g_ij) g*_ij``: Zhao, Zelazo, 2016, by bearings alone.
+
+    Theorem: if the bearings fix the shape (it is infinitesimally bearing rigid) and the graph is
+    undirected, the robots reach its bearings from almost everywhere, and their centroid and their scale
+    stay as they were. Robots are supposed never to meet.
+    """
+
+    PARAMETERS = (
+        Parameter("gain", 1.0, "m/s", low=-10.0, high=100.0, meaning="gain of every edge"),
+        SHAPE,
+        SIZE._replace(meaning="from one robot to the next; only the shape's bearings matter"),
+    )
+
+    def published(self):
+        """Return the law as published."""
+        return Bearings(weights_of(self.topology), self.gain, self.published_places())
+
+    @flow_law
+    def pointMassLaw(self):
+        """Return the hand points' velocities, (n, d) [m/s]."""
+        return laws.bearing_flow(self.gain, self.places(), self.topology)
+
+    def targets(self, hand):
+        """Return the shape, (n, d) [m], with the centroid and the scale of ``hand``."""
+        places = self.places()
+        return hand.mean(axis=0) + places * (laws.scale(hand) / laws.scale(places))
+
+    def energy(self, start):
+        """Return ``|p - p*|^2/2`` on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        places = self.published_places()
+        middle, size = start.mean(axis=0), np.sqrt(((start - start.mean(axis=0)) ** 2).sum())
+        goal = middle + places * (size / max(np.sqrt((places**2).sum()), 1e-300))
+        return bearing_energy(self.topology, goal, self.gain)
+
+    def claims(self, start):
+        """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
+        places, topology, allowed = self.places(), self.topology, self.tolerance
+        spread = bool(laws.scale(start) > NOTHING)
+        apart = Condition("robots begin apart", spread, "no bearing leads out of one place")
+        conditions = [undirected(topology), rigid_by_bearings(places, topology), apart]
+        if not all_hold(conditions):
+            return conditions
+        limit = self.targets(start)
+        matrix = laws.bearing_laplacian(limit, topology, over_length=True)
+        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvalsh(matrix))
+        size = laws.scale(start)
+        # A scale that is off by a share moves the outermost robot by that share.
+        reach = allowed.place + allowed.share * np.linalg.norm(limit - limit.mean(0), axis=1).max()
+
+        def relative_scale(hand):
+            return laws.scale(hand) / size
+
+        claims = [
+            bearing_error(places, topology, allowed.share),
+            converges_to(limit, reach, "distance from place [m]", free=True),
+            invariant(centroid, allowed.drift, "drift of the centroid [m]"),
+            invariant(relative_scale, allowed.share, "drift of the scale [-]"),
+            rate(
+                sampled_rate(self.gain * matrix, self.period),
+                by_sample(self._bearing_distance),
+                allowed.rate,
+                "decay rate of the bearings' error [1/s]",
+            ),
+        ]
+        return conditions + without_rates(claims, self.fidelity)
+
+    def _bearing_distance(self, hand):
+        off = laws.bearings(hand, self.topology) - laws.bearings(self.places(), self.topology)
+        return np.linalg.norm(off, axis=(1, 2))
+
+
+def bearing_error(places, topology, tolerance):
+    """Claim that the run ends with the bearings of ``places`` (n, d)."""
+    wanted = laws.bearings(places, topology)
+
+    def worst(hand):
+        off = np.linalg.norm(laws.bearings(hand, topology) - wanted, axis=2)
+        return off.max(axis=1, initial=0.0)
+
+    return ends_at(worst, 0.0, tolerance, "worst bearing error at the end [-]")
+
+
+class BearingLeaders(Shaped):
+    """``u_i = -gain sum_j a_ij P(g*_ij)(p_i - p_j)``, robots 1 and 2 still: Zhao, Zelazo, 2016.
+
+    Theorem: if the bearings and the two leaders' places leave one target alone (the followers' block of
+    the bearing Laplacian is invertible), the followers reach it, exponentially, from everywhere.
+    """
+
+    PARAMETERS = (GAIN, SHAPE, SIZE._replace(meaning="from one robot to the next; leaders fix it"))
+
+    def published(self):
+        """Return the law as published."""
+        weights = weights_of(self.topology)
+        return BearingsWithLeaders(weights, self.gain, self.published_places(), LEADERS)
+
+    @flow_law
+    def pointMassLaw(self):
+        """Return the hand points' velocities, (n, d) [m/s]."""
+        return laws.leaders_flow(self.gain, self.places(), self.topology, LEADERS)
+
+    def targets(self, hand):
+        """Return the one formation, (n, d) [m], with the wanted bearings that fits the leaders."""
+        if not self._unique().holds:
+            return None
+        return laws.fitted_to_leaders(hand, self.places(), self.topology, LEADERS)
+
+    def energy(self, start):
+        """Return what bearings other than the wanted ones cost, on an undirected graph."""
+        if self.topology.directed or self.gain <= 0.0:
+            return None
+        places = self.published_places()
+        return bearing_leaders_energy(self.topology, places, self.gain, LEADERS)
+
+    def claims(self, start):
+        """Return that the unique target is reached, at the rate of ``B_ff``, with its bearings."""
+        conditions = [self._unique()]
+        if not all_hold(conditions):
+            return conditions
+        places, topology, allowed = self.places(), self.topology, self.tolerance
+        matrix = self._follower_matrix()
+        conditions += gain_conditions(self.gain, self.period, np.linalg.eigvals(matrix))
+        conditions.append(self._leaders_fit(start))
+        limit = self.targets(start)
+        claims = [
+            converges_to(limit, allowed.place, "distance from the unique target [m]"),
+            bearing_error(places, topology, allowed.share),
+            rate(
+                sampled_rate(self.gain * matrix, self.period),
+                distance_to(limit),
+                allowed.rate,
+                "decay rate of the error [1/s]",
+                floor=resting(self, len(start) - LEADERS),
+            ),
+        ]
+        return conditions + claims
+
+    def prediction(self, start, time):
+        """Return the exact solution under held inputs, (m, n, d) [m], at ``time`` (m,) [s]."""
+        limit = self.targets(start)
+        if limit is None:
+            return None
+        matrix = self._follower_matrix()
+        step = np.eye(len(matrix)) - self.gain * self.period * matrix
+        counts = commands_by(time, self.period)
+        track = np.repeat(limit[np.newaxis], len(counts), axis=0)
+        away = (start - limit)[LEADERS:].reshape(-1, 1)
+        track[:, LEADERS:] += powers(step, away, counts).reshape(len(counts), -1, start.shape[1])
+        return track
+
+    def _follower_matrix(self):
+        laplacian = laws.bearing_laplacian(self.places(), self.topology)
+        known = self.dimension * LEADERS
+        return laplacian[known:, known:]
+
+    def _unique(self):
+        matrix = self._follower_matrix()
+        holds = len(matrix) > 0 and np.linalg.matrix_rank(matrix, tol=1e-9) == len(matrix)
+        return Condition("unique target", bool(holds), "B_ff is singular: more edges are wanted")
+
+    def _leaders_fit(self, start):
+        have, want = (points[1] - points[0] for points in (start, self.places()))
+        lengths = np.linalg.norm(have) * np.linalg.norm(want)
+        # The entries of a cross product, in any number of dimensions, each twice.
+        across = np.outer(have, want) - np.outer(want, have)
+        off = np.linalg.norm(across) / np.sqrt(2.0) + np.maximum(0.0, -(have @ want))
+        why = "robot 2 is not seen from robot 1 as in the shape: no formation has these bearings"
+        return Condition("leaders fit the shape", bool(off <= FAR * lengths), why)

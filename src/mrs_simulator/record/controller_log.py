@@ -1,0 +1,85 @@
+"""Summary of a controller's messages during a run: failures of its law, gaps in its commands, deadlocks."""
+
+import re
+
+from mrs_simulator.core.doc_links import named
+
+GRACE = (
+    0.5  # [s] after its first command for which a run's controller may still say what was before
+)
+MOST_NAMED = 3  # [-] reasons in one line
+LAW_FAILED = "the law failed"  # how a controller begins to say so
+DEADLOCK = "deadlock: the safety filter holds still "
+HELD = "robot {} since {:.1f} s"
+
+
+def failure(error):
+    """Return the text with which a controller says that its law raised ``error``."""
+    return "{}: {}".format(LAW_FAILED, named(error))
+
+
+class Interruptions:
+    """The times at which a controller was stopped or in trouble, by its own words."""
+
+    def __init__(self):
+        self._told = []  # [(stamp [s], trouble, "" while it gives commands)]
+
+    def note(self, stamp, running, trouble):
+        """Take in what the controller says at ``stamp`` [s]; a time that went back begins anew."""
+        said = stamp, trouble or ("" if running else "stopped")
+        if self._told and stamp < self._told[-1][0]:
+            self._told = []
+        kinds = [(bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._told[-1:], said]]
+        if len(kinds) == 1 or kinds[0] != kinds[1]:
+            self._told.append(said)
+
+    def failed(self):
+        """Return ``(stamp, text)`` of a failed law, None if the newest that was said is no such."""
+        newest = self._told[-1] if self._told else (0.0, "")
+        return newest if newest[1].startswith(LAW_FAILED) else None
+
+    def ended(self, begin):
+        """Return when and how the law of a run that began at ``begin`` [s] failed, or ""."""
+        failed = self.failed()
+        after = max(0.0, failed[0] - begin) if failed else 0.0
+        return "at {:.3f} s {}".format(after, failed[1]) if failed else ""
+
+    def warnings(self, begin, end):
+        """Return what a reader of a run from ``begin`` to ``end`` [s] is to know, a list of texts."""
+        times, total, reasons = 0, 0.0, []
+        for since, until, reason in self._stretches(end):
+            if until > begin + (GRACE if since < begin else 0.0) and since < end:
+                times += 1
+                total += min(until, end) - max(since, begin)
+                reasons += [reason] if reason not in reasons else []
+        if not times:
+            return []
+        more = ", ..." if len(reasons) > MOST_NAMED else ""
+        return [
+            "the controller was stopped or in trouble {} time{}, {:.1f} s in all: {}{}".format(
+                times, "" if times == 1 else "s", total, "; ".join(reasons[:MOST_NAMED]), more
+            )
+        ]
+
+    def _stretches(self, end):
+        """Yield ``(since, until, first reason)`` of each stretch of trouble up to ``end``."""
+        since, reason = None, ""
+        for stamp, trouble in self._told + [(end, "")]:
+            if trouble and since is None:
+                since, reason = stamp, trouble
+            elif not trouble and since is not None:
+                yield since, stamp, reason
+                since = None
+
+
+def deadlock_text(deadlock):
+    """Return ``deadlock``, ``(number, since [s])`` of robots, in words; "" for none."""
+    return DEADLOCK + ", ".join(HELD.format(*each) for each in deadlock) if deadlock else ""
+
+
+def deadlock_in(text):
+    """Return the deadlock that :func:`deadlock_text` put into ``text``, () for another text."""
+    if not text.startswith(DEADLOCK):
+        return ()
+    found = re.findall(r"robot (\d+) since ([0-9.]+) s", text)
+    return tuple((int(number), float(since)) for number, since in found)

@@ -1,0 +1,521 @@
+"""Recording a run to ``run.csv`` as it happens, with ``run.json`` at its end, and reading both back."""
+
+import contextlib
+import json
+import math
+import mmap
+import os
+import sys
+from array import array
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
+from mrs_simulator.core.neighbours import least_distance_over
+from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.spatial import Spatial
+from mrs_simulator.core.writing import Blocks, write_text
+from mrs_simulator.record.number_rows import AT_ONCE, Lines
+from mrs_simulator.record.run_changes import read_changes
+from mrs_simulator.record.run_columns import (
+    COLUMNS,
+    Columns,
+    columns_in,
+    kind_fields,
+    without_kinds,
+)
+from mrs_simulator.scenario.incidents import WORDS, Incident
+from mrs_simulator.scenario.reading import read_json, reason, refuse_special, shown
+from mrs_simulator.scenario.scenario import MOST_ROBOTS, Scenario
+from mrs_simulator.scenario.team.load import Carried
+
+BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
+MOST_KEPT = 1 << 29  # [bytes] of numbers
+STAMPS = 2  # [-] columns before the numbers: time and robot
+POSE, HAND = slice(0, 3), slice(3, 5)  # the first numbers of a row
+LONGEST_CAUSE = 200  # [characters] of an error that is handed on
+FACTS = {  # what ``run.json`` may hold of a run beside its collisions
+    "ended": str,
+    "warnings": list,
+    "closest_approach": float,  # [m]
+    "real_time_factor": float,
+    "collisions_unknown": bool,
+    "uncommanded": bool,
+    "degraded": str,
+    "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
+    "incidents": list,  # ``core.incidents.Incident``s
+    "truth_unknown": bool,  # poses are those that the control estimated
+    "scene_time": float,  # [s] at which the run began, of obstacles that had moved by then
+    "changes": list,  # ``core.run_changes.Change``s of what the controller obeyed
+    "unknown_law": str,  # the name of a law of which only a topic told
+    "lockstep": bool,  # commands follow from the poses of the same sample
+}
+
+
+class Collision(NamedTuple):
+    """The begin of a contact: when [s], between whom, where [m] in the common frame."""
+
+    time: float
+    first: str
+    second: str
+    x: float
+    y: float
+    z: float = 0.0
+
+    @property
+    def place(self):
+        """Return ``(x, y)``, and z where it is not 0."""
+        return (self.x, self.y, self.z) if self.z else (self.x, self.y)
+
+
+class Run(NamedTuple):
+    """A recorded run: m samples of n robots."""
+
+    time: np.ndarray  # (m,) [s]
+    robots: np.ndarray  # (n,) robots' numbers
+    pose: np.ndarray  # (m, n, 3) [m, m, rad], common frame
+    hand: (
+        np.ndarray
+    )  # (m, n, d) [m], controlled points: hand points of unicycles; d = 2, or ``in_space``
+    command: np.ndarray  # (m, n, a) [m/s, rad/s], control input held after the sample
+    collisions: List[Collision] = []
+    scenario: Optional[Scenario] = None
+    meta: Dict[str, Any] = {}
+    axes: Tuple[str, ...] = UNICYCLE_AXES  # the columns of ``command``
+    kinds: Tuple[str, ...] = ()  # names of the robots' kinds; () where they are not told
+    # Where they were recorded, else None:
+    twist: Optional[np.ndarray] = None  # (m, n, 3) vx, vy [m/s], omega [rad/s], robots' frames
+    joints: Optional[np.ndarray] = None  # (m, n) [rad] of the drives; (m, n, k) where robots have k
+    spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
+    point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
+    load: Optional[Carried] = None  # (m, ...), what the robots carry
+    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], poses that the control knew
+
+    @property
+    def points(self):
+        """Return the controlled points in space, (m, n, 3) [m]; on the ground where no height is told."""
+        height = np.zeros(self.hand.shape[:2]) if self.point_z is None else self.point_z
+        return np.concatenate([self.hand, height[:, :, np.newaxis]], axis=2)
+
+    def in_space(self, dimension):
+        """Return this run with ``hand`` of ``dimension`` coordinates, 3 with heights of the points."""
+        if self.hand.shape[2] >= dimension:
+            return self
+        return self._replace(hand=self.points)
+
+
+class RunError(ValueError):
+    """A recording that cannot be read: says which file, where and why."""
+
+    page = "docs/scenarios.md#columns-of-runcsv"
+
+
+class Kept:
+    """The numbers of a recorder's first samples, in memory that forked processes share."""
+
+    def __init__(self, robots, columns, samples, memory=None):
+        """Keep ``samples`` of ``robots`` in a file of ``columns``; none if they take over ``MOST_KEPT``.
+
+        ``memory``: an ``mmap`` of ``MOST_KEPT`` to keep them in, by default one of their own.
+        """
+        self.layout = list(robots), columns, samples
+        shape = columns.width - STAMPS, samples, len(self.layout[0])
+        size = 8 * math.prod(shape)
+        if not 0 < size <= MOST_KEPT:
+            self.table = np.empty((0, shape[2], shape[0]))
+            return
+        memory = mmap.mmap(-1, size) if memory is None else memory
+        table = np.frombuffer(memory, count=size // 8).reshape(shape)
+        self.table = np.moveaxis(table, 0, -1)  # (samples, n, numbers), column by column
+
+    def run(self, time, scenario, facts):
+        """Return the ``Run`` of the first m samples, at ``time`` (m,) [s].
+
+        ``facts``: its collisions and its ``meta``.
+        """
+        robots, columns, _ = self.layout
+        kinds = tuple(" ".join(kind.split()) for kind in columns.kinds)
+        table = self.table[: len(time)]
+        return _run_of(time, np.array(robots), table, columns, kinds, facts, scenario)
+
+
+class Recorder:
+    """Writes samples to ``run.csv`` at once, so that an interrupted run keeps what it has."""
+
+    def __init__(
+        self,
+        path,
+        robots,
+        hand_length=DEFAULT_HAND_LENGTH,
+        tell=None,
+        axes=UNICYCLE_AXES,
+        columns=None,
+        kept=0,
+        memory=None,
+    ):
+        """Open ``path`` for the robots numbered ``robots``; directories are made.
+
+        ``columns``: the ``Columns`` of the file, by default those for commands with ``axes`` alone.
+        ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, if these are no
+        more than ``MOST_KEPT``; ``memory``: where they are :class:`Kept`.
+        What is told there of an earlier run is taken away.  ``tell`` is called with a text when
+        samples find no room on the disk, and when they do again: a run goes on all the same.
+        """
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(facts_path(path))
+        self.path = path
+        self.columns = Columns(tuple(axes)) if columns is None else columns
+        self._numbers, self._samples = list(robots), 0
+        shape = len(self._numbers), self.columns.width - STAMPS
+        self.kept = Kept(self._numbers, self.columns, kept, memory)
+        self._kept = self.kept.table
+        self._times = np.empty(len(self._kept))
+        # What waits: of several small samples text and hand points are found at once, in half of the time.
+        self._stamps, self._pointless = [], []  # the latter: whether hand points are to be found
+        self._waiting = np.empty((max(1, AT_ONCE // shape[0]), *shape))
+        ends = ["," + field for field in kind_fields(self.columns.kinds)]
+        self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
+        self._arms = np.full(shape[0], float(hand_length))  # [m]
+        self._file = Blocks(path, ",".join(self.columns.names) + "\n")
+        self._tell = tell or (lambda text: None)
+        self._stamp = 0.0  # [s] of the newest sample
+        self._trouble, self._warnings = "", []
+
+    def sample(
+        self,
+        stamp,
+        pose,
+        command,
+        points=None,
+        twist=None,
+        joints=None,
+        spatial=None,
+        point_z=None,
+        load=None,
+        estimate=None,
+    ):
+        """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
+
+        ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
+        ``joints`` (n,) or (n, k), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default
+        ``spatial.z``, ``load``, a ``Carried``, and ``estimate`` (n, 3): needed where the file's columns
+        have them, else left out.  Numbers are written with the fewest digits that read back to the same.
+        """
+        self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
+        rows[:, POSE] = pose
+        if points is not None:
+            rows[:, HAND] = points
+        blocks, columns = [command], self.columns
+        if columns.twist:
+            blocks.append(twist)
+        if columns.joints:
+            blocks.append(np.reshape(joints, (len(pose), -1)))
+        if columns.spatial:
+            height = spatial.z if point_z is None else point_z
+            blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
+            blocks.append(spatial.twist)
+        if columns.load:
+            lies = np.concatenate([load.place, load.orientation])
+            blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
+        if columns.estimate:
+            blocks.append(estimate)
+        rows[:, HAND.stop :] = command if len(blocks) == 1 else np.concatenate(blocks, axis=1)
+        self._samples += 1
+        self._stamps.append(self._stamp)
+        self._pointless.append(points is None)
+        if self._file.is_due or len(self._stamps) == len(self._waiting):
+            self._hand_over()
+
+    def _hand_over(self):
+        """Keep what waits, and give it the file as text."""
+        waiting = self._waiting[: len(self._stamps)]
+        if any(self._pointless):
+            found = waiting[self._pointless, :, POSE]
+            waiting[self._pointless, :, HAND] = hand_points(found, self._arms)
+        begin = self._samples - len(waiting)
+        room = slice(begin, min(self._samples, len(self._kept)))
+        if begin < room.stop:
+            kept = room.stop - begin
+            self._times[room], self._kept[room] = self._stamps[:kept], waiting[:kept]
+        self._file.add(*self._lines.texts(self._stamps, waiting))
+        self._stamps.clear()
+        self._pointless.clear()
+        self._note()
+
+    def _note(self):
+        """Tell of a disk that has become full, or has room again."""
+        now = self._file.trouble
+        if bool(now) == bool(self._trouble):
+            return
+        self._trouble = now
+        text = "at {:.3f} s samples are in the file again" if not now else "from {:.3f} s {}"
+        text = "{}: {}".format(self.path, text.format(self._stamp, now))
+        self._warnings.append(text)
+        self._tell(text)
+
+    def warnings(self):
+        """Return what a reader of the run is to know of its file, a list of texts."""
+        lost = self._file.lost
+        return self._warnings + (["{}: {} samples lost".format(self.path, lost)] if lost else [])
+
+    def run(self, scenario=None):
+        """Return the ``Run`` that :func:`read_run_csv` reads of the finished file, or raise what it does.
+
+        Where all samples are in the file and were kept, the file is not read.
+        """
+        if not self.has_kept_all:
+            return read_run_csv(self.path, scenario)
+        return self.kept.run(self._times[: self._samples], scenario, _read_facts(self.path))
+
+    @property
+    def has_kept_all(self):
+        """Return whether the numbers of all samples are in memory, and such as a reader takes."""
+        if self._stamps:
+            self._hand_over()
+        if self._file.lost or not 0 < self._samples <= len(self._kept):
+            return False
+        return all(np.isfinite(sample).all() for sample in self._kept[: self._samples])
+
+    def close(self):
+        """Finish the file; closing twice does no harm."""
+        if self._stamps:
+            self._hand_over()
+        self._file.close()
+        self._note()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def facts_path(path):
+    """Return the path of ``run.json`` beside the ``run.csv`` at ``path``."""
+    return os.path.splitext(path)[0] + ".json"
+
+
+def write_facts(path, collisions=(), meta=None):
+    """Write ``run.json``, what is known of the run beside its samples, for the ``run.csv`` at ``path``.
+
+    ``meta``: values by the names in ``FACTS``; a distance that is not finite is left out.
+    """
+    finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
+    told = [[c.time, c.first, c.second, *c.place] for c in collisions]
+    facts = {**finite, "collisions": told}
+    write_text(facts_path(path), json.dumps(facts, indent=2, allow_nan=False) + "\n")
+
+
+def _read_facts(path):
+    """Return ``(collisions, meta)`` as :func:`write_facts` had them; collisions unknown if it had not."""
+    told = facts_path(path)
+    if not os.path.exists(told):
+        return [], {"collisions_unknown": True}
+    try:
+        meta = read_json(told)
+        collisions = [
+            Collision(float(time), str(first), str(second), float(x), float(y), *map(float, up))
+            for time, first, second, x, y, *up in meta.pop("collisions")
+        ]
+        if "deadlock" in meta:
+            meta["deadlock"] = [(int(number), float(since)) for number, since in meta["deadlock"]]
+        if "incidents" in meta:
+            meta["incidents"] = list(map(_incident, meta["incidents"]))
+        if "changes" in meta:
+            meta["changes"] = read_changes(meta["changes"])
+        unknown = [key for key in meta if key not in FACTS]
+        wrong = [key for key in meta if key in FACTS and not isinstance(meta[key], FACTS[key])]
+    except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
+        text = "{}: not the facts of a run: {}: {}"
+        raise RunError(
+            text.format(told, type(error).__name__, str(error)[:LONGEST_CAUSE])
+        ) from None
+    if unknown:
+        raise RunError(unknown_name(told, unknown[0], FACTS))
+    if wrong:
+        key = wrong[0]
+        raise RunError(
+            "{}: {} = {}, wanted a {}".format(told, key, shown(meta[key]), FACTS[key].__name__)
+        )
+    return collisions, meta
+
+
+def _incident(told):
+    time, robot, what, rotor, ordered = told
+    if what not in WORDS:
+        raise ValueError("incident {}, wanted one of {}".format(shown(what), ", ".join(WORDS)))
+    return Incident(float(time), str(robot), what, int(rotor), bool(ordered))
+
+
+def read_run_csv(path, scenario=None):
+    """Return the ``Run`` in the file at ``path``, with what ``run.json`` beside it tells.
+
+    A last sample that was cut off is left out.  Raises ``RunError`` that names the file and line.
+    """
+    try:
+        refuse_special(path)
+        with open(path, encoding="utf-8") as file:
+            columns, table, kinds = _read_table(file, path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise RunError("{}: cannot be read: {}".format(path, reason(error))) from None
+    robots, samples = _shape_of(table, path)
+    n = len(robots)
+    facts = _read_facts(path)
+    table = table[: samples * n].reshape(samples, n, -1)
+    if np.any(table[:, :, 1] != robots) or np.any(table[:, :, 0] != table[:, :1, 0]):
+        raise RunError("{}: wanted each time once for each of the robots, in order".format(path))
+    if kinds[: samples * n] != kinds[:n] * samples:
+        raise RunError("{}: wanted one kind for each robot, the same at all times".format(path))
+    time = table[:, 0, 0].copy()
+    columnwise = np.moveaxis(table[:, :, STAMPS:], -1, 0).copy()  # as a recorder keeps them
+    told = time, robots.astype(int), np.moveaxis(columnwise, 0, -1)
+    return _run_of(*told, columns, tuple(kinds[:n]), facts, scenario)
+
+
+def _run_of(time, robots, table, columns, kinds, facts, scenario):
+    """Return the ``Run`` of ``table`` (m, n, numbers); ``facts``: its collisions and ``meta``."""
+    collisions, meta = facts
+    run = Run(
+        time=time,
+        robots=robots,
+        pose=table[:, :, POSE],
+        hand=table[:, :, HAND],
+        command=table[:, :, _slices(columns)["command"]],
+        collisions=collisions,
+        scenario=scenario,
+        meta=meta,
+        axes=columns.axes,
+        kinds=kinds,
+    )
+    return run._replace(**_more_of(table, columns))
+
+
+def _more_of(table, columns):
+    """Return what ``table`` (m, n, numbers) tells in the columns that not every file has, by field."""
+    at, result = _slices(columns), {}
+    if columns.twist:
+        result["twist"] = table[:, :, at["twist"]]
+    if columns.joints:
+        joints = table[:, :, at["joints"]]
+        result["joints"] = joints[:, :, 0] if columns.joints == 1 else joints
+    if columns.spatial:
+        block = table[:, :, at["spatial"]]
+        result["spatial"] = Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 6:])
+        result["point_z"] = block[:, :, 5]
+    if columns.load:
+        block = table[:, :, at["load"]]
+        result["load"] = Carried(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
+    if columns.estimate:
+        result["estimate"] = table[:, :, at["estimate"]]
+    return result
+
+
+def _slices(columns):
+    """Return where blocks of numbers are in a row without its time and robot, by name."""
+    begins = columns.slices().items()
+    return {name: slice(at.start - STAMPS, at.stop - STAMPS) for name, at in begins}
+
+
+def _columns_in(header, path):
+    """Return the ``Columns`` of a file whose first line is ``header``."""
+    columns = columns_in(header[:1000].rstrip("\n").split(","))
+    if columns is None:
+        raise RunError(
+            "{}, line 1: {!r}, wanted the columns {}, or axes of a Twist instead of v and omega, and "
+            "what else a team needs".format(path, header[:100].rstrip("\n"), ",".join(COLUMNS))
+        )
+    return columns
+
+
+def _read_table(file, path):
+    """Return the ``Columns`` of ``file``, the numbers of all rows (m, width), and the rows' kinds.
+
+    It is read in blocks: never is all of its text held at once.
+    """
+    columns = _columns_in(file.readline(), path)
+    numbers, kinds, begin = array("d"), [], 2
+    for lines in iter(lambda: file.readlines(BLOCK), []):
+        if not lines[-1].endswith("\n"):
+            del lines[-1]  # half written, by a run that was killed
+        try:
+            found = _row_numbers(lines, columns)
+        except ValueError:
+            bad = next(index for index, line in enumerate(lines) if not _is_row(line, columns))
+            # The disk that holds the last line may have failed.
+            if bad < len(lines) - 1 or begin + bad == 2 or file.readline():
+                raise RunError(
+                    "{}, line {}: {}, wanted {} finite numbers{}".format(
+                        path,
+                        begin + bad,
+                        lines[bad].rstrip("\n")[:60],
+                        columns.width,
+                        " and a kind" if columns.kinds else "",
+                    )
+                ) from None
+            found = _row_numbers(lines[:bad], columns)
+        numbers.frombytes(found[0].tobytes())
+        kinds += map(sys.intern, found[1])
+        begin += len(lines)
+    return columns, np.frombuffer(numbers).reshape(-1, columns.width), kinds
+
+
+def _row_numbers(lines, columns):
+    """Return the numbers in ``lines``, (width m,), and the kinds, if there are any.
+
+    ``ValueError`` if a line is another row.
+    """
+    kinds = []
+    if columns.kinds and lines:
+        lines, kinds = without_kinds(lines)
+    if not lines:
+        return np.empty(0), kinds
+    if any(line.count(",") != columns.width - 1 for line in lines):
+        raise ValueError
+    numbers = np.fromiter(map(float, ",".join(lines).split(",")), float)
+    if not np.isfinite(numbers).all():
+        raise ValueError
+    return numbers, kinds
+
+
+def _is_row(line, columns):
+    try:
+        _row_numbers([line], columns)
+    except ValueError:
+        return False
+    return True
+
+
+def _shape_of(table, path):
+    if not len(table):
+        raise RunError("{}: holds no sample".format(path))
+    first = table[table[:, 0] == table[0, 0]]
+    robots = first[:, 1]
+    whole = (robots == np.round(robots)) & (robots >= 1) & (robots <= MOST_ROBOTS)
+    if len(set(robots)) != len(robots) or not whole.all():
+        raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
+    return robots, len(table) // len(robots)
+
+
+def closest_approach(pose, z=None):
+    """Return the least distance [m] between two robots' centres over all samples; inf for one.
+
+    ``pose`` (m, n, 3); ``z`` (m, n) [m]: their heights, None on the ground.
+    """
+    places = pose[:, :, :2]
+    if z is not None:
+        places = np.dstack([places, z])
+    return least_distance_over(places)
+
+
+def part_of(run, rows):
+    """Return the ``rows``, a slice, of ``run``."""
+    names = ("time", "pose", "hand", "command", "twist", "joints", "point_z", "estimate")
+    kept = {name: getattr(run, name) for name in names}
+    kept = {name: value[rows] for name, value in kept.items() if value is not None}
+    if run.spatial is not None:
+        kept["spatial"] = Spatial(*(part[rows] for part in run.spatial))
+    if run.load is not None:
+        kept["load"] = run.load.at(rows)
+    return run._replace(**kept)

@@ -1,0 +1,131 @@
+"""What a controller obeyed during a run: keys of a scenario, and their changes with their times."""
+
+import math
+from typing import Any, NamedTuple
+
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_from_dict
+
+# What of a scenario the controller decides; the rest is the stage's.
+OBEYED = ("control", "topology", "links", "estimates", "seed")
+MOST_WORDS = 40  # [characters] of a value in a message
+MOST_TOLD = 3  # [-] changes in words
+
+
+class Change(NamedTuple):
+    """A key of the scenario that a controller obeys otherwise from ``time`` on."""
+
+    time: float  # [s] since the run began
+    key: str  # one of ``OBEYED``
+    value: Any  # as in a scenario's file, None where it has no such key
+
+
+def obeyed_of(scenario):
+    """Return ``{key: plain value}`` of what a controller of ``scenario`` obeys."""
+    content = scenario.to_dict()
+    return {key: content[key] for key in OBEYED if key in content}
+
+
+def with_keys(scenario, given):
+    """Return ``scenario`` with top-level keys as in a file, None for none.
+
+    Raises ``ScenarioError`` for bad values.
+    """
+    content = {**scenario.to_dict(), **given}
+    content = {key: value for key, value in content.items() if value is not None}
+    return scenario_from_dict(content, "what ran")._replace(path=scenario.path)
+
+
+def differences(before, after):
+    """Return ``{key: value}`` of the keys that ``after`` has otherwise, None where it has none."""
+    keys = dict.fromkeys((*before, *after))
+    return {key: after.get(key) for key in keys if before.get(key) != after.get(key)}
+
+
+def changed_by(scenario, changes):
+    """Return ``scenario`` after all of ``changes``."""
+    for change in changes:
+        scenario = with_keys(scenario, {change.key: change.value})
+    return scenario
+
+
+class ControllerRecord:
+    """What controllers published that they obey, and from when on."""
+
+    def __init__(self):
+        self._heard = []  # [(stamp [s], {key: value})]
+
+    def note(self, stamp, obeyed):
+        """Take in that ``obeyed`` is in force from ``stamp`` [s] on; a time that went back begins anew."""
+        if self._heard and stamp < self._heard[-1][0]:
+            self._heard = []
+        self._heard.append((stamp, obeyed))
+
+    def begin_run(self):
+        """Forget all but what is in force, whatever the time is that comes."""
+        self._heard = [(-math.inf, obeyed) for _, obeyed in self._heard[-1:]]
+
+    def hand_length(self, otherwise):
+        """Return the distance l [m] of the points that are controlled now, ``otherwise`` if unknown."""
+        control = self._heard[-1][1].get("control", {}) if self._heard else {}
+        return control.get("parameters", {}).get("l", otherwise)
+
+    def during(self, begin, end):
+        """Return what was in force at ``begin`` [s], None if unknown, and the ``Change``s up to ``end``."""
+        if not self._heard:
+            return None, []
+        place = max([row for row, (stamp, _) in enumerate(self._heard) if stamp <= begin] or [0])
+        first, changes = self._heard[place][1], []
+        before = first
+        for stamp, after in self._heard[place + 1 :]:
+            if stamp > end:
+                break
+            for key, value in differences(before, after).items():
+                changes.append(Change(round(stamp - begin, 9), key, value))
+            before = after
+        return first, changes
+
+
+def changes_text(scenario, changes):
+    """Return what ``changes`` made of ``scenario``, in words, "" without any."""
+    before, told = obeyed_of(scenario), []
+    for change in changes:
+        old = before.get(change.key)
+        told += [
+            "{} at {:.2f} s".format(text, change.time)
+            for text in _differences_in_words(change.key, old, change.value)
+        ]
+        before[change.key] = change.value
+    if not told:
+        return ""
+    more = " and {} more".format(len(told) - MOST_TOLD) if len(told) > MOST_TOLD else ""
+    return "changed during the run: {}{}".format("; ".join(told[:MOST_TOLD]), more)
+
+
+def _differences_in_words(name, before, after):
+    if isinstance(before, dict) and isinstance(after, dict):
+        return [
+            text
+            for key, value in differences(before, after).items()
+            for text in _differences_in_words(key, before.get(key), value)
+        ]
+    if isinstance(before, list) or isinstance(after, list):
+        count = [0 if value is None else len(value) for value in (before, after)]
+        return ["{} ({} before, {} after)".format(name, *count)]
+    return ["{} {} -> {}".format(name, *(str(value)[:MOST_WORDS] for value in (before, after)))]
+
+
+def to_plain(changes):
+    """Return ``changes`` as ``run.json`` has them."""
+    return [list(change) for change in changes]
+
+
+def read_changes(content):
+    """Return the ``Change``s in ``content`` of a ``run.json``; ``ValueError`` for what are none."""
+    changes = [Change(float(time), str(key), value) for time, key, value in content]
+    for change in changes:
+        if change.key not in OBEYED:
+            raise ScenarioError(
+                "change of {!r}, wanted one of {}".format(change.key, ", ".join(OBEYED))
+            )
+    return changes

@@ -1,0 +1,543 @@
+"""Packing and unpacking the package's own messages: no other module knows their fields.
+
+Arrays hold one robot per row.  Messages of the first version, as old bags have them, are read too:
+they lack what a planar team of unicycles does not need.
+
+Commands have one column for each component of ``geometry_msgs/Twist`` in ``axes``.  In messages
+forward speed and turn rate are always there, any other component only where a robot obeys it.
+"""
+
+import json
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+from geometry_msgs.msg import Point, Pose, Pose2D, Quaternion, Vector3
+
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.core.spatial import Spatial, upright
+from mrs_simulator.msg import (
+    Camera,
+    Collision,
+    ControlScenario,
+    ControlStatus,
+    Incident,
+    RangeBearing,
+    RobotSpec,
+    StageStatus,
+    TeamCommand,
+    TeamOdometry,
+    TeamState,
+)
+from mrs_simulator.record.recording import Collision as RunCollision
+from mrs_simulator.record.run_changes import OBEYED
+from mrs_simulator.record.run_columns import ARM, arm_axes
+from mrs_simulator.scenario.incidents import WORDS
+from mrs_simulator.scenario.incidents import Incident as RunIncident
+from mrs_simulator.scenario.team.load import Carried
+
+__all__ = ["Camera", "Collision", "ControlScenario", "ControlStatus", "Incident"]
+__all__ += ["RangeBearing", "StageStatus", "TeamCommand", "TeamOdometry", "TeamState"]
+
+# Fields of commands by component of Twist.
+FIELDS = {
+    "linear.x": "v",
+    "linear.y": "vy",
+    "linear.z": "vz",
+    "angular.x": "wx",
+    "angular.y": "wy",
+    "angular.z": "omega",
+}
+
+
+SPATIAL_FIELDS = ("z", "orientation", "vz", "wx", "wy")  # of robots that leave the ground
+
+
+class State(NamedTuple):
+    """True state of all robots."""
+
+    stamp: float  # [s]
+    robots: Tuple[int, ...]
+    pose: np.ndarray  # (n, 3) [m, m, rad], common frame
+    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], the robots' frames
+    axes: Tuple[str, ...]
+    command: np.ndarray  # (n, a) [m/s, rad/s]
+    commanded: np.ndarray  # (n,) bool
+    real: np.ndarray  # (n,) bool
+    kinds: Tuple[str, ...]  # names, () where they are not told
+    joints: np.ndarray  # (n,) [rad] of the drives
+    part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
+    spatial: Optional[Spatial] = None  # None for a team on the ground
+    all_joints: Optional[np.ndarray] = None  # (n, k) [rad], the first that of the drive
+    load: Optional[Carried] = None  # None where robots carry nothing together
+
+
+class Controller(NamedTuple):
+    """What a control node says of itself."""
+
+    stamp: float  # [s]
+    protocol: str
+    period: float  # [s]
+    running: bool
+    trouble: str
+    stale: Tuple[int, ...]
+    stopped: Tuple[int, ...]
+    axes: Tuple[str, ...]
+    command: np.ndarray  # (n, a) [m/s, rad/s]
+    edges: Tuple[Tuple[int, int, float], ...]  # (i, j, weight): robot i hears robot j
+    directed: bool
+    targets: np.ndarray  # (n, 2) or (n, 3) [m] where points are wanted, (0, 2) for nowhere
+    warnings: Tuple[str, ...] = ()
+
+
+class Stage(NamedTuple):
+    """What a stage says of itself."""
+
+    stamp: float  # [s]
+    fidelity: str
+    robots: int
+    speed: float  # [-] wanted
+    real_time_factor: float  # [-]
+    paused: bool
+    lockstep: bool
+    trouble: str
+    missed_periods: int
+    command_periods: int
+    real_silent: Tuple[int, ...]
+    closest_approach: float  # [m]
+    flight: Tuple[
+        str, ...
+    ] = ()  # what each robot does that flies, "" for others; () where none does
+    timed_out: Tuple[int, ...] = ()  # robots that their watchdogs stopped
+
+
+class Look(NamedTuple):
+    """Where the 3D view looks from."""
+
+    target: Tuple[float, float]  # [m]
+    distance: float  # [m]
+    yaw: float  # [deg]
+    pitch: float  # [deg]
+    follow: int  # number of a robot, 0: none
+    size: Tuple[int, int]  # [px] width, height
+
+
+class MessageError(ValueError):
+    """A message whose arrays do not fit together; says which."""
+
+
+def commands_of(command, axes, prefix=""):
+    """Return the fields of a message for ``command`` (n, a), by name with ``prefix``."""
+    columns = dict(zip(axes, np.asarray(command, dtype=float).T.tolist()))
+    n = len(command)
+    told = {axis: columns.get(axis) for axis in FIELDS}
+    for axis in UNICYCLE_AXES:
+        told[axis] = [0.0] * n if told[axis] is None else told[axis]
+    return {prefix + FIELDS[axis]: column for axis, column in told.items() if column is not None}
+
+
+def read_commands(message, n, prefix=""):
+    """Return axes and commands (n, a) in ``message``; ``MessageError`` where an array is not as long."""
+    columns = {axis: _array(message, prefix + name) for axis, name in FIELDS.items()}
+    axes = tuple(axis for axis, column in columns.items() if axis in UNICYCLE_AXES or len(column))
+    for axis in axes:
+        if len(columns[axis]) != n:
+            raise MessageError(
+                "{} robots, {} {}; wanted as many of each".format(
+                    n, len(columns[axis]), prefix + FIELDS[axis]
+                )
+            )
+    return axes, np.array([columns[axis] for axis in axes], dtype=float).reshape(len(axes), n).T
+
+
+def _arms_of(command, axes):
+    """Return the rates of arms in ``command`` (n, a), of whose axes they are the last, as a list."""
+    count = sum(axis.startswith(ARM) for axis in axes)
+    return np.asarray(command, dtype=float)[:, len(axes) - count :].ravel().tolist()
+
+
+def _with_arms(axes, command, told):
+    """Return ``axes`` and ``command`` (n, a) with the rates of arms ``told``, as many of each robot."""
+    if not len(told):
+        return axes, command
+    n = len(command)
+    if not n or len(told) % n:
+        text = "{} robots, {} rates of arms; wanted as many of each robot"
+        raise MessageError(text.format(n, len(told)))
+    rates = np.array(told, dtype=float).reshape(n, -1)
+    return axes + arm_axes(rates.shape[1]), np.column_stack([command, rates])
+
+
+def _array(message, name):
+    """Return the array ``name``; an empty one where the message's version has none."""
+    return getattr(message, name, ())
+
+
+def team_state(world, stamp, frame, run):
+    """Return the ``TeamState`` of ``world``; ``run``: numbers of the stage and of its run."""
+    team = world.team
+    message = TeamState(robot=list(range(1, world.n + 1)), kind=[kind.name for kind in team.kinds])
+    message.header.stamp, message.header.frame_id = stamp, frame
+    message.stage, message.run = run
+    _put_planar(message, world.pose, world.twist)
+    _put_spatial(message, world.spatial)
+    for name, column in commands_of(world.command, team.axes, "command_").items():
+        setattr(message, name, column)
+    message.command_arm = _arms_of(world.command, team.axes)
+    message.joint = world.joints.ravel().tolist() if team.has_joints else []
+    message.commanded = world.commanded.tolist()
+    message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
+    if world.load is not None:
+        message.load = [load_pose(world.load.state)]
+        message.force = [Vector3(*each) for each in world.load.state.force.tolist()]
+    return message
+
+
+def load_pose(carried):
+    """Return the ``Pose`` of a load that is ``Carried``."""
+    return Pose(Point(*carried.place.tolist()), Quaternion(*carried.orientation.tolist()))
+
+
+def _read_load(message, n):
+    """Return the ``Carried`` in a ``TeamState``, None without one; ``MessageError``."""
+    load, force = _array(message, "load"), _array(message, "force")
+    if not len(load):
+        return None
+    if len(load) != 1 or len(force) != n:
+        text = "{} robots, {} loads, {} forces; wanted one load and as many forces as robots"
+        raise MessageError(text.format(n, len(load), len(force)))
+    at, turn = load[0].position, load[0].orientation
+    return Carried(
+        np.array([at.x, at.y, at.z]),
+        np.array([turn.x, turn.y, turn.z, turn.w]),
+        np.array([(each.x, each.y, each.z) for each in force]),
+    )
+
+
+def _put_planar(message, pose, twist):
+    message.x, message.y, message.theta = pose.T.tolist()
+    message.vx, message.vy, message.omega = twist.T.tolist()
+
+
+def _put_spatial(message, spatial):
+    if spatial is None:
+        return
+    message.z = spatial.z.tolist()
+    message.orientation = [Quaternion(*turn) for turn in spatial.orientation.tolist()]
+    message.vz, message.wx, message.wy = spatial.twist.T.tolist()
+
+
+def read_spatial(message, theta):
+    """Return the ``Spatial`` in a ``TeamState`` or ``TeamOdometry``, None if all is planar.
+
+    ``theta`` (n,) [rad]: headings of robots of which no orientation is told.  Raises ``MessageError``
+    where an array is not as long as the others.
+    """
+    columns = {name: _array(message, name) for name in SPATIAL_FIELDS}
+    told = {name: column for name, column in columns.items() if len(column)}
+    if not told:
+        return None
+    n, result = len(theta), upright(theta)
+    for name, column in told.items():
+        if len(column) != n:
+            raise MessageError(
+                "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
+            )
+    result.z[:] = told.get("z", 0.0)
+    if "orientation" in told:
+        result.orientation[:] = [(q.x, q.y, q.z, q.w) for q in told["orientation"]]
+    for column, name in enumerate(SPATIAL_FIELDS[2:]):
+        result.twist[:, column] = told.get(name, 0.0)
+    return result
+
+
+def read_planar(message):
+    """Return poses and body twists, (n, 3) each, of a ``TeamState`` or ``TeamOdometry``.
+
+    Raises ``MessageError`` where an array is not as long as the others.
+    """
+    n = len(message.robot)
+    names = ("x", "y", "theta", "vx", "vy", "omega")
+    columns = [getattr(message, name) for name in names]
+    for name, column in zip(names, columns):
+        if len(column) != n:
+            raise MessageError(
+                "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
+            )
+    table = np.array(columns, dtype=float).reshape(6, n).T
+    return table[:, :3], table[:, 3:]
+
+
+def read_state(message):
+    """Return the ``State`` in a ``TeamState``; ``MessageError`` where its arrays do not fit."""
+    n = len(message.robot)
+    pose, twist = read_planar(message)
+    axes, command = read_commands(message, n, "command_")
+    axes, command = _with_arms(axes, command, _array(message, "command_arm"))
+    kinds, all_joints = tuple(_array(message, "kind")), _joints(_array(message, "joint"), n)
+    return State(
+        stamp=message.header.stamp.to_sec(),
+        robots=tuple(message.robot),
+        pose=pose,
+        twist=twist,
+        axes=axes,
+        command=command,
+        commanded=_flags(message.commanded, n, "commanded"),
+        real=_flags(message.real, n, "real"),
+        kinds=kinds if len(kinds) == n else (),
+        joints=all_joints[:, 0],
+        part=(getattr(message, "stage", 0), getattr(message, "run", 0)),
+        spatial=read_spatial(message, pose[:, 2]),
+        all_joints=all_joints,
+        load=_read_load(message, n),
+    )
+
+
+def _joints(told, n):
+    """Return the joints (n, k) of a message that tells k of each robot; one that is 0 where it has none."""
+    if not len(told):
+        return np.zeros((n, 1))
+    if not n or len(told) % n:
+        raise MessageError("{} robots, {} joint; wanted as many of each robot".format(n, len(told)))
+    return np.array(told, dtype=float).reshape(n, -1)
+
+
+def is_commanded(message):
+    """Return whether a ``TeamState`` has a command that is not zero, without taking it apart."""
+    return any(np.any(_array(message, "command_" + name)) for name in FIELDS.values())
+
+
+def _flags(values, n, name):
+    if len(values) != n:
+        raise MessageError("{} robots, {} {}; wanted as many of each".format(n, len(values), name))
+    return np.array(values, dtype=bool)
+
+
+def read_odometry(message):
+    """Return the robots' numbers, poses, body twists, (n, 3) each, and ``Spatial`` of a ``TeamOdometry``.
+
+    The last is None where all is planar.  Raises ``MessageError`` where its arrays do not fit.
+    """
+    pose, twist = read_planar(message)
+    return message.robot, pose, twist, read_spatial(message, pose[:, 2])
+
+
+def team_odometry(numbers, pose, twist=None, stamp=None, spatial=None, joints=None):
+    """Return the ``TeamOdometry`` of the robots ``numbers`` at ``pose`` (n, 3), with ``twist`` (n, 3).
+
+    ``spatial``: their ``Spatial``, None for robots on the ground; ``joints`` (n, k) [rad] of robots with
+    arms, else None.
+    """
+    message = TeamOdometry(robot=list(numbers))
+    message.joint = [] if joints is None else joints.ravel().tolist()
+    if stamp is not None:
+        message.header.stamp = stamp
+    _put_planar(message, pose, np.zeros_like(pose) if twist is None else twist)
+    _put_spatial(message, spatial)
+    return message
+
+
+def team_command(numbers, command, axes=UNICYCLE_AXES, answered=None):
+    """Return the ``TeamCommand`` of the robots ``numbers``: ``command`` (n, a).
+
+    ``answered`` (n,) [s]: the stamp of the odometry that each command answers, None for no odometry.
+    """
+    arm = _arms_of(command, axes)
+    stamps = [] if answered is None else np.asarray(answered, dtype=float).tolist()
+    stamps = stamps[:1] if len(set(stamps)) == 1 else stamps
+    return TeamCommand(robot=list(numbers), arm=arm, odometry=stamps, **commands_of(command, axes))
+
+
+def read_team_command(message):
+    """Return the robots' numbers, the axes and the commands (n, a) in a ``TeamCommand``.
+
+    Raises ``MessageError`` where its arrays do not fit, or a robot's number is 0.
+    """
+    if 0 in message.robot:
+        raise MessageError("robot 0, wanted robots numbered from 1")
+    axes, command = read_commands(message, len(message.robot))
+    return (message.robot, *_with_arms(axes, command, message.arm))
+
+
+def read_answered(message):
+    """Return the stamp of the odometry that each command of a ``TeamCommand`` answers, (n,) [s].
+
+    NaN where it is not told; ``MessageError`` where there are neither as many as robots nor one for all.
+    """
+    n, stamps = len(message.robot), np.array(_array(message, "odometry"), dtype=float)
+    if len(stamps) not in (0, 1, n):
+        raise MessageError(
+            "{} robots, {} odometry; wanted as many of each, one or none".format(n, len(stamps))
+        )
+    return np.broadcast_to(stamps if len(stamps) else np.nan, n)
+
+
+def read_joints(message):
+    """Return the joints (n, k) [rad] in a ``TeamOdometry``, None where it tells none."""
+    return _joints(message.joint, len(message.robot)) if len(message.joint) else None
+
+
+def stage_status(stamp, round_trips, **facts):
+    """Return the ``StageStatus`` of ``facts``, other fields by name; ``round_trips``: median and 99 %."""
+    median, p99 = round_trips
+    message = StageStatus(round_trip_median=median, round_trip_p99=p99, **facts)
+    message.header.stamp = stamp
+    return message
+
+
+def read_stage_status(message):
+    """Return the ``Stage`` in a ``StageStatus``."""
+    # Bags of earlier versions do not count the periods.
+    values = {name: getattr(message, name, 0) for name in Stage._fields[1:]}
+    values["real_silent"] = tuple(message.real_silent)
+    for name in ("flight", "timed_out"):
+        values[name] = tuple(getattr(message, name, ()))
+    return Stage(stamp=message.header.stamp.to_sec(), **values)
+
+
+def control_status(command, axes, edges, targets, **facts):
+    """Return the ``ControlStatus`` of commands (n, a), edges (i, j, weight), targets and ``facts``.
+
+    ``targets`` (n, 2) or, in space, (n, 3) [m], None for nowhere; ``facts``: other fields by name.
+    """
+    hears, heard, weight = zip(*edges) if edges else ((), (), ())
+    message = ControlStatus(hears=hears, heard=heard, weight=weight, **facts)
+    for name, column in commands_of(command, axes, "command_").items():
+        setattr(message, name, column)
+    if targets is not None:
+        columns = np.asarray(targets, dtype=float).T.tolist()
+        message.target_x, message.target_y = columns[:2]
+        message.target_z = columns[2] if len(columns) > 2 else []
+    return message
+
+
+def read_control_status(message):
+    """Return the ``Controller`` in a ``ControlStatus``; ``MessageError`` where arrays do not fit."""
+    axes, command = read_commands(message, len(message.command_v), "command_")
+    return Controller(
+        stamp=message.header.stamp.to_sec(),
+        protocol=message.protocol,
+        period=message.period,
+        running=message.running,
+        trouble=message.trouble,
+        stale=tuple(message.stale),
+        stopped=tuple(message.stopped),
+        axes=axes,
+        command=command,
+        edges=tuple(zip(message.hears, message.heard, message.weight)),
+        directed=message.directed,
+        targets=_targets(message),
+        warnings=tuple(message.warnings),
+    )
+
+
+def control_scenario(obeyed):
+    """Return the ``ControlScenario`` of ``obeyed``, plain values by the keys ``OBEYED`` of a scenario."""
+    return ControlScenario(obeyed=json.dumps(obeyed, default=float))
+
+
+def read_control_scenario(message):
+    """Return the stamp [s] of a ``ControlScenario`` and what is obeyed, plain values by keys.
+
+    Raises ``MessageError`` for anything else.
+    """
+    try:
+        obeyed = json.loads(message.obeyed)
+        unknown = set(obeyed).difference(OBEYED)
+    except (ValueError, TypeError, RecursionError) as error:
+        raise MessageError("obeyed: no JSON of a scenario's keys: {}".format(error)) from None
+    if unknown or not isinstance(obeyed, dict):
+        text = "obeyed: {:.60}, wanted a mapping of {}"
+        raise MessageError(text.format(repr(obeyed), ", ".join(OBEYED)))
+    return message.header.stamp.to_sec(), obeyed
+
+
+def _targets(message):
+    """Return the targets of a ``ControlStatus``, (n, 2) or (n, 3) [m]."""
+    height = _array(message, "target_z")
+    columns = [message.target_x, message.target_y] + ([height] if len(height) else [])
+    if len({len(column) for column in columns}) > 1:
+        raise MessageError(
+            "{} target_x, {}; wanted as many of each".format(
+                len(message.target_x),
+                ", ".join(
+                    "{} target_{}".format(len(column), axis)
+                    for axis, column in zip("yz", columns[1:])
+                ),
+            )
+        )
+    return np.array(columns, dtype=float).T.reshape(-1, len(columns))
+
+
+def collision_message(collision, stamp, frame):
+    """Return the message of a ``core.recording.Collision``."""
+    first, second, x, y, z = collision[1:]
+    message = Collision(first=first, second=second, x=x, y=y, z=z)
+    message.header.stamp, message.header.frame_id = stamp, frame
+    return message
+
+
+def read_collision(message):
+    """Return the ``core.recording.Collision`` in ``message``, its time that of the stamp [s]."""
+    stamp = message.header.stamp.to_sec()
+    place = message.x, message.y, getattr(message, "z", 0.0)
+    return RunCollision(stamp, message.first, message.second, *place)
+
+
+def range_bearing(header, numbers, ranges, bearings):
+    """Return the ``RangeBearing`` of the robots ``numbers``, ``ranges`` [m] and ``bearings`` [rad] away."""
+    return RangeBearing(header, numbers.tolist(), ranges.tolist(), bearings.tolist())
+
+
+def read_range_bearing(message):
+    """Return numbers, ranges [m] and bearings [rad], (K,) each; ``MessageError`` where they do not fit."""
+    told = message.robot, message.range, message.bearing
+    if len({*map(len, told)}) > 1:
+        text = "{} robots, {} ranges, {} bearings; wanted as many of each"
+        raise MessageError(text.format(*map(len, told)))
+    return tuple(np.array(each, dtype=kind) for each, kind in zip(told, (int, float, float)))
+
+
+def incident_message(incident, stamp):
+    """Return the message of a ``core.incidents.Incident``."""
+    message = Incident(**dict(zip(("robot", "what", "rotor", "ordered"), incident[1:])))
+    message.header.stamp = stamp
+    return message
+
+
+def read_incident(message):
+    """Return the ``core.incidents.Incident`` in ``message``, its time that of the stamp [s].
+
+    Raises ``MessageError`` for one that is not known.
+    """
+    if message.what not in WORDS:
+        raise MessageError("incident {!r}, wanted one of {}".format(message.what, ", ".join(WORDS)))
+    stamp = message.header.stamp.to_sec()
+    return RunIncident(stamp, message.robot, message.what, message.rotor, message.ordered)
+
+
+def read_look(message):
+    """Return the ``Look`` in a ``Camera``."""
+    return Look(
+        (message.x, message.y),
+        message.distance,
+        message.yaw,
+        message.pitch,
+        message.follow,
+        (message.width, message.height),
+    )
+
+
+def robot_specs(kinds, poses, z=None):
+    """Return each robot's ``RobotSpec``: its kind's name, pose (n, 3), height ``z`` (n,) [m], else 0."""
+    heights = np.zeros(len(poses)) if z is None else z
+    return [
+        RobotSpec(kind=kind, pose=Pose2D(*map(float, pose)), z=float(height))
+        for kind, pose, height in zip(kinds, poses, heights)
+    ]
+
+
+def read_robot_specs(robots, default):
+    """Return kinds, poses [x, y, theta] and heights of ``RobotSpec``s; an empty kind is ``default``."""
+    kinds = [robot.kind or default for robot in robots]
+    poses = [[robot.pose.x, robot.pose.y, robot.pose.theta] for robot in robots]
+    return kinds, poses, [robot.z for robot in robots]

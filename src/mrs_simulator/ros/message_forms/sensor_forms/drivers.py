@@ -1,0 +1,44 @@
+"""Sensors as p2os_driver tells them, which has messages of its own."""
+
+import numpy as np
+
+from mrs_simulator.ros.message_forms.defined_types import P2osBattery, SonarArray
+from mrs_simulator.ros.message_forms.messages import MessageError
+from mrs_simulator.ros.message_forms.sensor_forms.form import Form
+from mrs_simulator.ros.message_forms.sensor_forms.ranging import SILENT, places_of
+from mrs_simulator.sensors.types.battery import BatteryReading
+from mrs_simulator.sensors.types.ranging import RangeReading
+
+
+class Distances(Form):
+    """SonarArray: the distance of each transducer up to the last that has fired.
+
+    What hears nothing is told at the greatest distance; of transducers beyond the last nothing is known.
+    """
+
+    MESSAGE = SonarArray
+
+    def reading(self, message, stamp):
+        """Return the ``RangeReading``."""
+        places, numbers = places_of(self.mount), self.mount.numbers
+        told = np.asarray(message.ranges, dtype=float)
+        if not len(told):
+            raise MessageError("no distances: is the driver's parameter use_sonar true?")
+        if len(told) > len(places):
+            text = "{} distances, but the mount has {} transducers"
+            raise MessageError(text.format(len(told), len(places)))
+        ranges = np.full(len(places), np.nan)
+        ranges[: len(told)] = np.where(told > numbers.most - SILENT, np.inf, np.maximum(told, 0.0))
+        return RangeReading(stamp, ranges, places, numbers.most, 0.5 * numbers.cone)
+
+
+class P2osVoltage(Form):
+    """BatteryState of p2os_msgs: the voltage [V] alone."""
+
+    SUFFIX = "_state"
+    MESSAGE = P2osBattery
+    TELLS = ("voltage",)
+
+    def reading(self, message, stamp):
+        """Return the ``BatteryReading``."""
+        return BatteryReading(stamp, message.voltage, np.nan)

@@ -1,0 +1,141 @@
+"""Start and end of a node."""
+
+import contextlib
+import gc
+import os
+import signal
+import socket
+import threading
+import time
+
+import rospy
+import rospy.impl.tcpros_base
+
+from mrs_simulator.ros.node.registration import keep_registered
+from mrs_simulator.ros.node.unknown_parameters import refuse_unknown, warn_of_unknown
+
+# A GUI may crash or be killed: what it started sees that its parent is gone, and ends.
+PARENT = "MRS_SIMULATOR_PARENT"
+LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
+FAREWELL = 5.0  # [s] of wall time for the last commands and for the master's answer
+HEADER = 10.0  # [s] of wall time in which a peer that connects has to send its header
+MOST_PEERS = 100  # [-] that may be about to; with more, the one that connected first is closed
+NO_TOPICS_IN_LOG = "/rosout_disable_topics_generation"
+ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def start_node(name, parameters=(), foreign=False):
+    """Join the ROS graph as node ``name``; SIGINT, SIGTERM and SIGHUP end it in good order.
+
+    Raises ``ValueError`` for a parameter on the command line that neither the nodes read nor are
+    ``parameters``, names of more; a law of one's own may read ``foreign`` ones.
+
+    rospy's own handlers shut down in the middle of whatever the main thread is at, and can so wait
+    for a lock that it holds.  Here the shutdown has a thread of its own; ``rospy.is_shutdown()``
+    tells the main loop.
+    """
+    refuse_unknown(parameters, foreign)
+    rospy.init_node(name, disable_signals=True)
+    _meet_peers_apart()
+    warn_of_unknown(parameters)
+    # As long as it is not set, rospy asks the master for it at each log message, and a node whose
+    # master is out of reach hangs in the first.
+    if not rospy.has_param(NO_TOPICS_IN_LOG):
+        rospy.set_param(NO_TOPICS_IN_LOG, False)
+    rospy.get_param_cached(NO_TOPICS_IN_LOG)
+    keep_registered()
+    for number in ENDINGS:
+        signal.signal(number, _end)
+    if os.environ.get(PARENT) == str(os.getppid()):
+        threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+
+
+def _meet_peers_apart():
+    """Have each peer that connects to this node send its header to a thread of its own.
+
+    rospy reads headers in the thread that accepts connections: one peer that never ends its header would
+    keep out every later subscriber.
+    """
+    server = getattr(rospy.impl.tcpros_base._tcpros_server, "tcp_ros_server", None)
+    if server is not None:
+        server.inbound_handler = Doorkeeper(server.inbound_handler)
+        server.server_sock.listen(MOST_PEERS)  # more than rospy's 5 may connect at once
+
+
+class Doorkeeper:
+    """Hands connections to a ``handler``, each in a thread of its own, and closes those that dawdle."""
+
+    def __init__(self, handler, limit=HEADER, most=MOST_PEERS):
+        """``handler(sock, address)`` returns once the header is read; ``limit`` [s] of wall time."""
+        self._handler, self._limit, self._most = handler, limit, most
+        self._lock, self._waiting = threading.Lock(), []
+
+    def __call__(self, sock, address):
+        """Take in a connection; return at once."""
+        with self._lock:
+            self._waiting.append(sock)
+            oldest = self._waiting[0] if len(self._waiting) > self._most else None
+        if oldest is not None:
+            self._turn_away(oldest)
+        threading.Thread(target=self._meet, args=(sock, address), daemon=True).start()
+
+    def _meet(self, sock, address):
+        timer = threading.Timer(self._limit, self._turn_away, (sock,))
+        timer.daemon = True
+        timer.start()
+        try:
+            self._handler(sock, address)
+        finally:
+            timer.cancel()
+            with self._lock:
+                if sock in self._waiting:
+                    self._waiting.remove(sock)
+
+    def _turn_away(self, sock):
+        with self._lock:
+            if sock not in self._waiting:
+                return  # its header has come
+            self._waiting.remove(sock)
+            with contextlib.suppress(OSError):
+                sock.shutdown(socket.SHUT_RDWR)
+
+
+def _end_with_parent(parent):
+    while os.getppid() == parent:
+        time.sleep(LOOK_PERIOD)
+    rospy.signal_shutdown("the program that started this node has ended")
+
+
+def spare_garbage_collection():
+    """Have later collections of garbage pass over everything that is there now, since most of it stays.
+
+    To be called once a node has started up, and where its team has changed.  Looking through what 1000
+    robots' topics consist of takes 50 ms and more, during which no thread runs.
+    """
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
+
+
+def run(spin):
+    """Call ``spin``; a topic that the shutdown closes while it publishes is no error."""
+    spare_garbage_collection()
+    try:
+        spin()
+    except rospy.ROSException:
+        # Topics close before is_shutdown() tells.
+        if not rospy.core.is_shutdown_requested():
+            raise
+
+
+def _end(number, _frame):
+    reason = "signal {}".format(signal.Signals(number).name)
+    ending = threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True)
+    ending.start()
+    threading.Thread(target=_end_without_leave, args=(ending,), daemon=True).start()
+
+
+def _end_without_leave(ending):
+    """End though the master does not answer the node's farewell: it may be out of reach for ever."""
+    ending.join(FAREWELL)
+    rospy.core._shutdown_flag = True

@@ -1,0 +1,159 @@
+"""Grids of occupied cells: a scene's map, and the map that scans laid over each other make."""
+
+import math
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from mrs_simulator.scenario.surroundings.maps import (
+    FLOOR,
+    SERVED,
+    UNKNOWN,
+    WALL,
+    obstacles_of,
+    served_cells,
+)
+from mrs_simulator.scenario.surroundings.obstacles import clearance, corners, is_flat
+
+CELL = 0.05  # [m] of a scene that no map with cells of its own describes
+MARGIN = 1.0  # [m] around its obstacles
+ROUNDING = 1e-9  # [m]
+MOST_CELLS = 4_000_000  # [-] of such a scene; larger ones have larger cells
+
+
+class Grid(NamedTuple):
+    """Square cells, row by row from the lower left one: ``WALL``, ``FLOOR`` or ``UNKNOWN``."""
+
+    cells: np.ndarray  # (rows, columns) int8, the lowest row first
+    side: float  # [m] of a cell
+    origin: Tuple[float, float, float]  # x, y [m], yaw [rad] of the lower left corner
+
+    def places(self):
+        """Return the centres of all cells, (rows, columns, 2) [m]."""
+        rows, columns = self.cells.shape
+        x = self.side * (np.arange(columns) + 0.5)
+        y = self.side * (np.arange(rows) + 0.5)[:, np.newaxis]
+        cos, sin = math.cos(self.origin[2]), math.sin(self.origin[2])
+        return np.stack(
+            [self.origin[0] + cos * x - sin * y, self.origin[1] + sin * x + cos * y], axis=-1
+        )
+
+    def rows_columns(self, points):
+        """Return the row and the column in which ``points`` (..., 2) [m] lie, also beyond the grid."""
+        cos, sin = math.cos(self.origin[2]), math.sin(self.origin[2])
+        away = np.asarray(points, dtype=float) - np.array(self.origin[:2])
+        x, y = away[..., 0], away[..., 1]
+        column, row = (cos * x + sin * y) / self.side, (cos * y - sin * x) / self.side
+        return np.floor(row).astype(int), np.floor(column).astype(int)
+
+    def holds(self, row, column):
+        """Return which cells are within the grid, bool."""
+        rows, columns = self.cells.shape
+        return (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+
+
+def scene_grid(scenario):
+    """Return the ``Grid`` of what stands in the scene of ``scenario``, None where nothing does.
+
+    That of a map_server file has its cells; obstacles are drawn into it.  Other scenes have cells of
+    ``CELL``, or larger ones.  A cell is occupied if its middle is within half a cell of an obstacle.
+    """
+    standing = [each for each in obstacles_of(scenario) if not is_flat(each)]
+    if scenario.map is not None and scenario.map.file.lower().endswith(SERVED):
+        grid = _served_grid(scenario)
+        standing = [each for each in scenario.obstacles if not is_flat(each)]
+    elif standing:
+        grid = empty_grid(np.concatenate([corners(each) for each in standing]))
+    else:
+        return None
+    for obstacle in standing:
+        _draw(grid, obstacle)
+    return grid
+
+
+def _served_grid(scenario):
+    beside = scenario.path.rpartition("/")[0] if scenario.path else ""
+    source = scenario.map.located(beside)
+    cells, side, (x, y, yaw) = served_cells(source.file)
+    cos, sin = math.cos(source.pose[2]), math.sin(source.pose[2])
+    place = source.pose[0] + cos * x - sin * y, source.pose[1] + sin * x + cos * y
+    return Grid(np.ascontiguousarray(cells[::-1]), side, (*place, yaw + source.pose[2]))
+
+
+def empty_grid(points, side=CELL, margin=MARGIN, value=FLOOR):
+    """Return a ``Grid`` of ``value`` that holds ``points`` (m, 2) [m] with a ``margin`` [m] around them."""
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    side = max(side, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
+    low = side * np.floor(low / side)
+    columns, rows = (int(math.ceil(each)) for each in (high - low) / side)
+    return Grid(np.full((rows, columns), value, dtype=np.int8), side, (*low.tolist(), 0.0))
+
+
+def _draw(grid, obstacle):
+    """Make the cells of ``grid`` occupied where ``obstacle`` stands."""
+    row, column = grid.rows_columns(corners(obstacle))
+    within = tuple(
+        slice(max(0, int(each.min()) - 1), max(0, int(each.max()) + 2)) for each in (row, column)
+    )
+    places = grid.places()[within]
+    if places.size:
+        far, _ = clearance(obstacle, places.reshape(-1, 2))
+        near = far.reshape(places.shape[:2]) < 0.5 * grid.side - ROUNDING
+        grid.cells[within][near] = WALL
+
+
+def scanned_grid(grid, scans):
+    """Return the ``Grid`` that ``scans`` make, with the cells of ``grid``, whose values do not matter.
+
+    ``scans``: ``(pose, reading)`` each, the pose (x, y [m], theta [rad]) in the common frame, and the
+    reading of a sonar without a cone or of a laser.  A cell is occupied where a ray ends, free where rays
+    pass and none ends, unknown elsewhere.
+    """
+    ended = np.zeros(grid.cells.shape, dtype=bool)
+    passed = np.zeros(grid.cells.shape, dtype=bool)
+    for (x, y, theta), reading in scans:
+        places, ranges = reading.places, reading.ranges
+        heard = ~np.isnan(ranges)
+        places, ranges = places[heard], ranges[heard]
+        cos, sin = math.cos(theta), math.sin(theta)
+        begin = [x, y] + places[:, :2] @ np.array([[cos, sin], [-sin, cos]])
+        along = np.column_stack([np.cos(places[:, 2] + theta), np.sin(places[:, 2] + theta)])
+        hit = np.isfinite(ranges)
+        _mark(ended, grid, begin[hit] + ranges[hit, np.newaxis] * along[hit])
+        _mark(passed, grid, _along(begin, along, np.minimum(ranges, reading.most), grid.side))
+    cells = np.where(passed, FLOOR, UNKNOWN)
+    cells[ended] = WALL
+    return grid._replace(cells=cells.astype(np.int8))
+
+
+def _along(begin, along, ranges, side):
+    """Return points (m, 2) along rays, half a cell apart, that end a cell before the rays do."""
+    steps = np.arange(0.0, max(0.0, float(ranges.max(initial=0.0)) - side), 0.5 * side)
+    ray, step = np.nonzero(steps < ranges[:, np.newaxis] - side)
+    return begin[ray] + steps[step, np.newaxis] * along[ray]
+
+
+def _mark(cells, grid, points):
+    row, column = grid.rows_columns(points)
+    inside = grid.holds(row, column)
+    cells[row[inside], column[inside]] = True
+
+
+def grown(cells):
+    """Return ``cells`` (rows, columns) bool and the eight neighbours of each that is set."""
+    wide = np.pad(cells, 1)
+    rows, columns = cells.shape
+    around = [wide[i : i + rows, j : j + columns] for i in range(3) for j in range(3)]
+    return np.logical_or.reduce(around)
+
+
+def disagreement(found, wanted):
+    """Return two shares [-] of cells: walls of ``found`` farther than a cell from any of ``wanted``, and
+    walls of ``wanted`` that rays crossed, being free in ``found`` and farther than a cell from its walls.
+
+    ``found``, ``wanted``: ``Grid`` with the same cells.
+    """
+    walls, true = found.cells == WALL, wanted.cells == WALL
+    invented = walls & ~grown(true)
+    crossed = true & (found.cells == FLOOR) & ~grown(walls)
+    return invented.sum() / max(1, walls.sum()), crossed.sum() / max(1, true.sum())

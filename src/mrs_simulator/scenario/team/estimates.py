@@ -1,0 +1,64 @@
+"""Where poses come from that the control knows: a scenario's ``estimates``."""
+
+from typing import NamedTuple, Optional, Tuple
+
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, shown
+
+ODOMETRY, EKF = "odometry", "ekf"
+ALPHA = (
+    0.01,
+    0.0,
+    0.0,
+    0.01,
+    0.001,
+    0.001,
+)  # of the velocity motion model, where nothing else is said
+
+
+class Estimates(NamedTuple):
+    """A source of poses: odometry alone, one sensor that tells poses, or a filter.
+
+    ``source``: "odometry", "ekf" or the name of a sensor; ``sensors``: of the filter, by name; ``alpha``:
+    what it takes the odometry's noise for, a1 to a6 of the velocity motion model, None for the scenario's.
+    """
+
+    source: str
+    sensors: Tuple[str, ...] = ()
+    alpha: Optional[Tuple[float, ...]] = None
+
+    @property
+    def asked(self):
+        """Return the names of the sensors that are read for it."""
+        return self.sensors if self.source in (EKF, ODOMETRY) else (self.source,)
+
+    def to_plain(self):
+        """Return what a scenario holds."""
+        if self.source != EKF:
+            return self.source
+        plain = {EKF: list(self.sensors)}
+        return plain if self.alpha is None else dict(plain, alpha=list(self.alpha))
+
+
+@explained_by("docs/sensors.md#estimated-poses")
+def read_estimates(top):
+    """Return the ``Estimates`` under ``estimates``, None where nothing is said."""
+    given = top.take("estimates")
+    if given is None:
+        return None
+    where = top.at("estimates")
+    if isinstance(given, str):
+        return Estimates(given, (), None)
+    section = Section(given, where)
+    names = section.take(EKF)
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        text = "{}: {}, wanted names of sensors, such as [gps, imu]"
+        raise ScenarioError(text.format(section.at(EKF), shown(names)))
+    alpha = None
+    if section.has("alpha"):
+        alpha = tuple(number_list(section.take("alpha"), 6, section.at("alpha")))
+        for k, value in enumerate(alpha):
+            Section({"a": value}, section.at("alpha[{}]".format(k))).number("a", low=0.0)
+    section.take("alpha")
+    section.done()
+    return Estimates(EKF, tuple(names), alpha)

@@ -1,0 +1,69 @@
+"""Turns from gyros in place of those of the wheels."""
+
+import bisect
+
+import numpy as np
+
+from mrs_simulator.core.kept_rates import steps_between
+from mrs_simulator.sensors.noise import SILENCE
+from mrs_simulator.sensors.pose_filter.pose_measurements import offset, white
+
+
+class Gyro:
+    """What the gyros of a team have told of late.
+
+    A reading holds for the period before its stamp, but not for times of which the one before it has told.
+    """
+
+    def __init__(self, mount, step):
+        """``mount`` of the inertial sensor; ``step`` [s] of the world."""
+        noise = dict(mount.noise).get("rate", SILENCE)
+        self.name, self._period = (
+            mount.name,
+            max(steps_between(mount.rate, step) * step, 1.0 / mount.rate),
+        )
+        self._reach = int(round(1e9 * self._period))  # [ns]
+        self._variance = white(noise)
+        self.first, self.walks = [offset(noise)], [noise.bias_walk**2]
+        self.is_biased = bool(self.first[0] + self.walks[0])
+        self._heard = []  # (stamp, count, rows, rates), by stamp
+        self._count = 0
+
+    def take(self, stamp, heard):
+        """Keep ``heard``, ``[(row, reading)]``; return from when on [ns] they tell of turns."""
+        rates = np.array([reading.rate[2] for _, reading in heard])
+        known = np.isfinite(rates)
+        rows = np.array([row for row, _ in heard])[known]
+        self._count += 1
+        bisect.insort(self._heard, (stamp, self._count, rows, rates[known]))
+        return stamp - self._reach
+
+    def forget(self, before):
+        """Forget what tells of times before ``before`` [ns] alone."""
+        del self._heard[: bisect.bisect_left(self._heard, (before,))]
+
+    def turn(self, move, moved, variances):
+        """Put the gyros' turns in ``moved`` (m, 3) and ``variances`` (m, 3) of a ``Move``.
+
+        Return for how long (m,) [s] of it they have told; else the wheels do.
+        """
+        turned, covered = np.zeros(len(moved)), np.zeros(len(moved), dtype=np.int64)
+        told = np.full(len(moved), move.start)  # [ns] up to when
+        at = bisect.bisect_right(self._heard, (move.start, np.inf))
+        for stamp, _, rows, rates in self._heard[at:]:
+            if stamp - self._reach >= move.end:
+                break
+            _, here, there = np.intersect1d(move.rows, rows, True, return_indices=True)
+            begun = np.maximum(told[here], stamp - self._reach)
+            told[here] = min(stamp, move.end)
+            overlap = told[here] - begun
+            turned[here] += rates[there] * (overlap / 1e9)
+            covered[here] += overlap
+        left = 1.0 - covered / (move.end - move.start)
+        known = covered > 0
+        seconds = covered[known] / 1e9
+        moved[known, 2] = turned[known] + left[known] * moved[known, 2]
+        # Until the next reading the error is the same: its steps add up, and not their squares.
+        error = self._variance * seconds * self._period
+        variances[known, 2] = error + left[known] * variances[known, 2]
+        return covered / 1e9

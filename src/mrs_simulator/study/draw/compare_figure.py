@@ -1,0 +1,29 @@
+"""The figure of two runs laid over each other."""
+
+from mrs_simulator.study.draw.canvas import styled
+from mrs_simulator.study.draw.figure_parts import robot_colours
+
+
+@styled
+def draw_comparison(figure, real, simulated, time, apart):
+    """Draw the paths of both runs, and below how far apart robots are, (m, n) [m] at ``time`` [s]."""
+    figure.clear()
+    paths = figure.add_subplot(3, 1, (1, 2))
+    below = figure.add_subplot(3, 1, 3)
+    for row, colour in enumerate(robot_colours(real.robots)):
+        for run, style in ((simulated, "--"), (real, "-")):
+            x, y = run.pose[:, row, :2].T
+            paths.plot(x, y, style, color=colour, linewidth=1.0)
+        paths.plot(*real.pose[0, row, :2], "o", color=colour, markersize=3.0)
+        label = "robot {}".format(real.robots[row]) if len(real.robots) <= 8 else None
+        below.plot(time, apart[:, row], color=colour, linewidth=1.0, label=label)
+    paths.plot([], [], "-", color="black", label="real")
+    paths.plot([], [], "--", color="black", label="simulated")
+    paths.set_aspect("equal", adjustable="datalim")
+    paths.set_xlabel("$x$ [m]")
+    paths.set_ylabel("$y$ [m]")
+    paths.legend(loc="upper right")
+    below.set_xlabel("$t$ [s]")
+    below.set_ylabel("apart [m]")
+    if len(real.robots) <= 8:
+        below.legend(ncol=4, loc="upper left")

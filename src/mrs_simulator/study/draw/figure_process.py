@@ -1,0 +1,174 @@
+"""Figures drawn by processes of their own, while a run goes on and while it is judged.
+
+They are forked before the world is loaded, so that matplotlib is loaded meanwhile, and see the run's
+samples in the recorder's memory: none are copied.  Each draws one figure after the other, whichever is
+next.
+"""
+
+import contextlib
+import gc
+import mmap
+import os
+import signal
+import threading
+from collections import deque
+from multiprocessing.connection import Pipe, wait
+
+from mrs_simulator.control.worker_process import guarded
+from mrs_simulator.record.recording import MOST_KEPT, Kept
+
+PROCESSES = 2
+MOST_FIGURES = (
+    6  # [-] beside certificates, of a run in space; what a run does not have takes no time
+)
+ENDED = "the process that draws figures ended before it had drawn them"
+
+
+class Drawing:
+    """Draws figures in processes apart; :meth:`finish` waits for them."""
+
+    def __init__(self, formats):
+        """Load what draws figures in ``formats``; while this process has one thread."""
+        self.memory = mmap.mmap(-1, MOST_KEPT)  # where a recorder is to keep the samples
+        self._recorder, self._is_drawing = None, False
+        self._waiting, self._busy = deque(), []
+        pairs = [Pipe() for _ in range(PROCESSES)]
+        self._pipes, theirs = zip(*pairs)
+        self._free = list(self._pipes)
+        self._process = os.fork()
+        if self._process == 0:
+            for pipe in self._pipes:
+                pipe.close()
+            guarded(_draw_all, theirs, _drawings(self.memory), formats)
+        for pipe in theirs:
+            pipe.close()
+
+    def begin(self, recorder):
+        """Tell of a run that ``recorder`` keeps in :attr:`memory`."""
+        self._recorder = recorder
+
+    @property
+    def is_able(self):
+        """Return whether the recorder holds the run that is to be drawn."""
+        return self._recorder is not None and self._recorder.has_kept_all
+
+    def figures(self, run, *options):
+        """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
+        dimension = run.hand.shape[2]
+        told = self._recorder.kept.layout, run.time, run.collisions, run.scenario, dimension
+        self._is_drawing = True
+        for pipe in self._pipes:
+            _send(pipe, ("run", told, options))
+        self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
+        self._hand_out()
+
+    def certificates(self, *options):
+        """Begin to draw ``study.certificate_figure.save_certificates(*options)``."""
+        self._waiting.append(("certificates", *options))
+        self._hand_out()
+
+    def _hand_out(self):
+        while self._free and self._waiting:
+            self._busy.append(self._free.pop(0))
+            _send(self._busy[-1], self._waiting.popleft())
+
+    def finish(self):
+        """Wait until all is drawn; raises what a drawing raised."""
+        while self._busy:
+            for pipe in wait(self._busy):
+                try:
+                    error = pipe.recv()
+                except (EOFError, OSError):
+                    raise RuntimeError(ENDED) from None
+                if error is not None:
+                    raise error
+                self._busy.remove(pipe)
+                self._free.append(pipe)
+            self._hand_out()
+
+    def close(self):
+        """End the processes."""
+        for pipe in self._pipes:
+            pipe.close()
+        if not self._is_drawing:  # it may still be loading
+            os.kill(self._process, signal.SIGKILL)
+        os.waitpid(self._process, 0)
+        self.memory = None
+
+
+def _send(pipe, request):
+    try:
+        pipe.send(request)
+    except OSError:  # nobody is at its other end any more
+        raise RuntimeError(ENDED) from None
+
+
+@contextlib.contextmanager
+def drawing(formats):
+    """Within it, a ``Drawing`` draws; None where processes of its own gain nothing or are not safe."""
+    alone = threading.active_count() == 1  # a lock that another thread holds would stay locked
+    if not (formats and alone and _cores() > 1):
+        yield None
+        return
+    made = Drawing(formats)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def _cores():
+    """Return how many cores this process may use; 1 where only Linux could tell, or fork safely."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def _drawings(memory):
+    """Return the functions that serve requests, by name, about the run whose samples are in ``memory``."""
+    given = []
+
+    def begin(told, options):
+        layout, time, collisions, scenario, dimension = told
+        run = Kept(*layout, memory).run(time, scenario, (collisions, {}))
+        given[:] = (run.in_space(dimension), *options)
+
+    def draw(row):
+        from mrs_simulator.study.draw.figures import figures
+
+        figures(*given, slice(row, row + 1))
+
+    def certificates(*options):
+        from mrs_simulator.study.draw.certificate_figure import save_certificates
+
+        save_certificates(*options)
+
+    return {"run": begin, "figures": draw, "certificates": certificates}
+
+
+def _draw_all(pipes, drawings, formats):
+    """Load what draws, and serve the first of ``pipes``, the second one in a process forked then."""
+    gc.disable()  # it would look through all of matplotlib again and again, a fourth of the time
+
+    from mrs_simulator.study.draw.figures import warm_up
+
+    warm_up(formats)
+    first, second = pipes
+    twin = os.fork()
+    if twin == 0:
+        first.close()
+        guarded(_serve, second, drawings)
+    second.close()
+    _serve(first, drawings)
+    os.waitpid(twin, 0)  # it would be killed with this one
+
+
+def _serve(pipe, drawings):
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            name, *options = pipe.recv()
+            error = None
+            try:
+                drawings[name](*options)
+            except Exception as raised:
+                error = raised
+            if name != "run" or error:
+                pipe.send(error)

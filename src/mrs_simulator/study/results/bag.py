@@ -1,0 +1,416 @@
+"""Reads a run from a rosbag: the stage's states, or odometry and commands of real robots."""
+
+import math
+import re
+from typing import List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import (
+    DEFAULT_HAND_LENGTH,
+    UNICYCLE_AXES,
+    compose,
+    hand_points,
+    yaw,
+)
+from mrs_simulator.core.spatial import Spatial, upright
+from mrs_simulator.record.missed_periods import MissedPeriods
+from mrs_simulator.record.recording import Run, RunError
+from mrs_simulator.record.run_changes import ControllerRecord, changed_by
+from mrs_simulator.ros.message_forms.messages import (
+    read_collision,
+    read_control_scenario,
+    read_incident,
+    read_odometry,
+    read_stage_status,
+    read_state,
+)
+from mrs_simulator.scenario.reading import reason, refuse_special
+from mrs_simulator.scenario.scenario import (
+    MOST_ROBOTS,
+    ScenarioError,
+    scenario_from_yaml,
+)
+from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
+from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.study.run.ran import what_ran
+from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
+from mrs_simulator.vehicles.portable import told_team
+from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.vehicles.team_in_space import team_of
+from mrs_simulator.verdict.estimation import UNKNOWN, held_at
+
+# As the stage has them, and as RosAria and p2os drivers in namespaces do.
+ODOMETRY = re.compile(r"^/robot(\d+)/(?:odom|pose|RosAria/pose|RosAria/odom)$")
+COMMANDS = re.compile(r"^/robot(\d+)/(?:RosAria/)?cmd_vel$")
+JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
+# What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
+LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
+STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
+TOLD, OBEYED = "/pioneer_control/estimates", "/pioneer_control/scenario"
+STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
+CONTROLLER = "/pioneer_control/status"
+
+
+def read_bag(path, scenario=None):
+    """Return the ``Run`` in the bag at ``path``, from the controller's first command on.
+
+    The states of ``/stage/state`` are used, else ``/robotN/odom`` and ``/robotN/cmd_vel`` (on real
+    robots): the newest of each at every odometry of the first robot.  ``scenario`` is needed for
+    what a bag does not say; by default the bag's own, which is read as data only.  Raises
+    ``RunError``.
+    """
+    import rosbag  # ROS only where a bag is read
+
+    try:
+        refuse_special(path)
+        with rosbag.Bag(path) as bag:
+            topics = bag.get_type_and_topic_info().topics
+            scenario = scenario or _scenario_in(bag)
+            team = _team_of(scenario)
+            reader = _from_states if STATE in topics else _from_robots
+            if reader is _from_robots and team is not None and team.has_arms:
+                raise ScenarioError("robots with arms: wanted a bag with {}".format(STATE))
+            taken = reader(bag, topics, team.axes if team else UNICYCLE_AXES)
+            if reader is _from_robots:
+                taken = taken._replace(pose=_in_common_frame(taken.pose, scenario))
+            estimates, facts = _estimates_in(bag), {}
+            if estimates is not None:
+                taken = _with_estimates(taken, *estimates)
+            if taken.estimate is not None and reader is _from_robots:
+                facts = {"truth_unknown": True, "warnings": [UNKNOWN]}
+                taken = taken._replace(pose=taken.estimate)
+            collisions = _collisions(bag)
+            unknown = reader is _from_robots and COLLISIONS not in topics
+            incidents = [read_incident(each) for _, each, _ in bag.read_messages([INCIDENTS])]
+            degraded = _degraded(bag, topics, taken.time)
+            controller = _controller_in(bag)
+    except ScenarioError as error:
+        raise RunError("{}: cannot be read: {}".format(path, error)) from None
+    except Exception as error:  # rosbag and genpy raise whatever a damaged file leads them to
+        text = "{}: cannot be read: {}: {}".format(path, type(error).__name__, reason(error)[:200])
+        raise RunError(text) from None
+    if not len(taken.time):
+        raise RunError("{}: holds no sample in which a robot is commanded".format(path))
+    _refuse_impossible(path, taken)
+    slack = JITTER if reader is _from_robots else 0.0
+    keep = _every(taken.time, scenario.record_rate if scenario else None, slack)
+    if scenario is not None:  # a bag may have run on while the results were written
+        late = slack / scenario.record_rate + 1e-6
+        keep = keep[taken.time[keep] - taken.time[0] <= scenario.duration + late]
+    meta = dict(_meta(taken.command[keep], unknown, degraded), **facts)
+    if scenario is not None:
+        scenario = _obeyed_in(path, scenario, controller, taken.time[keep], meta)
+    start, l = taken.time[0], scenario.hand_length if scenario else DEFAULT_HAND_LENGTH
+    kept = taken.kept(keep)
+    if scenario is not None and reader is _from_states:
+        meta.update(scene_facts(scenario.obstacles, scene_time(start)))
+    incidents = [i._replace(time=i.time - start) for i in incidents if i.time >= start]
+    if incidents:
+        meta["incidents"] = incidents
+    return Run(
+        time=np.round(kept.time - start, 9),
+        robots=np.array(kept.robots),
+        pose=kept.pose,
+        hand=_points(team, kept.pose, kept.joints, l),
+        command=kept.command,
+        collisions=[c._replace(time=c.time - start) for c in collisions if c.time >= start],
+        scenario=scenario,
+        meta=meta,
+        axes=team.axes if team else UNICYCLE_AXES,
+        kinds=kept.kinds,
+        twist=kept.twist,
+        joints=kept.joints if team and team.has_joints else None,
+        spatial=kept.spatial,
+        point_z=_heights(team, kept, l),
+        load=kept.load,
+        estimate=kept.estimate,
+    )
+
+
+class Taken(NamedTuple):
+    """What a bag tells of n robots at m times."""
+
+    time: np.ndarray  # (m,) [s]
+    robots: List[int]
+    pose: np.ndarray  # (m, n, 3) [m, m, rad]
+    command: np.ndarray  # (m, n, a) [m/s, rad/s]
+    twist: Optional[np.ndarray]  # (m, n, 3) [m/s, m/s, rad/s], robots' frames; None: not told
+    joints: np.ndarray  # (m, n) [rad], 0 where they are not known
+    spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
+    kinds: Tuple[str, ...] = ()
+    load: Optional[Carried] = None  # (m, ...), None where robots carry nothing together
+    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], the poses that the control knew
+
+    def kept(self, rows):
+        """Return the samples in ``rows``."""
+        sampled = {name: getattr(self, name) for name in SAMPLED}
+        changed = {name: value[rows] for name, value in sampled.items() if value is not None}
+        spatial = None if self.spatial is None else self.spatial.of(rows)
+        load = None if self.load is None else self.load.at(rows)
+        return self._replace(spatial=spatial, load=load, **changed)
+
+
+SAMPLED = ("time", "pose", "command", "twist", "joints", "estimate")
+
+
+def _meta(command, collisions_unknown, degraded):
+    """Return what else is known of the run; zeros are what a controller says that never began."""
+    facts = {
+        "collisions_unknown": collisions_unknown,
+        "uncommanded": not command.any(),
+        "degraded": degraded,
+    }
+    return {name: fact for name, fact in facts.items() if fact}
+
+
+def _degraded(bag, topics, time):
+    """Return that the timing between the first and the last of ``time`` (m,) was degraded, or ""."""
+    missed = MissedPeriods()
+    # Bags of earlier versions have no status, or one that does not count the periods.
+    if len(time) and STATUS in topics:
+        for _, message, _ in bag.read_messages([STATUS]):
+            stage = read_stage_status(message)
+            if time[0] <= stage.stamp <= time[-1]:
+                missed.note(stage.stamp, stage.robots, stage.missed_periods, stage.command_periods)
+    return missed.text()
+
+
+def _controller_in(bag):
+    """Return the ``ControllerRecord`` of the bag."""
+    controller = ControllerRecord()
+    for _, message, _ in bag.read_messages([OBEYED]):
+        controller.note(*read_control_scenario(message))
+    return controller
+
+
+def _obeyed_in(path, scenario, controller, time, meta):
+    """Return ``scenario`` as the ``controller`` obeyed it; its changes go into ``meta``."""
+    obeyed, changes = controller.during(time[0], time[-1])
+    try:
+        ran, unknown = what_ran(scenario, obeyed=obeyed)
+        changed_by(ran, changes)
+    except ValueError as error:
+        raise RunError("{}: {}: {}".format(path, OBEYED, error)) from None
+    meta.update({"changes": changes} if changes else {})
+    meta.update({"unknown_law": unknown} if unknown else {})
+    return ran
+
+
+def _estimates_in(bag):
+    """Return when [s] the control told estimates, (k,), and these (k, n, 3); None where it did not."""
+    told = [(m.header.stamp.to_sec(), read_odometry(m)[1]) for _, m, _ in bag.read_messages([TOLD])]
+    alike = [each for each in told if each[1].shape == told[0][1].shape]
+    return tuple(map(np.array, zip(*alike))) if told else None
+
+
+def _with_estimates(taken, stamps, poses):
+    """Return the samples of which estimates are known, with the newest of then."""
+    if poses.shape[1] != taken.pose.shape[1]:
+        return taken
+    newest = held_at(stamps, taken.time)
+    known = np.flatnonzero(newest >= 0)
+    return taken.kept(known)._replace(estimate=poses[newest[known]])
+
+
+def _refuse_impossible(path, taken):
+    numbers = [taken.pose, taken.command, taken.joints.reshape(*taken.joints.shape[:2], -1)]
+    numbers += [] if taken.twist is None else [taken.twist]
+    if taken.spatial is not None:
+        numbers += [taken.spatial.z[:, :, np.newaxis], *taken.spatial[1:]]
+    if taken.load is not None:
+        numbers += [taken.load.force]
+        lies = np.concatenate([taken.load.place, taken.load.orientation], axis=1)
+        numbers += [np.broadcast_to(lies[:, np.newaxis], (*taken.pose.shape[:2], 7))]
+    bad = np.flatnonzero(~np.isfinite(np.concatenate(numbers, axis=2)).all(axis=(1, 2)))
+    if len(bad):
+        text = "{}: at {:.3f} s a pose or command is not finite"
+        raise RunError(text.format(path, taken.time[bad[0]]))
+    robots = taken.robots
+    if len(set(robots)) != len(robots) or not all(1 <= number <= MOST_ROBOTS for number in robots):
+        raise RunError("{}: robots {}, wanted each number once".format(path, robots[:10]))
+
+
+def _scenario_in(bag):
+    for _, message, _ in bag.read_messages([SCENARIO]):
+        return scenario_from_yaml(message.data, SCENARIO)
+    return None
+
+
+def _team_of(scenario):
+    """Return the ``Team`` of ``scenario``, None without one.
+
+    A scenario that came in a bag may have come from anybody: no file that it names is opened.
+    """
+    if scenario is None:
+        return None
+    if scenario.path:
+        return team_of(scenario)
+    try:
+        team = told_team(scenario)
+        return ArmedTeam(team.kinds) if has_arms(team.kinds) else team
+    except ScenarioError as error:
+        text = "{}: {}: wanted the scenario's file, by --scenario"
+        raise ScenarioError(text.format(SCENARIO, error)) from None
+
+
+def _points(team, pose, joints, l):
+    """Return the controlled points (m, n, 2) [m]; without a team hand points."""
+    if team is None or team.n != pose.shape[1]:
+        return hand_points(pose, l)
+    if not team.has_joints:
+        return team.point(pose, joints[0] if len(joints) else joints, l)
+    return np.array([team.point(*sample, l) for sample in zip(pose, joints)])
+
+
+def _heights(team, kept, l):
+    """Return the heights (m, n) [m] of the controlled points, None on the ground."""
+    if team is not None and team.has_arms:
+        return np.array([team.tools(*each, l)[:, 2] for each in zip(kept.pose, kept.joints)])
+    return None if kept.spatial is None else kept.spatial.z
+
+
+def _from_states(bag, _topics, axes):
+    states = []
+    for _, message, _ in bag.read_messages([STATE]):
+        state = read_state(message)
+        if not states and not state.commanded.any():
+            continue
+        first = states[0] if states else state
+        if (state.robots, state.part) != (first.robots, first.part):
+            break  # another team, a reset, another stage: another run
+        states.append(state)
+    n = len(states[0].robots) if states else 0
+    return Taken(
+        time=np.array([state.stamp for state in states]),
+        robots=list(states[0].robots) if states else [],
+        pose=_stacked([state.pose for state in states], (n, 3)),
+        command=_stacked([_command_of(state, axes) for state in states], (n, len(axes))),
+        twist=_stacked([state.twist for state in states], (n, 3)),
+        joints=_joints_of(states, n),
+        spatial=_stacked_spatial(states),
+        kinds=states[0].kinds if states else (),
+        load=_stacked_load(states),
+    )
+
+
+def _command_of(state, axes):
+    return state.command if state.axes == axes else on_axes(state.command, state.axes, axes)
+
+
+def _joints_of(states, n):
+    """Return the drives' inner joints (m, n) [rad], with those of arms after them (m, n, 1 + k)."""
+    count = states[0].all_joints.shape[1] if states else 1
+    if count == 1:
+        return _stacked([state.joints for state in states], (n,))
+    return _stacked([state.all_joints for state in states], (n, count))
+
+
+def _stacked(samples, shape):
+    return np.array(samples, dtype=float).reshape((len(samples),) + shape)
+
+
+def _stacked_spatial(states):
+    """Return the ``Spatial`` (m, n, ...) of ``states``, None if no robot ever leaves the ground."""
+    if all(state.spatial is None for state in states):
+        return None
+    each = [upright(s.pose[:, 2]) if s.spatial is None else s.spatial for s in states]
+    return Spatial(*map(np.array, zip(*each)))
+
+
+def _stacked_load(states):
+    """Return the ``Carried`` (m, ...) of ``states``, None where one of them has none."""
+    if not states or any(state.load is None for state in states):
+        return None
+    return Carried(*map(np.array, zip(*(state.load for state in states))))
+
+
+def _from_robots(bag, topics, axes):
+    """Read the robots' own topics; the time base is the odometry of the first robot."""
+    odometry = {t: int(m.group(1)) for t, m in ((t, ODOMETRY.match(t)) for t in topics) if m}
+    commands = {t: int(m.group(1)) for t, m in ((t, COMMANDS.match(t)) for t in topics) if m}
+    robots = sorted(set(odometry.values()))
+    told = slice(len(HEARD), None)  # of a row
+    blank = [math.nan] * len(HEARD) + [0.0] * len(axes)
+    newest, commanded, rows, times = {n: list(blank) for n in robots}, False, [], []
+    runs = True  # the controller; bags without its status begin with any command
+    for topic, message, _ in bag.read_messages([*odometry, *commands, CONTROLLER]):
+        if topic == CONTROLLER:
+            runs = message.running
+            continue
+        if topic in commands:
+            if commands[topic] in newest:
+                given = [getattr(getattr(message, part), x) for part, x in map(_split, axes)]
+                newest[commands[topic]][told] = np.nan_to_num(given).tolist()
+                # Zeros are also what a node says that has not begun or is stopped.
+                commanded = commanded or runs and any(given)
+            continue
+        newest[odometry[topic]][: len(HEARD)] = _heard(message)
+        if commanded and odometry[topic] == robots[0]:
+            table = np.array([newest[n] for n in robots])
+            if np.isfinite(table[:, :3]).all():
+                rows.append(table)
+                times.append(message.header.stamp.to_sec())
+    table = _stacked(rows, (len(robots), len(HEARD) + len(axes)))
+    still = np.zeros(table.shape[:2])
+    pose, twist = table[:, :, :3], _finite(table[:, :, 3:6])
+    spatial = _spatial_of(_finite(table[:, :, 6 : len(HEARD)]))
+    return Taken(np.array(times), robots, pose, table[:, :, told], twist, still, spatial)
+
+
+def _finite(table):
+    """Return ``table``, None where a driver does not tell all of it: the poses are enough."""
+    return table if np.isfinite(table).all() else None
+
+
+# What is read of an odometry message.
+HEARD = ("x", "y", "theta", "vx", "vy", "omega", "z", "qx", "qy", "qz", "qw", "vz", "wx", "wy")
+
+
+def _heard(message):
+    place, turn = message.pose.pose.position, message.pose.pose.orientation
+    quaternion = turn.x, turn.y, turn.z, turn.w
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    planar = place.x, place.y, yaw(*quaternion), linear.x, linear.y, angular.z
+    return planar + (place.z, *quaternion, linear.z, angular.x, angular.y)
+
+
+def _spatial_of(heard):
+    """Return the ``Spatial`` in what was ``heard`` (m, n, 8) of robots; None if all of it is planar."""
+    if heard is None:
+        return None
+    spatial = Spatial(heard[:, :, 0], heard[:, :, 1:5], heard[:, :, 5:])
+    tilted = np.abs(spatial.orientation[:, :, :2]).max(initial=0.0) > UPRIGHT
+    if tilted or np.ptp(spatial.z, axis=0).max(initial=0.0) > LEVEL:
+        return spatial
+    return None
+
+
+def _split(axis):
+    return axis.split(".")
+
+
+def _in_common_frame(pose, scenario):
+    """Return ``pose`` (m, n, 3) of odometry that starts at zero where the scenario puts the robots."""
+    if scenario is None or scenario.odometry != "wheel" or pose.shape[1] != scenario.n:
+        return pose
+    return np.array([compose(scenario.poses, sample) for sample in pose])
+
+
+def _collisions(bag):
+    return [read_collision(message) for _, message, _ in bag.read_messages([COLLISIONS])]
+
+
+def _every(time, rate, slack=0.0):
+    """Return the indices of samples at least 1/rate [s] apart; all if ``rate`` is None.
+
+    ``slack`` [-]: part of 1/rate by which one may be early.
+    """
+    if rate is None:
+        return np.arange(len(time))
+    keep, following = [], -math.inf
+    for index, stamp in enumerate(time):
+        if stamp >= following - 1e-6:
+            keep.append(index)
+            following = stamp + (1.0 - slack) / rate
+    return np.array(keep)

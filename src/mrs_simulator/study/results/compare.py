@@ -1,0 +1,204 @@
+"""A run on robots beside its simulation: how far apart they are, and what would explain it.
+
+Robots are taken to move as their commands of a little while ago say, at a speed and a turn rate
+that are off by a factor each:
+
+    v(t) = s_v v_command(t - d),    omega(t) = s_omega omega_command(t - d)
+
+``d`` [s] is found by a search, the factors by least squares, for the real run and for the simulated
+one, whose own ramps look like a delay too.  What differs between the two is the estimate, in the
+form in which a scenario takes it as ``mismatch`` (``scenario/team/mismatch.py``): ``s_v`` is the scale
+of the speed, ``s_v / s_omega`` that of the track.
+"""
+
+import json
+import math
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, wrap_angle
+from mrs_simulator.core.writing import write_text
+from mrs_simulator.record.recording import RunError
+
+LONGEST_DELAY = 1.5  # [s] that is looked for
+DELAY_STEP = 0.005  # [s]
+LEAST_MOTION = 0.02  # [m/s, rad/s] root mean square of commands from which a factor can be told
+FIGURE, FILE = "compare", "compare.json"
+
+
+class Fit(NamedTuple):
+    """What a run's motion says of its robots; arrays (n,), NaN where the run does not tell."""
+
+    delay: float  # [s]
+    speed: np.ndarray  # [-] s_v
+    turn: np.ndarray  # [-] s_omega
+    speed_error: np.ndarray  # [-] standard error of s_v
+    turn_error: np.ndarray  # [-] standard error of s_omega
+    speed_left: np.ndarray  # [m/s] root mean square of what is left unexplained
+    turn_left: np.ndarray  # [rad/s] the same of the turn rate
+
+
+def motion_of(run):
+    """Return the mean speed (m-1, n) [m/s] and turn rate [rad/s] between the samples of ``run``."""
+    step = np.diff(run.time)[:, np.newaxis]
+    moved = np.diff(run.pose[:, :, :2], axis=0)
+    turned = wrap_angle(np.diff(run.pose[:, :, 2], axis=0))
+    heading = run.pose[:-1, :, 2] + 0.5 * turned
+    along = moved[:, :, 0] * np.cos(heading) + moved[:, :, 1] * np.sin(heading)
+    # The chord of an arc is a little shorter than the way along it.
+    half = 0.5 * turned
+    return along / np.sinc(half / np.pi) / step, turned / step
+
+
+def given(run):
+    """Return the forward speeds and turn rates (m, n, 2) [m/s, rad/s] that were commanded.
+
+    Zero where the robots obey no such axis; what omnidirectional ones are told sideways is left out,
+    as their sideways motion is by :func:`motion_of`.
+    """
+    none = np.zeros(run.command.shape[:2])
+    columns = {axis: run.command[:, :, column] for column, axis in enumerate(run.axes)}
+    return np.stack([columns.get(axis, none) for axis in UNICYCLE_AXES], axis=2)
+
+
+def commanded(run, delay):
+    """Return the mean of the commands ``given``, (m-1, n, 2), between samples, ``delay`` [s] late.
+
+    Between two samples commands are taken to change evenly, before the first to be zero.
+    """
+    step, command = np.diff(run.time), given(run)
+    pieces = 0.5 * (command[1:] + command[:-1]) * step[:, np.newaxis, np.newaxis]
+    sums = np.concatenate([np.zeros_like(command[:1]), np.cumsum(pieces, axis=0)])
+    late = run.time - delay
+    at = np.clip(np.searchsorted(run.time, late, side="right") - 1, 0, len(step) - 1)
+    inside = np.clip(late - run.time[at], 0.0, None)[:, np.newaxis, np.newaxis]
+    slope = (command[at + 1] - command[at]) / step[at][:, np.newaxis, np.newaxis]
+    total = sums[at] + command[at] * inside + 0.5 * slope * inside**2
+    return np.diff(total, axis=0) / step[:, np.newaxis, np.newaxis]
+
+
+def fit(run):
+    """Return the ``Fit`` of ``run``: one delay for the team, factors for each robot."""
+    if len(run.time) < 10:
+        raise RunError("{} samples: wanted at least 10 to compare".format(len(run.time)))
+    measured = np.stack(motion_of(run), axis=2)
+    scale = np.maximum(np.sqrt(np.mean(measured**2, axis=0)), 1e-9)
+
+    def unexplained(delay):
+        return float(np.sum(_explained(measured, commanded(run, delay))[1] / scale**2))
+
+    delays = np.arange(0.0, LONGEST_DELAY, DELAY_STEP)
+    delay = float(delays[np.argmin([unexplained(each) for each in delays])])
+    wanted = commanded(run, delay)
+    factor, left = _explained(measured, wanted)
+    power = np.mean(wanted**2, axis=0)
+    factor = np.where(power > LEAST_MOTION**2, factor, np.nan)
+    error = np.sqrt(left / np.maximum(power, 1e-12) / len(measured))
+    left = np.sqrt(left)
+    return Fit(delay, *factor.T, *error.T, *left.T)
+
+
+def _explained(measured, wanted):
+    """Return the best factors (n, 2) of ``wanted`` (m, n, 2), and the mean squares left (n, 2)."""
+    power = np.maximum(np.sum(wanted**2, axis=0), 1e-12)
+    factor = np.sum(measured * wanted, axis=0) / power
+    return factor, np.mean((measured - factor * wanted) ** 2, axis=0)
+
+
+def compared(real, simulated):
+    """Return how ``real`` and ``simulated`` differ, the plain mapping that ``compare.json`` holds.
+
+    Raises ``RunError`` if they are not of the same robots, or share no time.
+    """
+    if real.robots.tolist() != simulated.robots.tolist():
+        text = "robots {} and {}: wanted two runs of the same"
+        raise RunError(text.format(real.robots.tolist()[:10], simulated.robots.tolist()[:10]))
+    here, there = fit(real), fit(simulated)
+    time, apart = distances(real, simulated)
+    speed, turn = here.speed / there.speed, here.turn / there.turn
+    robots = [
+        {
+            "robot": int(number),
+            "speed_scale": _told(speed[row]),
+            "speed_scale_error": _told(here.speed_error[row]),
+            "track_scale": _told(speed[row] / turn[row]),
+            "track_scale_error": _told(math.hypot(here.speed_error[row], here.turn_error[row])),
+            "speed_left": [_told(here.speed_left[row]), _told(there.speed_left[row])],
+            "turn_left": [_told(here.turn_left[row]), _told(there.turn_left[row])],
+            "most_apart": _told(apart[:, row].max()),
+            "apart_at_end": _told(apart[-1, row]),
+        }
+        for row, number in enumerate(real.robots)
+    ]
+    delay = here.delay - there.delay
+    scales = np.where(np.isfinite([speed, speed / turn]), [speed, speed / turn], 1.0).round(4)
+    return {
+        "delay": round(delay, 6),
+        "delays": [here.delay, there.delay],
+        "duration": float(time[-1] - time[0]),
+        "robots": robots,
+        "mismatch": {
+            "delay": max(0.0, round(delay, 3)),
+            "speed": scales[0].tolist(),
+            "track": scales[1].tolist(),
+        },
+    }
+
+
+def distances(real, simulated):
+    """Return times (m,) [s] that both runs share, and how far apart robots are then, (m, n) [m]."""
+    begin, end = max(real.time[0], simulated.time[0]), min(real.time[-1], simulated.time[-1])
+    time = real.time[(real.time >= begin) & (real.time <= end)]
+    if len(time) < 2:
+        raise RunError("the runs share no time")
+    there = np.stack(
+        [
+            [np.interp(time, run.time, run.pose[:, row, axis]) for axis in (0, 1)]
+            for run in (simulated,)
+            for row in range(len(run.robots))
+        ]
+    )
+    here = real.pose[np.isin(real.time, time)][:, :, :2]
+    return time, np.linalg.norm(here - there.transpose(2, 0, 1), axis=2)
+
+
+def _told(value):
+    return None if not math.isfinite(value) else float("{:.6g}".format(value))
+
+
+def comparison_text(result):
+    """Return ``result`` of :func:`compared` as a short table for a terminal."""
+    lines = ["delay of the real robots beyond the simulated ones: {:.3f} s".format(result["delay"])]
+    row = "  {:8} {:>18} {:>18} {:>10} {:>10}"
+    lines.append(row.format("", "speed scale", "track scale", "most apart", "at end"))
+    for robot in result["robots"]:
+        scales = [_scale(robot, name) for name in ("speed_scale", "track_scale")]
+        apart = ["{:.3f} m".format(robot[name]) for name in ("most_apart", "apart_at_end")]
+        lines.append(row.format("robot{}".format(robot["robot"]), *scales, *apart))
+    values = json.dumps(result["mismatch"]).replace('"', "")
+    lines.append("  as a scenario takes it: mismatch: {}".format(values))
+    return "\n".join(lines)
+
+
+def _scale(robot, name):
+    if robot[name] is None:
+        return "not told"
+    return "{:.3f} +- {:.3f}".format(robot[name], 2.0 * robot[name + "_error"])
+
+
+def write_comparison(real, simulated, out, formats=("png", "pdf")):
+    """Write ``compare.json`` and the overlaid figure to ``out``; return the mapping."""
+    from mrs_simulator.study.draw.canvas import new_figure, save, settle
+    from mrs_simulator.study.draw.compare_figure import draw_comparison
+
+    result = compared(real, simulated)
+    os.makedirs(out, exist_ok=True)
+    write_text(os.path.join(out, FILE), json.dumps(result, indent=2, allow_nan=False) + "\n")
+    figure = new_figure(6.5, 6.5)
+    draw_comparison(figure, real, simulated, *distances(real, simulated))
+    settle(figure)
+    for kind in formats:
+        save(figure, os.path.join(out, "{}.{}".format(FIGURE, kind)))
+    return result

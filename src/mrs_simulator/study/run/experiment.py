@@ -1,0 +1,359 @@
+"""Headless experiments: the world and the control in lockstep in one process, without a master."""
+
+import contextlib
+import os
+import sys
+import time
+import traceback
+
+import numpy as np
+
+from mrs_simulator.control.array_law import form_of, has_form
+from mrs_simulator.control.twists import ControlError
+from mrs_simulator.control.user_code import call, raised
+from mrs_simulator.core import compiling
+from mrs_simulator.core.doc_links import named, with_page
+from mrs_simulator.core.kinematics import greatest
+from mrs_simulator.core.spatial import upright
+from mrs_simulator.protocols.loading import choose_protocol
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.record.controller_log import failure
+from mrs_simulator.record.recording import write_facts
+from mrs_simulator.scenario.scenario import FARTHEST
+from mrs_simulator.sensors.pose_filter.estimation import Estimator
+from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.study.draw.figure_process import drawing
+from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
+from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
+from mrs_simulator.study.run.sensor_sizes import with_sizes
+from mrs_simulator.vehicles.odometry_rates import odometry_steps
+from mrs_simulator.verdict.user_values import texts_of
+from mrs_simulator.world.world import EVERY, World
+
+PROGRESS_AFTER = 2.0  # [s] of wall time before a progress bar appears
+
+
+RAISED = -1  # why a leap ended: the law raised
+
+
+class LawFailed(RuntimeError):
+    """The protocol raised, or returned no usable commands; the run ends there."""
+
+
+class Experiment:
+    """A world and a control; ``run`` closes the loop between them."""
+
+    def __init__(self, scenario, protocol=None):
+        """``protocol``: a ``PioneerControl`` subclass, by default the one the scenario names."""
+        scenario, protocol = choose_protocol(scenario, protocol)
+        self.scenario = scenario
+        self.world = World.from_scenario(scenario)
+        try:
+            self._join(protocol)
+        except BaseException:
+            self.world.close()
+            raise
+
+    def _join(self, protocol):
+        """Make control, sensors and estimator of the world's robots."""
+        scenario = self.scenario
+        self.control = make_control(scenario, protocol)
+        self._has_hands = self.control.team.is_of_unicycles  # hand points, which a recorder finds
+        self.sensors = Suite.of_scenario(scenario, *self.world.senses)
+        self.estimator = Estimator.of_scenario(scenario, self.world.team)
+        asked = scenario.estimates.asked if scenario.estimates else ()
+        rate, team = scenario.odometry_rate, self.world.team
+        self._told = 1 if rate is None else odometry_steps(team, rate, scenario.step)
+        self.sensors.listen(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
+        mounts, kinds = self.sensors.mounts, self.world.team.kinds
+        self._recorded = recorded_sensors(scenario.record, mounts, kinds)
+        self._recorder = None  # of these sensors
+        self.collisions, self.incidents = [], []
+        self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
+        self.warnings += [] if self.sensors.is_idle else self.sensors.notes
+        self.warnings += self._warned()
+
+    def _warned(self):
+        """Return the law's warnings; that it raised is one, too, and costs no run."""
+        source = "{}.warnings()".format(type(self.control).__name__)
+        try:
+            return texts_of(call(self.control.warnings, self.scenario.starts), source)
+        except Exception as error:
+            traceback.print_exc()
+            return ["{} raised {}".format(source, named(raised(error)))]
+
+    def record_sensors(self, out, tell):
+        """Write the sensors that the scenario's ``record`` names to the directory ``out``.
+
+        ``tell`` is called beforehand with a text on each file's size.  Return the ``SensorFiles``, or None.
+        """
+        if not self._recorded:
+            return None
+        known = self.scenario, *self.world.senses[:2], lines_of
+        for each in with_sizes(self._recorded, *known):
+            tell(each.told(self.scenario.duration))
+        self._recorder = SensorRecorder(self._recorded, self.scenario, self.world, out)
+        return self._recorder.files
+
+    def samples(self):
+        """Step through the scenario; yield ``(time, pose, command)`` at the recorded steps.
+
+        ``time`` [s], ``pose`` (n, 3) in the common frame, ``command`` (n, a) held from then on; the
+        caller's own arrays.
+        Raises ``LawFailed`` after all robots were told to stop.
+        """
+        scenario, world = self.scenario, self.world
+        world.rise()
+        self._asked(self.control.start)
+        steps = int(round(scenario.duration / scenario.step))
+        command_every, record_every = scenario.steps_per_command, scenario.steps_per_record
+        if self._can_leap():
+            yield from self._leaping(steps)
+            return
+        for step in range(steps + 1):
+            if not self.sensors.is_idle:
+                self.sensors.update(step, world.sensed)
+            if self._recorder is not None:
+                self._recorder.update(step, world)
+            if self.estimator is not None:
+                self._estimate(step)
+            if step % command_every == 0:
+                self._command_all()
+            if step % record_every == 0:
+                yield self._sample()
+            if step < steps:
+                world.step()
+                self.collisions.extend(world.take_collisions())
+                self.incidents.extend(world.take_incidents())
+
+    def _sample(self):
+        """Return ``(time, pose, command)`` now."""
+        world = self.world
+        self._check_near(world)
+        # Column by column, as they lie there: anything else takes ten times as long.
+        return world.time, world.pose.copy(order="F"), world.command.copy(order="F")
+
+    def _estimate(self, step):
+        """Let the estimator take in what odometry and sensors tell after ``step`` steps."""
+        told = (
+            np.broadcast_to(step // self._told * self._told, self.scenario.n) * self.scenario.step
+        )
+        heard = self.estimator.fresh(self.sensors.readings(self.world.time))
+        self.estimator.update(np.rint(1e9 * told), self.world.estimate(), heard)
+
+    def _can_leap(self):
+        """Return whether ``Leaps`` take the world from sample to sample."""
+        if not compiling.is_wanted() or not has_form(self.control):
+            return False
+        read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
+        return not read and self.world.can_leap(self.scenario.steps_per_command)
+
+    def _leaping(self, steps):
+        """:meth:`samples` of ``steps`` steps, of which ``Leaps`` make all that they can."""
+        from mrs_simulator.world.motion.fused_stepping import Leaps  # numba only where it is wanted
+        from mrs_simulator.world.motion.stretches import NEAR
+
+        world, control, step = self.world, self.control, 0
+        every, command_every = self.scenario.steps_per_record, self.scenario.steps_per_command
+        self._command_all()
+        form = form_of(control)
+        try:
+            leaps = Leaps(world, *form, command_every, control.l, control.saturation)
+        except RecursionError as error:
+            self._refuse_uncompiled(error)
+        while True:
+            if step % every == 0:
+                yield self._sample()
+            if step == steps:
+                return
+            end = min(steps, step + every - step % every)
+            raised = False
+            while step < end:
+                done, why = (0, NEAR) if raised else self._leap(leaps, end - step)
+                raised = raised or why == RAISED
+                step += done
+                if why in (NEAR, RAISED):
+                    world.step()
+                    self.collisions.extend(world.take_collisions())
+                    self.incidents.extend(world.take_incidents())
+                    step += 1
+                if why and step % command_every == 0:
+                    self._command_all()
+
+    def _leap(self, leaps, steps):
+        """Return what ``leaps.advance`` does, or ``(0, RAISED)`` where the law raises.
+
+        It will raise again step by step, where it is known when.  ``LawFailed`` for a law that cannot be
+        compiled.
+        """
+        try:
+            return leaps.advance(steps)
+        except Exception as error:
+            self._refuse_uncompiled(error)
+            return 0, RAISED
+
+    def _refuse_uncompiled(self, error):
+        """Raise ``LawFailed`` if the ``error`` is that the law cannot be compiled."""
+        why = compiling.compile_failure(error)
+        if why:
+            text = "{}: numba cannot compile pointMassLaw: {}; wanted what it compiles, or {}=0"
+            name = type(self.control).__name__
+            self._asked(_refuse, text.format(name, why, compiling.VARIABLE))
+
+    def _command_all(self):
+        self.world.set_commands(EVERY, self._command(self._known()))
+
+    def points(self, pose):
+        """Return the controlled points (n, 2) [m] of robots now at ``pose``; None for hand points."""
+        if self._has_hands:
+            return None
+        return self.world.team.point(pose, self.world.joints, self.control.l)[:, :2]
+
+    @property
+    def columns(self):
+        """Return the ``Columns`` that a recording of this needs."""
+        columns = self.control.team.record_columns
+        return columns if self.estimator is None else columns._replace(estimate=True)
+
+    def more(self):
+        """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
+        world, columns = self.world, self.control.team.record_columns
+        told = {"twist": world.twist} if columns.twist else {}
+        if self.estimator is not None:
+            told["estimate"] = self.estimator.pose
+        if world.team.has_arms:
+            points = world.team.tools(world.pose, world.joints, self.control.l)
+            spatial = upright(world.pose[:, 2]) if world.spatial is None else world.spatial
+            told["spatial"], told["point_z"] = spatial, spatial.z + points[:, 2]
+            told["load"] = world.load.state if world.load else None
+        elif columns.spatial:
+            told["spatial"] = world.spatial
+        return dict(told, joints=world.joints) if columns.joints else told
+
+    def _check_near(self, world):
+        places = world.pose[:, :2]
+        if not greatest(places) <= FARTHEST:  # nor is nan
+            far = np.flatnonzero(~(np.abs(places) <= FARTHEST).all(axis=1))
+            world.set_commands(EVERY, np.zeros_like(self.world.command))
+            text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"
+            raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
+
+    def _known(self):
+        """Return what odometry tells, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
+        pose, z = self.world.estimate(), self.world.estimate_z()
+        pose = pose if self.estimator is None else self.estimator.pose
+        return pose if z is None else np.column_stack([pose, z])
+
+    def _joints(self):
+        return self.world.joints if self.world.team.has_joints else None
+
+    def _command(self, pose):
+        known = pose, self.world.time, self._joints()
+        if not self.sensors.is_idle:
+            known += (self.sensors.readings(self.world.time),)
+        return self._asked(self.control.commands, *known)
+
+    def _asked(self, function, *arguments):
+        """Return what the law's ``function`` returns; ``LawFailed`` where it raises."""
+        try:
+            return call(function, *arguments)
+        except Exception as error:
+            self.world.set_commands(EVERY, np.zeros_like(self.world.command))
+            text = "at {:.3f} s {}".format(self.world.time, failure(raised(error)))
+            raise LawFailed(text) from error
+
+
+def _refuse(text):
+    raise ControlError(text)
+
+
+def run_experiment(
+    scenario, out, protocol=None, progress=False, formats=("png", "pdf"), look=None, apart=None
+):
+    """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
+
+    Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures, in ``formats``
+    and as the ``study.look.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
+    fails is reported as far as it went; ``verdict["ended"]`` says which.  ``apart``: the ``Drawing`` that
+    is to draw them, by default one that begins now.
+    """
+    with contextlib.nullcontext(apart) if apart else drawing(formats) as apart:
+        run, control = perform(scenario, out, protocol, progress, apart)
+        verdict = write_report(run, out, formats, control, look, apart)
+    closest = verdict["min_distance"]  # in the samples too, at which the world does not look
+    if closest is not None and closest < run.meta["closest_approach"]:
+        meta = dict(run.meta, closest_approach=closest)
+        write_facts(os.path.join(out, RUN_FILE), run.collisions, meta)
+    return verdict
+
+
+def perform(scenario, out, protocol=None, progress=False, apart=None):
+    """Run ``scenario``, record it in the directory ``out``; return the ``Run`` and its control.
+
+    ``apart``: a ``drawing_apart.Drawing`` that is to draw the run.
+    """
+    experiment = Experiment(scenario, protocol)
+    scenario = experiment.scenario
+    started, ended = time.monotonic(), "complete"
+    columns = experiment.columns._replace(load=scenario.load is not None)
+    kept = {"columns": columns, "kept": _samples_of(scenario), "memory": apart and apart.memory}
+    with begin_run(scenario, out, tell=_tell, **kept) as recorder:
+        sensors = experiment.record_sensors(out, _tell)
+        if apart is not None:
+            apart.begin(recorder)
+        try:
+            for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
+                more = experiment.more()
+                recorder.sample(stamp, pose, command, experiment.points(pose), **more)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+        except LawFailed as error:
+            ended = str(error)
+            world = experiment.world
+            if world.time == 0.0:  # where the robots stand is known all the same
+                points = experiment.points(world.pose)
+                more = experiment.more()
+                recorder.sample(world.time, world.pose, world.command, points, **more)
+            cause = error.__cause__
+            if isinstance(cause, ControlError):  # of which no line of the law tells more
+                _tell(with_page(cause))
+            elif cause:
+                traceback.print_exception(type(cause), cause, cause.__traceback__)
+        finally:
+            if sensors is not None:
+                sensors.close()
+    wall = time.monotonic() - started
+    deadlock = experiment.control.safety_deadlock
+    meta = {
+        "real_time_factor": experiment.world.time / wall,
+        "closest_approach": experiment.world.closest_approach,
+        "warnings": experiment.warnings
+        + recorder.warnings()
+        + (sensors.warnings() if sensors is not None else []),
+        "deadlock": [list(each) for each in deadlock],
+        "ended": ended,
+        "lockstep": True,
+    }
+    if experiment.incidents:
+        meta["incidents"] = experiment.incidents
+    experiment.world.close()
+    write_facts(recorder.path, experiment.collisions, meta)
+    return recorder.run(scenario), experiment.control
+
+
+def _tell(text):
+    print("experiment: " + text, file=sys.stderr)
+
+
+def _with_progress(samples, scenario, wanted):
+    if not wanted:
+        return samples
+    from tqdm import tqdm  # only a terminal needs it
+
+    total = _samples_of(scenario)
+    return tqdm(samples, total=total, unit="sample", delay=PROGRESS_AFTER, leave=False)
+
+
+def _samples_of(scenario):
+    """Return how many samples a complete run of ``scenario`` has."""
+    return int(round(scenario.duration / scenario.step)) // scenario.steps_per_record + 1

@@ -1,0 +1,105 @@
+"""What a display asks of a scenario's law: its parameters, targets, warnings and prediction.
+
+Each function makes the control anew, so that a protocol's file may be edited meanwhile, and may
+raise whatever the law raises.
+"""
+
+from typing import Any, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.study.results.report import predicted_settling
+from mrs_simulator.verdict.user_values import texts_of
+
+PREDICTED_SAMPLES = 400  # [-] of the prediction drawn
+MOST_PREDICTED = 2e6  # [-] steps times robots; a longer prediction is drawn as far as that
+
+
+class Facts(NamedTuple):
+    """What a law says of its scenario at the start; plain values throughout."""
+
+    protocol: str  # name of the class
+    parameters: Tuple  # core.parameters.Parameter of each
+    values: dict  # of the parameters
+    topology: Topology
+    warnings: dict  # theory's, texts by the parameter that causes them
+    targets: Optional[np.ndarray]  # of the controlled points at the start, (n, d) [m]
+
+
+class Prediction(NamedTuple):
+    """What theory says of the run that a scenario describes."""
+
+    time: Any  # (m,) [s], None where theory gives no track
+    error: Any  # (m,) [m], the largest distance of a controlled point from its target
+    settling: str  # in words, "" where theory says nothing
+
+
+def serve(function, *arguments):
+    """Return what the ``function`` of this module, by its name, returns."""
+    return ANSWERS[function](*arguments)
+
+
+def facts(scenario):
+    """Return the ``Facts`` of the scenario's law; its prediction is tried at the start."""
+    control = make_control(scenario)
+    start = control.points(scenario.starts)
+    targets = control.targets(start)
+    texts = texts_of(control.warnings(scenario.starts), "warnings()")
+    _predicted_error(control, start, np.zeros(1))
+    return Facts(
+        type(control).__name__,
+        tuple(control.PARAMETERS),
+        dict(control.parameters),
+        control.topology,
+        {"T" if hasattr(control, "T") else "": "; ".join(texts)} if texts else {},
+        None if targets is None else np.asarray(targets, dtype=float),
+    )
+
+
+def parameters_with(scenario, topology):
+    """Return the parameters' values once the law has taken ``topology``, which may change them."""
+    control = make_control(scenario)
+    control.set_topology(topology)
+    return dict(control.parameters)
+
+
+def errors(scenario, pose):
+    """Return the largest distance [m] from a target at each ``pose`` (m, n, 3), (m,), or None.
+
+    NaN where the poses are of another number of robots.
+    """
+    control = make_control(scenario)
+    if control.targets(control.points(scenario.starts)) is None:
+        return None
+    if pose.shape[1] != len(control.numbers):
+        return np.full(len(pose), np.nan)
+    hands = control.points(pose)
+    return np.array([_largest_error(control, hand) for hand in hands])
+
+
+def prediction(scenario):
+    """Return the ``Prediction`` of the whole run, of its beginning where the run is very long."""
+    control = make_control(scenario)
+    start = control.points(scenario.starts)
+    longest = MOST_PREDICTED / scenario.n * getattr(control, "T", np.inf)
+    when = np.linspace(0.0, min(scenario.duration, longest), PREDICTED_SAMPLES)
+    settling = predicted_settling(control, start) if when[-1] >= scenario.duration else ""
+    return Prediction(*_predicted_error(control, start, when), settling)
+
+
+def _predicted_error(control, start, when):
+    if control.targets(start) is None:
+        return None, None
+    track = control.predicted_track(start, when)
+    if track is None:
+        return None, None
+    return when, np.array([_largest_error(control, hand) for hand in track])
+
+
+def _largest_error(control, hand):
+    return np.linalg.norm(hand - control.targets(hand), axis=1).max()
+
+
+ANSWERS = {function.__name__: function for function in (facts, parameters_with, errors, prediction)}

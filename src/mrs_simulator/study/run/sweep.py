@@ -1,0 +1,411 @@
+"""Sweeps: one scenario under many values of its keys, run in parallel, as one table and figure."""
+
+import copy
+import csv
+import itertools
+import os
+import re
+import time
+from collections import Counter
+
+import numpy as np
+
+from mrs_simulator.core.doc_links import named
+from mrs_simulator.core.writing import naming
+from mrs_simulator.protocols.loading import located_protocol
+from mrs_simulator.protocols.making import make_control
+from mrs_simulator.scenario.reading import ScenarioError, load_yaml, parse_yaml
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.run_keys import forget, run_key
+from mrs_simulator.study.run.workers import SweepError, failed, on_cluster, on_cores
+from mrs_simulator.verdict.verdict import NOT_JUDGED, PASSED, outcome_of
+from mrs_simulator.verdict.verdict_file import read_verdict
+
+TABLE = "sweep.csv"
+FIGURE, MAP = "sweep", "stability"  # with the formats' suffixes
+FORMATS = ("png", "pdf")
+RANGE = re.compile(r"^(-?\d+)\.\.(-?\d+)$")
+STEPS = re.compile(r"^([-+.\deE]+?)\.\.([-+.\deE]+)/(\d+)$")
+MOST_RUNS = 100000
+UNITS = {
+    "control.rate": "Hz",
+    "record_rate": "Hz",
+    "duration": "s",
+    "step": "s",
+    "links.delay": "s",
+    "links.delay.default": "s",
+    "links.switching.dwell": "s",
+}
+PART = re.compile(r"^(\d+)/(\d+)$")
+TABLE_EVERY = (
+    1.0  # [s] of wall time at least between two writings of the table, which grows with the runs
+)
+SHOWN = 10  # reasons why runs did not pass
+PROTOCOL = "control.protocol"
+MEASURES = (
+    "outcome",
+    "passed",
+    "settle_time",
+    "y_spread",
+    "min_distance",
+    "stability_margin",
+    "growth_rate",
+    "real_time_factor",
+    "ended",
+)
+
+
+def read_axis(text):
+    """Return ``(key, values)`` of ``key=v1,v2,...``, ``key=first..last`` for whole numbers, or
+    ``key=first..last/count`` for so many evenly spaced ones.
+
+    ``key`` is the path of a scenario's key, ``control.parameters.k``, where ``sensors[0]`` is the first
+    entry of a list; values are YAML, so that ``poses={layout: random, min_distance: 2.0},{layout: circle}``
+    is two values.
+    """
+    key, equals, values = text.partition("=")
+    if not equals or not key.strip() or not values.strip():
+        raise SweepError(
+            "--sweep {!r}: wanted key=value,value,..., key=first..last or key=first..last/count".format(
+                text
+            )
+        )
+    steps = STEPS.match(values.strip())
+    if steps:
+        return key.strip(), _spaced(*steps.groups(), text)
+    span = RANGE.match(values.strip())
+    if span:
+        first, last = map(int, span.groups())
+        if last < first or last - first >= MOST_RUNS:
+            raise SweepError("--sweep {!r}: wanted an ascending range".format(text))
+        return key.strip(), list(range(first, last + 1))
+    try:
+        return key.strip(), parse_yaml("[{}]".format(values), "--sweep {!r}".format(text))
+    except ScenarioError as error:
+        raise SweepError(str(error)) from None
+
+
+def _spaced(first, last, count, text):
+    """Return ``count`` numbers from ``first`` to ``last``, of 12 digits."""
+    try:
+        first, last, count = float(first), float(last), int(count)
+    except ValueError:
+        raise SweepError("--sweep {!r}: wanted numbers".format(text)) from None
+    if not 2 <= count <= MOST_RUNS or not abs(first) + abs(last) < float("inf"):
+        raise SweepError("--sweep {!r}: wanted from 2 to {} values".format(text, MOST_RUNS))
+    step = (last - first) / (count - 1)
+    return [float("{:.12g}".format(first + step * i)) for i in range(count)]
+
+
+def read_part(text):
+    """Return ``(i, n)`` of ``i/n``, the i-th of n parts of a sweep."""
+    part = PART.match(text.strip())
+    i, n = map(int, part.groups()) if part else (0, 0)
+    if not 1 <= i <= n:
+        raise SweepError("--part {!r}: wanted I/N, the I-th of N parts, as 1/4".format(text))
+    return i, n
+
+
+def make_runs(path, axes, given=None, tell=None):
+    """Return the runs of the scenario file ``path`` under all combinations of ``axes``.
+
+    Each is ``(name, values by key, scenario)``; ``given``: values by key that all runs share.  A
+    combination that is no scenario is refused before anything runs.  ``tell(scenario, robots)`` is called
+    where another number of robots is put to those that a scenario lists.  Raises ``ScenarioError``,
+    ``ProtocolError`` and ``SweepError``.
+    """
+    given, axes = given or {}, list(axes)
+    content = _shared(path, given)
+    keys = [key for key, _ in axes]
+    if len(set(keys)) != len(keys):
+        raise SweepError("a key is swept twice: {}".format(", ".join(keys)))
+    for key in given:
+        if key in keys:
+            raise SweepError("{} = {} is given and swept, wanted one".format(key, given[key]))
+    total = 1
+    for _, values in axes:
+        total *= len(values)
+    if not 0 < total <= MOST_RUNS:
+        raise SweepError("{} runs: wanted from 1 to {}".format(total, MOST_RUNS))
+    runs = []
+    forget()
+    for combination in itertools.product(*(values for _, values in axes)):
+        values = dict(zip(keys, combination))
+        scenario = _scenario_with(content, path, values, given, tell)
+        runs.append((_name(values, scenario), values, scenario))
+    _refuse_shared_mistake(runs)
+    return runs
+
+
+def _scenario_with(content, path, values, given, tell=None):
+    """Return the scenario of a file's ``content`` with ``values`` put in.
+
+    What it lists for each robot is of the file's own number of robots: another number then changes it as
+    ``Scenario.with_robots`` does.
+    """
+    changed, all_values = copy.deepcopy(content), {**given, **values}
+    for key, value in values.items():
+        _put(changed, key, value)
+    if all_values.get("fidelity", "dynamic") != "dynamic" and "engine" not in all_values:
+        changed.pop("engine", None)
+    where = "{} with {}".format(path, ", ".join("{}={}".format(*p) for p in all_values.items()))
+    try:
+        return scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+    except ScenarioError:
+        if type(all_values.get("robots")) is not int or not _is_listed(content):
+            raise
+    del changed["robots"]
+    own = scenario_from_dict(changed, where)._replace(path=os.path.abspath(path))
+    if tell is not None:
+        tell(own, all_values["robots"])
+    return own.with_robots(all_values["robots"])
+
+
+def _is_listed(content):
+    """Return whether the robots of a scenario's ``content`` are listed one by one."""
+    return isinstance(content.get("poses"), list) or "groups" in content
+
+
+def theorem_boundary(path, given=None):
+    """Return the boundary that the protocol of the scenario file ``path`` states, for stability maps.
+
+    A function of (x key, y key, x values, y values, values of the other keys) that returns the
+    threshold's name and its margins, (rows y, columns x), NaN where there is none.  ``given``: as in
+    :func:`make_runs`.
+    """
+    given = given or {}
+    content = _shared(path, given)
+
+    def boundary(x, y, columns, rows, others):
+        name, margins = "", np.full((len(rows), len(columns)), np.nan)
+        for place in np.ndindex(margins.shape):
+            values = {**others, y: rows[place[0]].item(), x: columns[place[1]].item()}
+            try:
+                scenario = _scenario_with(content, path, values, given)
+                control = make_control(scenario)
+                known = control.stability(control.points(scenario.starts))
+            except (ValueError, OSError):  # beyond what the scenario or the protocol allows
+                continue
+            if known is not None:
+                name, margins[place] = known.name, known.margin
+        return name, margins
+
+    return boundary
+
+
+def _refuse_shared_mistake(runs):
+    """Raise why no run can begin, if it is so: what the protocol refuses in one, others may do."""
+    refused = None
+    for _, _, scenario in runs:
+        try:
+            make_control(scenario)
+            return
+        except (ValueError, OSError) as error:
+            refused = refused or error
+    raise SweepError("no run can begin: {}".format(refused))
+
+
+def summary(verdicts):
+    """Return in lines how many runs passed, and what kept the others from it, each with a count."""
+    outcomes, reasons = Counter(map(outcome_of, verdicts)), Counter()
+    for verdict in verdicts:
+        if outcome_of(verdict) == NOT_JUDGED:
+            reasons["not judged: " + verdict["reason"]] += 1
+            continue
+        wrong = [check["name"] for check in verdict["checks"] if check["passed"] is False]
+        complete = verdict["ended"] == "complete"
+        reasons.update(wrong if complete else [verdict["ended"]])
+    lines = ["{} of {} runs passed".format(outcomes[PASSED], len(verdicts))]
+    if outcomes[NOT_JUDGED]:
+        lines[0] += ", {} not judged".format(outcomes[NOT_JUDGED])
+    return lines + ["  {} x {}".format(count, why) for why, count in reasons.most_common(SHOWN)]
+
+
+def _shared(path, given):
+    """Return the content of the scenario file ``path`` with the values ``given``.
+
+    Under another protocol only l is left of the control's parameters, as in a single run.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict):
+        raise ScenarioError("{}: wanted a mapping of keys".format(path))
+    if PROTOCOL in given:
+        other = load_scenario(path).with_protocol(located_protocol(given[PROTOCOL])).to_dict()
+        content.update(title=other["title"], control=other["control"])
+    for key in set(given) - {PROTOCOL}:
+        _put(content, key, given[key])
+    return content
+
+
+def _put(content, key, value):
+    *parts, last = key.split(".")
+    for part in parts:
+        content = _entry(content, part, key)
+        if not isinstance(content, dict):
+            raise SweepError("--sweep {}: {} holds no keys".format(key, part))
+    if "[" in last:
+        content, last = _entry(content, last, key, above=1)
+    content[last] = value
+
+
+def _entry(content, part, key, above=0):
+    """Return what the mapping ``content`` has under ``part`` of a ``key``: ``sensors``, ``sensors[0]``.
+
+    ``above=1``: the list that holds it, and its count there.
+    """
+    name, *counts = part.split("[")
+    found, held = content.setdefault(name, {}), None
+    for count in (count.rpartition("]") for count in counts):
+        fits = count[1:] == ("]", "") and count[0].isdigit() and isinstance(found, list)
+        if not fits or int(count[0]) >= len(found):
+            raise SweepError("--sweep {}: {} is no entry of a list".format(key, part))
+        held, found = (found, int(count[0])), found[int(count[0])]
+    return held if above else found
+
+
+def _name(values, scenario):
+    """Return a directory name: readable, and other whenever anything is that decides on the run."""
+    shown = "_".join("{}={}".format(k.rpartition(".")[2], v) for k, v in values.items())
+    readable = re.sub(r"[^A-Za-z0-9=.+-]+", "-", shown)[:60]
+    return "{}_{}".format(readable, run_key(scenario))
+
+
+def run_one(scenario, out):
+    """Run ``scenario`` to ``out`` and return its verdict; what was finished before is read back.
+
+    A ``verdict.json`` that is none, or of a run that was cut short, is of no run that was finished.
+    """
+    try:
+        verdict = read_verdict(os.path.join(out, "verdict.json"))
+    except (OSError, ValueError):
+        verdict = None
+    if verdict is not None and verdict["ended"] == "complete":
+        return verdict
+    return run_experiment(scenario, out, formats=())
+
+
+def run_sweep(runs, out, jobs=None, scheduler="", progress=False, boundary=None, part=None):
+    """Run ``runs`` in parallel, write ``sweep.csv`` and the figures; return the verdicts.
+
+    Figures, as PNG and PDF: ``sweep``, all checks over the swept keys, and, for two keys of numbers
+    and a protocol that states a threshold, ``stability``, with the theorem's ``boundary`` from
+    :func:`theorem_boundary` where it is given.
+
+    ``jobs`` processes on this machine (default: its cores), or the Dask cluster at ``scheduler``,
+    whose workers see the directory ``out`` under the same name.  Runs that an interrupted sweep has
+    finished are not run again.  A run that ends its process fails, and the others go on.
+
+    ``part`` (i, n): only the i-th of n parts, each n-th run, with a table of its own and no figures;
+    parts may run at the same time.  Without it what all parts have finished is taken together.
+    """
+    out = os.path.abspath(out)
+    os.makedirs(out, exist_ok=True)
+    if part is not None:
+        return _run_all(
+            runs[part[0] - 1 :: part[1]], out, table_name(part), jobs, scheduler, progress
+        )
+    for path in filter(os.path.exists, _figure_files(out)):
+        os.remove(path)  # of an earlier sweep; this one may have nothing to draw
+    verdicts = _run_all(runs, out, TABLE, jobs, scheduler, progress)
+    _write_figures(runs, verdicts, out, boundary)
+    return verdicts
+
+
+def table_name(part=None):
+    """Return the file name of the table of a whole sweep, or of its ``part`` (i, n)."""
+    return TABLE if part is None else "sweep.part-{}-of-{}.csv".format(*part)
+
+
+def _run_all(runs, out, table, jobs, scheduler, progress):
+    """Run ``runs``, write ``table`` and return the verdicts."""
+    verdicts, due, rows = [None] * len(runs), 0.0, {}
+    for row, (name, _, _) in enumerate(runs):
+        rows.setdefault(name, []).append(row)  # runs alike are one
+    alike = list(rows.values())
+    tasks = [(runs[own[0]][2], os.path.join(out, runs[own[0]][0])) for own in alike]
+    run = _guarded_run
+    done = on_cluster(run, tasks, scheduler) if scheduler else on_cores(run, tasks, jobs)
+    try:
+        for row, verdict in _with_progress(done, len(tasks), progress):
+            for each in alike[row]:
+                verdicts[each] = verdict
+            if time.monotonic() >= due:  # it grows as runs end
+                _write_table(runs, verdicts, out, table)
+                due = time.monotonic() + TABLE_EVERY
+    finally:  # so that an interruption loses nothing
+        if any(verdicts):
+            _write_table(runs, verdicts, out, table)
+    return verdicts
+
+
+def _guarded_run(scenario, out):
+    try:
+        return run_one(scenario, out)
+    except Exception as error:  # a law of one's own may raise anything; the other runs go on
+        return failed(named(error))
+
+
+def _with_progress(done, total, wanted):
+    if not wanted:
+        return done
+    from tqdm import tqdm
+
+    return tqdm(done, total=total, unit="run")
+
+
+def _write_table(runs, verdicts, out, name=TABLE):
+    keys = list(runs[0][1])
+    checks = []
+    for verdict in filter(None, verdicts):
+        checks += [c["name"] for c in verdict["checks"] if c["name"] not in checks]
+    checks = [name for name in checks if name != "ended"]
+    partial = os.path.join(out, name + ".part")
+    path = os.path.join(out, name)
+    with naming(path), open(partial, "w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["run"] + keys + list(MEASURES) + checks)
+        for (run, values, _), verdict in zip(runs, verdicts):
+            if verdict is None:
+                continue
+            measured = {check["name"]: check["measured"] for check in verdict["checks"]}
+            table.writerow(
+                [run]
+                + [values[key] for key in keys]
+                + [_measure(verdict, key) for key in MEASURES]
+                + [measured.get(check) for check in checks]
+            )
+    os.replace(partial, path)
+
+
+def _measure(verdict, key):
+    return outcome_of(verdict) if key == "outcome" else verdict.get(key)
+
+
+def _write_figures(runs, verdicts, out, boundary):
+    from mrs_simulator.study.draw.canvas import save  # matplotlib is slow to import
+    from mrs_simulator.study.draw.sweep_figures import stability_figure, sweep_figure
+
+    table = [(values, verdict) for (_, values, _), verdict in zip(runs, verdicts)]
+    units = _units(runs)
+    drawn = {FIGURE: sweep_figure(table, units), MAP: stability_figure(table, boundary, units)}
+    for name, figure in drawn.items():
+        if figure is not None:
+            for kind in FORMATS:
+                save(figure, os.path.join(out, "{}.{}".format(name, kind)))
+
+
+def _units(runs):
+    """Return the unit of each swept key that has one."""
+    for _, values, scenario in runs:
+        try:
+            control = make_control(scenario)
+        except (ValueError, OSError):
+            continue
+        own = {"control.parameters." + p.name: p.unit for p in control.PARAMETERS if p.unit}
+        return {key: {**UNITS, **own}.get(key, "") for key in values}
+    return {}
+
+
+def _figure_files(out):
+    return [os.path.join(out, "{}.{}".format(n, kind)) for n in (FIGURE, MAP) for kind in FORMATS]

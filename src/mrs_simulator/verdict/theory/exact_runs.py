@@ -1,0 +1,235 @@
+"""The run that theory gives beside a recorded one: of points, and of robots as their drives are stated."""
+
+import functools
+import math
+
+import numpy as np
+
+from mrs_simulator.control.pioneer_control import OF_POINTS
+from mrs_simulator.core.kinematics import UNICYCLE_AXES, cos_sin
+from mrs_simulator.protocols.published.arms import robots_of
+from mrs_simulator.protocols.published.laws import (
+    MOST_COMMANDS,
+    MOST_PAIRS,
+    FaultyEdges,
+    Listeners,
+    exact_motion,
+    exact_poses,
+)
+from mrs_simulator.protocols.published.robots import are_stated, posed_commands
+from mrs_simulator.record.recording import Run, part_of
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
+from mrs_simulator.verdict.theory.followed_samples import followed_samples
+
+MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
+MOST_STEPS = 200000  # [-] of robots that speed up in ramps, each a step of the world
+
+
+def published_law(control):
+    """Return the published law of ``control``; None for teams too large for it."""
+    return control.published() if len(control.numbers) <= MOST_ROBOTS else None
+
+
+def faulty_edges(control):
+    """Return the control's edges as ``FaultyEdges``, None if they have no faults."""
+    if not control.links.faults:
+        return None
+    return FaultyEdges(control.links, control.topology, control.period, control.edge_seed)
+
+
+def is_blind(control, law):
+    """Return whether the control's edges have faults over which the published law is not stated."""
+    if law.SEES == "pose":
+        return bool(control.links.faults)
+    return control.links.changes_edges and law.over(np.ones((1, 1), dtype=bool)) is None
+
+
+def exact_run(control, run):
+    """Return the ``Run`` of point masses that the published law moves from the start of ``run``.
+
+    Of a law that sees poses: of unicycles without limits.  None where no law is published, or the
+    solution is too long to compute.
+    """
+    law = published_law(control)
+    if law is None or is_blind(control, law):
+        return None
+    if law.SEES == "pose":
+        return _exact_unicycles(control, law, run)
+    edges = faulty_edges(control)
+    with np.errstate(all="ignore"):
+        times, drift = run.time - run.time[0], current_of(control, run)
+        motion = exact_motion(law, run.hand[0], control.period, times, edges, drift)
+    if motion is None or not np.isfinite(motion[0]).all():
+        return None
+    hand, velocity = motion
+    pose = np.zeros(hand.shape[:2] + (3,))
+    pose[:, :, :2] = hand[:, :, :2] - [control.l, 0.0]
+    command = velocity / [1.0, control.l] if control.dimension == 2 else velocity
+    facts = {OF_POINTS: True}
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, facts)
+
+
+def current_of(control, run):
+    """Return with which velocities (n, 2) [m/s] the current carries the robots of ``run``."""
+    result = np.zeros(run.hand.shape[1:])
+    if run.scenario is not None:
+        for row, kind in enumerate(control.team.kinds):
+            if kind.module.MEDIUM == "water":
+                result[row, :2] = run.scenario.environment.current
+    return result
+
+
+def _exact_unicycles(control, law, run):
+    if control.fidelity == "point_mass":
+        return None
+    with np.errstate(all="ignore"):
+        time = run.time - run.time[0]
+        motion = exact_poses(law, run.pose[0], control.period, time, control.l)
+    if motion is None or not np.isfinite(motion[0]).all():
+        return None
+    pose, command = motion
+    theta = pose[:, :, 2, np.newaxis]
+    hand = pose[:, :, :2] + control.l * np.concatenate(cos_sin(theta), axis=2)
+    return Run(run.time, run.robots, pose, hand, command, [], run.scenario, axes=UNICYCLE_AXES)
+
+
+def robots_run(control, run):
+    """Return the ``Run`` of the robots themselves under the published law, from the start of ``run``.
+
+    Commands are held, speeds limited and ramped, and wheels roll without slip, as
+    :mod:`published_drives` states it; bodies pass through each other, and point masses keep their
+    headings.  Its ``meta`` holds ``limited``, (m, n) bool, who is at a limit or speeds up as fast as it
+    can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then, and
+    ``memory``, what the law remembers before the command that each sample is under.
+
+    None where that cannot be told: of points without limits (those of cars have one), under the safety
+    filter, of robots that disobey, and as in :func:`exact_run`.
+    """
+    law, scenario = published_law(control), run.scenario
+    if law is None or scenario is None or not _can_be_followed(control, run, law):
+        return None
+    frozen = scenario.fidelity == "point_mass"
+    robots = robots_of(control, frozen)
+    robots.drift = current_of(control, run)[:, :2] @ [1.0, 1j]
+    step = scenario.step if robots.is_ramped and not frozen else math.inf
+    last = run.time[-1] - run.time[0]
+    commands = last / control.period
+    work = law.WORK * commands * len(run.robots) ** 2
+    work *= len(run.robots) if control.links.faults else 1
+    if commands > MOST_COMMANDS or work > MOST_PAIRS or last / step > MOST_STEPS:
+        return None
+    if math.isinf(step) and not control.links.faults:
+        with np.errstate(all="ignore"):
+            told = followed_samples(law, robots, run, control.period)
+        if told is not None:
+            facts = {"limited": told.limited, "cut": told.cut, "memory": (None,) * len(run.time)}
+            columns = told.pose, told.hand, told.command
+            return Run(run.time, run.robots, *columns, [], scenario, facts, control.team.axes)
+    robots.be_as(run, 0)
+    with np.errstate(all="ignore"):
+        rows = [
+            (robots.pose, robots.points, *told)
+            for told in _moved(control, law, robots, run.time - run.time[0], step)
+        ]
+    *columns, memory = zip(*rows)
+    pose, hand, command, limited, cut = map(np.array, columns)
+    if not np.isfinite(pose).all():
+        return None
+    facts = {"limited": limited, "cut": cut, "memory": memory}
+    return Run(run.time, run.robots, pose, hand, command, [], scenario, facts, control.team.axes)
+
+
+def later(followed, rows):
+    """Return the ``rows``, a slice, of a run that :func:`robots_run` gave."""
+    limited, cut = followed.meta["limited"][rows], followed.meta["cut"][rows]
+    facts = {"limited": limited, "cut": cut - cut[0], "memory": followed.meta["memory"][rows]}
+    return part_of(followed, rows)._replace(meta=facts)
+
+
+def _can_be_followed(control, run, law):
+    scenario = run.scenario
+    # Of a car also the point mass is told no more than a steering angle below a right one.
+    unlimited = bool(np.isinf(control.limits.top).all()) and not control.team.has_joints
+    return not (
+        (scenario.fidelity == "point_mass" and (unlimited or law.SEES == "pose"))
+        or not are_stated(control.team)
+        or is_blind(control, law)
+        or np.any(control.safety)
+        or scenario.mismatch != NO_MISMATCH
+        or _has_uneven_wheels(scenario)
+        or len(run.robots) != control.team.n
+        or control.period > _timeout(scenario, control.team)
+    )
+
+
+def _has_uneven_wheels(scenario):
+    errors = scenario.odometry_errors
+    return errors is not None and (errors.Ed, errors.Eb) != (1.0, 1.0)
+
+
+def _timeout(scenario, team):
+    own = scenario.cmd_vel_timeout
+    return float(team.timeouts.min()) if own is None else own
+
+
+def _moved(control, law, robots, time, step):
+    """Yield ``(command, limited, cut, memory)`` at each sample, while ``robots`` move there.
+
+    ``time`` (m,) [s] of the samples; ``step`` [s] of ramps.
+    """
+    wanted = _Wanted(control, law, robots)
+    cut, row, now, count = np.zeros(robots.team.n), 0, 0.0, 0
+    late, ramped = np.zeros(robots.team.n, dtype=bool), robots.is_ramped and not math.isinf(step)
+    tiny = 1e-6 * control.period
+    while True:
+        before = wanted.memory
+        u, command = wanted.at(now)
+        limited = robots.limited_now | late
+        begin, until = wanted.points, (count + 1) * control.period
+        while row < len(time) and time[row] < until - tiny:
+            _advance(robots, command, time[row] - now, step)
+            now = max(now, time[row])
+            yield command, limited, cut.copy(), before
+            row += 1
+        if row == len(time):
+            return
+        _advance(robots, command, until - now, step)
+        late = robots.lag(command) if ramped else late
+        if (limited | late).any():
+            moved = (robots.points - begin) / control.period
+            off = u - moved
+            off[:, :2] += np.column_stack([robots.drift.real, robots.drift.imag])
+            lost = functools.reduce(np.hypot, off.T) * control.period
+            cut += np.where(limited | late, lost, 0.0)
+        now, count = until, count + 1
+
+
+def _advance(robots, command, duration, step):
+    """Move ``robots`` for ``duration`` [s], in parts of at most ``step`` [s]."""
+    if duration <= 0.0:
+        return
+    parts = 1 if math.isinf(step) else max(1, int(round(duration / step)))
+    robots.move(command, duration, parts)
+
+
+class _Wanted:
+    """What the published law wants of the robots, command by command."""
+
+    def __init__(self, control, law, robots):
+        self.law, self.robots, self.control = law, robots, control
+        edges, start = faulty_edges(control), robots.points
+        self.team = None if edges is None else Listeners(law, edges, start)
+        self.memory = None if self.team or law.SEES == "pose" else law.begin(start)
+
+    def at(self, time):
+        """Return velocities (n, 2) [m/s] and commands (n, a) at ``time`` [s], which is a command's."""
+        law, robots = self.law, self.robots
+        self.points = robots.points  # (n, d) [m] at that time
+        if law.SEES == "pose":
+            wanted, command = posed_commands(law, robots, robots.pose, time)
+            return robots.velocities(wanted), command
+        if self.team is not None:
+            u = self.team.velocity(self.points, time)
+        else:
+            u, self.memory = law.velocity(self.points, time, self.memory)
+        return u, robots.commands(u)

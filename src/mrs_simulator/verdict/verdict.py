@@ -1,0 +1,546 @@
+"""The verdict on a run: what theory predicts, what was measured, and whether they agree.
+
+A run *passed* where at least one claim of its protocol was judged and nothing judged failed, it
+*failed* where something did, and else it was *not judged*, for a stated reason.
+"""
+
+import argparse
+import json
+import math
+import platform
+import sys
+import traceback
+from typing import Any, Dict, NamedTuple, Optional
+
+import numpy as np
+
+from mrs_simulator.core.claims import Condition, NothingDecays
+from mrs_simulator.core.doc_links import OF_FAILED, OF_NOT_JUDGED, named, words
+from mrs_simulator.core.writing import printing, write_text
+from mrs_simulator.record.controller_log import deadlock_text
+from mrs_simulator.record.recording import closest_approach, part_of
+from mrs_simulator.record.run_changes import changes_text
+from mrs_simulator.scenario.incidents import ARM_END, SATURATED
+from mrs_simulator.scenario.reading import reason
+from mrs_simulator.verdict.user_values import plain
+from mrs_simulator.verdict.verdict_file import read_verdict
+from mrs_simulator.version import __version__
+
+HOLDS = "holds"  # what is predicted of a condition
+PASSED, FAILED, NOT_JUDGED = "passed", "failed", "not_judged"  # outcomes
+WORDS = {PASSED: "PASSED", FAILED: "FAILED", NOT_JUDGED: "NOT JUDGED"}
+EXPLAINED = {FAILED: OF_FAILED, NOT_JUDGED: OF_NOT_JUDGED}
+UNJUDGED_CODE = 3  # of programs that were told to require a verdict
+CELL = 13  # [-] letters of a number in the table for a terminal; a longer text stands after the outcome
+NO_PROTOCOL = "no protocol is known whose claims could be judged"
+UNKNOWN_LAW = NO_PROTOCOL + ": that the controller ran {} is known from a topic alone"
+NO_CLAIMS = "the protocol states no claims"
+NO_COMMANDS = "no robot was told to move: the controller did not run"
+NONE_APPLY = "none of the protocol's claims applies to this run"
+STILL = "robots held still by the safety filter"
+BROKEN = "measuring it failed"  # how the note of a claim begins whose measure raised
+MOST_COLLISIONS = 3  # [-] that are told in words
+FEWEST_SAMPLES = 3  # [-] of a part of a run that is judged
+HIDDEN = "the published law on these robots does not show it either"
+TOO_COSTLY = 2.0  # [-] of a claim's own tolerance: what held commands may cost at most
+COST = "held commands and limits cost {:.3g} of the tolerance"
+SLIP = "held commands, limits and what the robots make of them cost {:.3g} of the tolerance"
+OTHERWISE = "under the published law robots that slip so have {:.4g}"
+COSTLY = (
+    "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
+)
+VERSIONED = ("numpy", "matplotlib", "pybullet")
+
+
+class Check(NamedTuple):
+    """One comparison; ``passed`` is None where the theorem says nothing of this run (``note``: why)."""
+
+    name: str
+    predicted: Any
+    measured: Any
+    tolerance: Optional[float]
+    passed: Optional[bool]
+    difference: Optional[float] = None
+    note: str = ""
+
+
+class Theory(NamedTuple):
+    """What theory gives beside claims.
+
+    ``exact``: the ``Run`` of points, ``followed``: that of these robots under held commands and within
+    their limits, ``slipped``: that of robots which make of their commands what the recorded ones made of
+    theirs, or None; ``narrow``: tolerances by the names of claims, where the robots are compared
+    with the latter two; ``limited``: who was at a limit and until when, or ""; ``late``: returns the
+    :class:`Late` of such a run; ``ruled_out``: why no claim applies, or ""; ``rest``: the part of the run
+    that is judged, None for all of it, and ``why``.
+    """
+
+    exact: Any = None
+    followed: Any = None
+    slipped: Any = None
+    narrow: Dict[str, float] = {}
+    limited: str = ""
+    late: Any = None
+    ruled_out: str = ""
+    rest: Any = None
+    why: str = ""
+
+
+NO_THEORY = Theory()
+
+
+class Late(NamedTuple):
+    """What is judged of claims for unlimited inputs where a robot was at a limit, and ``why``.
+
+    ``run``: the part of the run after that, None if nothing is judged; ``claims`` made of its start,
+    by name; ``theory``: the :class:`Theory` of that part; ``again``: returns the ``Late`` of what is left
+    after the last limit of all, for claims that even little of a limit costs too much, or None.
+    """
+
+    why: str
+    run: Any = None
+    claims: Any = None
+    theory: Any = NO_THEORY
+    again: Any = None
+
+
+def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
+    """Return the verdict on ``run`` as the plain mapping that ``verdict.json`` holds.
+
+    ``claims``: ``Claim``s and ``Condition``s of the protocol, None without a protocol; ``measures``:
+    further values for the verdict; ``guards``: claims of what watches over any protocol, which judge
+    no theory of its; ``theory``: what they are compared with.
+    """
+    checks = _checks(run if theory.rest is None else theory.rest, claims or (), theory)
+    unjudged = _unjudged(run, claims, checks)
+    if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
+        checks = [check._replace(passed=None, note=unjudged) for check in checks]
+    checks += _checks(run, guards)
+    warnings = [*run.meta.get("warnings", []), *filter(None, [_changes(run)])]
+    checks += _deadlock(run)
+    checks.append(_collisions(run))
+    checks += _incidents(run)
+    ended = _ended(run)
+    checks.append(Check("ended", "complete", ended, None, ended == "complete"))
+    scenario = run.scenario
+    closest = closest_approach(run.pose, None if run.spatial is None else run.spatial.z)
+    if "closest_approach" in run.meta:
+        closest = min(closest, run.meta["closest_approach"])
+    wrong = any(check.passed is False for check in checks)
+    outcome = FAILED if wrong else NOT_JUDGED if unjudged else PASSED
+    verdict = {
+        "outcome": outcome,
+        "passed": outcome == PASSED,
+        "reason": unjudged if outcome == NOT_JUDGED else "",
+        "checks": [check._asdict() for check in checks],
+        "settle_time": None,
+        "final_gaps": None,
+        "y_spread": None,
+        **(measures or {}),
+        "min_distance": closest if math.isfinite(closest) else None,
+        "real_time_factor": run.meta.get("real_time_factor"),
+        "seed": scenario.seed if scenario is not None else run.meta.get("seed"),
+        "title": scenario.title if scenario is not None else "",
+        "protocol": scenario.control.protocol if scenario is not None else "",
+        "robots": len(run.robots),
+        "duration": float(run.time[-1] - run.time[0]),
+        "ended": ended,
+        "warnings": warnings,
+        "versions": versions(),
+    }
+    return plain(verdict, "verdict")  # differences of finite numbers may be infinite
+
+
+def _unjudged(run, claims, checks):
+    """Return why nothing of the protocol's theory was tested, or ""."""
+    if claims is None:
+        unknown = run.meta.get("unknown_law")
+        return UNKNOWN_LAW.format(unknown) if unknown else NO_PROTOCOL
+    if run.meta.get("uncommanded"):
+        return NO_COMMANDS
+    if run.meta.get("degraded"):
+        return run.meta["degraded"]
+    broken = _broken(claims)
+    if broken:
+        return "{}: {}".format(NONE_APPLY, broken)
+    told = [check for check in checks if check.predicted != HOLDS]
+    if not told:
+        return NO_CLAIMS
+    if any(check.passed is not None for check in told):
+        return ""
+    return deadlock_text(run.meta.get("deadlock")) or _changes(run) or NONE_APPLY
+
+
+def _changes(run):
+    """Return what was changed during ``run``, in words, or ""."""
+    known = run.scenario is not None
+    return changes_text(run.scenario, run.meta.get("changes", [])) if known else ""
+
+
+def outcome_of(verdict):
+    """Return the outcome that ``verdict`` tells; files of earlier versions know passed and failed alone."""
+    return verdict.get("outcome") or (PASSED if verdict["passed"] else FAILED)
+
+
+def exit_code(verdict, required=False):
+    """Return the exit code of a program that ends with ``verdict``.
+
+    0 passed, 1 failed; not judged 0, or ``UNJUDGED_CODE`` where a verdict is ``required``.
+    """
+    unjudged = UNJUDGED_CODE if required else 0
+    return {PASSED: 0, FAILED: 1, NOT_JUDGED: unjudged}[outcome_of(verdict)]
+
+
+def _collisions(run):
+    if run.meta.get("collisions_unknown"):
+        return Check("collisions", 0, None, 0, None, note="nobody told of any")
+    check = _compare("collisions", 0, len(run.collisions), 0, "equal")
+    told = ["{} and {} at {:.1f} s".format(c.first, c.second, c.time) for c in run.collisions]
+    more = ", ..." if len(told) > MOST_COLLISIONS else ""
+    return check._replace(note=", ".join(told[:MOST_COLLISIONS]) + more)
+
+
+def _incidents(run):
+    """Return a check of what befell robots, a list; what the scenario ordered, and what follows, fails no
+    run, nor do rotors at their limit or arms at an end."""
+    found = run.meta.get("incidents")
+    if not found:
+        return []
+    own = [each for each in found if not each.ordered and each.what not in (SATURATED, ARM_END)]
+    told = ["{} at {:.1f} s".format(each.text, each.time) for each in found]
+    more = ", ..." if len(told) > MOST_COLLISIONS else ""
+    note = ", ".join(told[:MOST_COLLISIONS]) + more
+    return [Check("incidents", 0, len(found), 0, False if own else None, note=note)]
+
+
+def _deadlock(run):
+    """Return a check that tells of robots in a deadlock at the end, a list; no theorem excludes it."""
+    held = run.meta.get("deadlock")
+    if not held:
+        return []
+    return [Check(STILL, 0, len(held), 0, None, note=deadlock_text(held))]
+
+
+def _ended(run):
+    ended, scenario = run.meta.get("ended", "complete"), run.scenario
+    short = False
+    if scenario is not None:  # of real robots 1/rate, of simulated ones whole steps
+        period = max(1.0 / scenario.record_rate, scenario.record_period)
+        short = run.time[-1] < scenario.duration - period
+    return "cut short" if short and ended == "complete" else ended
+
+
+def _checks(run, claims, theory=NO_THEORY):
+    """Return the checks of ``claims``, conditions first.
+
+    What compares with the law itself is judged whether or not a theorem's conditions hold.
+    """
+    checks = [_held(claim) for claim in claims if isinstance(claim, Condition)]
+    unproved, broken_off = _broken(claims), _first_break(run)
+    for claim in claims:
+        if isinstance(claim, Condition):
+            continue
+        why = theory.ruled_out or claim.unproved or ("" if claim.own else unproved)
+        if why:
+            checks.append(_measured_only(run, claim, why))
+        elif broken_off is not None and claim.motion:
+            checks.append(_judged_before(run, claim, theory, broken_off))
+        else:
+            checks.append(_judged(run, claim, theory))
+        checks[-1] = checks[-1]._replace(note=_joined(checks[-1].note, theory.why))
+    return checks
+
+
+def _broken(claims):
+    """Return which conditions do not hold that the claims need, as a text, or ""."""
+    conditions = [claim for claim in claims if isinstance(claim, Condition)]
+    broken = ", ".join(c.name for c in conditions if c.rules_out and not c.holds)
+    return broken and "{} does not hold".format(broken)
+
+
+def _held(condition):
+    if condition.holds:
+        return Check(condition.name, HOLDS, HOLDS, None, True)
+    fails = condition.necessary or not condition.rules_out
+    return Check(
+        condition.name, HOLDS, "does not hold", None, False if fails else None, note=condition.why
+    )
+
+
+def _first_break(run):
+    """Return when [s] the run's first collision or incident was, and which, in words; None for none."""
+    found = [(c.time, "{} and {} touched".format(c.first, c.second)) for c in run.collisions]
+    incidents = run.meta.get("incidents", ())
+    # Where an arm is at its end, base and other joints make up for it.
+    found += [(i.time, i.text) for i in incidents if i.what != ARM_END]
+    return min(found, default=None)
+
+
+def _judged_before(run, claim, theory, found):
+    """Return the check of a ``claim`` about free motion in a run in which bodies touched or one fell."""
+    why = "{1} at {0:.1f} s".format(*found)
+    samples = int(np.searchsorted(run.time, found[0]))
+    if not claim.own or samples < FEWEST_SAMPLES:
+        return _measured_only(run, claim, why)
+    check = _judged(part_of(run, slice(0, samples)), claim, theory)
+    return check._replace(note=_joined(check.note, "until " + why))
+
+
+def _judged(run, claim, theory):
+    """Return the check of ``claim``, on the part of the run of which the theorem speaks.
+
+    The tolerance of what is not compared with the law itself has as a part what the same claim misses in
+    ``theory.followed``: what held commands and limits cost.  Where limits cost more than the claim
+    allows, the rest of the run is judged, from the last time at a limit on.
+    """
+    if claim.own:
+        return (
+            _judged_late(run, claim, theory)
+            if claim.free and theory.limited
+            else _measured(run, claim)
+        )
+    short = _shortage(claim, theory)
+    if theory.followed is None:
+        if claim.free and theory.limited:
+            return _judged_late(run, claim, theory)
+        check = _measured(run, claim)
+        if short and check.passed is not None and not check.note.startswith(BROKEN):
+            check = check._replace(passed=None, note=short)
+        return check
+    cost, why = _cost(claim, theory.followed)
+    if theory.limited and _is_costly(claim, theory):
+        return _judged_late(run, claim, theory)
+    if short:
+        return _measured(run, claim)._replace(passed=None, note=short)
+    return _within_cost(run, claim, theory, cost, why)
+
+
+def _within_cost(run, claim, theory, cost, why):
+    """Return the check of ``claim`` whose tolerance takes in its ``cost``; ``why`` None is not known."""
+    if cost is None:
+        check = _measured(run, claim)
+        if check.passed is None or check.note.startswith(BROKEN):
+            return check
+        return check._replace(passed=None, note="does not apply: {}".format(why))
+    own = theory.narrow.get(claim.name, claim.tolerance)
+    if theory.slipped is not None:
+        return _within_slip(run, claim, theory, min(own, claim.tolerance), cost)
+    check = _measured(run, claim._replace(tolerance=own + cost))
+    if check.passed is None or cost <= own:
+        return check
+    if cost > TOO_COSTLY * claim.tolerance:
+        check = _measured(run, claim)
+        return check._replace(note=_joined(check.note, COSTLY.format(cost)))
+    return check._replace(note=_joined(check.note, COST.format(cost)))
+
+
+def _within_slip(run, claim, theory, own, cost):
+    """Return the check of ``claim`` about robots whose slip the record tells.
+
+    What is measured has to be, within ``own``, what it is under the published law with this slip; and no
+    farther from theory than ``claim`` allows such robots, with what held commands and limits ``cost``.
+    """
+    found = _measured(theory.slipped, claim)
+    slip, why = _cost(claim, theory.slipped)
+    if slip is None:
+        check = _measured(run, claim)
+        return check if check.passed is None else check._replace(passed=None, note=why)
+    check = _measured(run, claim._replace(tolerance=min(own + slip, claim.tolerance + cost)))
+    if check.passed is None or check.measured is None:
+        return check
+    if claim.relation == "equal" and abs(check.measured - found.measured) > own:
+        return check._replace(
+            passed=False, note=_joined(check.note, OTHERWISE.format(found.measured))
+        )
+    return check if slip <= own else check._replace(note=_joined(check.note, SLIP.format(slip)))
+
+
+def _cost(claim, followed):
+    """Return by how much ``claim`` is missed in the run ``followed``, or None and why that is not known."""
+    check = _measured(followed, claim)
+    if check.difference is None:
+        return None, HIDDEN
+    return max(0.0, _excess(check.difference, claim.relation)), ""
+
+
+def _is_costly(claim, theory):
+    """Return whether held commands and limits cost ``claim`` more than it allows."""
+    if claim.own or theory.followed is None:
+        return False
+    cost, _ = _cost(claim, theory.followed)
+    return cost is None or cost > claim.tolerance
+
+
+def _judged_late(run, claim, theory):
+    """Return the check of ``claim`` on the part of the run that limits left alone."""
+    late = theory.late() if theory.late else Late(theory.limited)
+    if (
+        late.again
+        and claim.name in late.claims
+        and _is_costly(late.claims[claim.name], late.theory)
+    ):
+        late = late.again()
+    if late.run is None or claim.name not in late.claims:
+        return _measured_only(run, claim, late.why)
+    rest, found = late.run, _first_break(late.run) if claim.motion else None
+    if found is not None:
+        rest = part_of(rest, slice(0, int(np.searchsorted(rest.time, found[0]))))
+        if len(rest.time) < FEWEST_SAMPLES:
+            return _measured_only(run, claim, late.why)
+    check = _judged(rest, late.claims[claim.name], late.theory)
+    return check._replace(note=_joined(check.note, late.why))
+
+
+def _joined(*notes):
+    return ", ".join(filter(None, notes))
+
+
+def _shortage(claim, theory):
+    """Return why the run is too short for ``claim``: the exact solution itself misses it; or ""."""
+    if theory.exact is None:
+        return ""
+    check = _measured(theory.exact, claim)
+    if check.passed is not False or check.note.startswith(BROKEN):
+        return ""
+    return "run too short for this claim: the exact solution itself {}".format(
+        "does not show it" if check.measured is None else "has {:.3g}".format(check.measured)
+    )
+
+
+def _measured_only(run, claim, why):
+    """Return what was measured of a claim that does not apply: a threshold is studied by it."""
+    return _measured(run, claim)._replace(passed=None, note="does not apply: {}".format(why))
+
+
+def _skipped(claim, note):
+    return Check(claim.name, claim.predicted, None, claim.tolerance, None, note=note)
+
+
+def _measured(run, claim):
+    try:
+        with np.errstate(all="ignore"):
+            measured = _number(claim.measure(run))
+        if measured is not None and not math.isfinite(measured):
+            measured = None
+    except NothingDecays as error:
+        why = words(error) or "there is nothing to decay from this start"
+        return _skipped(claim, "does not apply: {}".format(why))
+    except Exception as error:  # what a person wrote may raise anything; the run is not lost for it
+        traceback.print_exc()
+        note = "{}: {}".format(BROKEN, named(error))
+        return _skipped(claim, note)._replace(passed=False)
+    return _compare(claim.name, claim.predicted, measured, claim.tolerance, claim.relation)
+
+
+def _number(value):
+    """Return a measured ``value`` as a plain number or None; ``ValueError`` for anything else."""
+    if value is None or isinstance(value, (int, float)):
+        return value
+    if np.ndim(value) or not np.isrealobj(value):
+        text = "measured {} of shape {}, wanted one number"
+        raise ValueError(text.format(type(value).__name__, np.shape(value)))
+    return float(value)
+
+
+def _compare(name, predicted, measured, tolerance, relation):
+    if measured is None:
+        return Check(
+            name, predicted, None, tolerance, False, note="could not be measured in this run"
+        )
+    difference = measured - predicted
+    passed = bool(_excess(difference, relation) <= tolerance)
+    note = "" if relation == "equal" else relation
+    return Check(name, predicted, measured, tolerance, passed, difference, note)
+
+
+def _excess(difference, relation):
+    return {"equal": abs(difference), "at most": difference, "at least": -difference}[relation]
+
+
+def versions() -> Dict[str, str]:
+    """Return the versions of what makes a run what it is."""
+    from importlib import metadata  # slow to import, wanted once a run
+
+    found = {"mrs_simulator": __version__, "python": platform.python_version()}
+    for name in VERSIONED:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def write_verdict(verdict, path):
+    """Write ``verdict`` as JSON to ``path``, whole or not at all."""
+    write_text(path, json.dumps(verdict, indent=2, allow_nan=False) + "\n")
+
+
+def verdict_text(verdict):
+    """Return the verdict as a short table for a terminal."""
+    lines = ["{}: {}".format(verdict["title"] or "run", WORDS[outcome_of(verdict)])]
+    if verdict.get("reason"):
+        lines[0] += " ({})".format(verdict["reason"])
+    width = max([32] + [len(check["name"]) for check in verdict["checks"]])
+    row = "  {:" + str(width) + "} {:>" + str(CELL) + "} {:>" + str(CELL) + "} {:>10}  {}"
+    lines.append(row.format("", "predicted", "measured", "tolerance", "").rstrip())
+    for check in verdict["checks"]:
+        cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
+        said = " ".join(filter(None, (_word(check["passed"]), _note(check))))
+        if len(cells[1]) > CELL:  # a text, such as why a run ended
+            said, cells[1] = "{}: {}".format(said, cells[1]), ""
+        lines.append(row.format(check["name"], *cells, said))
+    if verdict["final_gaps"]:
+        gaps = verdict["final_gaps"]
+        shown = ", ".join("{:.4f}".format(gap) for gap in gaps[:12])
+        lines.append("  final gaps [m]: {}{}".format(shown, ", ..." if len(gaps) > 12 else ""))
+    if verdict["min_distance"] is not None:
+        lines.append("  closest approach of two centres: {:.3f} m".format(verdict["min_distance"]))
+    if verdict["real_time_factor"]:
+        lines.append("  achieved real-time factor: {:.1f}".format(verdict["real_time_factor"]))
+    lines += ["  warning: " + warning for warning in verdict["warnings"]]
+    if outcome_of(verdict) in EXPLAINED:
+        lines.append("  what this means: {}".format(EXPLAINED[outcome_of(verdict)]))
+    return "\n".join(lines)
+
+
+def _word(passed):
+    return {True: "PASSED", False: "FAILED", None: "-"}[passed]
+
+
+def _note(check):
+    note = check.get("note", "")
+    return "({})".format(note) if note else ""
+
+
+def _cell(value):
+    if value is None:
+        return "-"
+    if not isinstance(value, float):
+        return str(value)
+    return "{:.4f}".format(value) if abs(value) >= 1e-3 or value == 0.0 else "{:.2e}".format(value)
+
+
+@printing
+def main():
+    """Print the verdict in the file that the command line names; exit as :func:`exit_code` says."""
+    parser = argparse.ArgumentParser(description="Print a verdict.json as a table.")
+    parser.add_argument("file")
+    add_require_verdict(parser)
+    arguments = parser.parse_args()
+    try:
+        verdict = read_verdict(arguments.file)
+    except (OSError, ValueError) as error:
+        print("verdict: {}: {}".format(arguments.file, reason(error)), file=sys.stderr)
+        sys.exit(2)
+    print(verdict_text(verdict))
+    sys.exit(exit_code(verdict, arguments.require_verdict))
+
+
+def add_require_verdict(parser):
+    """Give ``parser`` the option ``--require-verdict``, which :func:`exit_code` takes."""
+    text = "exit with {} where the run could not be judged".format(UNJUDGED_CODE)
+    parser.add_argument("--require-verdict", action="store_true", help=text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+"""Reads a verdict.json back, of any version, and says what is wrong with one that is none."""
+
+from mrs_simulator.core.parameters import shown
+from mrs_simulator.scenario.reading import read_json
+
+NUMBER = (int, float)
+# Of a verdict, what is read anywhere: its type, what was wanted, and what is taken where it is absent.
+KEYS = {
+    "title": (str, "a text", ""),
+    "reason": (str, "a text", ""),
+    "ended": (str, "a text", ""),
+    "settle_time": (NUMBER, "a number", None),
+    "y_spread": (NUMBER, "a number", None),
+    "min_distance": (NUMBER, "a number", None),
+    "real_time_factor": (NUMBER, "a number", None),
+}
+LISTS = {
+    "final_gaps": (NUMBER, "a list of numbers"),
+    "warnings": (str, "a list of texts"),
+    "checks": (dict, "a list of mappings"),
+}
+OUTCOMES = ("passed", "failed", "not_judged")
+OF_A_CHECK = ("predicted", "measured", "tolerance", "difference")  # None where absent
+
+
+def read_verdict(path):
+    """Return the verdict in the JSON file at ``path``, a mapping as ``judge`` returns it.
+
+    Raises ``OSError`` where it cannot be read, and ``ValueError`` where it is no verdict.
+    """
+    verdict = read_json(path)
+    if not isinstance(verdict, dict) or verdict.get("checks") is None:
+        text = "{}, wanted a verdict: a mapping with a list of checks"
+        raise ValueError(text.format(shown(verdict)))
+    _of_type(verdict.get("passed"), bool, "passed", "true or false")
+    if verdict.get("outcome", OUTCOMES[0]) not in OUTCOMES:
+        text = "outcome: {}, wanted one of {}"
+        raise ValueError(text.format(shown(verdict["outcome"]), ", ".join(OUTCOMES)))
+    for key, (kind, wanted, absent) in KEYS.items():
+        value = verdict.get(key)
+        verdict[key] = absent if value is None else _of_type(value, kind, key, wanted)
+    for key, (kind, wanted) in LISTS.items():
+        values = verdict.get(key) or []
+        for value in _of_type(values, list, key, wanted):
+            _of_type(value, kind, key, wanted)
+        verdict[key] = values
+    places = enumerate(verdict["checks"], 1)
+    verdict["checks"] = [_check(check, "check {}".format(place)) for place, check in places]
+    return verdict
+
+
+def _check(check, where):
+    """Return a check with all its keys."""
+    name = _of_type(check.get("name"), str, where + ": name", "a text")
+    where = "{} ({})".format(where, shown(name))
+    note = _of_type(check.get("note", ""), str, where + ": note", "a text")
+    if "passed" not in check or check["passed"] is not None:
+        _of_type(check.get("passed"), bool, where + ": passed", "true, false or null")
+    return {**dict.fromkeys(OF_A_CHECK), **check, "note": note}
+
+
+def _of_type(value, kind, where, wanted):
+    if not isinstance(value, kind) or (kind is not bool and isinstance(value, bool)):
+        raise ValueError("{}: {}, wanted {}".format(where, shown(value), wanted))
+    return value

@@ -1,0 +1,56 @@
+"""What the arms of a team hold, and which of their joints have come to an end."""
+
+import numpy as np
+
+from mrs_simulator.scenario.incidents import ARM_END, FELL, LET_GO
+from mrs_simulator.world.arms.carrying import CarriedLoad, LoadError
+from mrs_simulator.world.checks import WorldError
+
+
+def refuse_load(load, team, poses, hand_length):
+    """Raise ``WorldError`` if a ``team`` at ``poses`` (n, 3) cannot take hold of ``load``, or None."""
+    if load is None:
+        return
+    if not team.has_arms or any(each.arm is None for each in team.kinds):
+        raise WorldError("load: wanted robots that all have an arm")
+    if team.n != len(load.grasps):
+        text = "load: {} grasps, wanted one for each of {} robots"
+        raise WorldError(text.format(len(load.grasps), team.n))
+    try:
+        CarriedLoad(load, team.tools(poses, team.rest_joints, hand_length))
+    except LoadError as error:
+        raise WorldError(str(error)) from None
+
+
+class Grips:
+    """The tools of a team with arms, at work."""
+
+    def __init__(self, team, motion, faults, hand_length, load):
+        """``load``: a ``core.load.Load`` that all carry, or None."""
+        self._team, self._motion, self._faults = team, motion, faults
+        self._hand_length, self._given = hand_length, load
+        self.load = None  # as it is carried
+        self.begin()
+
+    def begin(self):
+        """Take hold of the load, anew."""
+        self._ended = set()  # (row, joint) of those that have been at their ends
+        if self._given is None:
+            return
+        if self.load is not None:
+            self.load.remove()
+        carry = getattr(self._motion, "carry", CarriedLoad)
+        self.load = carry(self._given, self._tools())
+
+    def _tools(self):
+        return self._team.tools(self._motion.pose, self._motion.joints(), self._hand_length)
+
+    def look(self):
+        """Report who has come to the end of an arm's joint, or has let go of the load, in this step."""
+        ended = set(map(tuple, np.argwhere(self._motion.ended).tolist()))
+        for row, joint in sorted(ended - self._ended):
+            self._faults.report(row, ARM_END, joint + 1)
+        self._ended |= ended
+        if self.load:
+            for row in self.load.update(self._tools()):
+                self._faults.report(row, LET_GO if self.load.held.any() else FELL)

@@ -1,0 +1,275 @@
+"""Footprints of the robots among obstacles: contacts, and how overlapping bodies are separated."""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.core.neighbours import least_distance, squared, squared_apart
+from mrs_simulator.scenario.surroundings.moving_obstacles import moves
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
+from mrs_simulator.vehicles import Team
+from mrs_simulator.world.contact.collisions import (
+    Footprints,
+    Pairs,
+    Rectangles,
+    VerletList,
+    circle_overlap,
+    outline_overlap,
+    rectangle_overlap,
+)
+from mrs_simulator.world.contact.contact_arrays import Contact, Touches, robot_name
+from mrs_simulator.world.contact.heights import Heights
+
+PASSES = 4  # [-] rounds of pushing apart in one step
+LOOSE = 0.3  # [m] beyond reach, for which pairs are looked at again and again within a step
+ROUNDING = 1e-6  # [m] by which positions may be rounded, generously
+
+
+class Bodies:
+    """Robots, each with its own footprint, among fixed obstacles."""
+
+    def __init__(self, kinds, obstacles=(), mirrored=()):
+        """``kinds``: the robots' ``Team``, or their kinds; ``obstacles``: ``Box`` and ``Cylinder``.
+
+        ``mirrored``: rows of robots that are where they are and give way to nothing.
+        """
+        team = Team.of(kinds)
+        self.footprints = Footprints([kind.body for kind in team.kinds])
+        self._moves = any(map(moves, obstacles))
+        self._stand(tuple(obstacles))
+        self._halves = np.array([_halves(each) for each in self.obstacles])
+        self.mirrored = np.zeros(team.n, dtype=bool)
+        self.mirrored[list(mirrored)] = True
+        self._are_mirrored = self.mirrored.any()
+        # Whom a solver keeps apart from each other and from obstacles, so that nothing here does.
+        self.solved = np.zeros(team.n, dtype=bool)
+        self.resting = (
+            None  # (n,) bool of those that a solver cannot move, since they stand; None: nobody
+        )
+        self._list = VerletList(2.0 * self.footprints.farthest)
+        self.moved_elsewhere()
+        self.heights = Heights(team)
+        self._afloat = team.afloat  # what floats draws water, and runs aground
+
+    def _stand(self, obstacles):
+        self.obstacles = obstacles
+        self._middles = np.array([[each.x, each.y] for each in obstacles])
+        yaw = np.array([getattr(each, "yaw", 0.0) for each in obstacles])
+        self._turned = np.cos(yaw), np.sin(yaw)
+
+    @property
+    def moves(self):
+        """Return whether obstacles move."""
+        return self._moves
+
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles``, of the same number and sizes, be where they are now."""
+        self._stand(obstacles)
+        self._free = self.room = 0.0  # what was known of the room is so no more
+
+    def moved_elsewhere(self):
+        """To be called when robots were put to new places."""
+        self._list.clear()
+        self._looked = None  # where robots were (n, 2) when they were last looked at
+        self._free = 0.0  # [m] that each may be from there before any two bodies can touch
+        self.room = 0.0  # [m] that each may still move, by what is known without looking
+
+    def near_pairs(self, pose):
+        """Return the rows of all pairs of robots that may touch soon."""
+        return self._list.pairs(pose[:, :2])
+
+    def overlaps(self, pose, z=None):
+        """Return the robot pairs that overlap: rows (m,), (m,), depth (m,), direction (m, 2).
+
+        ``z`` (n,) [m]: the heights on which they are, None for a team on the ground.
+        """
+        return self._overlaps(self._pairs_at(pose), pose, z)
+
+    def _pairs_at(self, pose):
+        """Return the ``Pairs`` of robots that overlap, or would if each moved by half of ``LOOSE``."""
+        first, second = self.near_pairs(pose)
+        near = squared_apart(pose[:, :2], first, second) < (self._list.reach + LOOSE) ** 2
+        if self.solved.any():
+            near &= ~(self.solved[first] & self.solved[second])
+        near = np.flatnonzero(near)
+        return Pairs(self.footprints, pose, first.take(near), second.take(near))
+
+    def _overlaps(self, pairs, pose, z):
+        hit, depth, direction = pairs.overlaps(pose)
+        first, second = pairs.first[hit], pairs.second[hit]
+        if z is None:
+            return first, second, depth, direction
+        hit = self.heights.shared(z, first, second) > 0.0
+        return first[hit], second[hit], depth[hit], direction[hit]
+
+    def closest(self, pose, z=None):
+        """Return the least distance [m] between two centres; quick where two bodies are in contact."""
+        if z is not None:
+            return least_distance(np.column_stack([pose[:, :2], z]))
+        first, second = self.near_pairs(pose)
+        if len(first):
+            nearest = squared_apart(pose[:, :2], first, second).min()
+            # Every pair within reach is listed.
+            if nearest < self._list.reach**2:
+                return float(np.sqrt(nearest))
+        return least_distance(pose[:, :2])
+
+    def obstacle_overlaps(self, pose, z=None):
+        """Yield, for each obstacle touched, ``(obstacle, rows, depth, direction to it)``."""
+        if not self.obstacles:
+            return
+        near = self._obstacle_gaps(pose) < ROUNDING
+        for k in np.flatnonzero(near.any(axis=0)).tolist():
+            obstacle, within = self.obstacles[k], near[:, k]
+            if is_flat(obstacle):
+                within &= self._afloat
+            elif z is not None:
+                within &= z < obstacle.height
+            free = ~self.solved if self.resting is None else ~self.solved | self.resting
+            rows = np.flatnonzero(within & free)
+            if not len(rows):
+                continue
+            depth, direction = self._overlap_with(obstacle, pose, rows)
+            hit = depth > 0.0
+            if hit.any():
+                yield obstacle, rows[hit], depth[hit], direction[hit]
+
+    def _obstacle_gaps(self, pose):
+        """Return how far robots are from reaching obstacles, (n, obstacles) [m], or less.
+
+        Along the obstacles' own axes, so that a robot beside a long wall is as far from it as it is.
+        """
+        away = pose[:, np.newaxis, :2] - self._middles
+        (cos, sin), x, y = self._turned, away[..., 0], away[..., 1]
+        along = np.abs(cos * x + sin * y) - self._halves[:, 0]
+        across = np.abs(cos * y - sin * x) - self._halves[:, 1]
+        reach = np.broadcast_to(self.footprints.reach, len(pose))
+        return np.maximum(along, across) - reach[:, np.newaxis]
+
+    def _overlap_with(self, obstacle, pose, rows):
+        own = self.footprints.at(pose[rows], rows)
+        middle = np.broadcast_to(np.array([obstacle.x, obstacle.y]), (len(rows), 2))
+        yaw, half = getattr(obstacle, "yaw", 0.0), _halves(obstacle)
+        axis = np.broadcast_to(np.array([np.cos(yaw), np.sin(yaw)]), middle.shape)
+        other, circle = Rectangles(middle, axis, half), isinstance(obstacle, Cylinder)
+        if self.footprints.round is None:
+            if circle:
+                return circle_overlap(own, middle, obstacle.radius)
+            return rectangle_overlap(own, other)
+        return outline_overlap(own, other, self.footprints.round[rows], np.full(len(rows), circle))
+
+    def separate(self, pose, travel=np.inf, z=None):
+        """Push overlapping bodies of ``pose`` (n, 3) apart, in place; return the contacts found.
+
+        ``z`` (n,) [m]: the heights on which they are, also changed in place; None on the ground.  Bodies
+        above each other, of which one can fly, part upwards and downwards where that is the shorter way.
+
+        Robots give way by half of the depth each, to a mirrored robot by all of it; an obstacle and
+        a mirrored robot not at all.  Headings stay.  ``travel`` [m]: no robot moved farther since
+        the last call, ``inf`` where that is not known; while no two bodies can have come together since
+        they were last looked at, none is looked at.
+        """
+        self.room -= travel
+        if self.room <= 0.0 < self._free:
+            moved = float(squared(pose[:, :2] - self._looked).max())
+            self.room = self._free - math.sqrt(moved)
+        if self.room > 0.0:
+            return []
+        contacts = self._pushed_apart(pose, z)
+        if self._moves:
+            return contacts
+        self._free = self.room = 0.0 if contacts else self._room_to_move(pose)
+        self._looked = pose[:, :2].copy(order="F")
+        return contacts
+
+    def _room_to_move(self, pose):
+        """Return how far [m] all robots may move from ``pose`` before any two bodies can touch."""
+        room = self._list.room(pose[:, :2])
+        if self.obstacles:
+            room = min(room, float(self._obstacle_gaps(pose).min()))
+        return float(room) - ROUNDING  # a number of Python's, which each step counts down
+
+    def _pushed_apart(self, pose, z=None):
+        contacts, pairs = Touches(), self._pairs_at(pose)
+        for turn in range(PASSES):
+            if turn and pairs.left(pose, 0.5 * LOOSE):
+                pairs = self._pairs_at(pose)
+            first, second, depth, direction = self._overlaps(pairs, pose, z)
+            touched = len(first) > 0
+            if touched:
+                if turn == 0:
+                    contacts = self._robot_contacts(pose, first, second, depth, direction, z)
+                if z is not None:
+                    across = self.heights.part(z, first, second, depth, self.mirrored)
+                    first, second = first[across], second[across]
+                    depth, direction = depth[across], direction[across]
+                back, on = self._shares(first, second)
+                _push(pose, first, second, back * depth, on * depth, direction)
+            for obstacle, rows, deep, toward in self.obstacle_overlaps(pose, z):
+                if turn == 0:
+                    found = self._obstacle_contacts(obstacle, pose, rows, deep, toward, z)
+                    contacts.others.extend(found)
+                free = ~self.mirrored[rows]
+                if z is not None:
+                    free &= self.heights.part_from_obstacle(z, rows, deep, obstacle, free)
+                pose[rows[free], :2] -= (deep[:, np.newaxis] * toward)[free]
+                touched = True
+            if not touched:
+                break
+        return contacts
+
+    def _shares(self, first, second):
+        """Return which part of the depth the robots of each pair give way by, (m,) or one for all, each."""
+        if not self._are_mirrored:
+            return 0.5, 0.5
+        firm, other_firm = self.mirrored[first], self.mirrored[second]
+        back = np.where(firm, 0.0, np.where(other_firm, 1.0, 0.5))
+        on = np.where(other_firm, 0.0, np.where(firm, 1.0, 0.5))
+        return back, on
+
+    def firm_contacts(self, pose):
+        """Return the contacts of mirrored robots with each other and with obstacles."""
+        pair = self.overlaps(pose)
+        firm = self.mirrored[pair[0]] & self.mirrored[pair[1]]
+        contacts = list(self._robot_contacts(pose, *(each[firm] for each in pair)))
+        for obstacle, *touch in self.obstacle_overlaps(pose):
+            firm = self.mirrored[touch[0]]
+            contacts += self._obstacle_contacts(obstacle, pose, *(each[firm] for each in touch))
+        return contacts
+
+    def _robot_contacts(self, pose, first, second, depth, direction, z=None):
+        middle = 0.5 * (pose[first, :2] + pose[second, :2])
+        height = np.zeros(len(first)) if z is None else self.heights.middle(z, first, second)
+        return Touches(first, second, middle, depth, height)
+
+    def _obstacle_contacts(self, obstacle, pose, rows, depth, direction, z=None):
+        half = (
+            self.footprints.half if self.footprints.half.ndim == 1 else self.footprints.half[rows]
+        )
+        where = pose[rows, :2] + half[..., 1:] * direction
+        height = np.zeros(len(rows)) if z is None else z[rows]
+        return [
+            Contact(robot_name(i), obstacle.name, x, y, deep, high)
+            for i, (x, y), deep, high in zip(
+                rows.tolist(), where.tolist(), depth.tolist(), height.tolist()
+            )
+        ]
+
+
+def _push(pose, first, second, back, on, direction):
+    """Move robots ``first`` by ``back`` against ``direction`` (m, 2), ``second`` by ``on`` along it, [m].
+
+    In place.  A robot in several pairs is moved pair by pair: ``np.bincount`` adds in this order, and takes
+    a tenth of the time of ``np.add.at`` before numpy 1.25.
+    """
+    n = len(pose)
+    rows = np.concatenate([np.arange(n), first, second])
+    for place, toward in zip(pose[:, :2].T, direction.T):
+        place[:] = np.bincount(rows, np.concatenate([place, -back * toward, on * toward]), n)
+
+
+def _halves(obstacle):
+    """Return half of the length and the width (2,) [m] along the obstacle's own axes."""
+    if isinstance(obstacle, Cylinder):
+        return np.full(2, obstacle.radius)
+    return np.array([0.5 * obstacle.length, 0.5 * obstacle.width])

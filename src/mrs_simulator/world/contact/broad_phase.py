@@ -1,0 +1,65 @@
+"""Which robots may touch something soon: circles around their bodies, and obstacles."""
+
+import numpy as np
+
+from mrs_simulator.core.neighbours import squared
+from mrs_simulator.scenario.surroundings.obstacles import clearance
+from mrs_simulator.world.contact.collisions import VerletList
+
+MARGIN = 0.02  # [m] between two outlines, below which they may touch
+APART = 0.07  # [m] beyond that, at which two that were near are so no more
+
+
+class Nearness:
+    """Robots with a ``reach`` (n,) [m] each, among obstacles."""
+
+    def __init__(self, reach, obstacles):
+        self._reach = np.array(reach, dtype=float)
+        self.stand(obstacles)
+        self._widen(1.0)
+        self.moved_elsewhere()
+
+    def stand(self, obstacles):
+        """Let ``obstacles`` be all there are, where they are."""
+        self._obstacles, self._room = list(obstacles), 0.0
+
+    def _widen(self, gap):
+        """Let pairs be listed that are up to ``gap`` [m] apart."""
+        self._gap, self._list = gap, VerletList(2.0 * float(self._reach.max()) + gap)
+
+    def moved_elsewhere(self):
+        """To be called when robots were put to new places."""
+        self._list.clear()
+        self._room = self._way = (
+            0.0  # [m] that each may move before anybody is near, and may have moved
+        )
+
+    def near(self, place, way, before):
+        """Return which robots at ``place`` (n, 2) are near something, (n,) bool; None for nobody.
+
+        ``way`` [m]: how far each moves in the coming step at most; ``before`` (n,) bool: which of them were
+        near, and are so until they are ``APART``.
+        """
+        self._room -= self._way
+        self._way = way
+        if self._room > way:
+            return None
+        if MARGIN + APART + 2.0 * way > self._gap:
+            self._widen(2.0 * (MARGIN + APART + 2.0 * way))
+        near = np.zeros(len(place), dtype=bool)
+        first, second = self._list.pairs(place)
+        gaps = np.sqrt(squared(place[second] - place[first]))
+        gaps -= self._reach[first] + self._reach[second]
+        limit = MARGIN + 2.0 * way + APART * (before[first] & before[second])
+        close = gaps < limit
+        near[first[close]] = near[second[close]] = True
+        room = 0.5 * (float(gaps.min(initial=np.inf)) - MARGIN)
+        for obstacle in self._obstacles:
+            gap = clearance(obstacle, place)[0] - self._reach
+            near |= gap < MARGIN + way + APART * before
+            room = min(room, float(gap.min()) - MARGIN)
+        if near.any():
+            self._room = 0.0
+            return near
+        self._room = min(room, self._list.room(place))
+        return None

@@ -1,0 +1,76 @@
+"""Which robots touch, when a touch is a new collision, and how close robots have come."""
+
+import numpy as np
+
+from mrs_simulator.record.recording import Collision
+from mrs_simulator.scenario.scenario import MOST_ROBOTS
+from mrs_simulator.world.contact.contact_arrays import Touches
+
+FORGET = 0.1  # [s] without contact after which touching again is a new collision
+NO_PAIR = np.iinfo(int).max
+FEW = 100  # [-] past contacts that may be kept in memory whatever their age
+
+
+class Contacts:
+    """Collisions of a team, as a ``motion`` meets them."""
+
+    can_leap = True  # a leap ends before any bodies may touch
+
+    def __init__(self, motion, clock):
+        self._motion, self._clock = motion, clock
+        self.begin()
+
+    def begin(self):
+        """Forget all contacts, and the distances so far."""
+        self._last = {}  # the step of the last contact of each pair of names
+        # The same of pairs of rows, in order; the last one, which is none, is never over.
+        self._pairs, self._steps = np.array([NO_PAIR]), np.array([0])
+        self._new = []
+        self.closest = self._motion.closest()  # [m] between two centres so far
+
+    def note(self, contacts):
+        """Note ``contacts`` of this step, ``(first, second, x, y)`` each, or ``Touches``."""
+        if isinstance(contacts, Touches):
+            self._note_pairs(contacts)
+            contacts = [contact[:4] for contact in contacts.others]
+        now = self._clock.steps
+        for first, second, *place in contacts:
+            last = self._last.get((first, second))
+            if last is None or self._is_over(last):
+                self._new.append(Collision(self._clock.time, first, second, *place))
+            self._last[first, second] = now
+        if len(self._last) > 2 * len(contacts) + FEW:
+            self._last = {
+                pair: last for pair, last in self._last.items() if not self._is_over(last)
+            }
+        self.measure()  # robots in contact are as close as robots come
+
+    def _note_pairs(self, touches):
+        """Note the pairs of robots of ``touches``, by their rows."""
+        pairs = touches.first * MOST_ROBOTS + touches.second
+        at = self._pairs.searchsorted(pairs)
+        known = self._pairs[at] == pairs
+        fresh = ~known | self._is_over(self._steps[at])
+        for k in np.flatnonzero(fresh).tolist():
+            self._new.append(Collision(self._clock.time, *touches.pair(k)[:4]))
+        self._steps[at[known]] = self._clock.steps
+        if not known.all():
+            kept = ~self._is_over(self._steps)
+            kept[-1] = True
+            merged = np.concatenate([pairs[~known], self._pairs[kept]])
+            steps = np.concatenate([np.full((~known).sum(), self._clock.steps), self._steps[kept]])
+            order = np.argsort(merged)
+            self._pairs, self._steps = merged[order], steps[order]
+
+    def measure(self):
+        """Return the least distance [m] between two centres so far, now included."""
+        self.closest = min(self.closest, self._motion.closest())
+        return self.closest
+
+    def take(self):
+        """Return the collisions begun since the last call."""
+        taken, self._new = self._new, []
+        return taken
+
+    def _is_over(self, last):
+        return self._clock.since(last) > FORGET

@@ -1,0 +1,138 @@
+"""Take-offs, landings and motors of the robots of a world that fly."""
+
+import numpy as np
+
+from mrs_simulator.core.spatial import rotated
+from mrs_simulator.scenario.incidents import OFF
+from mrs_simulator.scenario.scenario import FARTHEST
+from mrs_simulator.world.checks import WorldError
+from mrs_simulator.world.flight.manoeuvres import Manoeuvres
+
+DOWNWARDS = ("falling", "upside down")
+
+
+class Flights:
+    """What robots that fly do whatever they are commanded, and what may be asked of them."""
+
+    def __init__(self, team, motion, clock, faults, mirrored, takeoff):
+        """``mirrored``: rows of robots that are not simulated; ``takeoff`` (n,) [m]: heights to which
+        robots rise before anybody obeys, None where they do not."""
+        self._team, self._motion, self._clock, self._faults = team, motion, clock, faults
+        self._mirrored, self.takeoff = set(mirrored.tolist()), takeoff
+        self._aloft = np.flatnonzero(team.airborne).tolist()
+        self.begin()
+
+    def begin(self):
+        """Let all obey their commands, but for a take-off before the run."""
+        self._manoeuvres = Manoeuvres(self._team)
+        self.rising = self.takeoff is not None  # whether all wait until those that fly are up
+        if self.rising:
+            rows = np.flatnonzero(self.takeoff > 0.0)
+            self._manoeuvres.take_off(rows, self.takeoff[rows])
+
+    @property
+    def can_leap(self):
+        """Return whether all robots obey their commands."""
+        return not self.busy
+
+    @property
+    def busy(self):
+        """Return whether any robot does not obey its commands."""
+        return self._manoeuvres.busy
+
+    def obeyed(self, command):
+        """Return what robots obey instead of ``command`` (n, a)."""
+        z, climb = self._motion.z, self._climbing()
+        obeyed = self._manoeuvres.applied(command, z, climb, self.rising)
+        if self.rising and not self._manoeuvres.rising.any():
+            self.rising, self._clock.begun = False, self._clock.steps
+        return obeyed
+
+    def _climbing(self):
+        """Return how fast robots rise, (n,) [m/s]."""
+        spatial, twist = self._motion.spatial, self._motion.twist
+        body = np.column_stack([twist[:, :2], spatial.twist[:, 0]])
+        return rotated(spatial.orientation, body)[:, 2]
+
+    def next_rising(self):
+        """Return the row of the first robot that is still rising."""
+        return int(np.flatnonzero(self._manoeuvres.rising)[0])
+
+    def states(self, command):
+        """Return what each robot that flies does under ``command`` (n, a), ``{row: text}``."""
+        if not self._aloft:
+            return {}
+        powered = getattr(self._motion, "powered", np.ones(self._team.n, dtype=bool))
+        x, y = self._motion.spatial.orientation.T[:2]
+        over = x * x + y * y > 0.5  # the body's axis points down
+        z = self._motion.z
+        return {
+            row: self._manoeuvres.state(
+                row, float(z[row]), bool(powered[row]), bool(over[row]), command[row]
+            )
+            for row in self._aloft
+        }
+
+    def take_off(self, rows, height, command):
+        """Let robots ``rows``, which are under ``command``, rise to ``height`` [m]; return the rows."""
+        rows = self._flyers(rows, "take off")
+        if not 0.0 < height <= FARTHEST:
+            raise WorldError("height {} m: wanted above 0, to {:g} m".format(height, FARTHEST))
+        states = self.states(command)
+        for row in rows.tolist():
+            lost = self._faults.has_lost_rotor(row)
+            if lost or states[row] in DOWNWARDS:
+                state = "has lost a rotor" if lost else "is {}".format(states[row])
+                raise WorldError("robot{} {}: wanted one that can take off".format(row + 1, state))
+        for row in rows.tolist():
+            if states[row] == "motors off":
+                self._motion.power(row)
+        self._manoeuvres.take_off(rows, height)
+        return rows
+
+    def land(self, rows):
+        """Let robots ``rows`` come down where they are."""
+        self._manoeuvres.land(self._flyers(rows, "land"))
+
+    def power(self, rows, command):
+        """Let motors that were cut turn again, of ``rows`` that stand upright."""
+        states = self.states(command)
+        for row in self._flyers(rows, "power").tolist():
+            if states[row] == "motors off" and not self._faults.has_lost_rotor(row):
+                self._motion.power(row)
+
+    def cut_motors(self, rows, falls, have_motors):
+        """Cut the motors of ``rows``, in the air only if it is said that it ``falls``.
+
+        ``have_motors``: whether robots have any in this fidelity.
+        """
+        rows = self._flyers(rows, "cut")
+        if not have_motors:
+            raise WorldError(
+                "fidelity point_mass: robots have no motors; wanted kinematic or dynamic"
+            )
+        for row in rows.tolist():
+            z = self._motion.z[row]
+            if z > 0.0 and not falls:
+                raise WorldError(
+                    "robot{} is {:.2f} m high and would fall; wanted it landed, or its fall "
+                    "confirmed".format(row + 1, z)
+                )
+        self._manoeuvres.release(rows)
+        for row in rows.tolist():
+            self._faults.strike(row, OFF)
+
+    def _flyers(self, rows, what):
+        every = np.arange(self._team.n)
+        rows = every[rows] if isinstance(rows, slice) else np.atleast_1d(rows)
+        for row in rows.tolist():
+            able = self._team.airborne[row] and hasattr(self._team.kinds[row].module, "climbing")
+            real = row in self._mirrored
+            if not able or real:
+                which = "real one" if real else self._team.kinds[row].title
+                raise WorldError(
+                    "{}: robot{} is a {}; wanted a simulated robot that flies".format(
+                        what, row + 1, which
+                    )
+                )
+        return rows

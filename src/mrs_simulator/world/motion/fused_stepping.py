@@ -1,0 +1,43 @@
+"""A world moved over several steps in one compiled call, by the loops of ``stretches``."""
+
+import functools
+
+from mrs_simulator.core.compiled_terms import kernel
+from mrs_simulator.core.compiling import jit
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.world.motion import stretches
+
+
+@functools.lru_cache(maxsize=None)
+def compiled_stretch(law, loops):
+    """Return ``loops``, a stretch, under the function ``law`` of the points, compiled."""
+    return kernel(law, loops, jit(), jit(cache=True))
+
+
+def loops_for(world):
+    """Return the loops of ``stretches`` that move the robots of ``world``."""
+    if world.fidelity == "point_mass":
+        return stretches.point_stretch
+    unicycles = world.team.axes == UNICYCLE_AXES
+    return stretches.stretch if unicycles else stretches.sliding_stretch
+
+
+class Leaps:
+    """A ``World`` of one drive that moves by several steps at once under a law that is asked meanwhile."""
+
+    def __init__(self, world, law, given, every, l, saturation):
+        """``law(points, *given)`` returns velocities (n, 2); it is asked every ``every`` steps.
+
+        ``l`` [m] is the hand length, ``saturation`` one of ``SCOPES``.
+        """
+        self._world, self._every = world, every
+        self._function = compiled_stretch(law, loops_for(world))
+        self._given = l, stretches.SCOPES.index(saturation), *given
+
+    def advance(self, steps):
+        """Move by up to ``steps`` steps; return how many were made, and why it ended.
+
+        ``NEAR``: the next step is to be made by ``World.step``; ``ODD``: a command is due that the law
+        is to be asked for.  A command due after the last step is given, too, but for these.
+        """
+        return self._world.leap(steps, self._every, self._function, *self._given)

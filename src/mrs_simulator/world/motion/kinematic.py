@@ -1,0 +1,436 @@
+"""Motion without forces: each drive's exact kinematics, and point masses for pure theory."""
+
+import math
+
+import numpy as np
+
+from mrs_simulator.core import compiling
+from mrs_simulator.core.kinematics import (
+    UNICYCLE_AXES,
+    Reach,
+    approached,
+    carried_on,
+    cos_sin,
+    greatest,
+)
+from mrs_simulator.core.neighbours import least_distance
+from mrs_simulator.core.spatial import upright
+from mrs_simulator.core.uneven_wheels import UnevenWheels
+from mrs_simulator.scenario.surroundings.environment import CALM
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.drives import differential, omnidirectional
+from mrs_simulator.vehicles.team import on_axes
+from mrs_simulator.world.contact.bodies import Bodies
+
+
+def approached_function():
+    """Return ``core.kinematics.approached``, or its compiled twin where that is wanted."""
+    if not compiling.is_wanted():
+        return approached
+    from mrs_simulator.world.motion.compiled import (
+        compiled_approached,  # numba only where it is wanted
+    )
+
+    return compiled_approached()
+
+
+def carried_function():
+    """Return ``core.kinematics.carried_on``, or its compiled twin where that is wanted."""
+    if not compiling.is_wanted():
+        return carried_on
+    from mrs_simulator.world.motion.compiled import (
+        compiled_carried,  # numba only where it is wanted
+    )
+
+    return compiled_carried()
+
+
+CLIMB = "linear.z"
+PLANAR_AXES = ("linear.x", "linear.y", "angular.z")
+DIAGONAL = math.sqrt(2.0)  # [-] of a velocity by its greatest component, at most
+SHORT = 0.05  # [m] in a step: a bound that spares bodies most of the looks as it is
+
+
+def into_body(vectors, theta):
+    """Return ``vectors`` (n, 2), of the common frame, in the bodies' frames."""
+    cos, sin = cos_sin(theta)
+    x, y = vectors[:, 0], vectors[:, 1]
+    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
+
+
+def currents(team, environment, mirrored):
+    """Return the velocities (n, 2) [m/s] of the water that carries robots, None where none is carried."""
+    result = np.zeros((team.n, 2))
+    for group in team.groups:
+        if group.drive.MEDIUM == "water":
+            result[group.rows] = environment.current
+    result[mirrored] = 0.0  # they are where they are
+    return result if result.any() else None
+
+
+class KinematicMotion:
+    """Robots moved exactly, with the firmware's limits, bodies kept apart."""
+
+    z = spatial = None  # nobody leaves the ground
+
+    def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
+                 encoders=False, environment=CALM, errors=None):  # fmt: skip
+        """``kinds``: the ``Team``, or its kinds; ``poses`` (n, 3); ``step`` [s] of one advance.
+
+        ``limits`` as in ``vehicles.limits.kind_limits``; ``mirrored``: rows of robots that ``place``
+        alone moves; ``encoders``: keep ``wheel_travel``, which only odometry wants; ``environment``: its
+        current carries robots in the water; ``errors``: of wheels, as ``UnevenWheels.of`` takes them.
+        """
+        self.step = step
+        self.team = Team.of(kinds, limits)
+        self._approached, self._carried = approached_function(), carried_function()
+        self._most = Reach.of(step * self.team.by_group(self._rates_of, np.inf))
+        self._least, self._greatest = (
+            self.team.by_group(lambda g, end=end: self._bounds_of(g)[end]) for end in (0, 1)
+        )
+        self._retargeted = [g for g in self.team.groups if not self._is_clipped(g)]
+        self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
+        # [m] that nobody exceeds in a step
+        self._reach = step * float(self.team.speeds[:, 0].max())
+        self._encoders, self._bounds, self._shares = encoders, None, None
+        self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
+        self._mirrored = np.array(sorted(mirrored), dtype=int)
+        self._current = currents(self.team, environment, self._mirrored)
+        if self._current is not None:
+            self._reach += step * float(np.hypot(*environment.current))
+        self._uneven = UnevenWheels.of(errors)
+        if len(self._mirrored) or self._uneven:
+            self._reach = np.inf
+        self.reset(np.asarray(poses, dtype=float))
+
+    def reset(self, poses):
+        """Put the robots at rest at ``poses`` (n, 3)."""
+        self.pose = np.array(poses, dtype=float, order="F")
+        self._twist, self._told = None, np.zeros((len(self._mirrored), 3))  # what ``place`` told
+        # What ramps, group after group: velocities along the team's axes, or joints instead.
+        self._inner = np.zeros((self.team.n, len(self.team.axes)), order="F")
+        self.wheel_travel = [  # how far the wheels of each group have rolled, (m, encoders) [m]
+            np.zeros((len(group.kinds), group.drive.ENCODERS), order="F")
+            for group in self.team.groups
+        ]
+        self._contacts = []
+        self._bodies.moved_elsewhere()
+
+    def _firm(self, mirrored):
+        """Return the rows of robots that give way to no other: the ``mirrored`` ones."""
+        return mirrored
+
+    def _rates_of(self, group):
+        return group.drive.rates(group.limits, group.numbers)
+
+    def _bounds_of(self, group):
+        drive, limits = group.drive, group.limits
+        if hasattr(drive, "bounds"):
+            return drive.bounds(limits, group.numbers)
+        return -limits.top, limits.top
+
+    def _is_clipped(self, group):
+        return getattr(group.drive, "CLIPPED", False)
+
+    def _target_of(self, group, clipped, command):
+        """Return the inner states (m, axes of the drive) to which the group ramps under ``command`` (n, a).
+
+        ``clipped``: the group's commands within the bounds of each axis.
+        """
+        own = group.part(command), group.part(self._inner)
+        if hasattr(group.drive, "retargeted"):
+            return group.drive.retargeted(clipped, *own, group.numbers)
+        return group.drive.target(*own, group.limits, group.numbers)
+
+    def _inner_of(self, group):
+        return group.part(self._inner)
+
+    def joints(self):
+        """Return the drives' inner joints, such as steering angles, (n,) [rad]; 0 where none is."""
+        joints = np.zeros(self.team.n)
+        for group in self.team.jointed:
+            joints[group.rows] = group.joints_of(self._inner_of(group))
+        return joints
+
+    def place(self, rows, poses, twists):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
+        self.pose, self._twist = self.pose.copy(order="F"), None
+        self.pose[rows] = poses
+        self._told[np.searchsorted(self._mirrored, rows)] = twists
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, a), a column for each axis of the team."""
+        if len(self._mirrored):
+            command = command.copy(order="K")
+            command[self._mirrored] = 0.0
+        before = self.pose
+        free = self._moved(before, command)
+        self.pose, self._twist = free.copy(order="F"), None
+        self._contacts = self._separate()
+        if self._contacts:
+            self._feel_contacts(before, free)
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these robots: unicycles, or omnidirectional bases, that nothing
+        but their wheels moves."""
+        drives = [group.drive for group in self.team.groups]
+        alike = drives in ([differential], [omnidirectional])
+        carried = self._current is not None or len(self._mirrored) or self._encoders
+        carried = carried or self._uneven
+        return type(self) is KinematicMotion and alike and not carried
+
+    def leap(self, steps, until, every, command, function, *given):
+        """Move by up to ``steps`` steps by a function of ``stretches``; return how many, and why it ended.
+
+        ``command`` (n, a), which is changed in place, after ``until`` steps and ``every`` from then on.
+        """
+        if self._bounds is None:
+            self._bounds = self._bounds_of_leaps()
+        pose, inner = self.pose.copy(order="F"), self._inner.copy(order="F")
+        told = command.copy(order="F")  # the law may raise: nothing has happened then
+        moved = pose, inner, told, *self._bounds, self.step, self._reach, self._bodies.room
+        done, self._bodies.room, why = function(steps, until, every, *moved, *given)
+        command[:] = told
+        self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
+        return done, why
+
+    def _bounds_of_leaps(self):
+        """Return the ``limits`` that ``stretches`` keep to, and where bases have them the ``wheels``."""
+        top = self.team.limits.of_all(self.team.n).top
+        bounds = self._least, self._greatest, self._most.up, self._most.both, top
+        limits, (group,) = np.concatenate(bounds, axis=1), self.team.groups
+        if group.drive is differential:
+            return (limits,)
+        return limits, omnidirectional.rims(group.numbers, self.team.n)
+
+    def move_obstacles(self, obstacles):
+        """Let the ``obstacles`` be where they are now."""
+        self._bodies.move_obstacles(obstacles)
+
+    def _separate(self):
+        """Push overlapping bodies apart; return the contacts."""
+        return self._bodies.separate(self.pose, self._farthest())
+
+    def _farthest(self):
+        """Return a distance [m] that no robot exceeded in this step."""
+        if not SHORT < self._reach < np.inf or self._current is not None:
+            return self._reach
+        # Turn rates and angles count like speeds: that is quicker, and the bound rarely any worse.
+        return min(self._reach, self.step * DIAGONAL * greatest(self._mean))
+
+    def _moved(self, before, command):
+        """Return the poses (n, 3) after a step from ``before``, without contacts."""
+        self._mean = self._follow(command)
+        velocity = self._velocities(self._mean)
+        if self._encoders:
+            self._count(velocity)
+        velocity = self._by_true_wheels(velocity)
+        twist = planar(self.team.in_rows(velocity), self.team.axes)
+        if self._shares is None:  # [s] by which twists are distances, and half of the turns
+            self._shares = np.full(twist.shape, self.step, order="F")
+            self._shares[:, -1] *= 0.5
+        after = self._carried(before, twist * self._shares)
+        if self._current is not None:
+            after[:, :2] += self.step * self._current
+        return after
+
+    def _follow(self, command):
+        """Let the inner states follow ``command``; return their means (n, a) over the step."""
+        command = self.team.grouped(command)
+        target = np.minimum(np.maximum(command, self._least), self._greatest)
+        for group in self._retargeted:
+            group.fill(target, self._target_of(group, group.part(target), command))
+        before = self._inner
+        self._inner, mean = self._approached(before, target, self._most)
+        for group in self._unramped:
+            given = group.part(before), group.part(target), group.limits, group.numbers
+            for values, part in zip((self._inner, mean), group.drive.followed(*given, self.step)):
+                group.fill(values, part)
+        return mean
+
+    def _velocities(self, inner):
+        """Return the velocities (n, a) along the team's axes of ``inner`` states, group after group."""
+        if not self.team.has_joints:
+            return inner
+        velocity = inner.copy(order="F")
+        for group in self.team.jointed:
+            group.fill(velocity, group.velocities(group.part(inner)))
+        return velocity
+
+    def _by_true_wheels(self, velocity):
+        """Return the velocities (n, a) of the bodies whose wheels are held at ``velocity``."""
+        if self._uneven is None:
+            return velocity
+        moved = velocity.copy(order="F")
+        for group in self.team.groups:
+            where = group.span, group.columns
+            moved[where] = self._uneven.moved(group, velocity[where])
+        return moved
+
+    def _count(self, velocity):
+        """Let the encoders count a step of mean ``velocity`` (n, a), group after group."""
+        for group, travel in zip(self.team.groups, self.wheel_travel):
+            if not group.drive.ENCODERS:
+                continue
+            joints = group.joints_of(self._inner_of(group))
+            speeds = group.drive.rim_speeds(group.part(velocity), joints, group.numbers)
+            travel += self.step * speeds
+
+    @property
+    def twist(self):
+        """Return the body twists, (n, 3) [m/s, m/s, rad/s]."""
+        if self._twist is None:  # few ask for it at every step
+            self._twist = self._own_twist()
+            if self._current is not None:
+                self._twist[:, :2] += into_body(self._current, self.pose[:, 2])
+            self._twist[self._mirrored] = self._told
+        return self._twist
+
+    def _own_twist(self):
+        """Return the body twists (n, 3) that the robots move by themselves."""
+        velocity = self.team.in_rows(self._by_true_wheels(self._velocities(self._inner)))
+        return np.array(on_axes(velocity, self.team.axes, PLANAR_AXES), order="F")
+
+    def _feel_contacts(self, before, free):
+        pushed = np.any(self.pose[:, :2] != free[:, :2], axis=1)
+        moved = (self.pose[:, :2] - before[:, :2]) / self.step
+        if self._current is not None:
+            moved -= self._current
+        body = into_body(moved, before[:, 2])
+        for group in self.team.groups:
+            self._feel(group, pushed[group.rows], body[group.rows])
+
+    def _feel(self, group, pushed, moved):
+        """Let the robots of ``group`` that are ``pushed`` (m,) be as fast as contacts let them.
+
+        ``moved`` (m, 2) [m/s] as seen from the bodies.
+        """
+        inner = self._inner_of(group).copy()
+        inner[pushed] = group.drive.blocked(inner[pushed], moved[pushed])
+        group.fill(self._inner, inner)
+
+    def contacts(self):
+        """Return the contacts of the last step: ``Touches``, or ``(first, second, x, y)`` each."""
+        return self._contacts
+
+    def closest(self):
+        """Return the least distance [m] between two robots' centres now; inf for one robot."""
+        return self._bodies.closest(self.pose)
+
+    def close(self):
+        """Nothing is held."""
+
+
+def planar(velocity, axes):
+    """Return ``velocity`` (n, a) along ``axes`` as twists that ``displaced`` takes, (n, 2) or (n, 3)."""
+    return velocity if axes == UNICYCLE_AXES else on_axes(velocity, axes, PLANAR_AXES)
+
+
+class PointMassMotion:
+    """Controlled points as point masses: ``alpha' = A(theta) (v, omega)``, (3), headings frozen.
+
+    No limits and no bodies: the world of the theorems.  A command held for one step moves the point
+    by exactly ``step * alpha'``.
+    """
+
+    def __init__(self, kinds, poses, hand_length, step=0.02, mirrored=(), period=0.0,
+                 environment=CALM, z=None):  # fmt: skip
+        """``kinds``: the ``Team``, or its kinds; ``hand_length`` [m] is l, as the drives' points take it.
+
+        ``mirrored``: rows of robots that ``place`` alone moves; ``period`` [s] for which a command is
+        held, by default ``step``: a car's tells the steering angle at its end; ``environment``: its current
+        carries points in the water; ``z`` (n,) [m]: heights at which robots begin, by default 0.
+        """
+        self.step, self._period = step, period or step
+        self.team = Team.of(kinds, None)
+        self._climb = self.team.axes.index(CLIMB) if CLIMB in self.team.axes else None
+        self._hand_length = hand_length
+        self._mirrored = np.array(mirrored, dtype=int)
+        self._current = currents(self.team, environment, self._mirrored)
+        self.wheel_travel = [
+            np.zeros((len(group.kinds), group.drive.ENCODERS)) for group in self.team.groups
+        ]
+        self.reset(poses, z)
+
+    def reset(self, poses, z=None):
+        """Put the robots at rest at ``poses`` (n, 3) and heights ``z`` (n,) [m], by default 0."""
+        self.pose = np.array(poses, dtype=float, order="F")
+        self.twist = np.zeros_like(self.pose)
+        self.z = None  # of a team on the ground
+        if self.team.is_spatial:
+            self.z = np.zeros(self.team.n) if z is None else np.array(z, dtype=float)
+            self._rising = np.zeros(self.team.n)
+
+    @property
+    def spatial(self):
+        """Return what pose and twist leave out, a ``Spatial``; None for a team on the ground."""
+        if self.z is None:
+            return None
+        result = upright(self.pose[:, 2], self.z)
+        result.twist[:, 0] = self._rising
+        return result
+
+    def joints(self):
+        """Return the drives' inner joints, (n,) [rad]: none of them moves."""
+        return np.zeros(self.team.n)
+
+    def place(self, rows, poses, twists, z=None):
+        """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3).
+
+        ``z`` (m,) [m]: their heights, by default as they are.
+        """
+        self._renew()
+        self.pose[rows], self.twist[rows] = poses, twists
+        if self.z is not None and z is not None:
+            self.z[rows] = z
+
+    def _renew(self):
+        """Let poses and twists be arrays that nobody else knows."""
+        self.pose, self.twist = self.pose.copy(order="F"), self.twist.copy(order="F")
+
+    def advance(self, command):
+        """Move for one step under ``command`` (n, a); the body twist is the point's velocity."""
+        self._renew()  # somebody may have kept them
+        mirrored_twist = self.twist[self._mirrored]
+        command = np.array(command, dtype=float)
+        command[self._mirrored] = 0.0
+        u = self.team.velocity(command, self.pose, self.joints(), self._hand_length, self._period)
+        if self._current is not None:
+            u = u + self._current
+        cos, sin = cos_sin(self.pose[:, 2])
+        self.pose[:, :2] += self.step * u
+        self.twist[:, 0] = cos * u[:, 0] + sin * u[:, 1]
+        self.twist[:, 1] = cos * u[:, 1] - sin * u[:, 0]
+        self.twist[self._mirrored] = mirrored_twist
+        if self.z is not None and self._climb is not None:
+            self._rising = command[:, self._climb]
+            self.z = self.z + self.step * self._rising
+
+    @property
+    def can_leap(self):
+        """Return whether :meth:`leap` moves these points: those of unicycles that obey commands alone."""
+        drives = [group.drive for group in self.team.groups]
+        return drives == [differential] and not len(self._mirrored)
+
+    def leap(self, steps, until, every, command, function, *given):
+        """Move as ``KinematicMotion.leap`` does, by ``stretches.point_stretch``."""
+        pose, twist, told = (each.copy("F") for each in (self.pose, self.twist, command))
+        result = function(steps, until, every, pose, twist, told, self.step, *given)
+        self.pose, self.twist, command[:] = pose, twist, told
+        return result
+
+    def move_obstacles(self, obstacles):
+        """Change nothing: points meet no obstacles."""
+
+    def contacts(self):
+        """Return no contacts: points have no bodies."""
+        return []
+
+    def closest(self):
+        """Return the least distance [m] between two robots' centres now; inf for one robot."""
+        place = self.pose[:, :2]
+        return least_distance(place if self.z is None else np.column_stack([place, self.z]))
+
+    def close(self):
+        """Nothing is held."""

@@ -1,0 +1,154 @@
+"""Which motion moves a team: by its fidelity, and by what its robots move in."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.scenario.scenario import ENGINES, FIDELITIES
+from mrs_simulator.vehicles import Team
+from mrs_simulator.world.arms.armed import ArmedForcedMotion, ArmedMotion
+from mrs_simulator.world.checks import WorldError
+from mrs_simulator.world.contact.flight_contact import is_available
+from mrs_simulator.world.motion.airborne import AirborneMotion, ForcedAirborneMotion
+from mrs_simulator.world.motion.forced import ForcedMotion
+from mrs_simulator.world.motion.kinematic import KinematicMotion, PointMassMotion
+
+NO_SOLVER = (
+    "fidelity 'dynamic': the Python package pybullet is missing; wanted it installed "
+    "(pip install pybullet), or fidelity kinematic"
+)
+
+
+class NoSolver(WorldError):
+    """Motion with forces is asked for, and pybullet is not installed."""
+
+    page = "docs/without_ros.md"
+
+
+class Surroundings(NamedTuple):
+    """What motions need to know beside the team; as ``World.__init__`` has it."""
+
+    fidelity: str
+    obstacles: tuple  # as they begin
+    limits: Any
+    step: float  # [s]
+    mirrored: np.ndarray  # (k,) rows
+    environment: Any
+    counts_wheels: bool
+    seed: int
+    hand_length: float  # [m]
+    command_period: float  # [s]
+    engine: str = ENGINES[0]  # what moves robots on wheels with forces
+    errors: Any = None  # ``core.odometry_errors``, of whose wheels robots roll
+
+
+def new_motion(team, poses, z, around):
+    """Return the motion of ``team`` from ``poses`` (n, 3) and heights ``z`` (n,) or None, all at rest.
+
+    ``around``: the ``Surroundings``.  Raises ``WorldError`` where there is no such motion.
+    """
+    if team.has_arms:
+        return _armed(team, poses, z, around)
+    if around.fidelity == "point_mass":
+        return _of_points(team, poses, z, around)
+    if around.fidelity == "kinematic":
+        return _kinematic(team, poses, z, around)
+    if around.fidelity == "dynamic":
+        return _dynamic(team, poses, z, around)
+    text = "fidelity {!r}: wanted one of {}"
+    raise WorldError(text.format(around.fidelity, ", ".join(FIDELITIES)))
+
+
+def _of_points(team, poses, z, around):
+    return PointMassMotion(
+        Team(team.kinds, None),
+        poses,
+        around.hand_length,
+        around.step,
+        mirrored=around.mirrored,
+        period=around.command_period,
+        environment=around.environment,
+        z=z,
+    )
+
+
+def _kinematic(team, poses, z, around):
+    bodies, more = _bodies(team, poses, around), _moved_through(around)
+    if team.is_spatial:
+        return AirborneMotion(*bodies, **more, z=z)
+    return KinematicMotion(*bodies, **more)
+
+
+def _dynamic(team, poses, z, around):
+    bodies, more = _bodies(team, poses, around), _moved_through(around)
+    media = {group.drive.MEDIUM for group in team.groups}
+    more.update(seed=around.seed, engine=around.engine)
+    if around.engine != ENGINES[0] and "ground" not in media:
+        text = "engine {!r}: no robot stands on wheels; wanted it left out"
+        raise WorldError(text.format(around.engine))
+    if "air" in media:
+        _refuse_forceless(team)
+        _need_solver()
+        return ForcedAirborneMotion(*bodies, **more, z=z)
+    if "water" in media:
+        return ForcedMotion(*bodies, **more)
+    try:
+        from mrs_simulator.world.motion.wheeled import motion_of  # pybullet only where it is used
+    except ModuleNotFoundError as error:
+        if error.name != "pybullet":
+            raise
+        raise NoSolver(NO_SOLVER) from None
+    return motion_of(around.engine)(*bodies, mirrored=around.mirrored, errors=around.errors)
+
+
+def _armed(team, poses, z, around):
+    _refuse_armed(team, around.fidelity)
+    if around.engine != ENGINES[0] and around.fidelity == "dynamic":
+        text = "engine {!r}: robots with arms and what they carry; wanted engine {}"
+        raise WorldError(text.format(around.engine, ENGINES[0]))
+    if around.fidelity != "dynamic":
+        return ArmedMotion(team, new_motion(team.bases, poses, z, around), mirrored=around.mirrored)
+    _need_solver()
+    if any(group.drive.MEDIUM != "ground" for group in team.groups):
+        bases = new_motion(team.bases, poses, z, around)
+        return ArmedForcedMotion(team, bases, mirrored=around.mirrored)
+    from mrs_simulator.world.arms.dynamic_arms import ArmedDynamicMotion  # pybullet, as above
+
+    more = {"mirrored": around.mirrored, "errors": around.errors}
+    return ArmedDynamicMotion(*_bodies(team, poses, around), **more)
+
+
+def _bodies(team, poses, around):
+    return team, poses, around.obstacles, around.limits, around.step
+
+
+def _moved_through(around):
+    return {
+        "mirrored": around.mirrored,
+        "encoders": around.counts_wheels,
+        "environment": around.environment,
+        "errors": around.errors,
+    }
+
+
+def _need_solver():
+    if not is_available():
+        raise NoSolver(NO_SOLVER)
+
+
+def _refuse_forceless(team):
+    """Raise ``WorldError`` that names the first robot that flies without a motion with forces."""
+    for row, each in enumerate(team.kinds):
+        if each.module.MEDIUM == "air" and not hasattr(each.module, "with_forces"):
+            text = "fidelity 'dynamic': robot{}, {}, has no motion with forces; wanted kinematic"
+            raise WorldError(text.format(row + 1, each.title))
+
+
+def _refuse_armed(team, fidelity):
+    """Raise ``WorldError`` that names the first robot whose arm has no motion of this ``fidelity``."""
+    if fidelity in ("kinematic", "dynamic"):
+        return
+    for row, each in enumerate(team.kinds):
+        if each.arm is not None:
+            text = "fidelity {!r}: robot{}, {}, has an arm; wanted kinematic"
+            raise WorldError(text.format(fidelity, row + 1, each.title))

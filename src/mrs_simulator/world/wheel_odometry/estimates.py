@@ -1,0 +1,110 @@
+"""Where robots are by their own odometry, as they have told it last."""
+
+import numpy as np
+
+from mrs_simulator.core.kinematics import compose, relative
+from mrs_simulator.core.spatial import turned
+from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_steps
+from mrs_simulator.world.wheel_odometry.odometry import WHEEL_MISMATCH, WHEEL_SLIP, WheelOdometry
+
+
+def wheel_odometry(team, fidelity, seed, errors, step):
+    """Return the ``WheelOdometry`` of ``team``; ``errors``: ``core.odometry_errors``, or None: built in."""
+    slips = (
+        fidelity == "kinematic" and errors is None
+    )  # wheels that roll in pybullet slip themselves
+    return WheelOdometry(
+        team,
+        mismatch=WHEEL_MISMATCH if slips else 0.0,
+        slip=WHEEL_SLIP if slips else 0.0,
+        seed=seed,
+        errors=errors,
+        step=step,
+    )
+
+
+class Estimates:
+    """Odometry of the robots that a ``motion`` moves: true poses, or what their wheels make of them."""
+
+    def __init__(self, team, motion, clock, starts, mirrored, wheels, by_wheels, rate):
+        """``starts`` (n, 3): where robots begin; ``wheels``: their ``WheelOdometry``, None for none.
+
+        ``by_wheels``: whether that is what robots tell, and not their true poses; ``rate`` [Hz] as
+        ``World``'s ``odometry_rate``.
+        """
+        self._team, self._motion, self._clock = team, motion, clock
+        self._starts, self._mirrored = starts, mirrored
+        self._wheels, self._by_wheels = wheels, by_wheels
+        self._aloft = np.flatnonzero(team.airborne)
+        self._schedule = None
+        if rate is not None:
+            self._schedule = Schedule(odometry_steps(team, rate, clock.step_size))
+        if wheels is not None:
+            wheels.begin_at(starts[:, 2])
+
+    @property
+    def can_leap(self):
+        """Return whether estimates are the true poses, at each step."""
+        return not self._by_wheels and self._schedule is None
+
+    def reset(self):
+        """Begin anew where the robots begin."""
+        if self._wheels is not None:
+            self._wheels.reset()
+
+    def begin(self):
+        """Let all robots tell where they are."""
+        if self._schedule is None:  # they tell the newest
+            return
+        self._told = self._newest().copy()
+        self._told_z = None if self._motion.z is None else self._motion.z.copy()
+
+    def update(self):
+        """Follow the motion by one step."""
+        if self._by_wheels:
+            self._count_wheels()
+        if self._schedule is not None:
+            due = self._schedule.due(self._clock.steps - self._clock.begun)
+            rows = np.union1d(due, self._mirrored)
+            self._told[rows] = self._newest()[rows]
+            if self._told_z is not None:
+                self._told_z[rows] = self._motion.z[rows]
+
+    def _count_wheels(self):
+        joints, pose = self._motion.joints(), self._motion.pose
+        drives = joints if joints.ndim == 1 else joints[:, 0]
+        self._wheels.update(self._motion.wheel_travel, drives, pose[:, 2])
+        if len(self._aloft):  # robots without encoders know how they have moved
+            moved = relative(self._starts[self._aloft], pose[self._aloft])
+            self._wheels.pose[self._aloft] = moved
+
+    def odometry(self):
+        """Return what odometry says, (n, 3), each in its own frame."""
+        return self._wheels.pose if self._by_wheels else self._motion.pose
+
+    def spatial(self):
+        """Return the ``Spatial`` that goes with :meth:`odometry`, None for a team on the ground."""
+        spatial = self._motion.spatial
+        if spatial is None or not self._by_wheels:
+            return spatial
+        return spatial._replace(orientation=turned(spatial.orientation, -self._starts[:, 2]))
+
+    def origins(self):
+        """Return where the odometry frames lie in the common frame, (n, 3)."""
+        return self._starts if self._by_wheels else np.zeros((self._team.n, 3))
+
+    def pose(self):
+        """Return the poses in the common frame as odometry has told them last, (n, 3)."""
+        return self._newest() if self._schedule is None else self._told
+
+    def z(self):
+        """Return the heights (n,) [m] that go with :meth:`pose`, None for a team on the ground."""
+        z = self._motion.z
+        return z if self._schedule is None or z is None else self._told_z
+
+    def _newest(self):
+        if not self._by_wheels:
+            return self._motion.pose
+        estimate = compose(self._starts, self._wheels.pose)
+        estimate[self._mirrored] = self._motion.pose[self._mirrored]
+        return estimate

@@ -1,17 +1,26 @@
 """Fixtures that all tests share, and the choice of the quick ones and of one room's."""
 
+import glob
 import os
 import resource
+import sys
 
 import pytest
 from gui_fixtures import gui, no_hidden_errors  # noqa: F401
 from old_rospy import rospy_fails_by_itself, stand_aside
-from rooms import ROOMS, room_of_test
 from ros_fixtures import ros  # noqa: F401
 
 # A test with one of these starts a ROS master or a GUI's process.
 PROCESSES = {"ros", "gui"}
 HERE = os.path.dirname(os.path.abspath(__file__))
+FOLDERS = sorted(
+    {
+        os.path.basename(os.path.dirname(path))
+        for path in glob.glob(os.path.join(HERE, "*", "test_*.py"))
+    }
+)
+# Tests of one folder share helpers with those of others.
+sys.path[:0] = [os.path.join(HERE, folder) for folder in FOLDERS]
 SLOW_LIST = os.path.join(HERE, "slow_tests.txt")
 OLD_ROSPY = rospy_fails_by_itself()
 SLOW = 0.12  # [s] of processor time from which on a test is slow
@@ -23,7 +32,7 @@ os.environ["PYTHONPYCACHEPREFIX"] = os.path.join(os.path.dirname(HERE), "build",
 def pytest_addoption(parser):
     """Add ``--fast``, ``--room`` and ``--list-slow``."""
     parser.addoption("--fast", action="store_true", help="only quick tests that start no ROS")
-    parser.addoption("--room", choices=ROOMS, help="only tests of modules in this room")
+    parser.addoption("--room", choices=FOLDERS, help="only the tests in this folder")
     parser.addoption(
         "--list-slow", metavar="FILE", help="append the functions of slow tests to FILE"
     )
@@ -34,11 +43,10 @@ def pytest_collection_modifyitems(config, items):
     fast, room = config.getoption("--fast"), config.getoption("--room")
     with open(SLOW_LIST, encoding="utf-8") as file:
         slow = {line.strip() for line in file}
-    rooms = {item.path: room_of_test(str(item.path)) for item in items} if room else {}
     kept, left = [], []
     for item in items:
         long = PROCESSES.intersection(item.fixturenames) or _function(item) in slow
-        wanted = not (fast and long) and (not room or rooms[item.path] == room)
+        wanted = not (fast and long) and (not room or _folder(item) == room)
         (kept if wanted else left).append(item)
     if left:
         config.hook.pytest_deselected(items=left)
@@ -62,6 +70,11 @@ def pytest_runtest_makereport(item):
     outcome = yield
     if OLD_ROSPY:
         stand_aside(outcome.get_result(), item)
+
+
+def _folder(item):
+    """Return the folder below this one that holds a test."""
+    return os.path.relpath(str(item.path), HERE).split(os.sep)[0]
 
 
 def _function(item):

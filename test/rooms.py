@@ -31,13 +31,3 @@ def imported(path):
                 yield alias.name
         elif isinstance(node, ast.ImportFrom):
             yield node.module or ""
-
-
-def room_of_test(path):
-    """Return the last room, in their order, that the test file at ``path`` imports from, or ""."""
-    used = {
-        name.split(".")[1]
-        for name in imported(path)
-        if name.startswith("mrs_simulator.") and name.split(".")[1] in ROOMS
-    }
-    return max(used, key=ROOMS.index, default="")

@@ -1,0 +1,330 @@
+"""Whole runs over ROS: the launch file, lockstep, recorder, rosbag, and what theory says of them."""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import xmlrpc.client
+
+import numpy as np
+import pytest
+from ros_fixtures import PATIENCE, log_of, wait_until
+
+from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.record.recording import read_run_csv
+from mrs_simulator.study.results.report import main as report
+from mrs_simulator.study.results.report import read_run
+
+FAILS = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Fails(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        if self.time >= {}:
+            raise RuntimeError("gone")
+        return {{i: make_twist(0.1, 0.0) for i in pos_map}}
+"""
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+LAW = """
+from mrs_simulator import PioneerControl, make_twist
+
+class Circle(PioneerControl):
+    def calculateControlLaw(self, pos_map):
+        return {i: make_twist(0.3, 0.1 * i) for i in pos_map}
+"""
+
+
+def launch(ros, out, *arguments, limit=240, name="launch", directory=None):
+    """Run the launch file to its end; return the verdict."""
+    command = ["roslaunch", "mrs_simulator", "simulation.launch", "out:=" + str(out)]
+    process = ros.start(name, command + list(arguments), directory)
+    process.wait(limit)
+    path = os.path.join(directory or "", str(out), "verdict.json")
+    assert os.path.exists(path), log_of(process)
+    with open(path) as file:
+        return json.load(file)
+
+
+def text_of(path):
+    with open(path) as file:
+        return file.read()
+
+
+def scenario(name):
+    return "scenario:=" + os.path.join(ROOT, "scenarios", name + ".yaml")
+
+
+@contextlib.contextmanager
+def busy_cores():
+    """Keep every core busy."""
+    code = "while True: pass"
+    burners = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(os.cpu_count() or 1)]
+    try:
+        yield
+    finally:
+        for burner in burners:
+            burner.kill()
+            burner.wait()
+
+
+@pytest.mark.parametrize("name, duration", [("paper", 6.0), ("paper_dynamic", 3.0)])
+def test_the_papers_experiment_over_ros(ros, tmp_path, name, duration):
+    """As far as it goes here, robots are where they are without ROS; they form in tests of that."""
+    asked = "duration:={:g}".format(duration)
+    verdict = launch(ros, tmp_path, scenario(name), asked, "speed:=0")  # which asks for lockstep
+    assert verdict["passed"], verdict
+    with open(os.path.join(ros.directory, "launch.log")) as log:
+        assert "no command from" not in log.read()  # nobody waits for an answer that was given
+    alone = load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml"))
+    alone = run_experiment(alone._replace(duration=duration), str(tmp_path / "alone"), formats=())
+    np.testing.assert_allclose(verdict["final_gaps"], alone["final_gaps"], rtol=0.0, atol=1e-6)
+    assert verdict["y_spread"] == pytest.approx(alone["y_spread"], abs=1e-6)
+    assert sorted(os.listdir(str(tmp_path))) == sorted(
+        ["alone", "run.csv", "run.json", "scenario.yaml", "verdict.json"]
+        + [
+            f + e
+            for f in ("trajectories", "x_states", "y_states", "inputs", "certificates")
+            for e in (".png", ".pdf")
+        ]
+    )
+
+
+def test_paced_by_the_clock_it_forms_too(ros, tmp_path):
+    """Without lockstep the load of the machine shifts samples; the formation stands all the same."""
+    paced = "speed:=10", "lockstep:=false"
+    verdict = launch(ros, tmp_path, scenario("paper_four"), "duration:=50", *paced)
+    # On a busy machine its timing may be degraded, and nothing be judged.
+    np.testing.assert_allclose(verdict["final_gaps"], 2.0, atol=0.05)
+    assert verdict["y_spread"] < 0.05 and verdict["ended"] == "complete"
+
+
+def test_a_controller_that_is_outrun_gives_a_run_that_is_not_judged(ros, tmp_path):
+    hasty = "robots:=3", "speed:=0", "lockstep:=false", "duration:=16"
+    verdict = launch(ros, tmp_path, *hasty, "record:=true")
+    assert verdict["outcome"] == "not_judged" and "timing was degraded" in verdict["reason"]
+    assert "degraded" in read_run_csv(str(tmp_path / "run.csv")).meta
+    # Whoever looks at the terminal sees the verdict, below what roslaunch says of its nodes.
+    log = os.path.join(ros.directory, "launch.log")
+    end = "  figures and data: {}\n".format(tmp_path)
+    said = wait_until(lambda: text_of(log).endswith(end) and text_of(log))
+    assert said.index("shutting down processing monitor complete") < said.index("NOT JUDGED")
+    with pytest.raises(SystemExit):
+        report([str(tmp_path / "run.bag"), "--out", str(tmp_path / "again"), "--formats", "png"])
+    again = (tmp_path / "again" / "verdict.json").read_text()
+    # A bag that lacks the last moments, of which many pass in no time, is of a run cut short as well.
+    assert "timing was degraded" in again and not json.loads(again)["passed"]
+
+
+def recorded(ros, out, duration, *stage_arguments, meanwhile=lambda stage, control: None):
+    """Return the bytes of run.csv of the default team in lockstep, as fast as the machine goes."""
+    given = ("_lockstep:=true", "_wait_for_recorders:=1", "_speed:=0", *stage_arguments)
+    stage = ros.node("stage", *given)
+    control = ros.node("pioneer_control", "_lockstep:=true")
+    recorder = ros.node("record", "--out", out, "--duration", duration)
+    meanwhile(stage, control)
+    ros.judged(recorder, out)
+    for node in (control, stage):
+        ros.stop(node)
+    return (out / "run.csv").read_bytes()
+
+
+@pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
+def test_lockstep_gives_the_same_bytes_on_idle_and_busy_cores_and_after_a_stall(
+    ros, tmp_path, fidelity
+):
+    chosen = "_fidelity:=" + fidelity
+    idle = recorded(ros, tmp_path / "idle", 2, chosen)
+    with busy_cores():
+        busy = recorded(ros, tmp_path / "busy", 2, chosen)
+    assert idle.count(b"\n") == 1 + 7 * 21
+    assert idle == busy
+    if fidelity == "kinematic":
+        assert recorded_by_a_stage_that_stalls(ros, tmp_path) == idle
+
+
+def recorded_by_a_stage_that_stalls(ros, tmp_path):
+    """Return the bytes of a run whose stage stalls.
+
+    The control takes the silent clock for a dead simulator; its zeros must not count as an answer.
+    """
+
+    def stall(stage, control):
+        csv = tmp_path / "stalled" / "run.csv"
+        wait_until(lambda: csv.exists() and csv.stat().st_size > 2000)
+        stage.send_signal(signal.SIGSTOP)
+        wait_until(lambda: "/clock is silent" in log_of(control))
+        stage.send_signal(signal.SIGCONT)
+
+    real_time = "_speed:=1"  # or the run would be over before it stalls
+    return recorded(ros, tmp_path / "stalled", 2, real_time, meanwhile=stall)
+
+
+def test_lockstep_names_the_silent_robot(ros):
+    stage = ros.node("stage", "--robots", 2, "_lockstep:=true", "_lockstep_timeout:=0.5")
+    control = ros.node("pioneer_control", "--robots", 2, "_lockstep:=true")
+    probe = ros.probe()
+    probe.wait("(now() or 0) > 1.2")
+    control.send_signal(signal.SIGSTOP)
+    try:
+        said = wait_until(lambda: "no command from" in log_of(stage) and log_of(stage))
+        # Robot 1 may have had its answer before the controller was frozen.
+        assert re.search(r"no command from (robot1, )?robot2 within 0\.5 s", said)
+        probe.wait("(status('waiting_for') or [])[-1:] == [2]")
+        then = probe.ask("now()")
+    finally:
+        control.send_signal(signal.SIGCONT)
+    probe.wait("now() > {!r} + 0.1".format(then))  # it goes on where it stood
+
+
+def test_a_protocol_beside_the_user_and_a_bag_of_the_run(ros, tmp_path, capsys):
+    (tmp_path / "my_law.py").write_text(LAW)
+    arguments = [
+        "robots:=3",
+        "protocol:=my_law.py:Circle",
+        "speed:=4",
+        "duration:=6",
+        "record:=true",
+    ]
+    ros.environment["PWD"] = str(tmp_path)
+    verdict = launch(ros, "out", *arguments, directory=str(tmp_path))
+    assert verdict["outcome"] == "not_judged" and verdict["robots"] == 3  # a law without claims
+    run = read_run_csv(str(tmp_path / "out" / "run.csv"))
+    np.testing.assert_allclose(run.command[-1], [[0.3, 0.1], [0.3, 0.2], [0.3, 0.3]])
+    # The same figures and verdict from the bag, which brings its own scenario.
+    bag = tmp_path / "out" / "run.bag"
+    wait_until(bag.exists)
+    with pytest.raises(SystemExit) as ended:
+        report([str(bag), "--out", str(tmp_path / "again")])
+    assert ended.value.code == 0
+    assert (tmp_path / "again" / "trajectories.pdf").exists()
+    again = json.loads((tmp_path / "again" / "verdict.json").read_text())
+    assert again["min_distance"] == pytest.approx(verdict["min_distance"], abs=0.01)
+
+
+def test_a_launch_ends_whose_controller_cannot_begin(ros):
+    command = ["roslaunch", "mrs_simulator", "simulation.launch", "protocol:=nowhere.py"]
+    process = ros.start("launch", command)
+    assert process.wait(PATIENCE) is not None
+    assert "nowhere.py" in log_of(process)
+
+
+def test_a_report_of_a_csv_is_that_of_the_run(tmp_path, capsys):
+    four = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
+    verdict = run_experiment(four, str(tmp_path / "run"), formats=())
+    with pytest.raises(SystemExit) as ended:
+        report([str(tmp_path / "run" / "run.csv"), "--out", str(tmp_path / "report")])
+    assert ended.value.code == 0
+    again = json.loads((tmp_path / "report" / "verdict.json").read_text())
+    same = ("passed", "settle_time", "final_gaps", "y_spread", "checks", "seed")
+    assert {key: again[key] for key in same} == {key: verdict[key] for key in same}
+    assert (tmp_path / "report" / "inputs.png").exists()
+
+
+def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
+    stage = ros.node("stage", "_wait_for_recorders:=1", "_speed:=5")
+    ros.node("pioneer_control")
+    record = ros.node("record", "--out", tmp_path, "_silence:=2")
+    table = tmp_path / "run.csv"
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
+    stage.kill()
+    assert record.wait(60) == 1
+    verdict = json.loads((tmp_path / "verdict.json").read_text())
+    assert verdict["ended"] == "the stage fell silent" and not verdict["passed"]
+    assert len(read_run_csv(str(table)).time) > 10
+
+
+@pytest.mark.parametrize("when, code", [(1.0, 1), (0.0, 1)])
+def test_a_law_that_fails_fails_its_run(ros, tmp_path, when, code):
+    (tmp_path / "law.py").write_text(FAILS.format(when))
+    ros.node("stage", "_wait_for_recorders:=1", "_speed:=2")
+    record = ros.node("record", "--protocol", tmp_path / "law.py", "--out", tmp_path)
+    ros.node("pioneer_control", "--protocol", tmp_path / "law.py")
+    assert record.wait(60) == code
+    if (tmp_path / "verdict.json").exists():  # the first zeros may have reached the robots
+        verdict = json.loads((tmp_path / "verdict.json").read_text())
+        assert not verdict["passed"] and "s the law failed: RuntimeError: gone" in verdict["ended"]
+        assert verdict["duration"] == pytest.approx(when, abs=0.5)
+    else:
+        assert when == 0.0 and "nothing was recorded: the law failed" in log_of(record)
+
+
+def test_the_recorder_keeps_what_it_has_when_interrupted(ros, tmp_path):
+    ros.node("stage", "_wait_for_recorders:=1", "_speed:=5")
+    ros.node("pioneer_control")
+    record = ros.node("record", "--out", tmp_path)
+    table = tmp_path / "run.csv"
+    wait_until(lambda: table.exists() and table.read_bytes().count(b"\n") > 100)
+    record.send_signal(signal.SIGINT)
+    assert record.wait(60) == 1
+    assert json.loads((tmp_path / "verdict.json").read_text())["ended"] == "interrupted"
+    assert (tmp_path / "trajectories.png").exists()
+
+
+def test_gains_and_edges_changed_while_recording_stand_in_the_run_with_their_times(ros, tmp_path):
+    paper = load_scenario(os.path.join(ROOT, "scenarios", "paper_four.yaml"))
+    gains = dict(paper.control.parameters, k=0.02)
+    given = paper._replace(control=paper.control._replace(parameters=gains), duration=12.0)
+    (tmp_path / "given.yaml").write_text(given.to_yaml())
+    out, probe = tmp_path / "out", ros.probe()
+    ros.node("stage", "--scenario", tmp_path / "given.yaml", "_wait_for_recorders:=1", "_speed:=3")
+    # The recorder's own scenario has another gain, as after an edit of the file.
+    record = ros.node(
+        "record", "--scenario", scenario("paper_four").partition("=")[2], "--out", out
+    )
+    ros.node("pioneer_control", "--scenario", tmp_path / "given.yaml")
+    probe.wait_simulated(1.0)
+    code = "import rospy; from dynamic_reconfigure.client import Client; rospy.init_node('c'); "
+    ros.python(code + "Client('pioneer_control').update_configuration({'k': 0.05})")
+    probe.ask("call('/pioneer_control/set_topology', SetTopology, [1, 2, 3], [2, 3, 4], [], False)")
+    verdict = ros.judged(record, out)
+    run = read_run(str(out))
+    assert run.scenario.control.parameters["k"] == 0.02
+    changes = run.meta["changes"]
+    assert [change.key for change in changes] == ["control", "control", "topology"]
+    assert changes[0].value["parameters"]["k"] == 0.05
+    assert 0.5 < changes[0].time <= changes[1].time == changes[2].time < 12.0
+    assert any("k 0.02 -> 0.05 at" in text for text in verdict["warnings"]), verdict["warnings"]
+
+
+def test_messages_and_services_are_shown(ros):
+    assert "float64[] theta" in ros.call("rosmsg", "show", "mrs_simulator/TeamState")
+    assert "geometry_msgs/Pose2D pose" in ros.call("rossrv", "show", "mrs_simulator/SetTeam")
+
+
+def test_why_a_launch_failed_is_told_once_without_the_rest(ros, tmp_path):
+    (tmp_path / "typo.yaml").write_text("poses: [[0, 0, 0]]\nduraton: 3\n")
+    given = "scenario:={}".format(tmp_path / "typo.yaml")
+    process = ros.start("launch", ["roslaunch", "mrs_simulator", "simulation.launch", given])
+    process.wait(120)
+    (tmp_path / "other.log").write_text("".join("{}\n".format(i) for i in range(40)))
+    told = "root={} && . {}/tools/prepare.sh && reasons ".format(ROOT, ROOT)
+    said = subprocess.check_output(["bash", "-c", told + process.log]).decode()
+    assert said.count("unknown 'duraton'") == 1 and len(said.splitlines()) == 1, said
+    said = subprocess.check_output(["bash", "-c", told + str(tmp_path / "other.log")]).decode()
+    assert said.split() == [str(i) for i in range(15, 40)]
+
+
+def test_what_a_launch_before_has_left_on_the_master_is_forgotten(ros, tmp_path):
+    left = {"enable_motors": "/robot{}/nobody", "geofence": "0, 0, 0.1, 0.1", "lockstep": True}
+    master = xmlrpc.client.ServerProxy(ros.uri)
+    master.setParam("/test", "/pioneer_control", dict(left, dry_run=True, frame_source="tf"))
+    master.setParam("/test", "/stage", {"paused": True, "preset": "none such"})
+    master.setParam("/test", "/record", {"silence": -1.0})
+    verdict = launch(ros, tmp_path, "robots:=2", "duration:=1", "speed:=4")
+    assert verdict["ended"] == "complete"
+    assert read_run_csv(str(tmp_path / "run.csv")).command.any()
+
+
+def test_external_poses_can_be_rehearsed_with_odometry_from_zero(ros, tmp_path):
+    given = ["odometry:=wheel", "preset:=rosaria", "frame_source:=external", "speed:=4"]
+    ros.start("launch", ["roslaunch", "mrs_simulator", "simulation.launch", "robots:=2", *given])
+    probe = ros.probe()
+    probe.ask("listen('/robot2/pose', PoseStamped)")
+    probe.wait("'/robot2/pose' in newest and state('x')")
+    x = "newest['/robot2/pose'].pose.position.x"
+    # The state comes oftener than the pose, of a robot that moves at 0.75 m/s at most.
+    assert abs(probe.ask(x + " - state('x')[1]")) < 0.5
+    probe.wait("max(control('command_v') or [0]) > 0.0 and control('trouble') == ''")

@@ -1,0 +1,69 @@
+"""The history of benchmarks: what is kept, and how figures of other times are compared."""
+
+import importlib.util
+import os
+
+import pytest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+@pytest.fixture
+def history(monkeypatch):
+    path = os.path.join(ROOT, "benchmarks", "history.py")
+    spec = importlib.util.spec_from_file_location("history", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def noted(history, monkeypatch, capsys, path, speed, value, unit, keep=True):
+    monkeypatch.setattr(history, "reference", lambda: speed)
+    report = history.Report("made up", keep, path)
+    assert report.note("case", 7, value, unit) == value
+    report.close()
+    return capsys.readouterr().out.splitlines()[-1].split("  ")[-1].strip()
+
+
+@pytest.mark.parametrize(
+    "unit, value, said",
+    [
+        ("x real time", 50.0, "x 1.00"),  # half as fast on a machine half as fast
+        ("x real time", 30.0, "x 1.67 WORSE"),
+        ("s", 200.0, "x 1.00"),
+        ("s", 100.0, "x 0.50 better"),
+        ("bytes", 100.0, "x 1.00"),
+    ],
+)
+def test_figures_are_compared_as_multiples_of_the_reference(
+    history, monkeypatch, capsys, tmp_path, unit, value, said
+):
+    path = str(tmp_path / "history.csv")
+    first = noted(history, monkeypatch, capsys, path, 1000.0, 100.0, unit)
+    assert first.endswith("-")
+    again = noted(history, monkeypatch, capsys, path, 500.0, value, unit)
+    assert again.endswith(said)
+    rows = history.read(path)
+    assert [float(row["value"]) for row in rows] == [100.0, value]
+    assert tuple(rows[0]) == history.COLUMNS
+
+
+def test_nothing_is_kept_unless_wanted_nor_compared_with_another_machine(
+    history, monkeypatch, capsys, tmp_path
+):
+    path = str(tmp_path / "history.csv")
+    noted(history, monkeypatch, capsys, path, 1000.0, 1.0, "s", keep=False)
+    assert not os.path.exists(path)
+    noted(history, monkeypatch, capsys, path, 1000.0, 1.0, "s")
+    monkeypatch.setattr(history, "cpu_model", lambda: "another")
+    assert noted(history, monkeypatch, capsys, path, 1000.0, 9.0, "s").endswith("-")
+
+
+def test_a_unit_of_unknown_direction_is_refused(history):
+    with pytest.raises(ValueError, match="unit 'miles': wanted one of"):
+        history.slowness(1.0, "miles", 1.0)
+
+
+def test_the_kept_history_can_be_read(history):
+    for row in history.read():
+        history.slowness(float(row["value"]), row["unit"], float(row["reference"]))

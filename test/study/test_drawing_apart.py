@@ -1,0 +1,101 @@
+"""Figures drawn by processes of their own."""
+
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from mrs_simulator import load_scenario, run_experiment
+from mrs_simulator.record.recording import Recorder
+from mrs_simulator.study.draw import figure_process, figures
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
+PROGRAM = """
+import os, sys
+os.sched_getaffinity = lambda process: {0, 1}
+from mrs_simulator.study.run.command import main
+main(sys.argv[1:])
+"""
+
+
+def test_figures_drawn_apart_are_those_drawn_here(tmp_path):
+    apart, here = tmp_path / "apart", tmp_path / "here"
+    command = [sys.executable, "-c", PROGRAM, PAPER, "--out", str(apart), "--duration", "1"]
+    command += ["--formats", "png"]
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, timeout=120)
+    assert done.returncode in (0, 1)
+    run_experiment(load_scenario(PAPER).changed(duration=1.0), str(here), formats=("png",))
+    drawn = sorted(p.name for p in apart.iterdir() if p.suffix == ".png")
+    assert len(drawn) == 5
+    for name in drawn:
+        assert (apart / name).read_bytes() == (here / name).read_bytes(), name
+
+
+def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
+    def fail(run, *options):
+        raise OSError(28, "No space left on device", run.pose.shape)
+
+    monkeypatch.setattr(figures, "figures", fail)
+    drawing = figure_process.Drawing(("png",))
+    assert not drawing.is_able
+    recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3, memory=drawing.memory)
+    drawing.begin(recorder)
+    for stamp in (0.0, 0.1, 0.2):  # seen there as well
+        recorder.sample(stamp, np.zeros((2, 3)), np.zeros((2, 2)))
+    assert drawing.is_able
+    recorder.close()
+    drawing.figures(recorder.run(), str(tmp_path))
+    with pytest.raises(OSError, match="(3, 2, 3)"):
+        drawing.finish()
+    drawing.close()
+    with pytest.raises(ChildProcessError):
+        os.waitpid(drawing._process, 0)
+
+
+def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
+    def missing(formats):
+        raise ImportError("no matplotlib")
+
+    monkeypatch.setattr(figures, "warm_up", missing)
+    drawing = figure_process.Drawing(("png",))
+    memory = drawing.memory
+    with Recorder(str(tmp_path / "run.csv"), (1,), kept=1, memory=memory) as recorder:
+        recorder.sample(0.0, np.zeros((1, 3)), np.zeros((1, 2)))
+    drawing.begin(recorder)
+    with pytest.raises(RuntimeError, match="ended before it had drawn"):
+        drawing.figures(recorder.run(), str(tmp_path))
+        drawing.finish()
+    drawing.close()
+
+
+def test_nothing_is_forked_without_formats_or_on_one_core(monkeypatch):
+    monkeypatch.setattr(figure_process, "Drawing", None)
+    with figure_process.drawing(()) as apart:
+        assert apart is None
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
+    with figure_process.drawing(("png",)) as apart:
+        assert apart is None
+    monkeypatch.delattr(os, "sched_getaffinity")  # as on macOS
+    with figure_process.drawing(("png",)) as apart:
+        assert apart is None
+
+
+def test_a_run_that_never_begins_waits_for_no_drawing(monkeypatch):
+    monkeypatch.setattr(figures, "warm_up", lambda formats: time.sleep(1000.0))
+    with pytest.raises(ValueError, match="no such scenario"), figure_process.drawing(("png",)):
+        raise ValueError("no such scenario")
+
+
+def test_what_runs_is_loaded_beside_what_draws():
+    code = """
+import sys
+import mrs_simulator.study.run.command
+heavy = "mrs_simulator.study.run.experiment", "mrs_simulator.world.world", "matplotlib", "pybullet"
+print([name for name in heavy if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, timeout=60)
+    assert done.stdout.decode().strip() == "[]"

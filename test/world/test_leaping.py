@@ -1,0 +1,374 @@
+"""Several steps in one compiled call: the same trajectories, contacts and errors as step by step."""
+
+import functools
+import os
+import re
+
+import numpy as np
+import pytest
+
+from mrs_simulator import PioneerControl, load_scenario
+from mrs_simulator.control.array_law import array_law
+from mrs_simulator.core import compiled_terms, compiling, edge_terms
+from mrs_simulator.core.graphs import Topology
+from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.protocols import HOMES
+from mrs_simulator.protocols.formation.law import Formation
+from mrs_simulator.protocols.loading import load_protocol
+from mrs_simulator.scenario.incidents import Event
+from mrs_simulator.scenario.scenario import Control, Scenario, scenario_from_dict
+from mrs_simulator.scenario.surroundings.environment import Environment
+from mrs_simulator.scenario.surroundings.moving_obstacles import Track
+from mrs_simulator.scenario.surroundings.obstacles import Cylinder
+from mrs_simulator.scenario.team.estimates import Estimates
+from mrs_simulator.scenario.team.mismatch import Mismatch
+from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
+from mrs_simulator.world.incidents.faults import Faults
+from mrs_simulator.world.motion import fused_stepping, kinematic, stretches
+from mrs_simulator.world.world import PASSIVE, World
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+ROUNDING = 1e-9  # [m, rad, m/s]
+
+
+class Gather(PioneerControl):
+    PARAMETERS = (Parameter("gain", 0.5, "1/s"),)
+
+    @array_law
+    def pointMassLaw(hand, gain, first, second):
+        u = np.zeros_like(hand)
+        for edge in range(len(first)):
+            u[first[edge]] += gain * (hand[second[edge]] - hand[first[edge]])
+        return u
+
+
+class Breaking(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return np.where(hand[:, :1] > 0.5, np.nan, 1.0) * np.ones((len(hand), 2))
+
+
+class Raising(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        if hand[0, 0] > 0.5:
+            raise ValueError("too far")
+        return np.ones((len(hand), 2))
+
+
+class Narrowing(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return np.ones((len(hand), 1 if hand[0, 0] > 0.5 else 2))
+
+
+class Averaging(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return hand.mean(axis=0) - hand
+
+
+def halved(u, times):
+    return halved(0.5 * u, times - 1) if times else u
+
+
+class Recursive(PioneerControl):
+    @array_law
+    def pointMassLaw(hand):
+        return halved(hand, 3)
+
+
+class Turned(Formation):
+    def pointMassLaw(self, hand):
+        return -super().pointMassLaw(hand)
+
+
+class Filtered(Formation):
+    def commands(self, *known):
+        return 0.5 * super().commands(*known)
+
+
+def scenario(**changes):
+    content = {
+        "poses": {"layout": "circle", "radius": 3.0},
+        "robots": 5,
+        "topology": {"preset": "cycle"},
+        "duration": 6.0,
+        "control": {"rate": 10},
+    }
+    content.update(changes)
+    return scenario_from_dict(content, "test")
+
+
+def shipped(name, duration=10.0):
+    return load_scenario(os.path.join(ROOT, "scenarios", name + ".yaml")).changed(duration=duration)
+
+
+@pytest.fixture()
+def compiled(monkeypatch):
+    """Let stretches be made, by Python as it stands: what numba compiles is the same code."""
+
+    def start():
+        monkeypatch.setattr(compiling, "is_wanted", lambda: True)
+        for module in (kinematic, edge_terms):  # only the stretches are on trial
+            monkeypatch.setattr(module, "compiling", type("no", (), {"is_wanted": lambda: False}))
+
+    function = kernel_of(lambda kernel: kernel)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
+    return start
+
+
+def kernel_of(compile_):
+    return lambda law, loops: compiled_terms.kernel(law, loops, compile_, compile_)
+
+
+def recorded(scenario, protocol=None):
+    """Return samples (m, n, 5), collisions, and how often the world made a step of its own."""
+    experiment, own = Experiment(scenario, protocol), []
+    motion = experiment.world._motion
+    advance = motion.advance
+    motion.advance = lambda command: own.append(1) or advance(command)
+    rows = [np.column_stack(told[1:]) for told in experiment.samples()]
+    return np.array(rows), experiment.collisions, len(own), experiment.world
+
+
+def compare(start, scenario, protocol=None):
+    by_step = recorded(scenario, protocol)
+    start()
+    by_leap = recorded(scenario, protocol)
+    assert by_leap[0].shape == by_step[0].shape
+    np.testing.assert_allclose(by_leap[0], by_step[0], rtol=0.0, atol=ROUNDING)
+    assert len(by_leap[1]) == len(by_step[1])
+    assert by_leap[3].time == by_step[3].time and by_leap[3].commanded.all()
+    np.testing.assert_allclose(by_leap[3].twist, by_step[3].twist, rtol=0.0, atol=ROUNDING)
+    np.testing.assert_array_equal(by_leap[3]._commands.heard, by_step[3]._commands.heard)
+    return by_step[2], by_leap[2]
+
+
+SHIPPED = ["paper", "consensus", "discrete_consensus", "containment", "rendezvous"]
+SHIPPED += [
+    "cyclic_pursuit",
+    "displacement_formation",
+    "distance_formation",
+    "bearing_formation",
+    "bearing_leaders",
+]
+
+
+def test_the_page_names_all_shipped_laws_that_are_compiled():
+    with open(os.path.join(ROOT, "docs", "benchmarks.md"), encoding="utf-8") as file:
+        (told,) = (line for line in file if "| compiled: each is one sum over edges" in line)
+    laws = {name: load_protocol(name) for name in HOMES}
+    forms = {name for name, law in laws.items() if hasattr(law.pointMassLaw, "form")}
+    assert set(re.findall("`([a-z_]+)`", told)) == forms
+    assert {shipped(name).control.protocol for name in SHIPPED} == forms
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_laws_leap_to_where_steps_lead(name, compiled):
+    given = shipped(name, 4.0).changed(fidelity="kinematic", limits="top")
+    steps, own = compare(compiled, given)
+    assert own < 0.3 * steps
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_points_leap_to_where_steps_lead(name, compiled):
+    given = shipped(name, 1.5).changed(fidelity="point_mass")
+    steps, own = compare(compiled, given)
+    assert steps == 1.5 / given.step and own == 0
+
+
+@pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
+def test_points_leap_whatever_the_rates(rates, compiled):
+    control, run = {"rate": rates[0]}, {"record_rate": rates[1], "duration": 1.9}
+    assert (
+        compare(compiled, scenario(fidelity="point_mass", control=control, **run), Gather)[1] == 0
+    )
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_omnidirectional_bases_leap_to_where_steps_lead(name, compiled):
+    robots = {"fidelity": "kinematic", "model": "robotino3"}
+    steps, own = compare(compiled, shipped(name, 2.0).changed(limits="top", **robots))
+    assert own < 0.3 * steps
+
+
+@pytest.mark.parametrize("saturation", ["none", "robot", "team"])
+@pytest.mark.parametrize("kinds", [["robotino3"] * 5, ["robotino3", "youbot", "youbot"] * 2])
+@pytest.mark.parametrize("limits", ["firmware", None])
+def test_omnidirectional_bases_keep_to_rims_and_ramps(saturation, kinds, limits, compiled):
+    given = scenario(model=kinds, robots=len(kinds), limits=limits, duration=3.0)
+    control = given.control._replace(rate=12.5, saturation=saturation)
+    steps, own = compare(compiled, given._replace(control=control), Gather)
+    assert own < steps
+
+
+def test_omnidirectional_bases_touch_as_they_do_step_by_step(compiled):
+    given = scenario(model="robotino3", poses={"layout": "circle", "radius": 0.5}, duration=3.0)
+    steps, own = compare(compiled, given, Gather)
+    assert 10 < own < steps
+
+
+def test_bases_that_turn_go_step_by_step():
+    world = World(("robotino3",), [[0.0, 0.0, 0.0]])
+    world.set_commands([0], np.array([[0.1, 0.0, 0.3]]))
+    assert world.can_leap(1)
+    assert world.leap(5, 1, stretches.sliding_stretch, 0.05, 0) == (0, stretches.NEAR)
+
+
+@pytest.mark.parametrize("saturation", ["none", "robot", "team"])
+@pytest.mark.parametrize("rates", [(50, 10), (10, 10), (12.5, 50), (12.5, 5)])
+def test_a_users_law_leaps_whatever_the_rates(saturation, rates, compiled):
+    control = {"rate": rates[0], "saturation": saturation}
+    limits = "firmware" if saturation == "robot" else "top"
+    given = scenario(control=control, record_rate=rates[1], duration=1.9, limits=limits)
+    steps, own = compare(compiled, given, Gather)
+    assert own < steps
+
+
+def test_robots_touch_as_they_do_step_by_step(compiled):
+    given = scenario(poses={"layout": "circle", "radius": 1.0}, duration=8.0)
+    steps, own = compare(compiled, given, Gather)
+    assert 10 < own < steps
+
+
+@pytest.mark.parametrize("law", ["Breaking", "Raising", "Narrowing"])
+@pytest.mark.parametrize("fidelity", ["kinematic", "point_mass"])
+def test_a_law_that_breaks_fails_as_it_does_step_by_step(fidelity, law, compiled):
+    poses, said = [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], []
+    given = scenario(poses=poses, robots=2, fidelity=fidelity)
+    for _ in range(2):
+        with pytest.raises(LawFailed) as error:
+            recorded(given, globals()[law])
+        said.append(str(error.value))
+        compiled()
+    assert said[0] == said[1] and "not finite" not in said[0]
+    assert {"Breaking": "nan", "Raising": "too far", "Narrowing": "(2, 1)"}[law] in said[0]
+    assert not said[0].startswith("at 0.000 s")
+
+
+@pytest.mark.parametrize(
+    "law, why",
+    [
+        ("Averaging", "No implementation of function .*mean"),
+        ("Recursive", "a function calls itself"),
+    ],
+)
+def test_a_law_that_cannot_be_compiled_is_refused_by_name(law, why, compiled, monkeypatch):
+    pytest.importorskip("numba")
+    jit = compiling.jit()
+    function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=jit)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
+    compiled()
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
+    wanted = "at 0.000 s the law failed: ControlError: {}: numba cannot compile pointMassLaw: {}"
+    with pytest.raises(LawFailed, match=wanted.format(law, why)):
+        recorded(scenario(), globals()[law])
+
+
+@pytest.mark.parametrize(
+    ("protocol", "changes"),
+    [
+        (Turned, {}),
+        (Filtered, {}),
+        (Formation, {"odometry": "wheel"}),
+        (Formation, {"fidelity": "dynamic"}),
+        (Formation, {"fidelity": "point_mass", "model": "robotino3"}),
+        (Formation, {"model": "f1tenth"}),
+        (Formation, {"model": ["robotino3"] * 2 + ["pioneer3dx"] * 3}),
+        (Formation, {"links": {"delay": 0.1}}),
+        (Formation, {"control": {"rate": 1}, "cmd_vel_timeout": 0.5}),
+        (Formation, {"control": {"safety": {"arena": [-9, -9, 9, 9]}}}),
+    ],
+)
+def test_what_more_decides_on_goes_step_by_step(protocol, changes, compiled):
+    compiled()
+    assert not Experiment(scenario(**changes), protocol)._can_leap()
+
+
+def test_a_part_of_the_world_that_says_nothing_of_leaps_is_asked_at_each_step():
+    world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
+    assert world.can_leap(5)
+    for part, leaps in ((object(), False), (None, True), (False, True), (True, False)):
+        world.added = part
+        assert world.can_leap(5) == leaps
+    del world.added
+    for name in set(vars(world)) - set(PASSIVE):
+        part = getattr(world, name)
+        assert part in (None, False) or getattr(part, "can_leap", False), name
+
+
+LEAP, STEP = True, False
+TRACK = Track(((9.0, -9.0),), 0.1)
+# An example of each field that a scenario has, and whether robots leap then: a new one belongs here.
+FIELDS = {
+    "poses": (np.array([[0.0, 3.0 * k, 0.1] for k in range(5)]), LEAP),
+    "kinds": (("robotino3",) * 5, LEAP),
+    "title": ("other", LEAP),
+    "fidelity": ("point_mass", LEAP),
+    "limits": ("top", LEAP),
+    "odometry": ("wheel", STEP),
+    "control": (Control(safety=True, protocol="consensus"), STEP),
+    "topology": (Topology(5, [(1, 2)]), LEAP),
+    "links": (scenario(links={"delay": 0.1}).links, STEP),
+    "mismatch": (Mismatch(speed=(0.9,)), STEP),
+    "obstacles": ((Cylinder("post", 9.0, 9.0, 0.2, 1.0, track=TRACK),), STEP),
+    "environment": (Environment(current=(0.1, 0.0)), LEAP),  # of the water
+    "duration": (2.0, LEAP),
+    "seed": (3, LEAP),
+    "speed": (0.0, LEAP),
+    "record_rate": (5.0, LEAP),
+    "odometry_rate": (10.0, STEP),
+    "cmd_vel_timeout": (0.05, STEP),
+    "step": (0.01, LEAP),
+    "path": ("other.yaml", LEAP),
+    "own_kinds": ({}, LEAP),
+    "altitude": (None, LEAP),  # of what flies, a kind
+    "sensors": ((), LEAP),  # they act where they are read
+    "odometry_errors": (OdometryErrors(factor=0.1), LEAP),  # of wheels, where these are told
+    "map": (None, LEAP),  # boxes
+    "estimates": (Estimates("odometry"), STEP),
+    "events": ((Event(1.0, 1, "motors_off"),), STEP),
+    "takeoff": (False, LEAP),  # of what flies
+    "load": (None, LEAP),  # of arms, a kind
+    "record": ((), LEAP),
+    "engine": ("planar", LEAP),  # of motion with forces
+}
+
+
+def test_every_field_of_a_scenario_is_known_to_leaps():
+    assert list(FIELDS) == list(Scenario._fields)
+
+
+@pytest.mark.parametrize("field", [field for field in FIELDS if field != "events"])
+def test_robots_leap_where_nothing_but_the_law_moves_them(field, compiled):
+    value, leaps = FIELDS[field]
+    compiled()
+    given = scenario()._replace(**{field: value})
+    assert Experiment(given)._can_leap() == leaps
+
+
+@pytest.mark.parametrize("sensors", [("sonar",), ()])
+def test_robots_that_are_sensed_do_not_leap(sensors, compiled):
+    compiled()
+    experiment = Experiment(scenario())
+    experiment.sensors.listen({0: sensors})
+    assert experiment._can_leap() != bool(sensors)
+
+
+def test_what_is_to_befall_robots_stops_leaps():
+    world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
+    world._faults = Faults(world._motion, world._clock, [FIELDS["events"][0][0]])
+    assert not world.can_leap(5)
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"fidelity": "point_mass"}, {"model": "robotino3"}], ids=["", "points", "bases"]
+)
+def test_numba_gives_the_same(changes, compiled, monkeypatch):
+    pytest.importorskip("numba")
+    jit, kept = compiling.jit(), compiling.jit(cache=True)
+    function = functools.partial(compiled_terms.kernel, compile_=jit, compile_kept=kept)
+    monkeypatch.setattr(fused_stepping, "compiled_stretch", function)
+    compare(compiled, shipped("paper", 5.0).changed(**changes))

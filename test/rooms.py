@@ -31,3 +31,14 @@ def imported(path):
                 yield alias.name
         elif isinstance(node, ast.ImportFrom):
             yield node.module or ""
+
+
+def imported_modules(path):
+    """Yield what :func:`imported` yields, and names that may be modules within a package."""
+    with open(path, encoding="utf-8") as file:
+        tree = ast.parse(file.read())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                yield "{}.{}".format(node.module, alias.name)
+    yield from imported(path)

@@ -67,7 +67,7 @@ def test_yaml_is_read(name, code, tmp_path):
             base["robots"] = len(content["load"]["grasps"])
         scenario_from_dict({**base, **content}, name)
     elif "import" in content:
-        assert set(content["import"]) <= {"urdf"}  # a checkout of somebody else's
+        assert set(content["import"]) <= {"urdf", "drive"}  # a checkout of somebody else's
     elif content.get("drive", "differential") in DRIVES:  # else it is the page's own
         base = {} if "drive" in content else {"base": "pioneer3dx"}
         assert kind("of_the_page", own={"of_the_page": {**base, **content}}).title

@@ -4,7 +4,7 @@ import ast
 import os
 
 import pytest
-from rooms import ROOMS, imported
+from rooms import ROOMS, imported, imported_modules
 
 import mrs_simulator.core
 
@@ -96,6 +96,20 @@ def test_imports_keep_to_the_order_of_the_rooms(room):
             other = parts[1]
             wrong = ROOMS.index(other) > ROOMS.index(room) or (room, other) in APART
             assert not wrong, "{} imports {}".format(path, name)
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    within = {}
+    for room in ROOMS:
+        for path in modules(room):
+            name = os.path.relpath(path, os.path.dirname(ROOT))[: -len(".py")].replace(os.sep, ".")
+            within[name[: -len(".__init__")] if name.endswith(".__init__") else name] = path
+    left = {name: set(imported_modules(path)) & set(within) for name, path in within.items()}
+    while left:
+        free = [name for name, others in left.items() if not others & set(left) - {name}]
+        assert free, "in a circle: {}".format(", ".join(sorted(left)))
+        for name in free:
+            del left[name]
 
 
 def test_the_widgets_of_the_gui_know_no_ros():

@@ -10,7 +10,7 @@ from mrs_simulator.core.spatial import rotated
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.suite import Suite
-from mrs_simulator.world.rendering.camera_renderer import depths
+from mrs_simulator.world.rendering.pinhole import depths
 from mrs_simulator.world.world import World
 
 pytest.importorskip("pybullet")

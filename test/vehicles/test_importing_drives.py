@@ -73,7 +73,6 @@ def test_a_quadrotor_takes_its_rotors_from_properties(tmp_path):
         "motor_lag": 0.07,
         "tilt": 0.5,
         "drag": {"across": 0.0, "up": 0.0},
-        "velocity_gain": {"across": 4.0, "up": 4.0},
         "poles": {"tilt": 30.0, "turn": 12.0},
         "response": {"across": 0.1, "up": 0.1},
     }

@@ -18,6 +18,14 @@ from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.check.check_protocol_text import (
+    LIMITED,
+    NOT_CLAIMS,
+    POINTS,
+    WHEELS,
+    claim_counts,
+    report_text,
+)
 from mrs_simulator.study.check.mutants import Mutated, mutants_of
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import judged
@@ -30,7 +38,6 @@ GRAPHS = ("path", "ring", "chain")
 ROBOTS = (3, 5)
 SEEDS = (0, 1)
 DURATION = 30.0  # [s]
-POINTS, LIMITED, WHEELS = "points", "points within limits", "robots"
 MODES = {
     POINTS: {"fidelity": "point_mass", "limits": "none", "saturation": "none"},
     LIMITED: {"fidelity": "point_mass", "limits": "none", "saturation": "robot"},
@@ -39,7 +46,6 @@ MODES = {
 LOW_LIMITS = Limits(0.4, 2.0, np.inf, np.inf)  # of LIMITED: low, so that they matter
 FIELD, APART = 8.0, 1.5  # [m] of the random starts: side of the square, least distance
 MOST_MUTATED = 2  # settings in which mistakes are put in, each on a graph of its own
-NOT_CLAIMS = ("collisions", "ended")  # checks that are no protocol's
 
 
 class Setting(NamedTuple):
@@ -140,22 +146,7 @@ class Report(NamedTuple):
         )
 
     def __str__(self):
-        from mrs_simulator.study.check.check_protocol_text import report_text
-
         return report_text(self)
-
-
-def claim_counts(trials):
-    """Return by claim's name how often it passed, failed and was not judged, [3], in ``trials``."""
-    counts = {}
-    for trial in trials:
-        for check in trial.verdict["checks"]:
-            if check["name"] in NOT_CLAIMS or check["predicted"] == HOLDS:
-                continue
-            passed = check["passed"] if trial.judged else None
-            row = counts.setdefault(check["name"], [0, 0, 0])
-            row[{True: 0, False: 1, None: 2}[passed]] += 1
-    return counts
 
 
 @explained_by("docs/protocols.md#would-a-wrong-law-fail")

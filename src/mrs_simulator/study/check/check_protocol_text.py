@@ -2,9 +2,10 @@
 
 from collections import Counter
 
-from mrs_simulator.study.check.check_protocol import LIMITED, claim_counts
 from mrs_simulator.verdict.verdict import HOLDS
 
+POINTS, LIMITED, WHEELS = "points", "points within limits", "robots"
+NOT_CLAIMS = ("collisions", "ended")  # checks that are no protocol's
 MOST_LINES = 8  # of failures of one kind
 
 
@@ -130,3 +131,16 @@ def _last_word(report):
             )
         )
     return "OK: the law does what it claims, and every mistake that was put in was noticed."
+
+
+def claim_counts(trials):
+    """Return by claim's name how often it passed, failed and was not judged, [3], in ``trials``."""
+    counts = {}
+    for trial in trials:
+        for check in trial.verdict["checks"]:
+            if check["name"] in NOT_CLAIMS or check["predicted"] == HOLDS:
+                continue
+            passed = check["passed"] if trial.judged else None
+            row = counts.setdefault(check["name"], [0, 0, 0])
+            row[{True: 0, False: 1, None: 2}[passed]] += 1
+    return counts

@@ -17,8 +17,15 @@ from mrs_simulator.scenario.surroundings.maps import files_of_map
 from mrs_simulator.vehicles.registry import files_of_kinds
 from mrs_simulator.verdict.verdict import versions
 
-PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-ROOMS = ("core", "vehicles", "sensors", "world", "control", "study")  # what runs and judges
+PACKAGE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+OTHERS = (
+    "msg",
+    "nodes",
+    "pictures",
+    "ros",
+    "rqt_plugin",
+    "scripts",
+)  # rooms that neither run nor judge
 COMPUTING = ("mrs_simulator", "numpy", "pybullet")  # of ``versions``: what numbers depend on
 INSTALLED = ("site-packages", "dist-packages")
 LENGTH = 10  # [-] hexadecimal digits
@@ -56,7 +63,7 @@ def _computing():
     content = repr([found[name] for name in COMPUTING]).encode()
     files = [
         os.path.join(directory, name)
-        for room in ROOMS
+        for room in sorted(set(os.listdir(PACKAGE)) - set(OTHERS))
         for directory, _, names in os.walk(os.path.join(PACKAGE, room))
         for name in names
         if not name.endswith(".pyc")

@@ -42,6 +42,7 @@ from mrs_simulator.vehicles.drives.rotors import (
 AXES = ("linear.x", "linear.y", "linear.z", "angular.z")
 LIMIT_AXES = AXES
 SECTION = "flight"  # of a kind's file
+WITH_FORCES = "mrs_simulator.vehicles.drives.quadrotor_forces"  # builds on this module
 MEDIUM = "air"
 POINT = "centre"
 JOINTS, OWN_LIMITS, RAMPS, ENCODERS = False, False, True, 0  # nothing rolls, no joints move
@@ -396,13 +397,6 @@ def climbing(z, height, numbers):
 def silent(seconds, numbers):
     """Return the commands (m, 4) of robots silent for ``seconds`` (m,) too long: hover, then land."""
     return landing(len(seconds), numbers) * (seconds > HOVER)[:, np.newaxis]
-
-
-def with_forces():
-    """Return the module of this drive's motion with forces."""
-    from mrs_simulator.vehicles.drives import quadrotor_forces  # which is made of this module
-
-    return quadrotor_forces
 
 
 def lateness(numbers):

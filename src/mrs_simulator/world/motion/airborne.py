@@ -1,5 +1,7 @@
 """Teams of which robots leave the ground, without forces and with them."""
 
+import importlib
+
 import numpy as np
 
 from mrs_simulator.core.spatial import upright
@@ -159,7 +161,9 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         weather = Weather(self._environment, self.step, self._seed, rows)
         # Rotors have their limits whatever those of commands.
         numbers = columns_of(group.kinds, group.drive)
-        group = group._replace(drive=group.drive.with_forces(), numbers=numbers)
+        group = group._replace(
+            drive=importlib.import_module(group.drive.WITH_FORCES), numbers=numbers
+        )
         names = ["robot{}".format(row + 1) for row in rows.tolist()]
         free = ~np.isin(rows, self._mirrored)
         self._bodies.solved[rows[free]] = hasattr(group.drive, "lost")

@@ -139,7 +139,7 @@ def _need_solver():
 def _refuse_forceless(team):
     """Raise ``WorldError`` that names the first robot that flies without a motion with forces."""
     for row, each in enumerate(team.kinds):
-        if each.module.MEDIUM == "air" and not hasattr(each.module, "with_forces"):
+        if each.module.MEDIUM == "air" and not hasattr(each.module, "WITH_FORCES"):
             text = "fidelity 'dynamic': robot{}, {}, has no motion with forces; wanted kinematic"
             raise WorldError(text.format(row + 1, each.title))
 

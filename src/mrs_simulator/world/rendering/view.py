@@ -15,7 +15,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at
 from mrs_simulator.vehicles import Team
 from mrs_simulator.world.contact.movers import Movers
 from mrs_simulator.world.contact.scene import add_looks, add_obstacle, mass_centre
-from mrs_simulator.world.rendering.camera_renderer import depths, upright_field
+from mrs_simulator.world.rendering.pinhole import depths, upright_field
 from mrs_simulator.world.rendering.renderers import SOFTWARE, chosen_renderer
 
 FIELD_OF_VIEW = 50.0  # [deg] of pictures, from bottom to top

@@ -1,9 +1,10 @@
 """Values of every shipped scenario, recorded so that a change of the code cannot change them unseen.
 
-``python3 test/recorded_values.py`` adds scenarios that are new to ``test/data/recorded_values.json``, on
-the kind of machine that the others were recorded on, and leaves those untouched.  ``--anew`` runs and
-writes all, ``--anew NAME ...`` the scenarios of these names: to be done only where numbers had to change,
-in a commit that says why.
+The tests run the first ``FIRST`` seconds of each; ``python3 test/recorded_values.py --compare`` runs them
+whole, which takes minutes.  Without an option the program adds scenarios that are new to
+``test/data/recorded_values.json``, on the kind of machine that the others were recorded on, and leaves
+those untouched.  ``--anew`` runs and writes all, ``--anew NAME ...`` the scenarios of these names: to be
+done only where numbers had to change, in a commit that says why.
 """
 
 import base64
@@ -24,6 +25,7 @@ from mrs_simulator.study.run.experiment import Experiment, LawFailed
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENARIOS = os.path.join(os.path.dirname(HERE), "scenarios")
 RECORDED = os.path.join(HERE, "data", "recorded_values.json")
+FIRST = 5.0  # [s] of each run that the tests compare
 ELSEWHERE = 10.0  # [s] of a run at another fidelity than the scenario's own
 KEPT = (0.0, 0.02, 0.1, 0.5, 1.0)  # [-] where in a run its values are kept beside their hashes
 SMALL = 1e-9  # [-] agreement on another machine, relative above 1
@@ -92,6 +94,12 @@ def run_values(name, fidelity, directory, nudge=0.0, longest=np.inf):
     return {column: table[:, :, index] for index, column in enumerate(header)}
 
 
+def first(values):
+    """Return ``values`` up to ``FIRST``."""
+    rows = int(np.searchsorted(values["time"][:, 0], FIRST + 1e-6))
+    return {column: numbers[:rows] for column, numbers in values.items()}
+
+
 def digests(values):
     """Return the hash of each column of ``values``, 16 hexadecimal digits by name."""
     return {
@@ -129,6 +137,41 @@ def unpacked(stored):
     return numbers.reshape(stored["shape"])
 
 
+def facts(values, nudged):
+    """Return what is recorded of ``values``; ``nudged``: those of the run whose start was nudged."""
+    return {"digests": digests(values), "kept": packed(kept(values)[: tame(values, nudged)])}
+
+
+def changes(values, recorded, same_machine):
+    """Return the columns of ``values`` that are not those ``recorded``, as :func:`facts` has them."""
+    if same_machine:
+        return {
+            name for name, digest in digests(values).items() if digest != recorded["digests"][name]
+        }
+    wanted = unpacked(recorded["kept"])
+    far = differing(kept(values)[: len(wanted)], wanted, SMALL)
+    names = list(values)
+    return {names[column] for column in np.nonzero(far)[2]}
+
+
+def compare(directory):
+    """Run every case whole and print those whose values are not the recorded ones; return how many."""
+    known, wrong = load(), 0
+    for case, recorded in known["runs"].items():
+        values = run_values(*case.split(), directory)
+        if "outcome" in recorded:
+            changed = set() if values == recorded["outcome"] else {"outcome"}
+        else:
+            changed = changes(values, recorded["whole"], machine() == known["machine"])
+        wrong += bool(changed)
+        print(
+            case,
+            "other values: {}".format(", ".join(sorted(changed))) if changed else "same",
+            flush=True,
+        )
+    return wrong
+
+
 def record(directory, known=None):
     """Run every case and return what ``RECORDED`` holds of them on this machine.
 
@@ -151,8 +194,7 @@ def record(directory, known=None):
             runs[case] = {"outcome": values}
         else:
             nudged = run_values(name, fidelity, directory, NUDGE)
-            comparable = kept(values)[: tame(values, nudged)]
-            runs[case] = {"digests": digests(values), "kept": packed(comparable)}
+            runs[case] = {"whole": facts(values, nudged), **facts(first(values), first(nudged))}
         print(case, flush=True)
     return {"machine": machine(), "runs": runs}
 
@@ -166,6 +208,9 @@ def load():
 if __name__ == "__main__":
     import tempfile
 
+    if sys.argv[1:] == ["--compare"]:
+        with tempfile.TemporaryDirectory() as directory:
+            sys.exit(1 if compare(directory) else 0)
     given = [argument for argument in sys.argv[1:] if argument != "--anew"]
     paths = [argument for argument in given if argument.endswith(".json")]
     names = set(given) - set(paths)

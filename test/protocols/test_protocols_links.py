@@ -9,6 +9,7 @@ from protocol_fixtures import SCENARIOS, as_points, check, failed, played, shipp
 from test_bringup import launch
 
 from mrs_simulator import PioneerControl, load_scenario
+from mrs_simulator.control.twist_message import Twist
 from mrs_simulator.core.claims import Condition, disagreement
 from mrs_simulator.core.edge_faults import Channel
 from mrs_simulator.core.graphs import Topology
@@ -22,6 +23,7 @@ from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.network.links import Links, PerEdge, Switching
 from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
 from mrs_simulator.study.run.experiment import Experiment
+from mrs_simulator.vehicles.team_in_space import team_of
 
 EXAMPLES = ("consensus_delays", "formation_lossy", "formation_switching")
 RING = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [6, 1]]
@@ -104,6 +106,72 @@ def test_differences_in_space_have_heights_of_the_same_age():
     np.testing.assert_allclose(apart[[0, 1, 3]], before[[0, 1, 3]], atol=1e-12)
     assert known[7, 0, 1, 2] == poses[5, 1, 2]
     np.testing.assert_array_equal(known[7, 0, 0], poses[7, 0])
+
+
+@pytest.mark.parametrize(
+    "links",
+    [
+        {"delay": 0.2},
+        {"loss": 0.3, "on_loss": "hold"},
+        {"delay": 0.2, "carries": "difference"},
+    ],
+)
+@pytest.mark.parametrize("name", ["formation_cars", "carrying"])
+def test_faulty_edges_carry_joints(name, links, tmp_path):
+    verdict = verdict_of(shipped(name, links=links, duration=0.8), tmp_path)
+    assert check(verdict, "largest distance from the law on these robots")["passed"]
+
+
+class Hears(PioneerControl):
+    """Records what robot 1 knows of robot 2."""
+
+    def start(self):
+        self.known = []
+
+    def calculateControlLaw(self, pos_map):
+        self.known.append((*pos_map[2], pos_map[2].z))
+        return [Twist(), Twist()]
+
+
+@pytest.mark.parametrize(
+    "carries, expected", [("state", [5, 5, 5, 6, 7]), ("difference", [5, 15, 25, 26, 27])]
+)
+def test_faulty_edges_carry_heights_to_hooks(carries, expected):
+    control = Hears((1, 2), links=Links(delay=PerEdge(0.2), carries=carries), period=0.1)
+    control.start()
+    for step in range(5):
+        # Robot 1 climbs by 10 m, robot 2 by 1 m from 5 m on.
+        pose = np.array([[0.0, 0.0, 0.0, 10.0 * step], [3.0, 0.0, 0.0, 5.0 + step]])
+        control.commands(pose, 0.1 * step)
+    known = np.array(control._network.copies[0].known)
+    np.testing.assert_allclose(known[:, 3], expected)
+    np.testing.assert_allclose(known[:, :3], [[3.0, 0.0, 0.0]] * 5)
+
+
+class AsksWhereItIs(PioneerControl):
+    """Records where robot 1 sees the steered point of robot 2."""
+
+    def neighbourLaw(self, robot, theta, neighbours):
+        if robot == 1:
+            self.seen = neighbours[0].x, neighbours[0].y
+        return 0.0, 0.0
+
+
+def test_a_law_of_neighbours_sees_late_joints():
+    scenario = shipped("formation_cars", duration=1.0).changed(
+        robots=2, poses=[[0, 0, 0], [3, 0, 0]], topology={"edges": [[1, 2]]}
+    )
+    team = team_of(scenario)
+    links = Links(delay=PerEdge(0.1))
+    given = {"topology": scenario.topology, "team": team, "links": links, "period": 0.1}
+    control = AsksWhereItIs((1, 2), parameters={"l": 0.3}, **given)
+    seen = []
+    for step, angle in enumerate((0.0, 0.4, 0.2)):
+        control.commands(scenario.poses, 0.1 * step, np.array([0.0, angle]))
+        seen.append(control.seen)
+    ahead = 3.0 - 0.3
+    expected = [(ahead + 0.3 * np.cos(late), 0.3 * np.sin(late)) for late in (0.0, 0.0, 0.4)]
+    np.testing.assert_allclose(seen, expected, atol=1e-12)
 
 
 def test_a_team_in_space_moves_by_late_differences_as_published(tmp_path):

@@ -13,8 +13,9 @@ from mrs_simulator.sensors.readings import readings_by_number
 class Network:
     """Gives each robot a copy of the control, memory and all, and takes that robot's command alone.
 
-    A copy is given the poses that its robot knows of, its own as it is and the others' as they came
-    over the edges, so that laws of whole arrays run without being written anew: n laws for n robots.
+    A copy is given the states (poses, heights and joints) that its robot knows of, its own as it is and
+    the others' as they came over the edges, so that laws of whole arrays run without being written anew:
+    n laws for n robots.
     A ``neighbourLaw`` is of one robot already, and needs no copies.
     """
 
@@ -38,30 +39,48 @@ class Network:
     def commands(self, pose):
         """Return what each robot's law wants from what it knows, (n, a).
 
-        Robots tell each other where they are once in a command period, however often this is called.
-        The edges begin anew when time does not go on.
+        Robots send their states once in a command period, however often this is called.  The edges
+        begin anew when time does not go on.
         """
-        control = self._control
+        control, state = self._control, self._state(pose)
         if self._time is None or control.time <= self._time:
-            self._begin(pose)
+            self._begin(state)
         self._time = control.time
         sent = int(round((control.time - self._begun) / control.period)) + 1
-        self._channel.take(pose, sent - self._sent)
+        self._channel.take(state, sent - self._sent)
         self._sent = sent
-        views, graph = (
-            self._channel.views(pose, control.points),
-            self._channel.graph(control.topology),
-        )
-        rows = range(len(pose))
+        views = self._channel.views(state, self._points)
+        graph = self._channel.graph(control.topology)
         if not self.copies:
             return self._by_neighbours(pose, views, graph)
-        return np.array([self._of_copy(row, views[row], graph) for row in rows])
+        return np.array([self._of_copy(row, view, graph) for row, view in enumerate(views)])
 
-    def _begin(self, pose):
-        self._channel.begin(pose)
+    def _state(self, pose):
+        """Return the states (n, 4 + k) that robots send: pose, height and joints."""
+        control = self._control
+        heights = np.zeros(len(pose)) if control._heights is None else control._heights
+        joints = [control.joints] if control.team.has_joints else []
+        return np.column_stack([pose[:, :3], heights, *joints])
+
+    def _parts(self, state):
+        """Return poses (..., n, 3), those of points in space with heights (..., n, 4), and joints."""
+        control = self._control
+        pose = state[..., : control.dimension + 1]
+        if not control.team.has_joints:
+            return pose, control.joints
+        return pose, state[..., 4:].reshape(state.shape[:-1] + control.joints.shape[1:])
+
+    def _points(self, state):
+        """Return the controlled points with heights (..., n, 3) [m] of robots in ``state``."""
+        pose, joints = self._parts(state)
+        points = self._control.team.point(pose, joints, self._control.l)
+        return points if points.shape[-1] == 3 else np.concatenate([points, state[..., 3:4]], -1)
+
+    def _begin(self, state):
+        self._channel.begin(state)
         self._begun, self._sent = self._control.time, 0
         if not self._control.is_by_neighbours:
-            self.copies = [self._copy() for _ in pose]
+            self.copies = [self._copy() for _ in state]
 
     def _copy(self):
         """Return a copy of the control, without a network of its own."""
@@ -76,20 +95,23 @@ class Network:
     def _by_neighbours(self, pose, views, graph):
         control = self._control
         with _over(control, graph):
-            hand = control.points(views)
+            hand = self._points(views)[..., : control.dimension]
             u = np.array([control.seen_by(row, pose, hand[row]) for row in range(len(pose))])
         return control.commands_for(u, pose)
 
     def _of_copy(self, row, view, graph):
         each = self.copies[row]
         control = self._control
-        each._keep(time=control.time, joints=control.joints, _heights=control._heights)
-        if control.SENSORS:  # nobody has the sensors of others
+        pose, joints = self._parts(view)
+        is_raised = control._heights is not None or pose.shape[1] > 3
+        heights = view[:, 3].tolist() if is_raised else None
+        each._keep(time=control.time, joints=joints, _heights=heights)
+        if control.SENSORS:  # no robot has the sensors of others
             number = control.numbers[row]
             others = readings_by_number(control.numbers, control.SENSORS, {})
             each._keep(readings={**others, number: control.readings[number]})
         with _over(each, graph):
-            return each.wanted_commands(view)[row]
+            return each.wanted_commands(pose)[row]
 
 
 @contextlib.contextmanager

@@ -5,14 +5,16 @@ import numpy as np
 from mrs_simulator.core.graphs import Topology, arcs_of
 
 LOSSES, TURNS = 1, 2  # streams of random numbers, so that losses and turns do not hang together
-PLACE = (0, 1, 3)  # columns of x, y and z in poses
+PLACE = (0, 1, 3)  # columns of x, y and z in states
 MOST_GRAPHS = 256  # graphs kept, since the same often come again
 
 
 class Channel:
-    """Passes poses over edges as ``links`` say, from one command to the next.
+    """Passes the robots' states over edges as ``links`` say, from one command to the next.
 
-    Every ordered pair of robots is an edge here; which of them a law uses is its own affair.
+    A state is a row of numbers that begins with the pose ``(x, y, theta)``, a height z where there are
+    heights, and whatever else robots send.  Every ordered pair of robots is an edge here; which of them
+    a law uses is its own affair.
     """
 
     def __init__(self, links, n, period, seed):
@@ -25,35 +27,35 @@ class Channel:
         self._count = 0
         self._graphs, self._made_from = {}, None
 
-    def begin(self, pose):
-        """Begin with robots at ``pose`` (n, 3): there they stood before, and all know it."""
-        n = len(pose)
+    def begin(self, state):
+        """Begin with robots in ``state`` (n, s): as they were before, which all know."""
+        n = len(state)
         self._draw = np.random.default_rng([self._seed, LOSSES])
-        self._past = np.repeat(pose[np.newaxis], int(self._steps.max(initial=0)) + 1, axis=0)
-        self._heard = np.repeat(pose[np.newaxis], n, axis=0)
+        self._past = np.repeat(state[np.newaxis], int(self._steps.max(initial=0)) + 1, axis=0)
+        self._received = np.repeat(state[np.newaxis], n, axis=0)
         self._arrived = np.ones((n, n), dtype=bool)
-        self._listener = np.repeat(pose[:, np.newaxis], n, axis=1)
+        self._receiver = np.repeat(state[:, np.newaxis], n, axis=1)
         self._count = -1
 
-    def take(self, pose, periods=1):
-        """Take the poses (n, 3) after so many command periods: they are sent, and what is due arrives.
+    def take(self, state, periods=1):
+        """Send the states (n, s) after so many command periods, and deliver what is due.
 
-        In periods that were left out robots tell what they told before; of a long pause no more than
+        In periods that were left out robots send what they sent before; of a long pause no more than
         the longest delay is gone through.
         """
         for _ in range(min(periods, len(self._past)) - 1):
             self._pass_on(self._past[0])
         if periods > 0:
-            self._pass_on(pose)
+            self._pass_on(state)
         self._count += periods
 
-    def _pass_on(self, pose):
-        self._past = np.concatenate([pose[np.newaxis], self._past[:-1]])
+    def _pass_on(self, state):
+        self._past = np.concatenate([state[np.newaxis], self._past[:-1]])
         self._arrived = self._arrives()
         due = self._arrived[:, :, np.newaxis]
-        self._heard = np.where(due, self._past[self._steps, self._rows], self._heard)
+        self._received = np.where(due, self._past[self._steps, self._rows], self._received)
         own = self._past[self._steps, self._rows[:, np.newaxis]]
-        self._listener = np.where(due, own, self._listener)
+        self._receiver = np.where(due, own, self._receiver)
 
     def _arrives(self):
         if not self._loss.any():
@@ -66,24 +68,21 @@ class Channel:
         np.fill_diagonal(arrived, True)
         return arrived
 
-    def views(self, pose, points):
-        """Return the poses as each robot knows them, (n, n, 3 or 4): row i those that robot i goes by.
+    def views(self, state, points):
+        """Return the states as each robot knows them, (n, n, s): row i those that robot i goes by.
 
-        Its own is the true one.  Where edges carry differences, the controlled points, which
-        ``points`` gives for poses (..., n, 3), are as far from its own as when it saw them.
+        Its own is the true one.  Where edges carry differences, the controlled points (..., n, d), which
+        ``points`` gives for states (..., n, s), are as far from its own as when it saw them.
         """
-        views = self._heard.copy()
+        views = self._received.copy()
         if self._links.carries == "difference":
-            heard = points(self._heard)
-            # Column j of the listeners is one robot's own poses: rows and columns change places.
-            own = points(self._listener.swapaxes(0, 1)).swapaxes(0, 1)
-            # Heights of points in space are those of poses (n, 4); of tools the joints tell them.
-            places = [x for x in PLACE[: heard.shape[-1]] if x < pose.shape[1]]
-            across = slice(0, len(places))
-            ahead = heard[..., across] - self._heard[..., places]
-            away = (heard - own)[..., across]
-            views[..., places] = points(pose)[:, np.newaxis, across] + away - ahead
-        views[self._rows, self._rows] = pose
+            received = points(self._received)
+            # Column j of the receivers is one robot's own states: rows and columns change places.
+            own = points(self._receiver.swapaxes(0, 1)).swapaxes(0, 1)
+            places = PLACE[: received.shape[-1]]
+            ahead = received - self._received[..., places]
+            views[..., places] = points(state)[:, np.newaxis] + (received - own) - ahead
+        views[self._rows, self._rows] = state
         return views
 
     def graph(self, topology):

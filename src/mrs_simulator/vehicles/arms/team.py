@@ -100,13 +100,18 @@ class ArmedTeam(Team):
     # Points --------------------------------------------------------------------------------------
 
     def tools(self, pose, joints, l, pointing=None):
-        """Return the controlled points in space, (n, 3) [m]; those without an arm are on the ground."""
+        """Return the controlled points in space, (n, 3) [m], of bases at ``pose`` (n, 3) on the ground.
+
+        (n, 4) with heights of the bases, at which points of robots without an arm are.
+        """
         result = np.zeros((self.n, 3))
         result[:, :2] = self.bases.point(pose[..., :3], joints[:, 0], l, pointing)
         for group in self.arms:
             places, _ = group.tools(joints)
             result[group.rows] = _outwards(places, pose[group.rows, 2])
             result[group.rows, :2] += pose[group.rows, :2]
+        if pose.shape[1] > 3:
+            result[:, 2] += pose[:, 3]
         return result
 
     def point(self, pose, joints, l, pointing=None):

@@ -8,9 +8,10 @@ import importlib.machinery
 import sys
 import warnings
 
+LAWS = "control.laws"  # a package
 # Old name: new name, both within the package.
 MOVED = {
-    "control.laws": "protocols",
+    LAWS: "protocols",
     "control.laws.carrying": "protocols.carrying.law",
     "control.laws.common": "protocols.common",
     "control.laws.consensus": "protocols.consensus.law",
@@ -75,24 +76,30 @@ class OldNames:
 
     def find_spec(self, name, path=None, target=None):
         """Return the specification of an old name; None of any other, which is left to others."""
-        known = name.startswith(PACKAGE) and name[len(PACKAGE) :] in MOVED
-        return importlib.machinery.ModuleSpec(name, self) if known else None
+        if not name.startswith(PACKAGE) or name[len(PACKAGE) :] not in MOVED:
+            return None
+        return importlib.machinery.ModuleSpec(name, self, is_package=name == PACKAGE + LAWS)
 
     def create_module(self, spec):
         """Return the module that has moved, with a ``FutureWarning`` at the line that imports it."""
+        if spec.submodule_search_locations is not None:
+            return None  # a package of its own: its modules become attributes of it
         new = PACKAGE + MOVED[spec.name[len(PACKAGE) :]]
+        text = "{} is now {}; the old name will go with the next minor version"
+        warnings.warn(text.format(spec.name, new), FutureWarning, stacklevel=2)
         module = importlib.import_module(new)
-        if not hasattr(module, "__path__"):  # a package is imported on the way to its modules
-            text = "{} is now {}; the old name will go with the next minor version"
-            warnings.warn(text.format(spec.name, new), FutureWarning, stacklevel=2)
         self._spec = module.__spec__  # importlib puts the old name's in its place
         return module
 
     def exec_module(self, module):
         """Run nothing: the module was run under its new name."""
-        module.__spec__ = self._spec
+        if module.__name__ == PACKAGE + LAWS:
+            new = importlib.import_module(PACKAGE + MOVED[LAWS])
+            module.__getattr__ = lambda name: getattr(new, name)
+        else:
+            module.__spec__ = self._spec
 
 
 def install():
-    """Let old names be imported, after all other ways of finding a module."""
-    sys.meta_path.append(OldNames())
+    """Let old names be imported, before a package's new place finds another module of the same name."""
+    sys.meta_path.insert(0, OldNames())

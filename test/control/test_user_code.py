@@ -99,10 +99,9 @@ def is_gone(process):
 @pytest.fixture(autouse=True)
 def found(monkeypatch):
     """Have processes find this module."""
-    paths = os.environ.get("PYTHONPATH", "")
-    monkeypatch.setenv(
-        "PYTHONPATH", os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + ":" + paths
-    )
+    here = os.path.dirname(os.path.abspath(__file__))
+    paths = [here, os.path.dirname(here), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", ":".join(paths))
 
 
 def test_only_errors_leave_users_code():

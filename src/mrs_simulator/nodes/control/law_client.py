@@ -106,7 +106,7 @@ class Law:
         self._scenario, self._limit = scenario, limit
         self._apart, self._remaking = apart, threading.Lock()
         self._state, self._topology = None, None
-        self._targets = None
+        self.known_targets = None  # the last that the law returned
         self.remake()
 
     def remake(self):
@@ -185,8 +185,8 @@ class Law:
     def targets(self, pose, limit, meanwhile=None):
         """Return where the hand points are wanted, (n, 2) [m], or None; the last while it is busy."""
         if not self._worker.busy:
-            self._targets = self._call("targets", pose, limit=limit, meanwhile=meanwhile)
-        return self._targets
+            self.known_targets = self._call("targets", pose, limit=limit, meanwhile=meanwhile)
+        return self.known_targets
 
     def set_parameters(self, given):
         """Set the parameters ``given`` by name; ``ValueError`` says why not."""

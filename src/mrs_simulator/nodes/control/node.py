@@ -175,7 +175,7 @@ class ControlNode:
                 job = self._turn()
             if job is not None:
                 if job.begins:  # who records is to know of a start before its first command
-                    self._publish_status(with_targets=False)
+                    self._publish_status(asks_law=False)
                 self._ask(job)
             self._meanwhile()
 
@@ -448,7 +448,7 @@ class ControlNode:
         self.law.end()
         time.sleep(FLUSH)
 
-    def _publish_status(self, with_targets=True):
+    def _publish_status(self, asks_law=True):
         trouble = self.trouble or self._waited_for()
         if not self._status.is_due(self.running, trouble):
             return
@@ -471,7 +471,7 @@ class ControlNode:
             latency=self._latency,
             missed_periods=self._times.missed,
         )
-        targets = self._targets() if with_targets else None
+        targets = self._targets() if asks_law else self.law.known_targets
         self._status.publish(facts, self.outlet.command, topology.edges, targets)
 
     def _stale(self):

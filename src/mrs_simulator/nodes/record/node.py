@@ -78,13 +78,13 @@ class RunRecorder:
         self.samples, self._rates = 0, Rates()  # that were written
         self._diagnostics = Diagnostics(self._health)
         self._obeyed = ControllerRecord()
-        self._subscribers = [
+        self._status, self._controller_scenario = (
             rospy.Subscriber(name, kind, handler, tcp_nodelay=True)
             for name, kind, handler in (
                 ("pioneer_control/status", ControlStatus, self._on_status),
                 ("pioneer_control/scenario", ControlScenario, self._on_obeyed),
             )
-        ]
+        )
 
     def _on_obeyed(self, message):
         try:
@@ -168,7 +168,7 @@ class RunRecorder:
 
     def _is_driven_otherwise(self):
         """Return whether commands are another's, as a joystick's: a controller is there and not started."""
-        return self._stands and self._subscriber.get_num_connections() > 0
+        return self._stands and self._status.get_num_connections() > 0
 
     def _is_due(self):
         """Return whether the sample at ``elapsed`` is to be recorded, as each of real robots is."""

@@ -22,10 +22,10 @@ def test_an_old_name_gives_the_module_itself_and_a_warning(old, monkeypatch):
 
 
 def test_a_law_of_today_with_old_imports_runs(tmp_path, monkeypatch):
-    for name in ("mrs_simulator.protocols", "mrs_simulator.protocols.consensus.law"):
+    for name in ("mrs_simulator.control.laws", "mrs_simulator.control.laws.consensus"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     law = tmp_path / "mine.py"
-    law.write_text("from mrs_simulator.protocols.consensus.law import Consensus as Mine\n")
+    law.write_text("from mrs_simulator.control.laws.consensus import Consensus as Mine\n")
     with pytest.warns(FutureWarning, match="control.laws.consensus is now"):
         content = {}
         exec(compile(law.read_text(), str(law), "exec"), content)
@@ -34,4 +34,4 @@ def test_a_law_of_today_with_old_imports_runs(tmp_path, monkeypatch):
 
 def test_a_name_that_never_was_is_not_found():
     with pytest.raises(ModuleNotFoundError, match="control.laws.consensuses"):
-        importlib.import_module("mrs_simulator.protocols.consensuses")
+        importlib.import_module("mrs_simulator.control.laws.consensuses")

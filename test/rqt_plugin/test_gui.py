@@ -401,7 +401,7 @@ click("control")
 until(moved)
 click("stop")
 until(lambda: not gui.study.is_controlled())
-assert gui.map._targets is not None
+until(lambda: gui.map._targets is not None)
 stopped = gui.history.time[-1]
 click("control")
 begins_after(stopped)

@@ -17,7 +17,9 @@ def source(monkeypatch):
     monkeypatch.setattr(estimates_source, "PATIENCE", -1.0)
     zeros = np.zeros((1, 3))
     idle = Sample(1.0, zeros, zeros[:, :2], False, zeros[:, 0], zeros)
-    stage = SimpleNamespace(PACED=False, next=lambda _: idle, begin=lambda: None, meta=dict)
+    stage = SimpleNamespace(
+        PACED=False, next=lambda _: idle, begin=lambda: None, meta=dict, warnings=list
+    )
     return estimates_source.EstimatesSource(lambda: stage, 1)
 
 

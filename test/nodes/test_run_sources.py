@@ -6,12 +6,13 @@ import rospy
 
 from mrs_simulator.control.guards import JumpBounds, Tracks
 from mrs_simulator.core.spatial import upright
-from mrs_simulator.msg import StageStatus, TeamState
+from mrs_simulator.msg import Incident, StageStatus, TeamState
 from mrs_simulator.nodes.record import run_sources
 from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.team_in_space import team_of
 
 PERIOD = 0.02  # [s]
 TWIST = [[0.3, 0.1, 0.2], [0.0, 0.0, 0.0]]
@@ -19,9 +20,17 @@ TWIST = [[0.3, 0.1, 0.2], [0.0, 0.0, 0.0]]
 
 @pytest.fixture
 def source(monkeypatch):
+    return stage_source(monkeypatch, Team.from_scenario(paper()))
+
+
+def paper():
+    return load_scenario(scenario_path("paper.yaml")).with_robots(2)
+
+
+def stage_source(monkeypatch, team):
     monkeypatch.setattr(run_sources.rospy, "Subscriber", lambda *_, **__: None)
-    scenario = load_scenario(scenario_path("paper.yaml")).with_robots(2)
-    return run_sources.StageSource(Team.from_scenario(scenario))
+    monkeypatch.setattr(run_sources.rospy, "logerr_throttle", lambda *_: None)
+    return run_sources.StageSource(team)
 
 
 def state(stamp, x=(0.0, 2.0), stage=7, run=0):
@@ -60,6 +69,42 @@ def test_what_comes_after_a_break_is_no_part_of_the_run(source, what, said):
     broken = state(**{"stamp": 5.0 + 2.0 * PERIOD, **what})
     assert heard(source, broken, state(5.0 + 3.0 * PERIOD)) == [False, False]
     assert said in source.broken()
+
+
+@pytest.mark.parametrize(
+    "field, value, why",
+    [
+        ("theta", [0.0], "state: 2 robots, 1 theta; wanted as many of each"),
+        ("joint", [0.0] * 3, "state: 2 robots, 3 joint; wanted as many of each robot"),
+        ("joint", [0.0, np.nan], "state: the joint of robot2 is not finite"),
+        ("y", [np.inf, 0.0], "state: the pose of robot1 is not finite"),
+        ("z", [0.0, np.nan], "state: the height of robot2 is not finite"),
+        ("command_v", [0.0, np.nan], "state: the command of robot2 is not finite"),
+        ("command_arm", [0.1, 0.2], "state: axes linear.x, angular.z, arm.1 and 1 joints"),
+    ],
+)
+def test_a_malformed_state_is_refused_and_counted(source, field, value, why):
+    heard(source, state(1.0))
+    source.begin()
+    broken = state(1.0 + PERIOD)
+    setattr(broken, field, value)
+    assert heard(source, broken, state(1.0 + 2.0 * PERIOD)) == [False, True]
+    assert not source.broken()
+    assert source.warnings()[0].startswith("1 messages of the stage are left out: " + why)
+    assert source.silence().startswith("the stage fell silent, refused: " + why)
+
+
+def test_states_of_a_team_without_the_arms_of_the_run_are_refused(monkeypatch):
+    carrying = load_scenario(scenario_path("carrying.yaml"))
+    source = stage_source(monkeypatch, team_of(carrying))
+    assert heard(source, state(1.0, (0.0, 2.0, 4.0))) == [False]
+    assert "wanted linear.x, angular.z, arm.1" in source.silence()
+
+
+def test_an_unknown_incident_is_refused_and_counted(source):
+    source.begin()
+    source._on_incident(Incident(robot=1, what="evaporated"))
+    assert not source.incidents and "incidents: incident 'evaporated'" in source.warnings()[0]
 
 
 def test_a_run_whose_commands_simulated_time_outran_says_so(source):

@@ -141,3 +141,53 @@ def test_transforms_tell_heights():
     found.transform.translation.z = float("nan")
     inbox._take(0, found, 0.0)
     assert inbox.heights() == [1.5] and inbox.intake.refused == [1]
+
+
+JOINTS = np.array([[0.1, 0.2], [0.3, 0.4]])
+
+
+@pytest.fixture
+def team_inbox(monkeypatch):
+    monkeypatch.setattr(odometry_inbox.rospy, "Subscriber", mock.MagicMock())
+    monkeypatch.setattr(odometry_inbox.rospy, "is_shutdown", lambda: False)
+    monkeypatch.setattr(odometry_inbox.rospy, "get_time", Clock(10.0, 0.0))
+    inbox = odometry_inbox.TeamInbox([1, 2])
+    inbox._subscriber = type("Topic", (), {"resolved_name": "/stage/odometry"})
+    inbox.put(with_joints(10.0, JOINTS))
+    return inbox
+
+
+def with_joints(stamp, joints, numbers=(1, 2), poses=POSES):
+    stamp = rospy.Time.from_sec(stamp)
+    return team_odometry(numbers, np.array(poses), TWISTS, stamp, joints=np.array(joints))
+
+
+def test_joints_are_those_of_the_robots_by_their_numbers(team_inbox):
+    np.testing.assert_array_equal(team_inbox.joints, JOINTS)
+    team_inbox.put(with_joints(10.1, JOINTS[::-1], (2, 1)))
+    np.testing.assert_array_equal(team_inbox.joints, JOINTS)
+
+
+def test_joints_of_a_refused_message_are_not_taken(team_inbox):
+    team_inbox.put(with_joints(5.0, JOINTS + 1.0))
+    np.testing.assert_array_equal(team_inbox.joints, JOINTS)
+    counts, reasons = team_inbox.refused()
+    assert counts == [1, 1] and "before the simulated time" in reasons[1]
+
+
+@pytest.mark.parametrize("field", ["joint", "theta"])
+def test_a_robot_with_a_joint_or_heading_that_is_not_finite_is_refused(team_inbox, field):
+    message = with_joints(10.1, JOINTS + 1.0)
+    getattr(message, field)[-1] = np.nan
+    team_inbox.put(message)
+    np.testing.assert_array_equal(team_inbox.joints, [JOINTS[0] + 1.0, JOINTS[1]])
+    counts, reasons = team_inbox.refused()
+    assert counts == [0, 1] and "not finite" in reasons[2]
+
+
+def test_a_malformed_message_of_the_team_is_refused_and_counted(team_inbox):
+    message = with_joints(10.1, JOINTS)
+    message.joint = [0.0] * 3
+    team_inbox.put(message)
+    counts, reasons = team_inbox.refused()
+    assert counts == [1, 1] and "2 robots, 3 joint" in reasons[1]

@@ -107,4 +107,4 @@ class EstimatesSource:
         """Return what is missing, a list of texts."""
         text = "{} samples are left out: the control node told no estimates of their time"
         lost = [text.format(self._lost)] if self._lost else []
-        return lost + ([UNKNOWN] if self._truth_unknown else [])
+        return self._source.warnings() + lost + ([UNKNOWN] if self._truth_unknown else [])

@@ -93,10 +93,14 @@ class RunRecorder:
             rospy.logerr("record: pioneer_control/scenario: %s", error)
 
     def _on_status(self, message):
-        told = read_control_status(message)
-        self._stands = not told.running
-        self.controller.note(told.stamp, told.running, told.trouble)
-        found = [deadlock_in(warning) for warning in told.warnings]
+        try:
+            status = read_control_status(message)
+        except MessageError as error:
+            rospy.logerr_throttle(5.0, "record: pioneer_control/status: {}".format(error))
+            return
+        self._stands = not status.running
+        self.controller.note(status.stamp, status.running, status.trouble)
+        found = [deadlock_in(warning) for warning in status.warnings]
         self._deadlock = next(filter(None, found), ())
 
     def _health(self):
@@ -204,9 +208,7 @@ class RunRecorder:
         if self.control is not None:
             meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)
-        meta["warnings"] += self._file.warnings() + missing
-        if self.scenario.estimates is not None:
-            meta["warnings"] += self.source.warnings()
+        meta["warnings"] += self._file.warnings() + missing + self.source.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
         if not self.source.PACED:  # a stage's; nobody tells what moves among real robots

@@ -18,6 +18,7 @@ from mrs_simulator.record.missed_periods import MissedPeriods
 from mrs_simulator.ros.message_forms.messages import (
     Collision,
     Incident,
+    MessageError,
     StageStatus,
     TeamState,
     read_collision,
@@ -30,6 +31,8 @@ from mrs_simulator.scenario.team.load import Carried
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.verdict.possible import jump
+
+REPORT = 5.0  # [s] of wall time between two reports of what is refused
 
 
 class Sample(NamedTuple):
@@ -66,12 +69,12 @@ class StageSource:
 
     def __init__(self, team):
         """Listen to the stage of the robots of ``team``."""
-        self._axes, self._speeds = team.axes, team.speeds[:, 0]
-        self._has_arms = team.has_arms
+        self._team, self._speeds = team, team.speeds[:, 0]
         self._newest, self._part, self._broken = None, None, ""  # since the run began
         self.collisions, self.incidents, self._closest = [], [], math.inf
         self._counting = self._lockstep = False
         self._missed = MissedPeriods()
+        self._refused, self._refusal = 0, ""  # messages, and why the newest
         self._queue = queue.Queue()
         self._subscribers = [
             rospy.Subscriber("stage/state", TeamState, self._queue.put, tcp_nodelay=True),
@@ -83,35 +86,59 @@ class StageSource:
     def next(self, seconds):
         """Return the next ``Sample``; None after ``seconds`` of wall time without any."""
         try:
-            state = self._queue.get(timeout=seconds)
+            return self._sample(read_state(self._queue.get(timeout=seconds)))
         except queue.Empty:
             return None
-        state = read_state(state)
-        command = state.command
-        if state.axes != self._axes and not self._has_arms:
-            command = on_axes(command, state.axes, self._axes)
-        commanded = bool(state.commanded.any())
-        joints = state.all_joints if self._has_arms else state.joints
-        more = joints, state.twist, state.spatial, state.load
-        sample = Sample(state.stamp, state.pose, command, commanded, *more)
-        part = (*state.part, len(state.pose))
-        self._broken = self._broken or self._break(sample, part)
-        self._newest, self._part = sample, part
-        return None if self._broken else sample
+        except MessageError as error:
+            self._refuse("state", error)
+            return None
 
-    def _break(self, sample, part):
-        """Return why ``sample`` is no part of the run, or ""."""
+    def _sample(self, state):
+        """Return the ``Sample`` in ``state``, None where the run is broken; ``MessageError``."""
+        _refuse_infinite(state)
+        part = (*state.part, len(state.pose))
+        self._broken = self._broken or self._break(state, part)
+        self._newest, self._part = state, part
+        if self._broken:
+            return None
+        command = state.command
+        joints = state.all_joints if self._team.has_arms else state.joints
+        if self._team.has_arms or not set(state.axes) <= set(TWIST_AXES):
+            self._refuse_other_arms(state)
+        elif state.axes != self._team.axes:
+            command = on_axes(command, state.axes, self._team.axes)
+        commanded = bool(state.commanded.any())
+        more = joints, state.twist, state.spatial, state.load
+        return Sample(state.stamp, state.pose, command, commanded, *more)
+
+    def _refuse_other_arms(self, state):
+        """Raise ``MessageError`` unless ``state`` has the team's axes and joints."""
+        found = state.axes, state.all_joints.shape[1]
+        wanted = self._team.axes, max(1, self._team.record_columns.joints)
+        if found != wanted:
+            text = "axes {} and {} joints of each robot, wanted {} and {}"
+            names = [", ".join(axes) for axes, _ in (found, wanted)]
+            raise MessageError(text.format(names[0], found[1], names[1], wanted[1]))
+
+    def _refuse(self, what, error):
+        """Count a message that cannot be read, and report it."""
+        self._refused += self._counting
+        self._refusal = "{}: {}".format(what, error)
+        rospy.logerr_throttle(REPORT, "record: stage/{} refused: {}".format(what, error))
+
+    def _break(self, state, part):
+        """Return why ``state`` is no part of the run, or ""."""
         if not self._counting:
             return ""
         if part[0] != self._part[0]:
             return "the stage was started again"
         if part[1:] != self._part[1:]:
             return "the stage was reset, or given another team"
-        last, dt = self._newest, sample.stamp - self._newest.stamp
+        last, dt = self._newest, state.stamp - self._newest.stamp
         if dt < 0.0:
             return "simulated time went back"
-        speeds = self._speeds if len(self._speeds) == len(sample.pose) else math.inf
-        found = jump(last.pose, sample.pose, dt, speeds)
+        speeds = self._speeds if len(self._speeds) == len(state.pose) else math.inf
+        found = jump(last.pose, state.pose, dt, speeds)
         return (
             "robot{} jumped by {:.2f} m within {:.3f} s".format(found[0] + 1, found[1], dt)
             if found
@@ -127,8 +154,13 @@ class StageSource:
         return self._broken
 
     def silence(self):
-        """Return who it is that says nothing."""
-        return "the stage fell silent"
+        """Return what is silent, and why its newest message was refused."""
+        return "the stage fell silent" + (self._refusal and ", refused: " + self._refusal)
+
+    def warnings(self):
+        """Return what is missing, a list of texts."""
+        text = "{} messages of the stage are left out: {}"
+        return [text.format(self._refused, self._refusal)] if self._refused else []
 
     def meta(self):
         """Return what else is known of the run."""
@@ -141,8 +173,13 @@ class StageSource:
             self.collisions.append(read_collision(message))
 
     def _on_incident(self, message):
+        try:
+            incident = read_incident(message)
+        except MessageError as error:
+            self._refuse("incidents", error)
+            return
         if self._counting:
-            self.incidents.append(read_incident(message))
+            self.incidents.append(incident)
 
     def _on_status(self, message):
         stage = read_stage_status(message)
@@ -152,6 +189,21 @@ class StageSource:
             self._missed.note(
                 stage.stamp, stage.robots, stage.missed_periods, stage.command_periods
             )
+
+
+def _refuse_infinite(state):
+    """Raise ``MessageError`` where a number of ``state`` is not finite."""
+    columns = {"pose": state.pose, "twist": state.twist, "command": state.command}
+    columns["joint"] = state.all_joints
+    if state.spatial is not None:
+        columns["height"], columns["orientation"] = state.spatial.z, state.spatial.orientation
+        columns["twist"] = np.hstack([state.twist, state.spatial.twist])
+    for name, values in columns.items():
+        finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        bad = np.flatnonzero(~finite)
+        if len(bad):
+            text = "the {} of robot{} is not finite"
+            raise MessageError(text.format(name, state.robots[bad[0]]))
 
 
 class RobotsSource:
@@ -234,6 +286,10 @@ class RobotsSource:
     def silence(self):
         """Return who it is that says nothing."""
         return self.frame.missing(rospy.get_time())
+
+    def warnings(self):
+        """Return what is missing, a list of texts: gaps are in the run itself."""
+        return []
 
     def meta(self):
         """Return what else is known of the run: collisions are not."""

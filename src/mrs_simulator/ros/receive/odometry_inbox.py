@@ -322,35 +322,37 @@ class TeamInbox(Inbox):
         """``numbers``, ``bounds``, ``real``, ``timeout``: as of ``Inbox``."""
         super().__init__(numbers, bounds, real, timeout)
         self._rows = {number: row for row, number in enumerate(self._numbers)}
-        self.joints = None  # (n, k) [rad] of robots with arms, as they were told last
+        self.joints = None  # (n, k) [rad] of robots with arms, as last received
         self._age = Intake([False], timeout)  # one stamp holds for all
         self._subscriber = rospy.Subscriber(
             ODOMETRY, TeamOdometry, self.put, queue_size=1, tcp_nodelay=True
         )
 
     def put(self, message):
-        """Keep the poses of the team's robots; what cannot be is refused and so grows stale."""
+        """Keep the poses and joints of the team's robots; what is refused is counted, and grows stale."""
         try:
             numbers, poses, twists, spatial = read_odometry(message)
             joints = read_joints(message)
-        except MessageError:
+        except MessageError as error:
+            self._refuse_all(str(error))
             return
-        if joints is not None and len(joints) == len(self._numbers):
-            self.joints = joints
         rows = np.array([self._rows.get(number, -1) for number in numbers], dtype=int)
         ours = rows >= 0
         poses, twists, rows = poses[ours], twists[ours], rows[ours]
+        joints = np.zeros((len(rows), 0)) if joints is None else joints[ours]
         spatial = upright(poses[:, 2]) if spatial is None else spatial.of(ours)
         z = spatial.z
+        finite = np.isfinite(np.column_stack([poses, z, joints])).all(axis=1)
         places = np.column_stack([poses[:, :2], z])
-        good = np.isfinite(poses).all(axis=1) & (np.abs(places) < FARTHEST).all(axis=1)
+        good = finite & (np.abs(places) < FARTHEST).all(axis=1)
         stamp = message.header.stamp
         now = clock_at(stamp.to_sec(), self._timeout)
         with self._changed:
             self.senders.note(self._subscriber.resolved_name, message)
             for row in np.flatnonzero(~good).tolist():
                 x, y, height = places[row].tolist()
-                self.intake.believes_place(int(rows[row]), x, y, z=height)
+                if self.intake.believes_place(int(rows[row]), x, y, z=height):
+                    self.intake.refuse(int(rows[row]), "its heading or a joint is not finite")
             rows, poses, z = rows[good], poses[good], z[good]
             if not self._age.believes_stamp(0, stamp.to_sec(), now, time.monotonic()):
                 for row in rows.tolist():
@@ -368,7 +370,23 @@ class TeamInbox(Inbox):
             self._stamp[rows], self._received[rows] = stamp.to_nsec(), came
             self._true[rows] = stamp.to_nsec()
             self._tracks.take_all(rows, poses, (now, stamp.to_sec()), z)
+            self._keep_joints(rows, joints[good])
             self._note_arrival(rows.tolist())
+
+    def _refuse_all(self, why):
+        with self._changed:
+            for row in range(len(self._numbers)):
+                self.intake.refuse(row, why)
+
+    def _keep_joints(self, rows, joints):
+        """Keep the ``joints`` (m, k) of the robots ``rows``; NaN until those of a robot are known."""
+        if not joints.shape[1]:
+            return
+        shape = len(self._numbers), joints.shape[1]
+        known = self.joints is not None and self.joints.shape == shape
+        result = self.joints.copy() if known else np.full(shape, np.nan)
+        result[rows] = joints
+        self.joints = result  # not in place: a law may be reading those of before
 
     def names(self):
         """Return the name of the topic, once for each robot."""

@@ -21,7 +21,7 @@ CRAZYFLIE = {
 
 
 def crazyflie(**changes):
-    """Return the ``Numbers`` of a Crazyflie 2, some of them changed."""
+    """Return the ``QuadrotorParameters`` of a Crazyflie 2, some of them changed."""
     read = quadrotor.read(QuantitySection(dict(CRAZYFLIE), "flight"))
     return read._replace(mass=0.027, **changes)
 

@@ -18,7 +18,7 @@ FALL = 0.3  # [m/s] at which a robot comes down that has heard nothing
 HOVER = 1.0  # [s] for which it stays where it is before
 
 
-class Numbers(NamedTuple):
+class HovererParameters(NamedTuple):
     lean: float  # [rad s/m] of pitch for a speed ahead
     joints: tuple = ()
 
@@ -34,7 +34,7 @@ COLUMNS = ("lean",)
 
 
 def read(section):
-    return Numbers(section.quantity("lean", "", 0.1, low=0.0))
+    return HovererParameters(section.quantity("lean", "", 0.1, low=0.0))
 
 
 def unlimited(numbers):

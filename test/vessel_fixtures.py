@@ -48,5 +48,5 @@ WAMV = {
 
 
 def numbers_of(content):
-    """Return the ``Numbers`` in a section such as those above."""
+    """Return the ``VesselParameters`` in a section such as those above."""
     return vessel.read(QuantitySection(dict(content), "hull"))

@@ -20,7 +20,7 @@ from mrs_simulator.scenario.shipped import scenario_path
 from mrs_simulator.scenario.surroundings.moving_obstacles import CLOCK_START, Track
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 from mrs_simulator.vehicles import kind, shipped_kinds
-from mrs_simulator.vehicles.looks import description, looks
+from mrs_simulator.vehicles.visuals import description, visual_parts
 from mrs_simulator.world.world import World
 
 PARTS = 8  # of a robot: body, plate, wheels and caster of its model, heading, number, trajectory
@@ -196,7 +196,7 @@ def test_a_description_is_one_link_of_plain_solids():
     for name in shipped_kinds():
         robot = ElementTree.fromstring(description(kind(name)))
         assert [child.tag for child in robot] == ["link"] and len(robot[0]) == len(
-            looks(kind(name))
+            visual_parts(kind(name))
         )
         assert {visual[1][0].tag for visual in robot[0]} <= {"box", "cylinder", "sphere"}
     lowest = min(float(v[0].get("xyz").split()[2]) for v in robot[0])
@@ -205,6 +205,6 @@ def test_a_description_is_one_link_of_plain_solids():
 
 def test_a_kind_without_a_model_has_its_outline():
     plain = kind("robotino3")._replace(model="", shape=())
-    body, nose = looks(plain)
+    body, nose = visual_parts(plain)
     assert body.form == "cylinder" and body.place[2] == pytest.approx(0.5 * plain.body.height)
     assert "<cylinder" in description(plain) and nose.place[2] > body.place[2]

@@ -210,5 +210,5 @@ def test_real_cars_are_recorded_with_the_steering_to_which_commands_lead(monkeyp
         source._on_command(told, 1)
     (car, wheels), team = source.next(1.0).joints, source._team
     (group,) = team.jointed
-    wanted = group.asked(np.array([[1.0, 0.5]]), np.zeros(1))
+    wanted = group.inner_command(np.array([[1.0, 0.5]]), np.zeros(1))
     assert car == pytest.approx(float(group.joints_of(wanted)[0])) and car > 0.1 and wheels == 0.0

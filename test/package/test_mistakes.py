@@ -160,8 +160,8 @@ def test_degrees_for_radians_are_doubted(tmp_path, capsys):
     path.write_text("poses: [[0, 0, 0], [3, 0, 90]]\nduration: 0.1\n")
     scenario = load_scenario(str(path))
     said = "robot2: heading 90 rad is more than 2 turns; wanted radians, not degrees"
-    assert scenario.doubts() == [said]
-    assert load_scenario(scenario_path("paper.yaml")).doubts() == []
+    assert scenario.warnings() == [said]
+    assert load_scenario(scenario_path("paper.yaml")).warnings() == []
     with pytest.raises(SystemExit):
         experiment([str(path), "--out", str(tmp_path / "out")])
     told = capsys.readouterr()

@@ -15,7 +15,7 @@ from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.drawing import Polygons
 from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene, drawn, framed
-from mrs_simulator.scenario.team.load import Carried, Load
+from mrs_simulator.scenario.team.load import Load, LoadState
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.arms.models import MODELS
 from mrs_simulator.vehicles.arms.team import ArmedTeamInSpace
@@ -67,7 +67,7 @@ def faces(drawing):
 
 def test_arms_and_load_are_in_the_picture():
     load = Load(6.0, (0.3, 3.4, 0.1), ((0.0, 1.0, 0.0), (0.1, 0.0, 0.0), (0.0, -1.0, 0.0)))
-    carried = Carried(np.array([1.5, 0.5, 0.6]), np.array([0.0, 0.0, 0.0, 1.0]), np.zeros((3, 3)))
+    carried = LoadState(np.array([1.5, 0.5, 0.6]), np.array([0.0, 0.0, 0.0, 1.0]), np.zeros((3, 3)))
     bare = Scene((kind("husky"),) * 2, (1, 2), POSE, np.full((2, 3), 0.4))
     camera = framed(scene(load=(load, carried)), Camera(yaw=30.0, pitch=-30.0), 640, 400)
     count = [
@@ -82,7 +82,7 @@ def test_a_long_load_is_painted_in_tiles_that_make_up_the_whole():
     assert len(middles) == 7
     low = (middles[:, np.newaxis] + model.vertices).min(axis=(0, 1))
     np.testing.assert_allclose(low, [-0.15, -1.7, -0.05])
-    turned = Carried(np.ones(3), np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]), None)
+    turned = LoadState(np.ones(3), np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]), None)
     corners = load_corners(Load(1.0, (0.3, 3.4, 0.1), ()), turned)
     np.testing.assert_allclose(np.ptp(corners, axis=0), [3.4, 0.3, 0.1])
 
@@ -91,7 +91,7 @@ def test_what_is_above_the_ground_has_a_shadow():
     """A beam of 2 m by 0.2 m that is turned by a right angle, 1 m above the ground."""
     load = Load(1.0, (2.0, 0.2, 0.1), ((0.0, 0.0, 0.0),))
     turn = np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)])
-    carried = Carried(np.array([3.0, 1.0, 1.0]), turn, np.zeros((1, 3)))
+    carried = LoadState(np.array([3.0, 1.0, 1.0]), turn, np.zeros((1, 3)))
     outline = load_outline(load, carried)
     expected = [(2.9, 0.0), (2.9, 2.0), (3.1, 0.0), (3.1, 2.0)]
     np.testing.assert_allclose(sorted(np.round(outline, 9).tolist()), expected, atol=1e-9)

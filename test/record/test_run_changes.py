@@ -11,7 +11,7 @@ from mrs_simulator.record.run_changes import (
     ControllerRecord,
     changed_by,
     changes_text,
-    obeyed_of,
+    controller_settings,
     to_plain,
 )
 from mrs_simulator.ros.message_forms.messages import (
@@ -44,7 +44,7 @@ def test_what_was_in_force_at_the_begin_and_what_changed_until_the_end():
     record, scenario = ControllerRecord(), shipped("consensus", {"gain": 0.5})
     assert record.during(0.0, 1.0) == (None, [])
     for stamp, gain in [(1.0, 0.1), (2.0, 0.2), (5.5, 0.3), (7.0, 0.4), (9.0, 0.5)]:
-        record.note(stamp, obeyed_of(with_gain(scenario, gain)))
+        record.note(stamp, controller_settings(with_gain(scenario, gain)))
     first, changes = record.during(4.0, 8.0)
     assert first["control"]["parameters"]["gain"] == 0.2
     assert [(c.time, c.key) for c in changes] == [(1.5, "control"), (3.0, "control")]
@@ -55,14 +55,14 @@ def test_what_was_in_force_at_the_begin_and_what_changed_until_the_end():
 def test_another_run_begins_with_what_is_in_force_though_time_goes_back():
     record, scenario = ControllerRecord(), shipped("consensus")
     for stamp, gain in [(1.0, 0.1), (50.0, 0.2)]:
-        record.note(stamp, obeyed_of(with_gain(scenario, gain)))
+        record.note(stamp, controller_settings(with_gain(scenario, gain)))
     record.begin_run()
     first, changes = record.during(2.0, 60.0)
     assert (first["control"]["parameters"]["gain"], changes) == (0.2, [])
 
 
 def test_the_message_carries_it_and_refuses_anything_else():
-    obeyed = obeyed_of(shipped("formation_lossy"))
+    obeyed = controller_settings(shipped("formation_lossy"))
     assert {"control", "topology", "links"} <= set(obeyed)
     message = control_scenario(obeyed)
     message.header.stamp.secs = 3
@@ -79,7 +79,9 @@ def test_the_message_carries_it_and_refuses_anything_else():
 def test_a_scenario_takes_what_stage_and_controller_have_otherwise():
     edited = shipped("paper_four", title="Four robots")
     stage = portable(shipped("paper_four", fidelity="dynamic").with_robots(6))[0]
-    ran, unknown = what_ran(edited, stage, obeyed_of(with_gain(shipped("consensus"), 0.7)))
+    ran, unknown = what_ran(
+        edited, stage, controller_settings(with_gain(shipped("consensus"), 0.7))
+    )
     assert (ran.n, ran.fidelity, ran.control.protocol, unknown) == (6, "dynamic", "consensus", "")
     assert ran.control.parameters["gain"] == 0.7
     assert ran.title == "6 robots, consensus"
@@ -88,13 +90,13 @@ def test_a_scenario_takes_what_stage_and_controller_have_otherwise():
 
 def test_a_scenario_that_ran_as_it_stands_stays_as_it_is():
     edited = shipped("formation_mixed", title="Mine")
-    assert what_ran(edited, portable(edited)[0], obeyed_of(edited)) == (edited, "")
+    assert what_ran(edited, portable(edited)[0], controller_settings(edited)) == (edited, "")
 
 
 def test_a_law_that_a_topic_names_is_named_and_runs_no_code(tmp_path):
     (tmp_path / "law.py").write_text("raise SystemExit('code was run')")
     law = "{}:Law".format(tmp_path / "law.py")
-    obeyed = obeyed_of(shipped("consensus"))
+    obeyed = controller_settings(shipped("consensus"))
     obeyed["control"] = dict(obeyed["control"], protocol=law)
     ran, unknown = what_ran(shipped("consensus", duration=1.0), obeyed=obeyed)
     assert (ran.control.protocol, unknown) == (law, law)
@@ -119,7 +121,7 @@ def changed_run(scenario, changed, out, at=4.0, key="control"):
         for name in ("pose", "hand", "command", "twist")
         if getattr(first, name) is not None
     }
-    changes = [Change(at, key, obeyed_of(changed)[key])]
+    changes = [Change(at, key, controller_settings(changed)[key])]
     meta = dict(rest.meta, changes=changes)
     return first._replace(time=time, scenario=scenario, meta=meta, **joined), make_control(scenario)
 
@@ -166,7 +168,7 @@ def test_changes_are_read_back_and_checked(tmp_path):
     scenario = points("consensus", duration=1.0)
     perform(scenario, str(tmp_path))
     path = str(tmp_path / "run.csv")
-    changes = [Change(0.5, "control", obeyed_of(with_gain(scenario, 0.9))["control"])]
+    changes = [Change(0.5, "control", controller_settings(with_gain(scenario, 0.9))["control"])]
     write_facts(path, meta={"changes": to_plain(changes)})
     assert read_run_csv(path, scenario).meta["changes"] == changes
     assert "gain" in changes_text(scenario, changes)

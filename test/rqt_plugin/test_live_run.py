@@ -11,7 +11,7 @@ from gui_fixtures import quiet_study
 from protocol_fixtures import shipped
 from python_qt_binding.QtWidgets import QApplication
 
-from mrs_simulator.record.run_changes import obeyed_of
+from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.rqt_plugin.run.history import Snapshot
 from mrs_simulator.study.run.law_answers import Prediction
 
@@ -54,8 +54,8 @@ def test_the_error_beside_the_curves_is_of_the_run_and_of_no_later_edit(study, m
     study.protocol.parameters_changed.emit({"gain": 0.6})
     tick(study, [2.0])
     assert study.scenario.control.parameters["gain"] == 0.6 and gains == [0.2]
-    first = dict(obeyed_of(study.history.scenario))
-    tick(study, [3.0], [(0.0, first), (2.5, obeyed_of(study.scenario))])
+    first = dict(controller_settings(study.history.scenario))
+    tick(study, [3.0], [(0.0, first), (2.5, controller_settings(study.scenario))])
     assert gains == [0.2, 0.6]
     study.history.clear()  # another run: what is edited is what comes
     tick(study, [])
@@ -65,8 +65,10 @@ def test_the_error_beside_the_curves_is_of_the_run_and_of_no_later_edit(study, m
 def test_theory_beside_the_curves_ends_where_the_run_was_changed(study, monkeypatch):
     drawn, edited = mock.Mock(), study.study.edited
     monkeypatch.setattr(study.curves, "set_prediction", drawn)
-    changed = dict(obeyed_of(study.scenario), control={"protocol": "consensus", "rate": 50.0})
-    tick(study, [0.0, 1.0, 2.0], [(0.0, obeyed_of(study.scenario)), (1.5, changed)])
+    changed = dict(
+        controller_settings(study.scenario), control={"protocol": "consensus", "rate": 50.0}
+    )
+    tick(study, [0.0, 1.0, 2.0], [(0.0, controller_settings(study.scenario)), (1.5, changed)])
     of_edits, of_run = (
         (Prediction(np.arange(4.0), np.full(4, value), "soon"), None) for value in (5.0, 7.0)
     )

@@ -14,7 +14,7 @@ from mrs_simulator.nodes.stage.world_topics import stamp_at
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import Interruptions, failure
 from mrs_simulator.record.recording import Collision, read_run_csv
-from mrs_simulator.record.run_changes import obeyed_of
+from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.ros.message_forms.messages import team_state
 from mrs_simulator.rqt_plugin.ros_side import inbox
 from mrs_simulator.rqt_plugin.run import history as history_module
@@ -561,7 +561,7 @@ def test_gains_set_on_the_way_stand_in_a_saved_run_with_their_times_and_later_on
 
     def obeyed(stamp, gain):
         assert run.edited.set_parameters({"gain": gain}) == ""
-        history.obeyed.note(stamp, obeyed_of(run.scenario))
+        history.obeyed.note(stamp, controller_settings(run.scenario))
 
     obeyed(-1.0, 0.3)
     obeyed(5.0, 0.4)

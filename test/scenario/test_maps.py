@@ -13,7 +13,7 @@ from mrs_simulator.scenario.surroundings.maps import obstacles_of, rectangles, w
 from mrs_simulator.scenario.surroundings.obstacles import Box
 from mrs_simulator.sensors.suite import Suite
 from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.portable import portable, told_team
+from mrs_simulator.vehicles.portable import portable, team_from_message
 from mrs_simulator.world.contact.bodies import Bodies
 from mrs_simulator.world.world import EVERY, World, WorldError
 
@@ -165,9 +165,9 @@ def test_a_scenario_with_a_map_is_read_beside_its_file_and_told_without(room):
     assert obstacles_of(again) == obstacles_of(found)
     told, _, _ = portable(found)
     assert told.map is None and told.obstacles == obstacles_of(found)
-    assert told_team(told).n == 1
+    assert team_from_message(told).n == 1
     with pytest.raises(ScenarioError, match="a file, wanted a kind's data: no file is opened"):
-        told_team(found)
+        team_from_message(found)
 
 
 @pytest.mark.parametrize(

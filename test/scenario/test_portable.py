@@ -6,7 +6,7 @@ import pytest
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict, scenario_from_yaml
 from mrs_simulator.vehicles import Team, kind, shipped_kinds
-from mrs_simulator.vehicles.portable import model_shape, portable, told_team
+from mrs_simulator.vehicles.portable import model_shape, portable, team_from_message
 from mrs_simulator.vehicles.registry import file_named
 from mrs_simulator.vehicles.shape import Part, outline_parts, read_shape
 from mrs_simulator.world.rendering.view import View
@@ -65,7 +65,7 @@ def test_what_is_told_names_no_file_and_is_the_same_team(own, tmp_path):
     assert stands_for == {"cart": scenario.kinds[0], "box": scenario.kinds[1], "heavy": "heavy"}
     heard = scenario_from_yaml(text)
     assert file_named(scenario) and not file_named(heard)
-    here, there = Team.from_scenario(scenario), told_team(heard)
+    here, there = Team.from_scenario(scenario), team_from_message(heard)
     for mine, theirs in zip(here.kinds, there.kinds):
         differs = {"model", "shape", "sources", "notes"}
         same = [key for key in mine._fields if key not in differs]
@@ -109,7 +109,7 @@ def test_a_model_that_cannot_be_told_is_said(own, tmp_path):
     (tmp_path / "cart.urdf").write_text("<robot><link/></robot>")
     told, _, notes = portable(load_scenario(own))
     assert len(notes) == 1 and notes[0].startswith("cart: displays draw its outline: ")
-    assert not told_team(told).kinds[0].shape
+    assert not team_from_message(told).kinds[0].shape
 
 
 @pytest.mark.parametrize(
@@ -134,12 +134,12 @@ def test_a_shape_that_cannot_be_is_refused_by_name(shape, said):
 def test_a_team_that_came_over_a_topic_opens_no_file(own):
     scenario = load_scenario(own)
     with pytest.raises(ScenarioError, match="a file, wanted a kind's data"):
-        told_team(scenario)
+        team_from_message(scenario)
 
 
 def test_the_3d_view_draws_what_it_is_told(own):
     told, _, _ = portable(load_scenario(own))
-    kinds = told_team(scenario_from_yaml(told.to_yaml())).kinds[:2]
+    kinds = team_from_message(scenario_from_yaml(told.to_yaml())).kinds[:2]
     view = View(kinds, [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     view.look_at((1.0, 0.0), 4.0)
     picture = view.picture(160, 120).astype(int)

@@ -9,7 +9,7 @@ from mrs_simulator.record.recording import Run, RunError, read_run_csv
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.shipped import scenario_path
-from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, Mismatch, Obedience
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch, Mismatch
 from mrs_simulator.study.results.compare import compared, fit
 from mrs_simulator.study.results.report import main as report
 from mrs_simulator.study.run.experiment import run_experiment
@@ -95,8 +95,8 @@ def test_report_compares_two_runs(tmp_path, capsys):
 
 def test_commands_are_obeyed_late_and_by_their_factors():
     mismatch = Mismatch((0.0, 0.04), (1.0, 0.5), (1.0, 2.0))
-    obedience = Obedience(mismatch, ("linear.x", "angular.z"), 2, 0.02)
-    came = [obedience.obeyed(np.full((2, 2), float(k))).tolist() for k in range(1, 5)]
+    obedience = CommandMismatch(mismatch, ("linear.x", "angular.z"), 2, 0.02)
+    came = [obedience.applied(np.full((2, 2), float(k))).tolist() for k in range(1, 5)]
     assert [rows[0] for rows in came] == [[k, k] for k in (1.0, 2.0, 3.0, 4.0)]
     assert [rows[1] for rows in came] == [[0.0, 0.0], [0.0, 0.0], [0.5, 0.25], [1.0, 0.5]]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrs_simulator.core.kept_rates import rate_note, steps_between
+from mrs_simulator.core.step_rates import rate_note, steps_between
 from mrs_simulator.nodes.record import node
 from mrs_simulator.record.recording import Run
 from mrs_simulator.scenario.scenario import scenario_from_dict
@@ -30,11 +30,11 @@ def given(**more):
 
 
 def test_a_scenario_names_the_rate_that_it_cannot_keep():
-    assert given().doubts() == []
-    assert given(record_rate=15.0).doubts() == [
+    assert given().warnings() == []
+    assert given(record_rate=15.0).warnings() == [
         "record_rate at 16.667 Hz, every 3 steps of 0.02 s; wanted 15 Hz"
     ]
-    turned = given(poses=[[0.0, 0.0, 90.0]], record_rate=15.0).doubts()
+    turned = given(poses=[[0.0, 0.0, 90.0]], record_rate=15.0).warnings()
     assert len(turned) == 2 and "wanted radians" in turned[0]
     assert "record_rate at 16.667 Hz" in Experiment(given(record_rate=15.0)).warnings[0]
 

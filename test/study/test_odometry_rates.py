@@ -12,7 +12,7 @@ from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run.experiment import Experiment, run_experiment
 from mrs_simulator.vehicles import Team
-from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
+from mrs_simulator.vehicles.odometry_rates import OdometrySchedule, odometry_notes, odometry_steps
 from mrs_simulator.world.world import EVERY, World
 
 KINDS = ("pioneer3dx", "husky", "pioneer3dx")  # 10 Hz, 50 Hz, 10 Hz
@@ -40,10 +40,10 @@ def test_rates_are_whole_numbers_of_steps_and_others_are_said():
 
 
 def test_who_is_due():
-    schedule = Schedule([5, 1, 5])
+    schedule = OdometrySchedule([5, 1, 5])
     assert schedule.shortest == 1
     assert [schedule.due(k).tolist() for k in (0, 1, 5)] == [[0, 1, 2], [1], [0, 1, 2]]
-    assert [Schedule([3, 3]).due(k).tolist() for k in (0, 1, 3)] == [[0, 1], [], [0, 1]]
+    assert [OdometrySchedule([3, 3]).due(k).tolist() for k in (0, 1, 3)] == [[0, 1], [], [0, 1]]
 
 
 def test_between_two_odometries_a_robot_is_where_it_was():

@@ -9,7 +9,7 @@ from mrs_simulator.vehicles.drives import car
 from mrs_simulator.vehicles.limits import AxisLimits
 
 L, MOST, RATE = 0.3302, 0.4189, 3.2  # F1TENTH
-CAR = car.Numbers(wheelbase=L, steering_max=MOST, steering_rate=RATE, backward=5.0)
+CAR = car.CarParameters(wheelbase=L, steering_max=MOST, steering_rate=RATE, backward=5.0)
 SMALL = 1e-12
 
 
@@ -36,7 +36,7 @@ def move(pose, speed, steering, command, step, **given):
 
 def limited(command, steering):
     """Return ``command`` as the control's saturation lets it pass."""
-    inner = car.asked(command, steering, CAR)
+    inner = car.inner_command(command, steering, CAR)
     ahead = np.abs(command / limits().top).max(axis=1)
     factor = np.maximum(car.excess(inner, steering, CAR, 0.02), ahead)
     return car.slowed(inner, np.maximum(factor, 1.0), steering, CAR)
@@ -184,7 +184,7 @@ def test_the_excess_is_of_speed_or_of_steering_rate():
         np.array([30.0, -10.0, 1.0]), np.array([0.1, 0.1, 0.1 + 3.2 * 0.02 * 4.0]), CAR
     )
     steering = np.full(3, 0.1)
-    inner = car.asked(commands, steering, CAR)
+    inner = car.inner_command(commands, steering, CAR)
     excess = car.excess(inner, steering, CAR, 0.02)
     np.testing.assert_allclose(excess, [0.0, 2.0, 4.0], atol=SMALL)
     none = car.excess(inner, steering, car.unlimited(CAR), 0.02)
@@ -247,5 +247,5 @@ def test_odometry_follows_distance_and_turn():
         wanted = car.twist_of(one(1.0 + np.sin(0.1 * step)), one(0.3 * np.cos(0.07 * step)), CAR)
         speed, steering, mean, pose = move(pose, speed, steering, wanted, 0.02)
         rolled = 0.02 * car.rim_speeds(mean, steering, CAR)
-        estimate = car.reckoned(estimate, rolled, steering, CAR)
+        estimate = car.odometry_pose(estimate, rolled, steering, CAR)
     np.testing.assert_allclose(estimate, pose, atol=SMALL)

@@ -18,7 +18,7 @@ def row(*values):
 
 def numbers(rolling, rim_max=np.inf):
     rolling = np.concatenate([rolling, np.zeros((4 - len(rolling), 3))])
-    return omni.Numbers(rolling, np.linalg.pinv(rolling), rim_max)
+    return omni.OmnidirectionalParameters(rolling, np.linalg.pinv(rolling), rim_max)
 
 
 THREE = numbers(omni.omni_wheels(ANGLES, 0.175))  # Robotino 3
@@ -60,7 +60,7 @@ def test_four_mecanum_wheels_turn_as_worked_out_by_hand(twist, wheels):
 
 
 def test_the_body_twist_is_recovered_from_the_wheels_of_a_mixed_group():
-    both = omni.Numbers(
+    both = omni.OmnidirectionalParameters(
         *(np.array([getattr(n, key) for n in (THREE, FOUR)]) for key in omni.COLUMNS)
     )
     twists = np.array([[0.3, -0.2, 0.7], [-0.1, 0.4, -0.9]])
@@ -157,7 +157,7 @@ def test_encoders_give_the_pose_back():
     for _ in range(100):
         twist = draw.normal(size=(1, 3))
         pose = displaced(pose, twist, 0.05)
-        estimate = omni.reckoned(estimate, 0.05 * rims(twist, FOUR), None, FOUR)
+        estimate = omni.odometry_pose(estimate, 0.05 * rims(twist, FOUR), None, FOUR)
     np.testing.assert_allclose(estimate, pose, atol=SMALL)
 
 

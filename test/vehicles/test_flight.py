@@ -259,7 +259,7 @@ def test_each_of_a_hundred_flies_as_if_it_were_alone():
 def test_robots_of_two_kinds_fly_side_by_side():
     heavy = crazyflie(effect=tuple(2.0 * v for v in ONE.effect), inertia=(2.8e-5, 2.8e-5, 4.34e-5))
     heavy = heavy._replace(mass=0.054)
-    both = quadrotor.Numbers(*(np.array(pair) for pair in zip(ONE, heavy)))
+    both = quadrotor.QuadrotorParameters(*(np.array(pair) for pair in zip(ONE, heavy)))
     wanted = np.array([[1.0, 0.5, 0.2], [1.0, 0.5, 0.2]])
     seen = flown(hovering(2, both), wanted, 1.0, both)
     for robot, numbers in enumerate((ONE, heavy)):

@@ -42,6 +42,7 @@ def names_of(drive):
         for name, value in vars(module).items()
         if not name.startswith("_")
         and getattr(value, "__module__", module.__name__) == module.__name__
+        and not name.endswith("Parameters")
     } - {"np", "NamedTuple", "Tuple"}
 
 

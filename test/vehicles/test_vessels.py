@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vessel_fixtures import HERON, OTTER, WAMV, numbers_of
 
-from mrs_simulator.vehicles.drives import hydrodynamics, sailing, thrusters, vessel
+from mrs_simulator.vehicles.drives import hydrodynamics, thrusters, vessel, vessel_dynamics
 
 BOATS = {"heron": numbers_of(HERON), "otter": numbers_of(OTTER), "wamv": numbers_of(WAMV)}
 EVERY = sorted(BOATS)
@@ -24,7 +24,7 @@ def pushed(force, numbers, duration, velocity=(0.0, 0.0, 0.0), step=0.02):
 
 def both(*numbers):
     """Return the numbers of a group of several kinds."""
-    return vessel.Numbers(*(np.array(values) for values in zip(*numbers)))
+    return vessel.VesselParameters(*(np.array(values) for values in zip(*numbers)))
 
 
 @pytest.mark.parametrize(
@@ -182,9 +182,11 @@ def test_a_propellers_shaft_lags():
 
 
 def driven(name, wanted, duration, step=0.02, current=(0.0, 0.0)):
-    afloat, pose = sailing.begin(1), np.zeros((1, 3))
+    afloat, pose = vessel_dynamics.begin(1), np.zeros((1, 3))
     for _ in range(int(round(duration / step))):
-        afloat, mean = sailing.sailed(afloat, np.zeros((1, 3)), BOATS[name], step, row(*wanted))
+        afloat, mean = vessel_dynamics.advanced(
+            afloat, np.zeros((1, 3)), BOATS[name], step, row(*wanted)
+        )
         pose = hydrodynamics.drifted(pose, mean, np.array(current), step)
     return afloat, pose
 
@@ -194,7 +196,7 @@ def driven(name, wanted, duration, step=0.02, current=(0.0, 0.0)):
     [("heron", 0.8503, 0.4545), ("otter", 0.5244, 0.3341), ("wamv", 0.8396, 0.5023)],
 )
 def test_speeds_are_held_by_their_controllers(name, surge, yaw):
-    times = sailing.responses(BOATS[name]).ravel()
+    times = vessel_dynamics.responses(BOATS[name]).ravel()
     np.testing.assert_allclose(times, [surge, yaw], atol=1e-3)
     for wanted in ((1.0, 0.0), (0.8, 0.2), (0.3, -0.3)):
         held = driven(name, wanted, 20.0)[0].velocity[0]
@@ -211,16 +213,18 @@ def test_the_integral_waits_while_thrusters_give_all_they_can():
     afloat, _ = driven("otter", (9.0, 0.0), 30.0)
     assert abs(afloat.integral[0, 0]) < 1.0
     for _ in range(500):
-        afloat, _ = sailing.sailed(afloat, np.zeros((1, 3)), BOATS["otter"], 0.02, row(1.0, 0.0))
+        afloat, _ = vessel_dynamics.advanced(
+            afloat, np.zeros((1, 3)), BOATS["otter"], 0.02, row(1.0, 0.0)
+        )
     # It slowed down from 3.09 m/s, with more than wanted for a while.
     assert afloat.velocity[0, 0] == pytest.approx(1.0, abs=0.06)
 
 
 def test_what_a_boat_of_one_kind_does_another_beside_it_does_not_change():
     numbers = both(*(BOATS[name] for name in EVERY))
-    afloat, wanted = sailing.begin(3), np.tile(row(0.8, 0.2), (3, 1))
+    afloat, wanted = vessel_dynamics.begin(3), np.tile(row(0.8, 0.2), (3, 1))
     for _ in range(100):
-        afloat, _ = sailing.sailed(afloat, np.zeros((3, 3)), numbers, 0.02, wanted)
+        afloat, _ = vessel_dynamics.advanced(afloat, np.zeros((3, 3)), numbers, 0.02, wanted)
     for robot, name in enumerate(EVERY):
         alone, _ = driven(name, (0.8, 0.2), 2.0)
         for part, own in zip(afloat, alone):

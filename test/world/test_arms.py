@@ -11,8 +11,8 @@ from mrs_simulator.study.run.simulating import open_run, simulate
 from mrs_simulator.vehicles import Team, kind
 from mrs_simulator.vehicles.arms import team as team_of_arms
 from mrs_simulator.vehicles.arms.chain import frames, jacobian, read_chain
+from mrs_simulator.vehicles.arms.inverse_kinematics import EASY, tool_inputs
 from mrs_simulator.vehicles.arms.models import MODELS, chain_of, data_file
-from mrs_simulator.vehicles.arms.reaching import EASY, reaching
 from mrs_simulator.vehicles.arms.team import ArmedTeam, ArmedTeamInSpace
 from mrs_simulator.world.world import World, WorldError
 
@@ -160,15 +160,15 @@ def test_reaching_is_damped_where_the_tool_cannot_go():
     jacobian[1, 2, 3] = 1.0
     scale = np.array([[1.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
     wanted, free = np.tile([0.3, -0.2, 0.4], (2, 1)), np.full((2, 4), np.inf)
-    found = reaching(jacobian, wanted, np.zeros((2, 4)), scale, -free, free)
+    found = tool_inputs(jacobian, wanted, np.zeros((2, 4)), scale, -free, free)
     assert np.isfinite(found).all() and found[0, 3] == 0.0
     np.testing.assert_allclose(found[1], [0.3, -0.2, 0.0, 0.4], atol=1e-12)
     assert 0.9 * 0.3 < found[0, 0] <= 0.3  # as far as it can, and a little damped
     barely = np.array([[1.0, 1.0, 1.0, EASY]])
-    found = reaching(jacobian[1:], wanted[1:], np.zeros((1, 4)), barely, -free[1:], free[1:])
+    found = tool_inputs(jacobian[1:], wanted[1:], np.zeros((1, 4)), barely, -free[1:], free[1:])
     np.testing.assert_allclose(found[0, 3], 0.4, atol=1e-9)
     hardly = np.array([[1.0, 1.0, 1.0, 0.02 * EASY]])
-    found = reaching(jacobian[1:], wanted[1:], np.zeros((1, 4)), hardly, -free[1:], free[1:])
+    found = tool_inputs(jacobian[1:], wanted[1:], np.zeros((1, 4)), hardly, -free[1:], free[1:])
     assert 0.0 < found[0, 3] < 0.01  # instead of 400 times what it can do
 
 
@@ -177,7 +177,7 @@ def test_others_make_up_for_an_input_at_its_bound():
     jacobian[0] = np.column_stack([np.eye(3), [1.0, 0.0, 0.0]])
     high, low = np.array([[0.05, 9.0, 9.0, 9.0]]), np.full((1, 4), -9.0)
     wanted = np.array([[0.4, 0.1, 0.0]])
-    found = reaching(jacobian, wanted, np.zeros((1, 4)), np.ones((1, 4)), low, high)
+    found = tool_inputs(jacobian, wanted, np.zeros((1, 4)), np.ones((1, 4)), low, high)
     np.testing.assert_allclose(found, [[0.05, 0.1, 0.0, 0.35]], atol=1e-12)
 
 
@@ -223,7 +223,8 @@ def test_what_moves_the_tools_is_what_verdicts_state_apart(made):
 
 
 @pytest.mark.parametrize(
-    "name, value", [("HOMEWARDS", 0.45), ("reaching", lambda *given: 1.001 * reaching(*given))]
+    "name, value",
+    [("HOMEWARDS", 0.45), ("tool_inputs", lambda *given: 1.001 * tool_inputs(*given))],
 )
 def test_a_mistake_in_the_mapping_of_arms_fails_the_verdict(monkeypatch, name, value):
     monkeypatch.setattr(team_of_arms, name, value)

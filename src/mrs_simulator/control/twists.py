@@ -41,7 +41,7 @@ def commands_of(twists, numbers, team):
         with contextlib.suppress(AttributeError, TypeError, ValueError):
             return np.array(_rows(map(told, twists), len(twists)), order="F")
     table = _table(twists, numbers)
-    refused = np.logical_and(table, team.unobeyed)
+    refused = np.logical_and(table, team.ignored_axes)
     if refused.any():
         _refuse_components(refused, table, numbers, team)
     result = np.array(table[:, team.components], order="F")

@@ -166,7 +166,7 @@ def numbers(view, robots, names):
 def things(view, robots, obstacles, arms=(), load=None):
     """Return the faces of robots and obstacles that look at the eye, the farthest thing's first.
 
-    ``arms``: ``pictures.arms.Placed``s of the robots; ``load``: a ``Load`` and its ``Carried``, or None.
+    ``arms``: ``pictures.arms.Placed``s of the robots; ``load``: a ``Load`` and its ``LoadState``, or None.
     """
     large = robots.inside & (robots.size >= COARSE)
     small = robots.inside & (robots.size >= LEAST_SEEN) & ~large

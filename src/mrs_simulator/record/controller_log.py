@@ -22,20 +22,22 @@ class Interruptions:
     """The times at which a controller was stopped or in trouble, by its own words."""
 
     def __init__(self):
-        self._told = []  # [(stamp [s], trouble, "" while it gives commands)]
+        self._reported = []  # [(stamp [s], trouble, "" while it gives commands)]
 
     def note(self, stamp, running, trouble):
         """Take in what the controller says at ``stamp`` [s]; a time that went back begins anew."""
         said = stamp, trouble or ("" if running else "stopped")
-        if self._told and stamp < self._told[-1][0]:
-            self._told = []
-        kinds = [(bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._told[-1:], said]]
+        if self._reported and stamp < self._reported[-1][0]:
+            self._reported = []
+        kinds = [
+            (bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._reported[-1:], said]
+        ]
         if len(kinds) == 1 or kinds[0] != kinds[1]:
-            self._told.append(said)
+            self._reported.append(said)
 
     def failed(self):
         """Return ``(stamp, text)`` of a failed law, None if the newest that was said is no such."""
-        newest = self._told[-1] if self._told else (0.0, "")
+        newest = self._reported[-1] if self._reported else (0.0, "")
         return newest if newest[1].startswith(LAW_FAILED) else None
 
     def ended(self, begin):
@@ -64,7 +66,7 @@ class Interruptions:
     def _stretches(self, end):
         """Yield ``(since, until, first reason)`` of each stretch of trouble up to ``end``."""
         since, reason = None, ""
-        for stamp, trouble in self._told + [(end, "")]:
+        for stamp, trouble in self._reported + [(end, "")]:
             if trouble and since is None:
                 since, reason = stamp, trouble
             elif not trouble and since is not None:

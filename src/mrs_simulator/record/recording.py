@@ -28,7 +28,7 @@ from mrs_simulator.record.run_columns import (
 from mrs_simulator.scenario.incidents import WORDS, Incident
 from mrs_simulator.scenario.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.scenario.scenario import MOST_ROBOTS, Scenario
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
 MOST_KEPT = 1 << 29  # [bytes] of numbers
@@ -89,7 +89,7 @@ class Run(NamedTuple):
     joints: Optional[np.ndarray] = None  # (m, n) [rad] of the drives; (m, n, k) where robots have k
     spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
     point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
-    load: Optional[Carried] = None  # (m, ...), what the robots carry
+    load: Optional[LoadState] = None  # (m, ...), what the robots carry
     estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], poses that the control knew
 
     @property
@@ -200,7 +200,7 @@ class Recorder:
 
         ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
         ``joints`` (n,) or (n, k), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default
-        ``spatial.z``, ``load``, a ``Carried``, and ``estimate`` (n, 3): needed where the file's columns
+        ``spatial.z``, ``load``, a ``LoadState``, and ``estimate`` (n, 3): needed where the file's columns
         have them, else left out.  Numbers are written with the fewest digits that read back to the same.
         """
         self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
@@ -406,7 +406,7 @@ def _more_of(table, columns):
         result["point_z"] = block[:, :, 5]
     if columns.load:
         block = table[:, :, at["load"]]
-        result["load"] = Carried(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
+        result["load"] = LoadState(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
     if columns.estimate:
         result["estimate"] = table[:, :, at["estimate"]]
     return result

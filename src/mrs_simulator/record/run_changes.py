@@ -7,23 +7,23 @@ from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
 # What of a scenario the controller decides; the rest is the stage's.
-OBEYED = ("control", "topology", "links", "estimates", "seed")
+CONTROLLER_KEYS = ("control", "topology", "links", "estimates", "seed")
 MOST_WORDS = 40  # [characters] of a value in a message
-MOST_TOLD = 3  # [-] changes in words
+MOST_LISTED = 3  # [-] changes in words
 
 
 class Change(NamedTuple):
     """A key of the scenario that a controller obeys otherwise from ``time`` on."""
 
     time: float  # [s] since the run began
-    key: str  # one of ``OBEYED``
+    key: str  # one of ``CONTROLLER_KEYS``
     value: Any  # as in a scenario's file, None where it has no such key
 
 
-def obeyed_of(scenario):
+def controller_settings(scenario):
     """Return ``{key: plain value}`` of what a controller of ``scenario`` obeys."""
     content = scenario.to_dict()
-    return {key: content[key] for key in OBEYED if key in content}
+    return {key: content[key] for key in CONTROLLER_KEYS if key in content}
 
 
 def with_keys(scenario, given):
@@ -53,31 +53,33 @@ class ControllerRecord:
     """What controllers published that they obey, and from when on."""
 
     def __init__(self):
-        self._heard = []  # [(stamp [s], {key: value})]
+        self._published = []  # [(stamp [s], {key: value})]
 
     def note(self, stamp, obeyed):
         """Take in that ``obeyed`` is in force from ``stamp`` [s] on; a time that went back begins anew."""
-        if self._heard and stamp < self._heard[-1][0]:
-            self._heard = []
-        self._heard.append((stamp, obeyed))
+        if self._published and stamp < self._published[-1][0]:
+            self._published = []
+        self._published.append((stamp, obeyed))
 
     def begin_run(self):
         """Forget all but what is in force, whatever the time is that comes."""
-        self._heard = [(-math.inf, obeyed) for _, obeyed in self._heard[-1:]]
+        self._published = [(-math.inf, obeyed) for _, obeyed in self._published[-1:]]
 
     def hand_length(self, otherwise):
         """Return the distance l [m] of the points that are controlled now, ``otherwise`` if unknown."""
-        control = self._heard[-1][1].get("control", {}) if self._heard else {}
+        control = self._published[-1][1].get("control", {}) if self._published else {}
         return control.get("parameters", {}).get("l", otherwise)
 
     def during(self, begin, end):
         """Return what was in force at ``begin`` [s], None if unknown, and the ``Change``s up to ``end``."""
-        if not self._heard:
+        if not self._published:
             return None, []
-        place = max([row for row, (stamp, _) in enumerate(self._heard) if stamp <= begin] or [0])
-        first, changes = self._heard[place][1], []
+        place = max(
+            [row for row, (stamp, _) in enumerate(self._published) if stamp <= begin] or [0]
+        )
+        first, changes = self._published[place][1], []
         before = first
-        for stamp, after in self._heard[place + 1 :]:
+        for stamp, after in self._published[place + 1 :]:
             if stamp > end:
                 break
             for key, value in differences(before, after).items():
@@ -88,7 +90,7 @@ class ControllerRecord:
 
 def changes_text(scenario, changes):
     """Return what ``changes`` made of ``scenario``, in words, "" without any."""
-    before, told = obeyed_of(scenario), []
+    before, told = controller_settings(scenario), []
     for change in changes:
         old = before.get(change.key)
         told += [
@@ -98,8 +100,8 @@ def changes_text(scenario, changes):
         before[change.key] = change.value
     if not told:
         return ""
-    more = " and {} more".format(len(told) - MOST_TOLD) if len(told) > MOST_TOLD else ""
-    return "changed during the run: {}{}".format("; ".join(told[:MOST_TOLD]), more)
+    more = " and {} more".format(len(told) - MOST_LISTED) if len(told) > MOST_LISTED else ""
+    return "changed during the run: {}{}".format("; ".join(told[:MOST_LISTED]), more)
 
 
 def _differences_in_words(name, before, after):
@@ -124,8 +126,8 @@ def read_changes(content):
     """Return the ``Change``s in ``content`` of a ``run.json``; ``ValueError`` for what are none."""
     changes = [Change(float(time), str(key), value) for time, key, value in content]
     for change in changes:
-        if change.key not in OBEYED:
+        if change.key not in CONTROLLER_KEYS:
             raise ScenarioError(
-                "change of {!r}, wanted one of {}".format(change.key, ", ".join(OBEYED))
+                "change of {!r}, wanted one of {}".format(change.key, ", ".join(CONTROLLER_KEYS))
             )
     return changes

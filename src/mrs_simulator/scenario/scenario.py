@@ -12,8 +12,8 @@ import numpy as np
 import yaml
 
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kept_rates import rate_note, steps_between
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
+from mrs_simulator.core.step_rates import rate_note, steps_between
 from mrs_simulator.scenario.control import Control, read_control
 from mrs_simulator.scenario.incidents import Event, of_first, read_events
 from mrs_simulator.scenario.network.links import NO_FAULTS, Links, read_links
@@ -202,7 +202,7 @@ class Scenario(NamedTuple):
         content.update(values)
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
-    def doubts(self):
+    def warnings(self):
         """Return what looks like a mistake though it can be meant, and a rate that the steps cannot keep,
         a list of texts."""
         note = rate_note("record_rate", self.record_rate, self.step)

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kept_rates import rate_note, steps_between
 from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.step_rates import rate_note, steps_between
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.noise import Draws, Streams
 from mrs_simulator.sensors.readings import frozen

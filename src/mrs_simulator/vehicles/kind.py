@@ -51,7 +51,7 @@ class Kind(NamedTuple):
     title: str
     drive: str  # name of the module in ``vehicles.drives``
     body: Body
-    numbers: Any  # the drive's ``Numbers``
+    numbers: Any  # the drive's parameters, such as ``DifferentialParameters``
     limits: Dict[str, Tuple[AxisLimit, ...]]  # preset -> one for each axis of the drive
     mass: float  # [kg]
     inertia: Optional[float]  # [kg m^2] about the vertical through the centre

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.kept_rates import rate_note, steps_between
+from mrs_simulator.core.step_rates import rate_note, steps_between
 
 OF_KINDS = "kinds"  # the rate that means each kind's own
 MOST_NAMED = 5  # [-] robots whose rate is told
@@ -35,7 +35,7 @@ def _wanted(team, rate):
     return np.full(team.n, float(rate))
 
 
-class Schedule:
+class OdometrySchedule:
     """Which robots tell their odometry when, each every so many steps since a common beginning."""
 
     def __init__(self, steps):

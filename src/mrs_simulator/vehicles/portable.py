@@ -58,7 +58,7 @@ def portable(scenario):
     return scenario._replace(kinds=kinds, own_kinds=own), stands_for, notes
 
 
-def told_team(scenario):
+def team_from_message(scenario):
     """Return the ``Team`` of a ``scenario`` that came over a topic or in a bag: anybody may have sent it.
 
     Raises ``ScenarioError`` for one that names a file, and ``ValueError`` as ``Team`` does.

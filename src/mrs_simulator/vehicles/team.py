@@ -40,7 +40,7 @@ class Group(NamedTuple):
     span: slice  # of the robots where those of one drive come together: ``Team.by_group``
     columns: Any  # of the drive's axes among the team's: EVERY, another slice where that does, or indices
     kinds: Tuple[Any, ...]
-    numbers: Any  # the drive's ``Numbers``: those that its functions use are columns (m,)
+    numbers: Any  # the drive's parameters: those that its functions use are columns (m,)
     limits: AxisLimits  # of the drive's axes, (m, axes)
 
     def of(self, values):
@@ -64,9 +64,13 @@ class Group(NamedTuple):
         """Write the group's ``part`` into ``values`` (n, a) that lie group after group."""
         values[self.span, self.columns] = part
 
-    def asked(self, command, joints):
+    def inner_command(self, command, joints):
         """Return the inner states that the group's ``command`` asks for, both (m, axes of the drive)."""
-        return self.drive.asked(command, joints, self.numbers) if self.drive.JOINTS else command
+        return (
+            self.drive.inner_command(command, joints, self.numbers)
+            if self.drive.JOINTS
+            else command
+        )
 
     def wanted(self, along, across, joints, l, period):
         """Return the inner states (m, axes of the drive) that move the points ``along`` and ``across``."""
@@ -155,8 +159,8 @@ class Team:
         self.record_columns = self._record_columns()
         # Of all components of a Twist: where the axes are, and which a robot does not obey, (n, 6) bool.
         self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
-        self.unobeyed = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
-        self.unobeyed[:, self.components] = ~self.robot_axes
+        self.ignored_axes = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
+        self.ignored_axes[:, self.components] = ~self.robot_axes
         self._top = self.by_group(lambda group: group.limits.top, np.inf)
         self._is_bounded = bool(
             not self._limited and (self._top > 0.0).all() and (self._top < np.inf).all()
@@ -374,13 +378,13 @@ class Team:
         """
         along, across = _along(velocity, *(pointing or self.pointing(pose, joints)))
         along, across, joints = map(self.grouped, (along, across, joints))
-        asked, own = np.zeros((self.n, len(self.axes)), order="F"), []
+        inner_command, own = np.zeros((self.n, len(self.axes)), order="F"), []
         for g in self.groups:
             at = joints[g.span]
             part = g.wanted(along[g.span], across[g.span], at, l, period)
-            g.fill(asked, part)
+            g.fill(inner_command, part)
             own.append((g, part, at))
-        return self._limited_by(scope, asked, period, own)
+        return self._limited_by(scope, inner_command, period, own)
 
     def velocities_in(self, command, pose, points, l, period):
         """Return the points' velocities (k, n, 2) [m/s] under recorded commands (k, n, a).
@@ -406,8 +410,8 @@ class Team:
             if not g.drive.OWN_LIMITS:
                 continue
             own, _, joints, numbers = _recorded(g, command, pose, points, l)
-            asked = g.drive.asked(own, joints, numbers)
-            factor = g.drive.excess(asked, joints, numbers, period)
+            inner_command = g.drive.inner_command(own, joints, numbers)
+            factor = g.drive.excess(inner_command, joints, numbers, period)
             result[:, g.rows] |= factor.reshape(-1, len(g.kinds)) >= share
         return result
 
@@ -428,14 +432,14 @@ class Team:
             return ()
         joints = self.grouped(joints)
         own = [(g, joints[g.span]) for g in self._limited]
-        return [(g, g.asked(g.part(command), at), at) for g, at in own]
+        return [(g, g.inner_command(g.part(command), at), at) for g, at in own]
 
     def _excess(self, command, period, own):
         factor = functools.reduce(np.maximum, (np.abs(command) / self._top).T)
-        for g, asked, joints in own:
+        for g, inner_command, joints in own:
             if g.drive.OWN_LIMITS:
                 part = factor[g.span]
-                np.maximum(part, g.drive.excess(asked, joints, g.numbers, period), out=part)
+                np.maximum(part, g.drive.excess(inner_command, joints, g.numbers, period), out=part)
         return factor
 
     def at_limits(self, command, share=1.0):
@@ -509,9 +513,9 @@ def _limits_other_axes(group):
 
 def _slowed(command, factor, own):
     result = (command.T / factor).T
-    for g, asked, joints in own:
+    for g, inner_command, joints in own:
         if g.drive.JOINTS:
-            g.fill(result, g.drive.slowed(asked, factor[g.span], joints, g.numbers))
+            g.fill(result, g.drive.slowed(inner_command, factor[g.span], joints, g.numbers))
     return result
 
 
@@ -544,7 +548,7 @@ def _length(values):
 
 
 def columns_of(kinds, module):
-    """Return the drive's ``Numbers`` of ``kinds``, column by column."""
+    """Return the drive's parameters of ``kinds``, column by column."""
     first = kinds[0].numbers
     given = {key: shared([getattr(each.numbers, key) for each in kinds]) for key in module.COLUMNS}
     # numpy takes two arrays of one shape in half the time that it takes an array and a number.

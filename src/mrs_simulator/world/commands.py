@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.kinematics import greatest
-from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, Obedience
+from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch
 
 EVERY = slice(None)  # the rows of all robots
 FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
@@ -34,10 +34,10 @@ class Commands:
         self.commanded = np.zeros(n, dtype=bool)
         self.heard = np.full(n, -1)  # the step of the last accepted command, -1 for none
         self._longest_silent = self._clock.steps  # no commanded robot was heard last before it
-        self.obedience = None
+        self.mismatch = None
         if self._mismatch != NO_MISMATCH:
             fitting = self._mismatch.with_robots(n)
-            self.obedience = Obedience(fitting, self._team.axes, n, self._clock.step_size)
+            self.mismatch = CommandMismatch(fitting, self._team.axes, n, self._clock.step_size)
 
     def rewind(self):
         """Follow the clock back to 0."""
@@ -96,11 +96,11 @@ class Commands:
     @property
     def can_leap(self):
         """Return whether robots obey as they are told, and do nothing of their own in silence."""
-        return not (self.obedience or self.own_stops) and self.efforts is None
+        return not (self.mismatch or self.own_stops) and self.efforts is None
 
     def obeyed(self):
         """Return what robots make of the commands in force, (n, a)."""
-        return self.obedience.obeyed(self.target) if self.obedience else self.target
+        return self.mismatch.applied(self.target) if self.mismatch else self.target
 
     def watch(self):
         """Stop robots that have heard nothing for longer than their timeouts."""

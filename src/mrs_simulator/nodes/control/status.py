@@ -5,7 +5,7 @@ import time
 import rospy
 
 from mrs_simulator.protocols.loading import from_anywhere
-from mrs_simulator.record.run_changes import obeyed_of
+from mrs_simulator.record.run_changes import controller_settings
 from mrs_simulator.ros.message_forms.messages import (
     ControlScenario,
     ControlStatus,
@@ -97,6 +97,6 @@ class ObeyedPublisher:
         told = self._scenario._replace(control=control)
         if topology is not None:
             told = told._replace(topology=topology)
-        message = control_scenario(obeyed_of(told))
+        message = control_scenario(controller_settings(told))
         message.header.stamp = rospy.Time(0, int(round(1e9 * now)))
         self._publisher.publish(message)

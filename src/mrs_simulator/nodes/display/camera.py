@@ -23,7 +23,7 @@ from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at, s
 from mrs_simulator.study.draw.figure_parts import robot_colours
 from mrs_simulator.study.draw.paint import pixels
 from mrs_simulator.study.programs import refusing_bad_input
-from mrs_simulator.vehicles.portable import told_team
+from mrs_simulator.vehicles.portable import team_from_message
 
 LARGEST, SIZE = 1280, (640, 480)  # [px] of a picture's side, and where nobody asks for another
 NAP = 0.02  # [s] of wall time
@@ -62,7 +62,7 @@ class CameraNode:
     def _on_scenario(self, message):
         try:
             scenario = scenario_from_yaml(message.data, "stage/scenario")
-            self._told = told_team(scenario), scenario.obstacles, scenario.load
+            self._told = team_from_message(scenario), scenario.obstacles, scenario.load
         except ValueError as error:
             rospy.logerr_throttle(5.0, "camera: no pictures: stage/scenario: {}".format(error))
 

@@ -6,7 +6,7 @@ from xmlrpc.client import Fault
 
 import rospy
 
-from mrs_simulator.vehicles.looks import description
+from mrs_simulator.vehicles.visuals import description
 
 NAME = "robot{}/robot_description"
 FAILURES = (rospy.ROSException, OSError, Fault, http.client.HTTPException, KeyError)

@@ -27,7 +27,7 @@ from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 from mrs_simulator.study.draw.figure_parts import PALETTE
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import kind
-from mrs_simulator.vehicles.portable import told_team
+from mrs_simulator.vehicles.portable import team_from_message
 from mrs_simulator.vehicles.shape import MOST_PARTS
 from mrs_simulator.vehicles.top_view import TYRE, wheel_places
 
@@ -64,7 +64,7 @@ class Markers:
     def _begin(self, message):
         try:
             scenario = scenario_from_yaml(message.data, "stage/scenario")
-            kinds = told_team(scenario).kinds
+            kinds = team_from_message(scenario).kinds
         except ValueError as error:
             text = "markers: robots are drawn as of the default kind: stage/scenario: {}"
             rospy.logerr_throttle(5.0, text.format(error))

@@ -10,7 +10,7 @@ from visualization_msgs.msg import Marker
 
 from mrs_simulator.core.spatial import product, rotated
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw
-from mrs_simulator.vehicles.looks import looks, part_transforms, volume
+from mrs_simulator.vehicles.visuals import part_transforms, visual_parts, volume
 
 FORMS = {"box": Marker.CUBE, "cylinder": Marker.CYLINDER, "sphere": Marker.SPHERE}
 
@@ -28,7 +28,7 @@ class Model(NamedTuple):
 @functools.lru_cache(maxsize=64)
 def model(kind):
     """Return the ``Model`` of a ``Kind``."""
-    parts = looks(kind)
+    parts = visual_parts(kind)
     largest = int(np.argmax([volume(part) for part in parts]))
     made = model_of(parts)
     return made._replace(colours=made.colours[:largest] + (None,) + made.colours[largest + 1 :])

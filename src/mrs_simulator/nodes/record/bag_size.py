@@ -9,7 +9,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from mrs_simulator.core.kept_rates import steps_between
+from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.nodes.stage.robot_topics import Frames, lifts, transform
 from mrs_simulator.ros.message_forms.messages import team_odometry, team_state
 from mrs_simulator.ros.message_forms.sensor_messages import topic_of

@@ -204,7 +204,7 @@ class RunRecorder:
         meta = {"real_time_factor": self.elapsed / wall, "ended": self.ended}
         meta["warnings"] = [*self.control.team.notes, *self._take_what_ran(meta)]
         if not self.source.PACED:
-            meta["warnings"] += self.scenario.doubts()
+            meta["warnings"] += self.scenario.warnings()
         if self.control is not None:
             meta["warnings"] += call(self.control.warnings, self.scenario.starts)
         meta["warnings"] += self.controller.warnings(self._start, self._start + self.elapsed)

@@ -27,7 +27,7 @@ from mrs_simulator.ros.message_forms.messages import (
     read_state,
 )
 from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.verdict.possible import jump
@@ -45,7 +45,7 @@ class Sample(NamedTuple):
     joints: np.ndarray  # (n,) [rad]; of real robots those to which the commands so far have led
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robots' frames
     spatial: Optional[Spatial] = None  # of robots that leave the ground
-    load: Optional[Carried] = None  # what robots carry together
+    load: Optional[LoadState] = None  # what robots carry together
     estimate: Optional[np.ndarray] = (
         None  # (n, 3) [m, m, rad], the poses that the control estimated
     )

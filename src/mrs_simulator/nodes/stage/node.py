@@ -9,8 +9,8 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.kept_rates import steps_between
 from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics
 from mrs_simulator.nodes.stage.flight_services import FlightServices
@@ -38,7 +38,7 @@ from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.srv import SetSpeed, SetTeam, StepStage
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles import Team, shipped_kinds
-from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_notes, odometry_steps
+from mrs_simulator.vehicles.odometry_rates import OdometrySchedule, odometry_notes, odometry_steps
 from mrs_simulator.vehicles.portable import portable
 from mrs_simulator.world.world import World
 
@@ -130,7 +130,9 @@ class Stage:
     def _schedule_odometry(self):
         """Begin anew to tell odometry, each robot's at its own rate."""
         step = self.world.step_size
-        self._schedule = Schedule(odometry_steps(self.world.team, self._odometry_rate, step))
+        self._schedule = OdometrySchedule(
+            odometry_steps(self.world.team, self._odometry_rate, step)
+        )
         self._scheduled = self._step
         commands = steps_between(self.scenario.control.rate, step)
         self._steps_per_command = max(self._schedule.shortest, commands)
@@ -268,8 +270,8 @@ class Stage:
             return False
         step = self.world.step_size
         rates = odometry_notes(self.world.team, self._odometry_rate, step)
-        for doubt in self.scenario.doubts() + rates:
-            rospy.logwarn("stage: %s", doubt)
+        for warning in self.scenario.warnings() + rates:
+            rospy.logwarn("stage: %s", warning)
         rospy.loginfo("stage: %d robots, %s, started", self.world.n, self.scenario.fidelity)
         if self.mirror.rows and self.pacer.speed != 1.0:
             rospy.logwarn("stage: simulated time at speed %g, real robots at 1", self.pacer.speed)

@@ -29,11 +29,11 @@ from mrs_simulator.msg import (
     TeamState,
 )
 from mrs_simulator.record.recording import Collision as RunCollision
-from mrs_simulator.record.run_changes import OBEYED
+from mrs_simulator.record.run_changes import CONTROLLER_KEYS
 from mrs_simulator.record.run_columns import ARM, arm_axes
 from mrs_simulator.scenario.incidents import WORDS
 from mrs_simulator.scenario.incidents import Incident as RunIncident
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 
 __all__ = ["Camera", "Collision", "ControlScenario", "ControlStatus", "Incident"]
 __all__ += ["RangeBearing", "StageStatus", "TeamCommand", "TeamOdometry", "TeamState"]
@@ -68,7 +68,7 @@ class State(NamedTuple):
     part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
     spatial: Optional[Spatial] = None  # None for a team on the ground
     all_joints: Optional[np.ndarray] = None  # (n, k) [rad], the first that of the drive
-    load: Optional[Carried] = None  # None where robots carry nothing together
+    load: Optional[LoadState] = None  # None where robots carry nothing together
 
 
 class Controller(NamedTuple):
@@ -193,12 +193,12 @@ def team_state(world, stamp, frame, run):
 
 
 def load_pose(carried):
-    """Return the ``Pose`` of a load that is ``Carried``."""
+    """Return the ``Pose`` of a load that is ``LoadState``."""
     return Pose(Point(*carried.place.tolist()), Quaternion(*carried.orientation.tolist()))
 
 
 def _read_load(message, n):
-    """Return the ``Carried`` in a ``TeamState``, None without one; ``MessageError``."""
+    """Return the ``LoadState`` in a ``TeamState``, None without one; ``MessageError``."""
     load, force = _array(message, "load"), _array(message, "force")
     if not len(load):
         return None
@@ -206,7 +206,7 @@ def _read_load(message, n):
         text = "{} robots, {} loads, {} forces; wanted one load and as many forces as robots"
         raise MessageError(text.format(n, len(load), len(force)))
     at, turn = load[0].position, load[0].orientation
-    return Carried(
+    return LoadState(
         np.array([at.x, at.y, at.z]),
         np.array([turn.x, turn.y, turn.z, turn.w]),
         np.array([(each.x, each.y, each.z) for each in force]),
@@ -431,7 +431,7 @@ def read_control_status(message):
 
 
 def control_scenario(obeyed):
-    """Return the ``ControlScenario`` of ``obeyed``, plain values by the keys ``OBEYED`` of a scenario."""
+    """Return the ``ControlScenario`` of ``obeyed``, plain values by ``CONTROLLER_KEYS``."""
     return ControlScenario(obeyed=json.dumps(obeyed, default=float))
 
 
@@ -442,12 +442,12 @@ def read_control_scenario(message):
     """
     try:
         obeyed = json.loads(message.obeyed)
-        unknown = set(obeyed).difference(OBEYED)
+        unknown = set(obeyed).difference(CONTROLLER_KEYS)
     except (ValueError, TypeError, RecursionError) as error:
         raise MessageError("obeyed: no JSON of a scenario's keys: {}".format(error)) from None
     if unknown or not isinstance(obeyed, dict):
         text = "obeyed: {:.60}, wanted a mapping of {}"
-        raise MessageError(text.format(repr(obeyed), ", ".join(OBEYED)))
+        raise MessageError(text.format(repr(obeyed), ", ".join(CONTROLLER_KEYS)))
     return message.header.stamp.to_sec(), obeyed
 
 

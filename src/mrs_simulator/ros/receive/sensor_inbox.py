@@ -8,7 +8,7 @@ from collections import deque
 
 import rospy
 
-from mrs_simulator.core.kept_rates import steps_between
+from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.ros.message_forms.messages import MessageError
 from mrs_simulator.ros.message_forms.sensor_messages import (
     listen,

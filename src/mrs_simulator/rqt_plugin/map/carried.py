@@ -14,7 +14,7 @@ OPACITY = 0.55  # of a load: robots below it are seen
 
 
 def draw_load(painter, look, frame, load, carried):
-    """Draw a ``Load`` where it is ``carried``, a ``Carried``."""
+    """Draw a ``Load`` where it is ``carried``, a ``LoadState``."""
     outline = load_outline(load, carried)
     wood = QColor.fromRgbF(*WOOD)
     painter.setBrush(faded(wood, OPACITY))

@@ -40,7 +40,7 @@ class MapTeam:
         """
         self.pose, self.fresh, self.real = poses, fresh, real
         self.joints = None  # [rad] of arms, None: at home
-        self.carried = None  # a ``Carried``, None where nothing tells where the load is
+        self.carried = None  # a ``LoadState``, None where nothing tells where the load is
         fits = spatial is not None and len(spatial.z) == len(poses)
         self.spatial = spatial if fits else None
         self.z = spatial.z if fits else None  # [m], None: on the ground

@@ -10,7 +10,7 @@ from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.record.run_changes import ControllerRecord
 from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 from mrs_simulator.verdict.estimation import SAME
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
@@ -38,7 +38,7 @@ class Snapshot(NamedTuple):
     )
     joints: Union[np.ndarray, float] = 0.0  # (n,) [rad]; (n, 1 + k) of robots with arms
     spatial: Optional[Spatial] = None  # None for a team on the ground
-    load: Optional[Carried] = None  # what robots carry together
+    load: Optional[LoadState] = None  # what robots carry together
 
 
 class History:
@@ -239,8 +239,8 @@ class History:
 
     @property
     def load(self):
-        """Return what the robots carry, a ``Carried`` (m, ...), None where they carry nothing together."""
+        """Return the ``LoadState`` (m, ...) of what the robots carry together, None without a load."""
         if not self._loaded:
             return None
         block = self._table[: self._filled, :, self._load_columns]
-        return Carried(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
+        return LoadState(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])

@@ -5,7 +5,7 @@ from mrs_simulator.rqt_plugin.run.study_state import named
 from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.study.results.report import write_scenario
-from mrs_simulator.vehicles.portable import told_team
+from mrs_simulator.vehicles.portable import team_from_message
 
 # What a stage has from its start.
 OF_THE_STAGE = ("fidelity", "engine", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
@@ -72,7 +72,7 @@ class StageRun:
         if runs is None:
             return Trouble("not attached: the stage has not told its scenario yet")
         try:
-            told_team(runs)  # nor does it open files
+            team_from_message(runs)  # nor does it open files
         except ValueError as error:
             return Trouble("not attached: {}; open the stage's scenario here".format(error))
         mine = self._edited.scenario

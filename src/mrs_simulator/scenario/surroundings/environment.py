@@ -34,7 +34,7 @@ class Environment(NamedTuple):
 CALM = Environment()
 
 
-class Felt(NamedTuple):
+class Disturbances(NamedTuple):
     """What m robots feel of the environment in one step."""
 
     current: np.ndarray  # (2,) [m/s], common frame

@@ -47,7 +47,7 @@ class Load(NamedTuple):
         return plain if np.isinf(self.grip) else dict(plain, grip=self.grip)
 
 
-class Carried(NamedTuple):
+class LoadState(NamedTuple):
     """A load at one time, or at each of m: (m, ...)."""
 
     place: Any  # (3,) [m] of its centre, common frame
@@ -56,7 +56,7 @@ class Carried(NamedTuple):
 
     def at(self, rows):
         """Return that of the samples ``rows``."""
-        return Carried(*(each[rows] for each in self))
+        return LoadState(*(each[rows] for each in self))
 
 
 @explained_by("docs/manipulators.md#carrying-together")

@@ -66,7 +66,7 @@ def _read(section, key, n, default, low, high):
     return tuple(number(value, place, low=low, high=high) for value, place in zip(given, places))
 
 
-class Obedience:
+class CommandMismatch:
     """What robots make of their commands, step by step."""
 
     def __init__(self, mismatch, axes, n, step):
@@ -75,12 +75,12 @@ class Obedience:
         scales = [speed if axis.startswith("linear") else speed / track for axis in axes]
         self._factor = np.stack([np.broadcast_to(scale, n) for scale in scales], axis=1)
         self._late = np.broadcast_to(np.round(np.array(mismatch.delay) / step).astype(int), n)
-        self._told = np.zeros((int(self._late.max()) + 1, n, len(axes)))
+        self._commands = np.zeros((int(self._late.max()) + 1, n, len(axes)))
         self._rows, self._count = np.arange(n), 0
 
-    def obeyed(self, command):
+    def applied(self, command):
         """Return what is obeyed in this step, (n, a), where ``command`` (n, a) is in force."""
-        self._told[self._count % len(self._told)] = command
-        when = (self._count - self._late) % len(self._told)
+        self._commands[self._count % len(self._commands)] = command
+        when = (self._count - self._late) % len(self._commands)
         self._count += 1
-        return self._factor * self._told[when, self._rows]
+        return self._factor * self._commands[when, self._rows]

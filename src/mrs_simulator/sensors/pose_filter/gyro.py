@@ -4,7 +4,7 @@ import bisect
 
 import numpy as np
 
-from mrs_simulator.core.kept_rates import steps_between
+from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.sensors.noise import SILENCE
 from mrs_simulator.sensors.pose_filter.pose_measurements import offset, white
 

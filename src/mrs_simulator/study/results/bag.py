@@ -32,10 +32,10 @@ from mrs_simulator.scenario.scenario import (
     scenario_from_yaml,
 )
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
-from mrs_simulator.vehicles.portable import told_team
+from mrs_simulator.vehicles.portable import team_from_message
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.verdict.estimation import UNKNOWN, held_at
@@ -139,7 +139,7 @@ class Taken(NamedTuple):
     joints: np.ndarray  # (m, n) [rad], 0 where they are not known
     spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
     kinds: Tuple[str, ...] = ()
-    load: Optional[Carried] = None  # (m, ...), None where robots carry nothing together
+    load: Optional[LoadState] = None  # (m, ...), None where robots carry nothing together
     estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], the poses that the control knew
 
     def kept(self, rows):
@@ -247,7 +247,7 @@ def _team_of(scenario):
     if scenario.path:
         return team_of(scenario)
     try:
-        team = told_team(scenario)
+        team = team_from_message(scenario)
         return ArmedTeam(team.kinds) if has_arms(team.kinds) else team
     except ScenarioError as error:
         text = "{}: {}: wanted the scenario's file, by --scenario"
@@ -319,10 +319,10 @@ def _stacked_spatial(states):
 
 
 def _stacked_load(states):
-    """Return the ``Carried`` (m, ...) of ``states``, None where one of them has none."""
+    """Return the ``LoadState`` (m, ...) of ``states``, None where one of them has none."""
     if not states or any(state.load is None for state in states):
         return None
-    return Carried(*map(np.array, zip(*(state.load for state in states))))
+    return LoadState(*map(np.array, zip(*(state.load for state in states))))
 
 
 def _from_robots(bag, topics, axes):

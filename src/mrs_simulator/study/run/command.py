@@ -122,7 +122,7 @@ def _scenario(arguments):
 
 def _tell_doubts(scenarios):
     """Say on stderr what looks like a mistake in ``scenarios``, each once, before anything runs."""
-    for text in dict.fromkeys(text for scenario in scenarios for text in scenario.doubts()):
+    for text in dict.fromkeys(text for scenario in scenarios for text in scenario.warnings()):
         print("experiment: warning: " + text, file=sys.stderr)
 
 

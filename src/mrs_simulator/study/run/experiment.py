@@ -69,7 +69,7 @@ class Experiment:
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
         self._recorder = None  # of these sensors
         self.collisions, self.incidents = [], []
-        self.warnings = scenario.doubts() + self.world.notes + self.control.team.notes
+        self.warnings = scenario.warnings() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
         self.warnings += self._warned()
 

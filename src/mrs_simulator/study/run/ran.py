@@ -4,11 +4,16 @@ from typing import NamedTuple
 
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.protocols.loading import from_anywhere
-from mrs_simulator.record.run_changes import OBEYED, differences, obeyed_of, with_keys
+from mrs_simulator.record.run_changes import (
+    CONTROLLER_KEYS,
+    controller_settings,
+    differences,
+    with_keys,
+)
 from mrs_simulator.scenario.scenario import Scenario, title_of
-from mrs_simulator.vehicles.portable import portable, told_team
+from mrs_simulator.vehicles.portable import portable, team_from_message
 
-NOT_OF_STAGE = (*OBEYED, "title", "duration", "speed", "record_rate", "record")
+NOT_OF_STAGE = (*CONTROLLER_KEYS, "title", "duration", "speed", "record_rate", "record")
 KINDS = ("model", "kinds")  # neither means anything without the other
 
 
@@ -30,7 +35,7 @@ def what_ran(scenario, staged=None, obeyed=None):
     mine = from_anywhere(scenario)
     other = {} if staged is None else _of_stage(mine, staged)
     if obeyed is not None:
-        other.update(differences(obeyed_of(mine), obeyed))
+        other.update(differences(controller_settings(mine), obeyed))
     if not other:
         return Ran(scenario)
     n, name = other.get("robots", mine.n), other.get("control", {}).get("protocol")
@@ -42,7 +47,7 @@ def what_ran(scenario, staged=None, obeyed=None):
 
 def _of_stage(scenario, staged):
     """Return ``{key: value}`` of what the stage has otherwise than ``scenario``."""
-    told_team(staged)  # names no files
+    team_from_message(staged)  # names no files
     mine, his = (
         {key: value for key, value in each.to_dict().items() if key not in NOT_OF_STAGE}
         for each in (portable(scenario)[0], staged)

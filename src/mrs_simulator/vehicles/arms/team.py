@@ -12,8 +12,8 @@ import numpy as np
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.record.run_columns import Columns, arm_axes
 from mrs_simulator.vehicles.arms.chain import frames, jacobian
+from mrs_simulator.vehicles.arms.inverse_kinematics import tool_inputs
 from mrs_simulator.vehicles.arms.mounted import check_home
-from mrs_simulator.vehicles.arms.reaching import reaching
 from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.vehicles.team import EVERY, Team
 
@@ -177,7 +177,7 @@ class ArmedTeam(Team):
         free = np.full((len(rows), 3), np.inf)
         low = np.column_stack([-free, np.minimum((self.lower[rows, :k] - q) / period, 0.0)])
         high = np.column_stack([free, np.maximum((self.upper[rows, :k] - q) / period, 0.0)])
-        return reaching(_whole(places, inner), wanted, besides, scale, low, high)
+        return tool_inputs(_whole(places, inner), wanted, besides, scale, low, high)
 
     def command_within(self, velocity, pose, joints, l, period, scope, pointing=None):
         """Return what :meth:`saturated` makes of :meth:`command`."""

@@ -55,7 +55,7 @@ STEEPEST = 1.5  # [rad] of any steering angle; at pi/2 a car turns about its rea
 CLOSE = 1e-9  # [rad] to its limit a steering angle is at it
 
 
-class Numbers(NamedTuple):
+class CarParameters(NamedTuple):
     """What a kind tells of its wheels; of several kinds each number is a column (m,)."""
 
     wheelbase: float  # [m]
@@ -76,9 +76,9 @@ COLUMNS = (  # the numbers that the functions below use
 
 
 def read(section):
-    """Return the ``Numbers`` in a kind's ``section``, a ``QuantitySection``."""
+    """Return the ``CarParameters`` in a kind's ``section``, a ``QuantitySection``."""
     wheelbase = section.quantity("wheelbase", "m", above=0.0, high=100.0)
-    return Numbers(
+    return CarParameters(
         wheelbase=wheelbase,
         steering_max=section.quantity("steering", "rad", above=0.0, high=STEEPEST),
         steering_rate=_or_none(section, "steering_rate", "rad/s"),
@@ -145,7 +145,7 @@ def _within(value, least, most):
     return np.minimum(np.maximum(value, least), most)
 
 
-def asked(command, joints, numbers):
+def inner_command(command, joints, numbers):
     """Return the inner states (m, 2) that ``command`` (m, 2) asks for: speed and steering angle."""
     return _columns(command[:, 0], steering_of(command, joints, numbers))
 
@@ -206,7 +206,7 @@ def rim_speeds(mean, joints, numbers):
     return mean
 
 
-def reckoned(pose, rolled, joints, numbers):
+def odometry_pose(pose, rolled, joints, numbers):
     """Return the poses (m, 3) that odometry makes of ``rolled`` (m, 2): distance [m], turn [rad]."""
     return displaced(pose, rolled, 1.0)
 

@@ -34,7 +34,7 @@ OWN_LIMITS = False  # whether there are others than those of the axes
 RAMPS = True  # whether inner states ramp towards their targets
 
 
-class Numbers(NamedTuple):
+class DifferentialParameters(NamedTuple):
     """What a kind tells of its wheels; of several kinds each number is a column (m,)."""
 
     track: float  # [m] between the wheels; with skid steer the effective one
@@ -54,8 +54,8 @@ COLUMNS = ("track", "radius", "torque", "spacing", "wheelbase")
 
 
 def read(section):
-    """Return the ``Numbers`` in a kind's ``section``, a ``QuantitySection``."""
-    return Numbers(
+    """Return the ``DifferentialParameters`` in a kind's ``section``, a ``QuantitySection``."""
+    return DifferentialParameters(
         track=section.quantity("track", "m", above=0.0, high=100.0),
         radius=section.quantity("radius", "m", above=0.0, high=100.0),
         joints=_read_joints(section),
@@ -130,7 +130,7 @@ def rim_speeds(mean, joints, numbers):
     return wheel_speeds(mean, numbers.track)
 
 
-def reckoned(pose, rolled, joints, numbers):
+def odometry_pose(pose, rolled, joints, numbers):
     """Return the poses (m, 3) that odometry makes of wheels that ``rolled`` (m, 2) [m] further."""
     return displaced(pose, body_speeds(rolled, numbers.track), 1.0)
 

@@ -35,7 +35,7 @@ LARGEST = 100.0  # [m]
 SURELY = 0.999  # [-] of a limit: within it whatever is rounded
 
 
-class Numbers(NamedTuple):
+class OmnidirectionalParameters(NamedTuple):
     """What a kind tells of its wheels; of several kinds each number is a column (m, ...)."""
 
     rolling: Tuple[Tuple[float, ...], ...]  # (4, 3) [-, -, m]
@@ -53,7 +53,7 @@ COLUMNS = ("rolling", "inverse", "rim_max", "radius", "torque", "easy")
 
 
 def read(section):
-    """Return the ``Numbers`` in a kind's ``section``, a ``QuantitySection``."""
+    """Return the ``OmnidirectionalParameters`` in a kind's ``section``, a ``QuantitySection``."""
     layout = section.text("layout", choices=LAYOUTS)
     rolling = (_read_omni if layout == "omni" else _read_mecanum)(section)
     radius = section.quantity("radius", "m", above=0.0, high=LARGEST)
@@ -63,7 +63,7 @@ def read(section):
     section.take("speed")
     count = len(rolling)
     rolling = np.concatenate([rolling, np.zeros((ENCODERS - count, 3))])
-    return Numbers(
+    return OmnidirectionalParameters(
         rolling=_plain(rolling),
         inverse=_plain(np.linalg.pinv(rolling)),
         rim_max=fastest * radius,
@@ -237,7 +237,7 @@ def blocked(inner, moved):
     return result
 
 
-def reckoned(pose, rolled, joints, numbers):
+def odometry_pose(pose, rolled, joints, numbers):
     """Return the poses (m, 3) that odometry makes of wheels that ``rolled`` (m, 4) [m] further."""
     return displaced(pose, body_twist(rolled, numbers), 1.0)
 

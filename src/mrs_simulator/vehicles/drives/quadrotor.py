@@ -52,7 +52,7 @@ CLIMBING, NEARING = 0.5, 1.5  # [m/s, 1/s] of a take-off: as fast, and as quickl
 STEEPEST = 1.2  # [rad] of any tilt
 
 
-class Numbers(NamedTuple):
+class QuadrotorParameters(NamedTuple):
     """What a kind tells of its flight; of several kinds each number is a column (m, ...).
 
     Parts are those of x, y and z, of the body's frame where it matters; ``effect`` as in ``rotors``.
@@ -76,11 +76,11 @@ class Numbers(NamedTuple):
     downwash: float = 1.0  # [-] how many times as far below another as beside it a robot is to be
 
 
-COLUMNS = Numbers._fields  # the numbers that the functions below use
+COLUMNS = QuadrotorParameters._fields  # the numbers that the functions below use
 
 
 def read(section):
-    """Return the ``Numbers`` in a kind's ``section``, a ``QuantitySection``, but for the mass."""
+    """Return the ``QuadrotorParameters`` in a kind's ``QuantitySection``, but for the mass."""
     inertia, drag, response = (section.section(key) for key in ("inertia", "drag", "response"))
     effect = effect_of(
         section.quantity("arm", "m", above=0.0, high=10.0),
@@ -90,7 +90,7 @@ def read(section):
     lag = section.quantity("motor_lag", "s", above=0.0, high=1.0)
     tilt, turn = _gains(section.section("poles"), lag)
     times = _thrice(response, "s", above=0.0)
-    numbers = Numbers(
+    numbers = QuadrotorParameters(
         inertia=tuple(inertia.quantity(key, "kg m^2", above=0.0) for key in ("xx", "yy", "zz")),
         effect=effect,
         speed_max=section.quantity("speed", "rad/s", above=0.0),
@@ -173,7 +173,7 @@ def followed(velocity, wanted, numbers, duration):
     return (wanted.T - left * error).T, (wanted.T - mean * error).T
 
 
-class Following(NamedTuple):
+class VelocityState(NamedTuple):
     """The inner state of m robots without forces, arrays in memory column by column."""
 
     place: np.ndarray  # (m, 3) [m], common frame
@@ -188,7 +188,7 @@ def begin(pose, z, numbers):
     """Return the inner state of robots that hover, or stand, at ``pose`` (m, 3) and ``z`` (m,) [m]."""
     place, zeros = np.empty((len(pose), 3), order="F"), np.zeros((len(pose), 3), order="F")
     place[:, :2], place[:, 2] = pose[:, :2], z
-    return Following(place, zeros, pose[:, 2].copy(), np.zeros(len(pose)), zeros)
+    return VelocityState(place, zeros, pose[:, 2].copy(), np.zeros(len(pose)), zeros)
 
 
 def possible(command, limits):
@@ -216,7 +216,7 @@ def flown(inner, command, limits, numbers, step):
     turning, mean_turning = ramp(inner.turning, told[:, 3], acceleration, step)
     middle = inner.heading + 0.5 * step * mean_turning
     velocity, mean = followed(inner.velocity, level(told, middle), numbers, step)
-    after = Following(
+    after = VelocityState(
         inner.place + step * mean,
         velocity,
         wrap_angle(inner.heading + step * mean_turning),

@@ -39,7 +39,7 @@ STILL_AIR = np.zeros(3)  # [m/s]
 AT_LIMIT = 0.99  # [-] of a rotor's greatest speed, from which on it is at its limit
 
 
-class Airborne(NamedTuple):
+class QuadrotorState(NamedTuple):
     """The inner state of m robots."""
 
     flight: Flight
@@ -68,7 +68,7 @@ def begin(pose, z, numbers):
     place = np.column_stack([pose[:, :2], z])
     speed = np.where(np.asarray(z) > 0.0, hover_speed(numbers), 0.0)
     aim, still = pose[:, 2].copy(), np.zeros((len(pose), 2))
-    return Airborne(at_rest(place, pose[:, 2], speed), aim, place.copy(), still)
+    return QuadrotorState(at_rest(place, pose[:, 2], speed), aim, place.copy(), still)
 
 
 def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
@@ -97,7 +97,7 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     # Where it would come to rest, by the time constants of its velocities.
     coming = flight.place + flight.velocity / parts(numbers.velocity_gain).T
     held = np.where(keeps & ~stays[:, np.newaxis], inner.held, coming)
-    return Airborne(flight, aim, held, against, working)
+    return QuadrotorState(flight, aim, held, against, working)
 
 
 def _keep_place(inner, wanted, told, limits, step):

@@ -1,6 +1,6 @@
 """Vessels with two thrusters: they obey the speed through the water ``u`` and the turn rate ``r``.
 
-With forces they are bodies in the water, ``hydrodynamics``, under controllers and thrusters, ``sailing``.
+With forces they are bodies in water (``hydrodynamics``) with speed controllers (``vessel_dynamics``).
 Without forces u and r follow with the time constant of their controllers, ``(M + k_d)/(d + k_p)``, and the
 boat does not slip sideways.
 
@@ -23,13 +23,13 @@ import numpy as np
 from mrs_simulator.core.kinematics import clip_commands, displaced
 from mrs_simulator.vehicles.drives import thrusters
 from mrs_simulator.vehicles.drives.following import shrunk
-from mrs_simulator.vehicles.drives.sailing import (  # noqa: F401, of the drive too
+from mrs_simulator.vehicles.drives.vessel_dynamics import (  # noqa: F401, of the drive too
+    axis_velocity,
     begin,
-    obeyed,
+    moved_with_forces,
     responses,
     stopped,
     twist_of,
-    voyage,
 )
 
 AXES = ("linear.x", "angular.z")
@@ -45,7 +45,7 @@ RAMPS = (
 ENCODERS = 2  # distance through the water [m] by the log, and angle turned [rad] by the gyro
 
 
-class Numbers(NamedTuple):
+class VesselParameters(NamedTuple):
     """What a kind tells of its hull and thrusters; of several kinds each number is a column (m, ...)."""
 
     inertia: Tuple[float, ...]  # (4,) m1, m2 [kg], m3 [kg m^2], s [kg m], added mass included
@@ -67,11 +67,11 @@ class Numbers(NamedTuple):
     backward: float = np.inf  # [m/s], greatest speed backwards where it is less than forwards
 
 
-COLUMNS = Numbers._fields  # the numbers that the functions below use
+COLUMNS = VesselParameters._fields  # the numbers that the functions below use
 
 
 def read(section):
-    """Return the ``Numbers`` in a kind's ``section``, a ``QuantitySection``."""
+    """Return the ``VesselParameters`` in a kind's ``section``, a ``QuantitySection``."""
     inertia, linear, quadratic, wind, waves, thrust = (
         section.section(key)
         for key in ("inertia", "linear", "quadratic", "wind", "waves", "thrusters")
@@ -81,7 +81,7 @@ def read(section):
     units = (
         ("N", "") if curve == "linear" else ("N s^2", "rad/s") if curve == "square" else ("", "")
     )
-    numbers = Numbers(
+    numbers = VesselParameters(
         inertia=tuple(
             inertia.quantity(key, unit, **bounds)
             for key, unit, bounds in (
@@ -171,13 +171,15 @@ def followed(inner, wanted, limits, numbers, step):
     return (wanted.T - np.copysign(left, error)).T, (wanted.T - np.copysign(mean, error)).T
 
 
-def forced(pose, afloat, command, limits, numbers, felt, step, efforts=None):
+def forced(pose, inner, command, limits, numbers, disturbances, step, efforts=None):
     """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces under ``command`` (m, 2).
 
-    ``felt``: the ``core.environment.Felt`` of these robots; ``efforts`` (m, 4): what thrusters are told
-    past the controllers, as of ``sailing.told``.
+    ``disturbances``: the ``Disturbances`` of these robots; ``efforts`` (m, 4): what thrusters are told
+    past the controllers, as of ``vessel_dynamics.thruster_commands``.
     """
-    return voyage(pose, afloat, _possible(command, limits, numbers), numbers, felt, step, efforts)
+    return moved_with_forces(
+        pose, inner, _possible(command, limits, numbers), numbers, disturbances, step, efforts
+    )
 
 
 def blocked(inner, moved):
@@ -195,7 +197,7 @@ def rim_speeds(mean, joints, numbers):
     return mean
 
 
-def reckoned(pose, rolled, joints, numbers):
+def odometry_pose(pose, rolled, joints, numbers):
     """Return the poses (m, 3) by dead reckoning of ``rolled`` (m, 2): way through the water, turn."""
     return displaced(pose, rolled, 1.0)
 

@@ -9,7 +9,7 @@ How far the weight bends the springs is left out, and so are the forces of accel
 import numpy as np
 
 from mrs_simulator.core import grasps
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 
 REACH = 0.1  # [m] from its grasp, at which a robot may take hold
 
@@ -45,7 +45,7 @@ class CarriedLoad:
         at = grasps.held_at(self.grasps[held], place, turn)
         misfit = points[held] - at
         force[held] = grasps.shares(at - place, self.load.weight) + self.load.stiffness * misfit
-        return Carried(place, turn, force)
+        return LoadState(place, turn, force)
 
     def update(self, points):
         """Let the robots' tools be at ``points`` (n, 3) [m]; return the rows of those that let go.
@@ -74,4 +74,4 @@ class CarriedLoad:
         place[2] = 0.5 * min(self.load.size)
         _, _, z, w = self.state.orientation
         level = np.array([0.0, 0.0, z, w]) / max(np.hypot(z, w), 1e-12)
-        self.state = Carried(place, level, np.zeros_like(self.grasps))
+        self.state = LoadState(place, level, np.zeros_like(self.grasps))

@@ -12,7 +12,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.core import grasps
-from mrs_simulator.scenario.team.load import Carried
+from mrs_simulator.scenario.team.load import LoadState
 from mrs_simulator.vehicles.arms.assembling import PREFIX, assembled
 from mrs_simulator.world.arms.armed import AT_END, ArmedMotion
 from mrs_simulator.world.arms.carrying import CarriedLoad
@@ -152,7 +152,7 @@ class HangingLoad(CarriedLoad):
         self._damping = 2.0 * np.sqrt(load.stiffness * load.mass / len(load.grasps))
         place, turn = grasps.hung(self.grasps, points, load.weight, load.stiffness)
         at = grasps.held_at(self.grasps, place, turn)
-        self.state = Carried(place, turn, load.stiffness * (points - at))
+        self.state = LoadState(place, turn, load.stiffness * (points - at))
         half = [0.5 * side for side in load.size]
         shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, **self._client)
         self._body = pybullet.createMultiBody(
@@ -206,7 +206,7 @@ class HangingLoad(CarriedLoad):
         place, turn = pybullet.getBasePositionAndOrientation(self._body, **self._client)
         force = np.mean(self._forces, axis=0) if self._forces else np.zeros_like(self.grasps)
         self._forces = []
-        self.state = Carried(np.array(place), np.array(turn), force)
+        self.state = LoadState(np.array(place), np.array(turn), force)
         size, gone = np.linalg.norm(force, axis=1) * self.held, []
         row = int(np.argmax(size))
         if size[row] > self.load.grip:

@@ -227,7 +227,7 @@ class AirborneGroup:
         """Return the poses (m, 3) after ``step`` [s] under ``command`` (m, axes)."""
         group, forces = self._group, ()
         if self._weather is not None:
-            wind = self._weather.felt().wind
+            wind = self._weather.disturbances().wind
             forces = (np.column_stack([wind, np.zeros(len(wind))]),)
         if self._touching is not None:
             forces += (self._touching.solver(self._inner, step),)

@@ -169,7 +169,7 @@ class ForcedGroup:
             command,
             self._limits,
             self._numbers,
-            self._weather.felt(),
+            self._weather.disturbances(),
             self._step,
             *(() if efforts is None else (efforts,)),
         )
@@ -184,7 +184,7 @@ class ForcedGroup:
 
     def counted(self):
         """Return what the encoders count per second, (m, encoders)."""
-        velocity = self._drive.obeyed(self._state)
+        velocity = self._drive.axis_velocity(self._state)
         return self._drive.rim_speeds(velocity, np.zeros(len(velocity)), self._numbers)
 
     def twist(self):

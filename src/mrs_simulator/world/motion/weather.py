@@ -12,7 +12,7 @@ not depend on the step.
 
 import numpy as np
 
-from mrs_simulator.scenario.surroundings.environment import Felt
+from mrs_simulator.scenario.surroundings.environment import Disturbances
 from mrs_simulator.world.wheel_odometry.noise import RobotStreams
 
 GUSTS, WAVES = 2, 3  # among a robot's noise streams, after its wheels
@@ -94,7 +94,7 @@ class Weather:
             self._gusts = Gusts(environment.gusts, environment.gust_time, step, seed, rows)
         if environment.wave_height:
             self._waves = Waves(environment.wave_period, step, seed, rows)
-        self._still = Felt(
+        self._still = Disturbances(
             np.array(environment.current), np.tile(self._wind, (m, 1)), np.zeros((m, 2))
         )
 
@@ -104,12 +104,12 @@ class Weather:
             if each is not None:
                 each.reset()
 
-    def felt(self):
-        """Return what is ``Felt`` in the next step."""
-        felt = self._still
+    def disturbances(self):
+        """Return the ``Disturbances`` in the next step."""
+        present = self._still
         if self._gusts is not None:
             gust = self._gusts.advance()[:, np.newaxis] * self._along
-            felt = felt._replace(wind=felt.wind + gust)
+            present = present._replace(wind=present.wind + gust)
         if self._waves is not None:
-            felt = felt._replace(waves=self._environment.wave_height * self._waves.advance())
-        return felt
+            present = present._replace(waves=self._environment.wave_height * self._waves.advance())
+        return present

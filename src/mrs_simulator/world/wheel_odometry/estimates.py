@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import compose, relative
 from mrs_simulator.core.spatial import turned
-from mrs_simulator.vehicles.odometry_rates import Schedule, odometry_steps
+from mrs_simulator.vehicles.odometry_rates import OdometrySchedule, odometry_steps
 from mrs_simulator.world.wheel_odometry.odometry import WHEEL_MISMATCH, WHEEL_SLIP, WheelOdometry
 
 
@@ -38,7 +38,7 @@ class Estimates:
         self._aloft = np.flatnonzero(team.airborne)
         self._schedule = None
         if rate is not None:
-            self._schedule = Schedule(odometry_steps(team, rate, clock.step_size))
+            self._schedule = OdometrySchedule(odometry_steps(team, rate, clock.step_size))
         if wheels is not None:
             wheels.begin_at(starts[:, 2])
 

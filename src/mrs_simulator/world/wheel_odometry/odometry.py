@@ -105,12 +105,12 @@ class WheelOdometry:
     def _reckon(self, travel, joints):
         travel = [each for each, counted in zip(travel, self._counted) if counted]
         if len(self._counted) == 1 and self._parts:
-            self.pose = self._parts[0].reckoned(self.pose, travel[0], joints)
+            self.pose = self._parts[0].odometry_pose(self.pose, travel[0], joints)
             return
         pose = self.pose.copy()
         for part, rolled in zip(self._parts, travel):
             rows = part.group.rows
-            pose[rows] = part.reckoned(self.pose[rows], rolled, joints[rows])
+            pose[rows] = part.odometry_pose(self.pose[rows], rolled, joints[rows])
         self.pose = pose
 
 
@@ -136,9 +136,9 @@ class _Part:
         self._travel = np.zeros((len(self.group.kinds), wheels))
         self._scale = 1.0 + self._mismatch * self._noise.draw()
 
-    def reckoned(self, pose, travel, joints):
+    def odometry_pose(self, pose, travel, joints):
         rolled = travel - self._travel
         self._travel = travel.copy()
         if self._slip or self._mismatch:
             rolled = rolled * (self._scale + self._slip * self._noise.draw())
-        return self.group.drive.reckoned(pose, rolled, joints, self.group.numbers)
+        return self.group.drive.odometry_pose(pose, rolled, joints, self.group.numbers)

@@ -21,7 +21,7 @@ DAMPING = 0.05  # [m/s]
 SMALL = 1e-12  # [-] beyond a bound
 
 
-def reaching(jacobians, wanted, besides, scale, low, high):
+def tool_inputs(jacobians, wanted, besides, scale, low, high):
     """Return the inputs (m, c) with which tools move by ``wanted`` (m, 3) [m/s].
 
     ``jacobians`` (m, 3, c); ``besides`` (m, c): inputs wanted besides; ``scale`` (m, c): the greatest

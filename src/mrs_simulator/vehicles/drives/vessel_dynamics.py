@@ -22,7 +22,7 @@ SHORT = 1e-6  # [N, N m] by which thrusters give less than is asked for, beyond 
 SUBSTEP = 0.02  # [s] the longest
 
 
-class Afloat(NamedTuple):
+class VesselState(NamedTuple):
     """The inner state of m vessels, arrays in memory column by column."""
 
     velocity: np.ndarray  # (m, 3) [m/s, m/s, rad/s] through the water, body frame
@@ -32,8 +32,8 @@ class Afloat(NamedTuple):
 
 
 def begin(m):
-    """Return the ``Afloat`` of m vessels at rest in the water."""
-    return Afloat(*(np.zeros((m, width), order="F") for width in (3, 2, 2, 2)))
+    """Return the ``VesselState`` of m vessels at rest in the water."""
+    return VesselState(*(np.zeros((m, width), order="F") for width in (3, 2, 2, 2)))
 
 
 def _gain(numbers, index):
@@ -54,16 +54,16 @@ def responses(numbers):
     return (inertia + _gain(numbers, 3)) / (linear + _gain(numbers, 1))
 
 
-def told(afloat, wanted, numbers, efforts=None):
+def thruster_commands(vessel, wanted, numbers, efforts=None):
     """Return the commands (m, 2) that the controllers give thrusters for ``wanted`` (m, 2) u and r, and
     where, (2, m) bool, they ask for more than there is.
 
     ``efforts`` (m, 4): commands of the left and right thruster, force ahead [N] and torque [N m] that
     are told instead of what controllers ask for, nan where they are not; None: nowhere.
     """
-    error = (wanted - afloat.velocity[:, ::2]).T
+    error = (wanted - vessel.velocity[:, ::2]).T
     effort = _gain(numbers, 0) * wanted.T + _gain(numbers, 1) * error
-    effort += _gain(numbers, 2) * afloat.integral.T - _gain(numbers, 3) * afloat.slope.T
+    effort += _gain(numbers, 2) * vessel.integral.T - _gain(numbers, 3) * vessel.slope.T
     if efforts is not None:
         effort = np.where(np.isnan(efforts[:, 2:].T), effort, efforts[:, 2:].T)
     given = thrusters.allocated(effort[0], effort[1], numbers)
@@ -79,72 +79,72 @@ def told(afloat, wanted, numbers, efforts=None):
     return command, short
 
 
-def thrust_force(afloat, numbers):
+def thrust_force(vessel, numbers):
     """Return the thrusters' force (m, 3) [N, N, N m] on the body."""
-    left, right = thrusters.thrust(afloat.command, numbers).T
+    left, right = thrusters.thrust(vessel.command, numbers).T
     result = np.zeros((3, len(left)))
     result[0], result[2] = left + right, numbers.arm * (right - left)
     return result.T
 
 
-def sailed(afloat, force, numbers, duration, wanted, efforts=None):
-    """Return the ``Afloat`` after ``duration`` [s], at most ``SUBSTEP``, and the mean velocity (m, 3).
+def advanced(vessel, force, numbers, duration, wanted, efforts=None):
+    """Return the ``VesselState`` after ``duration`` [s], at most ``SUBSTEP``, and the mean velocity (m, 3).
 
     ``force`` (m, 3) [N, N, N m]: of wind and waves; ``wanted`` (m, 2): u and r for the controllers;
-    ``efforts`` as of :func:`told`.
+    ``efforts`` as of :func:`thruster_commands`.
     """
-    command, short = told(afloat, wanted, numbers, efforts)
-    error = wanted - afloat.velocity[:, ::2]
-    integral = afloat.integral + duration * np.where(short.T, 0.0, error)
-    afloat = afloat._replace(
-        command=thrusters.after_lag(afloat.command, command, numbers, duration)
+    command, short = thruster_commands(vessel, wanted, numbers, efforts)
+    error = wanted - vessel.velocity[:, ::2]
+    integral = vessel.integral + duration * np.where(short.T, 0.0, error)
+    vessel = vessel._replace(
+        command=thrusters.after_lag(vessel.command, command, numbers, duration)
     )
-    total = force + thrust_force(afloat, numbers)
-    velocity = hydrodynamics.moved(afloat.velocity, total, numbers, duration)
-    slope = (velocity - afloat.velocity)[:, ::2] / duration
+    total = force + thrust_force(vessel, numbers)
+    velocity = hydrodynamics.moved(vessel.velocity, total, numbers, duration)
+    slope = (velocity - vessel.velocity)[:, ::2] / duration
     share = np.exp(-duration / FILTER)
-    after = afloat._replace(
-        velocity=velocity, integral=integral, slope=slope + share * (afloat.slope - slope)
+    after = vessel._replace(
+        velocity=velocity, integral=integral, slope=slope + share * (vessel.slope - slope)
     )
-    return after, 0.5 * (velocity + afloat.velocity)
+    return after, 0.5 * (velocity + vessel.velocity)
 
 
-def voyage(pose, afloat, wanted, numbers, felt, step, efforts=None):
-    """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces, towards u and r ``wanted`` (m, 2).
+def moved_with_forces(pose, vessel, wanted, numbers, disturbances, step, efforts=None):
+    """Return poses (m, 3) and states after ``step`` [s] with forces, towards u and r ``wanted`` (m, 2).
 
-    ``felt``: the ``core.environment.Felt`` of these robots; ``efforts`` as of :func:`told`.
+    ``disturbances``: the ``Disturbances`` of these robots; ``efforts`` as of :func:`thruster_commands`.
     """
     count = max(1, int(np.ceil(step / SUBSTEP - 1e-9)))
-    waves = wave_force(felt.waves, numbers)
+    waves = wave_force(disturbances.waves, numbers)
     for _ in range(count):
         turn = cos_sin(pose[:, 2])
-        ground = hydrodynamics.over_ground(afloat.velocity, pose[:, 2], felt.current, turn)
-        air = hydrodynamics.into_body(felt.wind, pose[:, 2], turn) - ground[:, :2]
+        ground = hydrodynamics.over_ground(vessel.velocity, pose[:, 2], disturbances.current, turn)
+        air = hydrodynamics.into_body(disturbances.wind, pose[:, 2], turn) - ground[:, :2]
         force = hydrodynamics.wind_force(air, numbers) + waves
-        afloat, mean = sailed(afloat, force, numbers, step / count, wanted, efforts)
-        pose = hydrodynamics.drifted(pose, mean, felt.current, step / count)
-    return pose, afloat
+        vessel, mean = advanced(vessel, force, numbers, step / count, wanted, efforts)
+        pose = hydrodynamics.drifted(pose, mean, disturbances.current, step / count)
+    return pose, vessel
 
 
-def obeyed(afloat):
+def axis_velocity(vessel):
     """Return u and r (m, 2) of the inner state."""
-    return afloat.velocity[:, [0, 2]]
+    return vessel.velocity[:, [0, 2]]
 
 
-def twist_of(afloat):
+def twist_of(vessel):
     """Return the body twists (m, 3) through the water: vx, vy [m/s], omega [rad/s]."""
-    return afloat.velocity
+    return vessel.velocity
 
 
-def stopped(afloat, pushed, moved):
-    """Return the ``Afloat`` where contacts let the robots ``pushed`` (m,) bool move by ``moved`` (k, 2).
+def stopped(vessel, pushed, moved):
+    """Return the state in which contacts let the robots ``pushed`` (m,) bool move by ``moved`` (k, 2).
 
     [m/s] through the water, in the body's frame: no faster than they went, nor the other way.
     """
-    velocity = afloat.velocity.copy(order="F")
+    velocity = vessel.velocity.copy(order="F")
     own = velocity[pushed, :2]
     velocity[pushed, :2] = np.sign(own) * np.clip(np.sign(own) * moved, 0.0, np.abs(own))
-    return afloat._replace(velocity=velocity)
+    return vessel._replace(velocity=velocity)
 
 
 def wave_force(waves, numbers):

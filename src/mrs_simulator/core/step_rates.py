@@ -4,7 +4,7 @@ What is wanted at a rate f happens every ``m`` steps of h, ``m = max(1, round(1/
 rate ``1/(m h)``: of the nearest period, which :func:`rate_note` names where it is not the wanted one.
 """
 
-FAR_OFF = 0.01  # [-] by which a rate may differ from the wanted one without a word
+TOLERANCE = 0.01  # [-] by which a rate may differ from the wanted one without a word
 
 
 def steps_between(rate, step):
@@ -16,7 +16,7 @@ def rate_note(what, rate, step):
     """Return the text that names the rate that is kept of ``what``, "" where that is ``rate`` [Hz]."""
     steps = steps_between(rate, step)
     kept = 1.0 / (steps * step)
-    if abs(kept - rate) <= FAR_OFF * rate:
+    if abs(kept - rate) <= TOLERANCE * rate:
         return ""
     text = "{} at {:g} Hz, every {} steps of {:g} s; wanted {:g} Hz"
     return text.format(what, round(kept, 3), steps, step, rate)

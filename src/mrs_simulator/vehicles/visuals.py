@@ -17,7 +17,7 @@ SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius"
 
 
 @functools.lru_cache(maxsize=64)
-def looks(kind):
+def visual_parts(kind):
     """Return the ``Part`` tuple of a ``Kind``, in the frame of a robot's centre on the ground.
 
     Those of its shape or model, else its outline and nose.
@@ -55,7 +55,7 @@ def description(kind):
     """
     robot = ElementTree.Element("robot", name=kind.name)
     link = ElementTree.SubElement(robot, "link", name="base_link")
-    for place, part in enumerate(looks(kind)):
+    for place, part in enumerate(visual_parts(kind)):
         visual = ElementTree.SubElement(link, "visual")
         where = {"xyz": _text(part.place[:3]), "rpy": _text(part.place[3:])}
         ElementTree.SubElement(visual, "origin", where)

@@ -29,7 +29,7 @@ def driven(scenario, duration):
     experiment = Experiment(scenario, protocol)
     suite, world = experiment.sensors, experiment.world
     names = dict.fromkeys(range(scenario.n), (*protocol.SENSORS, "laser"))
-    suite.listen(names)
+    suite.activate(names)
     scans, last = [], None
     for _ in experiment.samples():
         for sensor in suite.active:

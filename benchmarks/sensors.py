@@ -119,7 +119,7 @@ def picture_seconds(width, height, count=5):
     scenario = scenario_from_dict(dict(content, sensors=[{"mounts": {"eye": eye}}]))
     world = World.from_scenario(scenario)
     suite = Suite.of_scenario(scenario, *world.senses)
-    suite.listen({row: ["eye"] for row in range(7)})
+    suite.activate({row: ["eye"] for row in range(7)})
     suite.update(0, world.sensed)
     begun = time.process_time()
     for step in range(10, 10 * (count + 1), 10):

@@ -148,7 +148,7 @@ class Team:
         self.world, self._together = World.from_scenario(scenario), together
         self.suite = Suite.of_scenario(scenario, *self.world.senses)
         wanted = [[m.name for m in own if m.name in NAMES] for own in self.suite.mounts]
-        self.suite.listen(dict(enumerate(wanted)))
+        self.suite.activate(dict(enumerate(wanted)))
         self.robots = [Robot(row, port + row, arrays) for row in range(scenario.n)]
         self._shots = max(1, round(FIRED / scenario.step))
         self._packets = max(1, round(PACKET / scenario.step))

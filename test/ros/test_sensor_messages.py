@@ -66,7 +66,7 @@ def sensors():
     """Sensors after a second of driving, and the team that has them."""
     world = World.from_scenario(scenario())
     suite = Suite.of_scenario(scenario(), world.team, world.obstacles)
-    suite.listen({row: [m.name for m in mounts] for row, mounts in enumerate(suite.mounts)})
+    suite.activate({row: [m.name for m in mounts] for row, mounts in enumerate(suite.mounts)})
     world.set_commands([0, 1], np.array([[0.3, 0.1], [0.2, 0.0]]))
     for _ in range(50):
         suite.update(world.steps, world.sensed)
@@ -104,7 +104,7 @@ def test_echoes_are_points_in_the_robots_axes():
     suite = Suite.of_scenario(scenario(poses=[[0.0, 0.0, 0.0]]), world.team, world.obstacles)
     mount = suite.mounts[0][0]._replace(noise=())
     sonar = TYPES["sonar"](mount, np.array([0]), world.team)
-    suite.listen({0: ["sonar"]})
+    suite.activate({0: ["sonar"]})
     reading = sonar.read(world.sensed(), suite._scenery, _Exact())
     cloud, cloud2 = forms_of(mount, world.kinds[0])
     points = sent(cloud, cloud.rows(reading)[0]).points
@@ -322,7 +322,7 @@ def test_a_late_listener_changes_no_value(topics):
     topics.peer_subscribe()
     run(topics, world, 13)
     suite = Suite.of_scenario(scenario(), world.team, world.obstacles)
-    suite.listen({1: ["sonar"]})
+    suite.activate({1: ["sonar"]})
     suite.update(world.steps, world.sensed)
     form = forms_of(suite.mounts[1][0], world.kinds[1])[0]
     wanted = form.rows(suite.readings(world.time) and suite.active[0].known(world.time))

@@ -109,7 +109,7 @@ def test_walls_of_a_map_collide_are_seen_and_are_known_to_laws(room):
     }}}])  # fmt: skip
     world = World.from_scenario(found)
     suite = Suite.of_scenario(found, Team.from_scenario(found), world.obstacles)
-    suite.listen({0: ["ray"]})
+    suite.activate({0: ["ray"]})
     suite.update(0, world.sensed)
     assert suite.readings(0.0)[0]["ray"].ranges == pytest.approx([0.75])  # the wall begins at x = 1
     for _ in range(600):

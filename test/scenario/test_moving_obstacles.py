@@ -74,7 +74,7 @@ def test_sensors_see_it_where_it_is():
     )
     world = World.from_scenario(given)
     suite = Suite.of_scenario(given, world.team, world.obstacles)
-    suite.listen({0: ["sonar"]})
+    suite.activate({0: ["sonar"]})
     left = {}
     for step in range(0, 301):
         suite.update(step, world.sensed)

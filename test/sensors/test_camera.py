@@ -31,7 +31,7 @@ def sensed(mount=EYE, obstacles=(WALL,), poses=((0.0, 0.0, 0.0),), steps=1):
     scenario = scenario_from_dict(dict(content, sensors=[{"mounts": {"eye": mount}}]))
     world = World.from_scenario(scenario)
     suite = Suite.of_scenario(scenario, *world.senses)
-    suite.listen({row: ["eye"] for row in range(len(poses))})
+    suite.activate({row: ["eye"] for row in range(len(poses))})
     for step in range(steps):
         suite.update(step, world.sensed)
         world.step()

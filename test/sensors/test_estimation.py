@@ -98,7 +98,7 @@ def known(**sensors):
     scenario = scenario_from_dict(content)
     team = Team.from_scenario(scenario)
     estimator, suite = Estimator.of_scenario(scenario, team), Suite.of_scenario(scenario, team)
-    suite.listen({row: sorted(sensors) for row in range(N)})
+    suite.activate({row: sorted(sensors) for row in range(N)})
     return estimator, suite
 
 

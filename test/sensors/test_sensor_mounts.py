@@ -27,13 +27,13 @@ def test_mounts_of_every_shipped_kind_are_possible():
     of_kind = dict(zip(KINDS, fitted_mounts(Team(KINDS))))
     for kind in ("pioneer3dx", "pioneer3at"):
         (sonar,) = of_kind[kind]
-        assert sonar.name == "sonar" and len(sonar.numbers.transducers) == 16
-        assert sonar.rate == 10.0 and sonar.numbers.most == 5.0
-    assert of_kind["pioneer3dx"][0].numbers.transducers[2] == pytest.approx(
+        assert sonar.name == "sonar" and len(sonar.settings.transducers) == 16
+        assert sonar.rate == 10.0 and sonar.settings.most == 5.0
+    assert of_kind["pioneer3dx"][0].settings.transducers[2] == pytest.approx(
         (0.148, 0.078, np.pi / 6)
     )
-    assert len(of_kind["amigobot"][0].numbers.transducers) == 8
-    assert of_kind["turtlebot3_burger"][0].numbers.rays == 360
+    assert len(of_kind["amigobot"][0].settings.transducers) == 8
+    assert of_kind["turtlebot3_burger"][0].settings.rays == 360
 
 
 def test_sensors_are_added_removed_and_tuned_for_all_or_for_some():
@@ -43,14 +43,14 @@ def test_sensors_are_added_removed_and_tuned_for_all_or_for_some():
         ["sonar", "scan"],
         ["sonar", "laser", "scan"],
     ]
-    assert found[0][1].numbers.most == 32.767 and found[0][1].place[0] == pytest.approx(0.021)
+    assert found[0][1].settings.most == 32.767 and found[0][1].place[0] == pytest.approx(0.021)
     found = mounts({"robots": 2, "mounts": {"sonar": None}})
     assert names(found) == [["sonar"], [], ["sonar"]]
     tuned = mounts({"robots": 3, "mounts": {"sonar": {"rate": 5, "noise": {"bias": "1 cm"}}}})
     assert [robot[0].rate for robot in tuned] == [10.0, 10.0, 5.0]
     noise = dict(tuned[2][0].noise)[""]
     assert noise.bias == 0.01 and noise.stddev == dict(tuned[0][0].noise)[""].stddev
-    assert tuned[2][0].numbers == tuned[0][0].numbers
+    assert tuned[2][0].settings == tuned[0][0].settings
 
 
 def test_sensors_are_given_to_a_kind_and_to_a_group():
@@ -69,7 +69,7 @@ def test_sensors_are_given_to_a_kind_and_to_a_group():
 
 def test_another_model_or_type_takes_nothing_from_the_one_before():
     (robot,) = mounts({"mounts": {"laser": {"model": "urg04lx"}}}, poses=[[0.0, 0.0, 0.0]])
-    assert robot[1].numbers.rays == 683 and robot[1].place == (0.0, 0.0, 0.0, 0.0)
+    assert robot[1].settings.rays == 683 and robot[1].place == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_more_robots_have_the_sensors_of_the_last():
@@ -153,7 +153,7 @@ def heard(listened, until=1.0, since=0.0, **content):
         time = step * scenario.step
         if time >= since - 1e-9:
             if not result:
-                found.listen(listened)
+                found.activate(listened)
             pose = scenario.poses + [0.1 * time, 0.0, 0.0]
             found.update(step, lambda pose=pose, time=time: State(time, pose, np.zeros_like(pose)))
             result.append(found.readings(time))
@@ -202,7 +202,7 @@ def test_nobody_is_read_who_is_not_listened_to():
 def test_a_sensor_that_a_robot_lacks_is_refused_by_name():
     _, found = suite(sensors=[{"robots": 2, "mounts": {"sonar": None}}])
     with pytest.raises(SensorError, match=r"sensors of robot2 \(pioneer3dx\): unknown 'sonar'"):
-        found.listen({0: ["sonar"], 1: ["sonar"]})
+        found.activate({0: ["sonar"], 1: ["sonar"]})
 
 
 def test_a_rate_that_steps_cannot_keep_is_told():

@@ -123,7 +123,7 @@ def test_robots_at_another_height_are_not_met():
 def suite(content, names):
     scenario = scenario_from_dict(content)
     result = Suite.of_scenario(scenario, Team.from_scenario(scenario))
-    result.listen(dict.fromkeys(range(scenario.n), names))
+    result.activate(dict.fromkeys(range(scenario.n), names))
     result.update(0, lambda: state(scenario.poses))
     return result.readings(0.0)
 
@@ -217,5 +217,5 @@ def test_transducers_that_take_turns_tell_what_they_heard_last():
 def suite_of(content):
     scenario = scenario_from_dict(content)
     suite = Suite.of_scenario(scenario, Team.from_scenario(scenario))
-    suite.listen({0: ["ring"]})
+    suite.activate({0: ["ring"]})
     return suite

@@ -34,7 +34,7 @@ def read(mounts, *states, poses=None, **more):
     poses = states[-1].pose.tolist() if poses is None else poses
     _, found = suite(mounts, poses, **more)
     (name,) = mounts
-    found.listen({row: [name] for row in range(len(poses))})
+    found.activate({row: [name] for row in range(len(poses))})
     for step, each in enumerate(states):
         found.update(step, lambda each=each: each)
     known = found.readings(states[-1].time)
@@ -158,7 +158,7 @@ def test_a_robot_that_drives_into_a_wall_feels_it_ahead():
     wall = {"type": "box", "center": [1.0, 0.0], "size": [0.2, 2.0]}
     scenario, found = suite({"bumper": {"type": "bumper"}}, obstacles=[wall])
     world = World.from_scenario(scenario)
-    found.listen({0: ["bumper"]})
+    found.activate({0: ["bumper"]})
     felt = []
     for step in range(150):
         world.set_commands(EVERY, np.array([[0.5, 0.0]]))
@@ -179,7 +179,7 @@ COUNTS = {"encoders": {"type": "encoders", "noise": {"quantum": "1 mm"}}}
 def test_encoders_count_how_far_the_wheels_have_rolled():
     scenario, found = suite(COUNTS, [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], limits="none")
     world = World.from_scenario(scenario)
-    found.listen({0: ["encoders"], 1: ["encoders"]})
+    found.activate({0: ["encoders"], 1: ["encoders"]})
     for _ in range(100):
         world.set_commands(EVERY, np.array([[0.2, 0.0], [0.0, 0.5]]))
         world.step()
@@ -303,10 +303,10 @@ def test_a_battery_drains_with_use_though_nobody_listens():
     assert not found.is_idle
     for step in range(0, 151, 50):  # at 0.5 m/s and 0.2 rad/s, 20 + 20 + 2 W
         found.update(step, lambda step=step: state([[0.0] * 3], [[0.5, 0.0, -0.2]], 0.02 * step))
-    found.heed({0: ["battery"]}, 150, lambda: state([[0.0] * 3], time=3.0))
+    found.activate_from({0: ["battery"]}, 150, lambda: state([[0.0] * 3], time=3.0))
     reading = found.readings(3.0)[0]["battery"]
-    found.heed({}, 151, lambda: state([[0.0] * 3], [[9.0, 0.0, 0.0]], 3.5))
-    found.heed({0: ["battery"]}, 175, lambda: state([[0.0] * 3], [[9.0, 0.0, 0.0]], 3.5))
+    found.activate_from({}, 151, lambda: state([[0.0] * 3], [[9.0, 0.0, 0.0]], 3.5))
+    found.activate_from({0: ["battery"]}, 175, lambda: state([[0.0] * 3], [[9.0, 0.0, 0.0]], 3.5))
     reading = found.readings(3.5)[0]["battery"]  # a new listener drains nothing
     assert reading.stamp == 3.0 and reading.charge == pytest.approx(0.5 - 3 * 42.0 / 3600.0)
     assert reading.voltage == pytest.approx(10.0 + 2.0 * reading.charge)

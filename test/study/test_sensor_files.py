@@ -65,7 +65,7 @@ def test_every_sample_is_recorded_as_it_was_measured(out):
     assert rows[::2, 0] == pytest.approx(0.1 * np.arange(11))
     world = World.from_scenario(scenario())
     suite = Suite.of_scenario(scenario(), world.team, world.obstacles)
-    suite.listen({0: ["laser"]})
+    suite.activate({0: ["laser"]})
     suite.update(0, world.sensed)
     np.testing.assert_allclose(rows[:2, 2:], suite.active[0].newest.ranges, rtol=1e-8)
 

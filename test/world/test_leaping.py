@@ -353,7 +353,7 @@ def test_robots_leap_where_nothing_but_the_law_moves_them(field, compiled):
 def test_robots_that_are_sensed_do_not_leap(sensors, compiled):
     compiled()
     experiment = Experiment(scenario())
-    experiment.sensors.listen({0: sensors})
+    experiment.sensors.activate({0: sensors})
     assert experiment._can_leap() != bool(sensors)
 
 

@@ -14,7 +14,7 @@ TINY = 1e-300  # [-] as in ``scenery``
 
 
 def meet_box(x, y, u, v, length, width):
-    """Return how far along the ray (u, v) from (x, y) a box around the origin begins, inf if nowhere."""
+    """Return the distance along the ray (u, v) from (x, y) to a box around the origin, inf if none."""
     slope = 1.0 / (u + TINY)
     middle, span = x * slope, length * abs(slope)
     enter, leave = max(0.0, -middle - span), min(np.inf, span - middle)
@@ -25,7 +25,7 @@ def meet_box(x, y, u, v, length, width):
 
 
 def meet_disc(x, y, u, v, radius):
-    """Return the same of a disc."""
+    """Return the distance along the ray (u, v) from (x, y) to a disc around the origin, inf if none."""
     along = x * u + y * v
     inner = along * along - (x * x + y * y - radius * radius)
     root = np.sqrt(max(inner, 0.0))
@@ -33,7 +33,7 @@ def meet_disc(x, y, u, v, radius):
 
 
 def nearest(x, y, u, v, length, width, is_round, cos):
-    """Return how far the nearest point is, inf where it is not in the cone."""
+    """Return the distance to the nearest point of the shape, inf where it is not in the cone."""
     if is_round:
         share = min(length / max(np.sqrt(x * x + y * y), TINY), 1.0) - 1.0
         x, y = share * x, share * y
@@ -45,7 +45,7 @@ def nearest(x, y, u, v, length, width, is_round, cos):
 
 
 def meet(x, y, u, v, length, width, is_round):
-    """Return the same of a box or a disc."""
+    """Return the distance along the ray (u, v) from (x, y) to a box or a disc, inf if none."""
     if is_round:
         return meet_disc(x, y, u, v, length)
     return meet_box(x, y, u, v, length, width)
@@ -93,10 +93,10 @@ def cast_all(shapes, rays, most, slack, reach, cos, sin, unseen, result):
 
 
 def make_kernel(compile_):
-    """Return the function that casts all rays, it and its helpers gone through ``compile_``.
+    """Return ``cast_all``, it and its helpers compiled by ``compile_``.
 
-    They are copies that find each other among their globals: of what closures hold numba keeps nothing
-    on the disk that another process would find again.
+    The compiled functions are copies with globals of their own: numba's cache on disk does not hold
+    functions that refer to each other by closures.
     """
     scope = dict(globals())
     for function in (meet_box, meet_disc, nearest, meet, cast_all):

@@ -24,7 +24,7 @@ class Mount(NamedTuple):
     place: Tuple[float, ...]  # x, y, z [m], yaw [rad] in the robot's frame, z above its underside
     rate: float  # [Hz]
     noise: Tuple[Tuple[str, Noise], ...]  # by quantity
-    numbers: Any  # of the type
+    settings: Any  # of the type
 
     @property
     def latency(self):

@@ -6,7 +6,7 @@ A measured value ``v`` at sample k, taken every ``period``, becomes
 
 with ``e``, ``f`` standard normal, ``b`` normal of ``bias_stddev``, drawn once, and ``q`` the quantum; then
 it is lost with probability ``dropout``.  Every draw is a function of the seed, the robot's number, the
-sensor's name and k: nothing else in the team, and nobody who listens, changes it.
+sensor's name and k: it depends neither on the rest of the team nor on who subscribes.
 """
 
 import zlib
@@ -17,7 +17,7 @@ import numpy as np
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.quantities import QuantitySection
 
-WORDS = ("stddev", "bias", "bias_walk", "quantum", "dropout", "latency")
+KEYS = ("stddev", "bias", "bias_walk", "quantum", "dropout", "latency")
 BLOCK = 1024  # [-] numbers that are drawn at a time of each robot's stream, at least one sample's
 SAMPLES = (
     16  # [-] samples that are drawn at a time where there is a value for each robot of the team
@@ -32,16 +32,16 @@ class Noise(NamedTuple):
     stddev: float = 0.0  # of each value
     bias: float = 0.0  # the same for all robots
     bias_stddev: float = 0.0  # of a bias that each robot draws once for each value
-    bias_walk: float = 0.0  # [unit/sqrt(s)] how fast the bias wanders
+    bias_walk: float = 0.0  # [unit/sqrt(s)] of a random walk of the bias
     quantum: float = 0.0  # values are whole multiples of it, 0: any
     dropout: float = 0.0  # [-] probability that a value is lost
-    latency: float = 0.0  # [s] from the measurement until it is known
+    latency: float = 0.0  # [s] from the measurement until it is available
 
 
-SILENCE = Noise()
+NOISELESS = Noise()
 
 
-def read_noise(section, unit, default=SILENCE):
+def read_noise(section, unit, default=NOISELESS):
     """Return the ``Noise`` of a quantity with SI ``unit`` in a mapping's ``section``.
 
     What is left out is that of ``default``.  Raises ``ScenarioError``.
@@ -62,8 +62,8 @@ def read_noise(section, unit, default=SILENCE):
 
 
 def _check_sizes(noise, section):
-    """Raise ``ScenarioError`` for numbers beyond what can be reckoned with."""
-    for key in WORDS:
+    """Raise ``ScenarioError`` for numbers that are too large or too small to compute with."""
+    for key in KEYS:
         value = abs(getattr(noise, key))
         if key == "bias":
             value = max(value, noise.bias_stddev)
@@ -126,7 +126,7 @@ class Streams:
 
 
 class Draws:
-    """The noise of one sensor of m robots at one sample: what ``read`` is given as ``rng``."""
+    """The noise of one sensor of m robots at one sample: the argument ``rng`` of ``read``."""
 
     def __init__(self, noise, streams, period):
         """``noise``: ``Noise`` by quantity; ``period`` [s] between two samples."""
@@ -135,7 +135,7 @@ class Draws:
         self.sample = 0
 
     def at(self, sample):
-        """Go to the whole number ``sample``, counted from the beginning of the run; return this."""
+        """Go to the whole number ``sample``, counted from the beginning of the run; return ``self``."""
         if sample < self.sample:
             self._walks = {}
         self.sample = sample
@@ -143,8 +143,8 @@ class Draws:
 
     def noisy(self, values, quantity=""):
         """Return ``values`` (m, ...) as they are measured; those that are lost are nan."""
-        noise = self._noise.get(quantity, SILENCE)
-        if noise[:-1] == SILENCE[:-1]:
+        noise = self._noise.get(quantity, NOISELESS)
+        if noise[:-1] == NOISELESS[:-1]:
             return values
         shape = np.shape(values)
         values = np.array(values, dtype=float).reshape(shape[0], -1)
@@ -156,7 +156,7 @@ class Draws:
 
     def lost(self, width, quantity=""):
         """Return which values (m, width) bool of ``quantity`` are lost."""
-        chance = self._noise.get(quantity, SILENCE).dropout
+        chance = self._noise.get(quantity, NOISELESS).dropout
         drawn = self._streams.uniform(quantity + ".dropout", width, self.sample) if chance else 1.0
         return np.broadcast_to(drawn < chance, (len(self._streams._numbers), width))
 

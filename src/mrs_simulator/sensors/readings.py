@@ -1,13 +1,13 @@
-"""What a law is given of its robots' sensors."""
+"""Sensor readings as a control law gets them."""
 
 import numpy as np
 
 
 class Readings:
-    """The newest readings of one robot, each an attribute by its sensor's name; None until one has come."""
+    """The newest readings of one robot, each an attribute by its sensor's name; None before the first."""
 
     def __init__(self, number, asked, known=None):
-        """``asked``: names of the sensors that the law asks for; ``known``: readings by name."""
+        """``asked``: names of the sensors in the law's ``SENSORS``; ``known``: readings by name."""
         self.__dict__.update(dict.fromkeys(asked), **(known or {}))
         self.__dict__["_number"] = number
 
@@ -24,7 +24,7 @@ class Readings:
 
 
 def frozen(reading):
-    """Return the ``reading``, whose arrays nobody can write to from now on: others go by it, too."""
+    """Return the ``reading`` with its arrays made read-only, since several readers share it."""
     for value in reading:
         if isinstance(value, np.ndarray):
             value.setflags(write=False)

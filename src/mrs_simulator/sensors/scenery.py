@@ -1,4 +1,4 @@
-"""What stands around sensors, and rays in the plane that meet it.
+"""The surroundings of sensors as shapes, and ray casting in the plane.
 
 Obstacles, walls and robots are upright boxes and cylinders; a sensor looks level, at its own height.
 """
@@ -12,7 +12,7 @@ from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder
 
-NOBODY = -1
+NO_ROBOT = -1
 TINY = 1e-300  # [-] instead of 0, of a ray along a face
 MOST = 16000  # [-] pairs of a ray and a shape that are looked at together: what a cache holds
 
@@ -26,7 +26,7 @@ class Shapes(NamedTuple):
     round: np.ndarray  # (N,) bool
     low: np.ndarray  # (N,) [m] height of the underside
     high: np.ndarray  # (N,) [m] height of the top
-    owner: np.ndarray  # (N,) row of the robot whose body it is, NOBODY for an obstacle
+    owner: np.ndarray  # (N,) row of the robot whose body it is, NO_ROBOT for an obstacle
 
     @property
     def reach(self):
@@ -40,12 +40,13 @@ class Scenery:
     def __init__(self, team, obstacles=(), picture=None):
         """``team``: the ``vehicles.Team``; ``obstacles``: ``Box`` and ``Cylinder``.
 
-        ``picture(state, eye, ahead, numbers)``: what a camera at ``eye`` (3,) sees ``ahead`` (3,).
+        ``picture(state, eye, ahead, settings)``: image and depth of a camera at ``eye`` (3,) that looks
+        along ``ahead`` (3,).
         """
         self.picture = picture
         fixed = [_of_obstacle(each) for each in obstacles]
         self._moving = [(row, each) for row, each in enumerate(obstacles) if moves(each)]
-        self._fixed = _shapes(fixed, [NOBODY] * len(fixed))
+        self._fixed = _shapes(fixed, [NO_ROBOT] * len(fixed))
         bodies = [kind.body for kind in team.kinds]
         self._ahead = np.array([0.5 * (body.front - body.rear) for body in bodies])
         half = np.array([[0.5 * body.length, 0.5 * body.width] for body in bodies])
@@ -108,7 +109,7 @@ class Rays(NamedTuple):
 
 
 def cast(shapes, rays, reach, cone=0.0, unseen=None):
-    """Return how far it is to the nearest of ``shapes`` along ``rays``, (m, K) [m], inf beyond ``reach``.
+    """Return the distances along ``rays`` to the nearest of ``shapes``, (m, K) [m], inf beyond ``reach``.
 
     ``cone`` [rad]: half of an opening angle below pi/2, within which the nearest point counts, as for the
     echo of a sonar.  A shape around the origin is at 0.  ``unseen`` (m,): rows of further robots not met.
@@ -133,7 +134,7 @@ def cast(shapes, rays, reach, cone=0.0, unseen=None):
 
 
 def _near(shapes, rays, reach, unseen):
-    """Return which rows of ``rays`` (p,) may meet which of ``shapes`` (p,), ordered by the rays."""
+    """Return pairs of rows of ``rays`` (p,) and ``shapes`` (p,) that may meet, ordered by the rays."""
     hub = rays.origin[:, 0]
     slack = np.abs(rays.origin - hub[:, np.newaxis]).sum(axis=2).max(initial=0.0)
     apart = hub[:, np.newaxis] - shapes.centre
@@ -198,7 +199,7 @@ def _turned(vectors, axis):
 
 
 def _meet_box(origin, direction, half):
-    """Return the way (p, K) [m] from ``origin`` to the box of ``half`` sizes about 0, inf if none."""
+    """Return the distances (p, K) [m] from ``origin`` to the box of ``half`` sizes about 0, inf if none."""
     enter, leave = 0.0, np.inf
     for at, along, size in zip(origin, direction, half):
         slope = 1.0 / (along + TINY)
@@ -209,7 +210,7 @@ def _meet_box(origin, direction, half):
 
 
 def _meet_disc(origin, direction, half):
-    """Return the way (p, K) [m] from ``origin`` to the disc about 0, inf if none."""
+    """Return the distances (p, K) [m] from ``origin`` to the disc about 0, inf if none."""
     (x, y), (u, v) = origin, direction
     along = x * u + y * v
     inner = along * along - (x * x + y * y - half[0] ** 2)
@@ -218,12 +219,12 @@ def _meet_disc(origin, direction, half):
 
 
 def _near_box(origin, half):
-    """Return the way (x, y) from ``origin`` to the nearest point of the box."""
+    """Return the vector (x, y) from ``origin`` to the nearest point of the box."""
     return tuple(np.clip(at, -size, size) - at for at, size in zip(origin, half))
 
 
 def _near_disc(origin, half):
-    """Return the way (x, y) from ``origin`` to the nearest point of the disc."""
+    """Return the vector (x, y) from ``origin`` to the nearest point of the disc."""
     x, y = origin
     share = np.minimum(half[0] / np.maximum(np.sqrt(x * x + y * y), TINY), 1.0) - 1.0
     return share * x, share * y

@@ -1,4 +1,4 @@
-"""What sensors read: the state of the robots at one time."""
+"""The state of the robots at one time, as sensors read it."""
 
 from typing import Any, NamedTuple, Tuple
 

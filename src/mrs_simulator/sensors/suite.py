@@ -1,4 +1,4 @@
-"""All sensors of a team: who is listened to is read when it is due, and nobody else."""
+"""All sensors of a team: the active ones are read when they are due, the others never."""
 
 from collections import deque
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ LATE = 1e-9  # [s] by which a reading may be later than its latency, for roundin
 
 
 class SensorError(ValueError):
-    """A sensor that is asked for and not there; the message names it and who lacks it."""
+    """A sensor that a robot lacks; the message names both."""
 
     page = "docs/sensors.md#which-sensors-a-robot-has"
 
@@ -28,15 +28,17 @@ class Suite:
     def __init__(self, team, mounts, obstacles=(), seed=0, step=0.02, picture=None):
         """``mounts``: of each robot, as of ``fitted_mounts``; ``step`` [s] of the world.
 
-        ``picture``: what cameras see, as ``Scenery`` takes it.
+        ``picture``: renders what cameras see, see ``Scenery``.
         """
         self._picture = picture
         self._team, self._mounts, self._step = team, mounts, step
         self._obstacles, self._scenery = tuple(obstacles), None
-        self._fitted = [_Fitted(*each, team, seed, step) for each in _alike(team, mounts)]
+        self._fitted = [
+            _SensorGroup(*each, team, seed, step) for each in _groups_of_equal_mounts(team, mounts)
+        ]
         self._active, self._looking_back = [], []
-        self._running = [fitted for fitted in self._fitted if fitted.keeps]
-        self._begun, self._told = 0, None
+        self._running = [fitted for fitted in self._fitted if fitted.always_read]
+        self._begun, self._returned = 0, None
 
     @classmethod
     def of_scenario(cls, scenario, team, obstacles=None, picture=None):
@@ -55,50 +57,51 @@ class Suite:
 
     @property
     def is_idle(self):
-        """Return whether there is nothing to be read."""
+        """Return whether no sensor is read."""
         return not self._running
 
-    def listen(self, wanted):
-        """Read from now on the sensors ``wanted``, ``{row: names}``, and no others.
+    def activate(self, wanted):
+        """Read the sensors ``wanted``, ``{row: names}``, from now on, and no others.
 
         Raises ``SensorError`` for one that a robot lacks.
         """
         for row, names in wanted.items():
             check_fitted(self._mounts[row], names, row + 1, self._team.kinds[row])
         for fitted in self._fitted:
-            fitted.is_listened_to = any(
+            fitted.is_active = any(
                 fitted.mount.name in wanted.get(row, ()) for row in fitted.rows.tolist()
             )
-        self._active = [fitted for fitted in self._fitted if fitted.is_listened_to]
-        self._running = [f for f in self._fitted if f.is_listened_to or f.keeps]
-        self._told = None
+        self._active = [fitted for fitted in self._fitted if fitted.is_active]
+        self._running = [f for f in self._fitted if f.is_active or f.always_read]
+        self._returned = None
         self._looking_back = [fitted for fitted in self._active if fitted.looks_back]
         if self._active and self._scenery is None:
             self._scenery = Scenery(self._team, self._obstacles, self._picture)
 
-    def heed(self, wanted, step, state):
-        """Listen from the world's ``step`` on as ``listen`` says; who was not heard before is read at once.
+    def activate_from(self, wanted, step, state):
+        """Activate sensors as :meth:`activate` at the world's ``step``, and read newly active ones at once.
 
-        ``state()`` returns the ``State`` then.  What is read between two samples of a sensor has the noise
-        of the last one; it looks back at nothing.  One that is read at all its samples tells the last.
+        ``state()`` returns the ``State`` then.  A reading between two samples of a sensor has the noise of
+        the last one.  A sensor that needs the step before has no reading yet; one that is always read
+        returns its last.
         """
         before = self._active
-        self.listen(wanted)
+        self.activate(wanted)
         for fitted in self._active:
             if fitted not in before:
-                if not fitted.keeps:
+                if not fitted.always_read:
                     fitted.begin()
-                if fitted.newest is None or not fitted.keeps:
+                if fitted.newest is None or not fitted.always_read:
                     fitted.take(step - self._begun, state(), self._scenery)
 
     @property
     def active(self):
-        """Return the sensors that are listened to: each has ``mount``, ``rows`` and ``known(time)``."""
+        """Return the active sensors: each has ``mount``, ``rows`` and ``known(time)``."""
         return list(self._active)
 
     def begin(self, step=0):
-        """Begin a run at the world's ``step``: samples are counted from there, and nothing is known yet."""
-        self._begun, self._told = step, None
+        """Begin a run at the world's ``step``, from which samples are counted, without any readings."""
+        self._begun, self._returned = step, None
         for fitted in self._fitted:
             fitted.begin()
 
@@ -113,30 +116,30 @@ class Suite:
         for fitted in self._looking_back:
             if (elapsed + 1) % fitted.steps == 0:
                 fitted.before = elapsed, state()
-        return [fitted for fitted in due if fitted.is_listened_to]
+        return [fitted for fitted in due if fitted.is_active]
 
     def readings(self, time):
-        """Return what is known at ``time`` [s], ``{row: {name: reading}}``; a name is absent at first.
+        """Return the newest readings at ``time`` [s], ``{row: {name: reading}}``, after their latencies.
 
-        It is the same mapping as before while nothing new has come.
+        A name is absent before its first reading.  Without new readings the same mapping is returned.
         """
         known = [fitted.known(time) for fitted in self._active]
-        if self._told is None or any(a is not b for a, b in zip(known, self._told[0])):
+        if self._returned is None or any(a is not b for a, b in zip(known, self._returned[0])):
             result = {row: {} for row in range(self._team.n)}
             for fitted, reading in zip(self._active, known):
                 for k, row in enumerate(fitted.rows.tolist() if reading is not None else ()):
                     result[row][fitted.mount.name] = of_robot(reading, k)
-            self._told = known, result
-        return self._told[1]
+            self._returned = known, result
+        return self._returned[1]
 
     @property
     def notes(self):
-        """Return what to know of rates that the world's steps cannot keep, a list of texts."""
+        """Return notes on rates that are no multiple of the world's step, a list of texts."""
         return self._rate_notes(self._fitted)
 
     @property
     def active_notes(self):
-        """Return the ``notes`` on sensors that are listened to."""
+        """Return the ``notes`` on active sensors."""
         return self._rate_notes(self._active)
 
     def _rate_notes(self, sensors):
@@ -146,15 +149,15 @@ class Suite:
         return [note for note in notes if note]
 
 
-class _Fitted:
-    """One sensor of the robots that have it alike."""
+class _SensorGroup:
+    """One sensor of the robots that have equal mounts of it."""
 
     def __init__(self, mount, rows, team, seed, step):
         self.mount, self.rows = mount, rows
         self.sensor = TYPES[mount.type](mount, rows, team)
         self.steps = steps_between(mount.rate, step)
-        self.is_listened_to = False
-        self.keeps = getattr(self.sensor, "KEEPS", False)
+        self.is_active = False
+        self.always_read = getattr(self.sensor, "ALWAYS_READ", False)
         self.looks_back = getattr(self.sensor, "LOOKS_BACK", False)
         grows = getattr(self.sensor, "SEES_ROBOTS", False)
         streams = Streams(seed, (rows + 1).tolist(), mount.name, grows)
@@ -162,7 +165,7 @@ class _Fitted:
         self.begin()
 
     def begin(self):
-        self._late = deque()
+        self._pending = deque()
         self.newest = self._known = self.before = self._taken = None
         begin = getattr(self.sensor, "begin", None)
         if begin is not None:
@@ -176,17 +179,17 @@ class _Fitted:
         more = ()
         if self.looks_back:
             if self.before is None or self.before[0] != elapsed - 1:
-                return  # nobody listened then
+                return  # it was not active then
             more = (self.before[1],)
         self.newest, self._taken = self.sensor.read(state, environment, rng, *more), elapsed
-        if not self.is_listened_to:
-            self._late.clear()  # one that keeps on without anybody
-        self._late.append(self.newest)
+        if not self.is_active:
+            self._pending.clear()  # always read, but nothing collects the readings
+        self._pending.append(self.newest)
 
     def known(self, time):
-        """Return the newest reading that has come by ``time`` [s], or None."""
-        while self._late and self._late[0].stamp + self.mount.latency <= time + LATE:
-            self._known = self._late.popleft()
+        """Return the newest reading whose latency is over at ``time`` [s], or None."""
+        while self._pending and self._pending[0].stamp + self.mount.latency <= time + LATE:
+            self._known = self._pending.popleft()
         return self._known
 
 
@@ -207,16 +210,16 @@ def of_robot(reading, k):
     return frozen(reading._replace(**own))
 
 
-class _Key(NamedTuple):
+class _MountOfDrive(NamedTuple):
     mount: Any
     drive: str
 
 
-def _alike(team, mounts):
-    """Yield each mount that robots of one drive have alike, and their rows (m,)."""
+def _groups_of_equal_mounts(team, mounts):
+    """Yield each mount, with the rows (m,) of the robots of one drive that have it."""
     rows = {}
     for row, (kind, own) in enumerate(zip(team.kinds, mounts)):
         for mount in own:
-            rows.setdefault(_Key(mount, kind.drive), []).append(row)
+            rows.setdefault(_MountOfDrive(mount, kind.drive), []).append(row)
     for key, found in rows.items():
         yield key.mount, np.array(found)

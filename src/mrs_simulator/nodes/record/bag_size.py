@@ -26,7 +26,7 @@ MOST_NAMED = 4  # [-] kinds of topics
 BLANK = {
     "altimeter": lambda form: (0.0,),
     "battery": lambda form: (0.0, 0.0),
-    "camera": lambda form: _black(form.mount.numbers),
+    "camera": lambda form: _black(form.mount.settings),
     "compass": lambda form: (0.0,),
     "encoders": lambda form: (np.zeros(form.kind.module.ENCODERS),),
     "gps": lambda form: (0.0, 0.0, 0.0),

@@ -116,7 +116,7 @@ class SensorTopics(rospy.SubscribeListener):
     def _heed_listeners(self, world):
         """Read what somebody listens to now, and tell new listeners what is known already."""
         wanted, new = self._listened()
-        self._suite.heed(wanted, world.steps, world.sensed)
+        self._suite.activate_from(wanted, world.steps, world.sensed)
         active = self._suite.active
         self._told = {sensor: self._told[sensor] for sensor in active if sensor in self._told}
         for sensor, reading in self._told.items():

@@ -157,7 +157,7 @@ class Exploration(PioneerControl):
     def _seconds(self, run):
         """Return in what time [s] the team would sweep the floor, each robot half of what it reaches."""
         floor = self.floor()
-        most = sum(mount.numbers.most for mount in self._scanners(run))
+        most = sum(mount.settings.most for mount in self._scanners(run))
         return np.count_nonzero(floor.free) * floor.size**2 / (self.speed * most)
 
     def shares(self, run):
@@ -211,7 +211,7 @@ class Exploration(PioneerControl):
 def _in_sight(shapes, row, pose, mount, points):
     """Return which ``points`` (k, 2) [m] the scanner ``mount`` of the robot ``row`` shows, (k,) bool."""
     turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
-    origin, numbers = pose[:2] + turn @ mount.place[:2], mount.numbers
+    origin, numbers = pose[:2] + turn @ mount.place[:2], mount.settings
     way = points - origin
     far = np.maximum(np.hypot(*way.T), 1e-9)
     bearing = wrap_angle(direction_of(way) - pose[2] - mount.place[3])

@@ -224,7 +224,7 @@ class WallFollowing(Sensing):
         rear = np.array([kind.body.rear for kind in self.team.kinds])
         mounts = fitted_mounts(self.team)
         own = [{mount.name: mount for mount in each}.get("sonar") for each in mounts]
-        x = [max((t[0] for t in m.numbers.transducers), default=0.0) if m else 0.0 for m in own]
+        x = [max((t[0] for t in m.settings.transducers), default=0.0) if m else 0.0 for m in own]
         apart = np.linalg.norm(np.diff(pose[:, :2], axis=0), axis=1)
         return apart - rear[:-1] - np.array(x)[1:]
 

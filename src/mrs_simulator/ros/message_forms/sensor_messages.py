@@ -66,9 +66,9 @@ OTHERS = {
 def forms_of(mount, kind):
     """Return the forms of the ``mount`` on a robot of ``kind``."""
     kinds = FORMS[mount.type]
-    if mount.type == "camera" and not mount.numbers.has_depth:
+    if mount.type == "camera" and not mount.settings.has_depth:
         kinds = tuple(form for form in kinds if not form.SUFFIX.startswith(Depths.SUFFIX))
-    if mount.type == "sonar" and len(mount.numbers.transducers) == 1:
+    if mount.type == "sonar" and len(mount.settings.transducers) == 1:
         kinds = (*kinds, SonarRange)
     return [form(mount, kind) for form in kinds]
 

@@ -107,7 +107,7 @@ class Sensing:
         found = [
             (key, (mount, kind))
             for key, (mount, kind) in in_panel.items()
-            if mount.type == "camera" and mount.numbers.has_depth
+            if mount.type == "camera" and mount.settings.has_depth
         ]
         if not found or not self._panels.sensors.wants_depth:
             return {}

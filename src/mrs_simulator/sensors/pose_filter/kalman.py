@@ -1,20 +1,20 @@
 """An extended Kalman filter of the poses of a team, and of the biases of what measures them.
 
 Each robot has its own (Thrun, Burgard, Fox, Probabilistic Robotics, 3.3).  Its state is x, y, theta and b
-biases, constant but for a random walk; odometry moves it, whatever tells of the pose corrects it.
+biases, constant but for a random walk; odometry predicts it, measurements of the pose correct it.
 """
 
 import numpy as np
 
 from mrs_simulator.core.kinematics import compose, cos_sin, wrap_angle
 
-CERTAIN = 1e-12  # [m^2, rad^2] a sensor without noise is not taken to be surer than that
+CERTAIN = 1e-12  # [m^2, rad^2] the least variance of a sensor
 
 
 class Filter:
     """Filters of n robots: ``pose`` (n, 3), ``bias`` (n, b), ``covariance`` (n, 3 + b, 3 + b).
 
-    The arrays are replaced, never changed in place: ``state`` may be kept, and gone back to.
+    The arrays are replaced, never changed in place: ``state`` may be kept and restored.
     """
 
     def __init__(self, pose, covariance=None, biases=()):
@@ -32,7 +32,7 @@ class Filter:
 
     @property
     def state(self):
-        """Return all that the filter knows, to be set again."""
+        """Return poses, biases and covariances; assigning them restores the filter."""
         return self.pose, self.bias, self.covariance
 
     @state.setter
@@ -67,7 +67,7 @@ class Filter:
         self._put(rows, np.array(compose(pose, moved)), self.bias[rows], covariance)
 
     def correct(self, rows, off, slope, variances):
-        """Take in measurements of robots ``rows`` (m,) that are ``off`` (m, k) from what was expected.
+        """Correct by measurements of robots ``rows`` (m,), given the innovations ``off`` (m, k).
 
         ``slope`` (m, k, 3 + b): of the expected values by the state; ``variances`` (k,).
 
@@ -85,7 +85,7 @@ class Filter:
         self._put(rows, pose, self.bias[rows] + change[:, 3:], after)
 
     def restart(self, rows, pose):
-        """Put robots ``rows`` to ``pose`` (m, 3), which is known exactly; what is known of biases stays."""
+        """Put robots ``rows`` at ``pose`` (m, 3), which is known exactly; their biases stay."""
         covariance = self.covariance[rows]
         covariance[:, :3], covariance[:, :, :3] = 0.0, 0.0
         self._put(rows, pose, self.bias[rows], covariance)
@@ -100,7 +100,10 @@ class Filter:
 
 
 def nees(error, covariance):
-    """Return ``e^T P^-1 e`` (m,) of errors (m, 3), ``covariance`` (m, 3, 3): chi-square, 3 degrees."""
+    """Return the normalized errors squared ``e^T P^-1 e`` (m,): chi-square with 3 degrees of freedom.
+
+    ``error`` (m, 3), ``covariance`` (m, 3, 3).
+    """
     error = np.array(error)
     error[:, 2] = wrap_angle(error[:, 2])
     return np.einsum("ij,ij->i", error, np.linalg.solve(covariance, error[..., np.newaxis])[..., 0])

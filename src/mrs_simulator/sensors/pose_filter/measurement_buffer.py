@@ -1,4 +1,4 @@
-"""What a filter was told of late, in order of time: what comes late is taken in where it belongs."""
+"""Recent events of a filter in order of time: those that come late are inserted where they belong."""
 
 import bisect
 from typing import NamedTuple
@@ -18,17 +18,17 @@ class Move(NamedTuple):
 
     @property
     def time(self):
-        """Return when it is known, [ns]."""
+        """Return the end, [ns]."""
         return self.end
 
     def split(self, time):
-        """Return the moves up to ``time`` [ns] and from there on, at the same twist."""
+        """Return the moves until ``time`` [ns] and after it, at the same twist."""
         part = part_of(self.moved, (time - self.start) / (self.end - self.start))
         rest = relative(part, self.moved)
         return self._replace(end=time, moved=part), self._replace(start=time, moved=rest)
 
 
-class Put(NamedTuple):
+class Relocation(NamedTuple):
     """Robots ``rows`` (m,) were put to ``pose`` (m, 3) at ``time`` [ns]."""
 
     time: int
@@ -36,7 +36,7 @@ class Put(NamedTuple):
     pose: np.ndarray
 
 
-class Look(NamedTuple):
+class Observation(NamedTuple):
     """The sensor ``name`` of robots ``rows`` (m,) measured ``values`` (m, k) at ``time`` [ns]."""
 
     time: int
@@ -45,7 +45,7 @@ class Look(NamedTuple):
     values: np.ndarray
 
 
-class Story:
+class MeasurementBuffer:
     """The events of a filter, and its states between them."""
 
     def __init__(self, filtered, reach):
@@ -55,29 +55,26 @@ class Story:
         self._dirty, self._count, self._oldest = 0, 0, None
 
     def begin(self, time):
-        """Nothing is told of before ``time`` [ns]."""
+        """Begin at ``time`` [ns]: events before it are too late."""
         self._oldest = time
 
     def add(self, event, order):
-        """Take in an ``event``; of equal times the lower ``order`` comes first.
-
-        Return False, and leave it out, where it comes too late.
-        """
+        """Insert an ``event``, of equal times by ``order``; return False where it is too late for that."""
         if event.time < self._oldest:
             return False
-        if isinstance(event, Look):
+        if isinstance(event, Observation):
             self._split_at(event)
         self._insert(event, order)
         return True
 
-    def again_from(self, time):
-        """Reckon anew whatever ends later than ``time`` [ns]: it is known better now."""
+    def replay_from(self, time):
+        """Apply all events after ``time`` [ns] again at the next :meth:`replay`."""
         self._dirty = min(self._dirty, bisect.bisect_right(self._keys, (time, np.inf)))
 
-    def tell(self, apply, until):
-        """Let the filter take in what is new, and what follows that, by ``apply(event)``; forget the old.
+    def replay(self, apply, until):
+        """Go back to the first new event and ``apply(event)`` to it and all that follow; drop old events.
 
-        ``until`` [ns]: up to when all is known but what may come late.
+        ``until`` [ns]: the time by which all events have come, except late ones.
         """
         if self._dirty < len(self._events):
             if self._dirty < len(self._before):
@@ -105,16 +102,16 @@ class Story:
         self._events.insert(at, event)
         self._dirty = min(self._dirty, at)
 
-    def _split_at(self, look):
-        """Split the moves of the robots of ``look`` in which it falls."""
-        first = bisect.bisect_right(self._keys, (look.time, np.inf))
+    def _split_at(self, seen):
+        """Split the moves of the robots of an ``Observation`` at its time."""
+        first = bisect.bisect_right(self._keys, (seen.time, np.inf))
         cut = [
             at
             for at, event in enumerate(self._events[first:], first)
             if isinstance(event, Move)
-            and event.start < look.time
-            and np.isin(event.rows, look.rows).any()
+            and event.start < seen.time
+            and np.isin(event.rows, seen.rows).any()
         ]
         for k, at in enumerate(cut):  # each first part comes before all that are still to be cut
-            before, self._events[at + k] = self._events[at + k].split(look.time)
+            before, self._events[at + k] = self._events[at + k].split(seen.time)
             self._insert(before, -1)

@@ -1,4 +1,4 @@
-"""What a filter makes of odometry and readings: how they move and correct poses, and biases."""
+"""The filter's model: how odometry and readings predict and correct poses and biases."""
 
 import numpy as np
 
@@ -9,17 +9,17 @@ from mrs_simulator.scenario.team.estimates import EKF
 from mrs_simulator.scenario.team.odometry_errors import step_deviations, true_squares
 from mrs_simulator.sensors.pose_filter.gyro import Gyro
 from mrs_simulator.sensors.pose_filter.kalman import Filter
-from mrs_simulator.sensors.pose_filter.measurement_buffer import Move, Put
+from mrs_simulator.sensors.pose_filter.measurement_buffer import Move, Relocation
 from mrs_simulator.sensors.pose_filter.pose_measurements import MEASUREMENTS
 
-FILTERED = ("imu", *sorted(MEASUREMENTS))  # types of sensors that the filter takes
+FUSED_TYPES = ("imu", *sorted(MEASUREMENTS))  # types of sensors that the filter uses
 
 
 class Model:
-    """The ``filter`` of a team, the sensors that correct it, and which of its states are whose biases."""
+    """The ``filter`` of a team, the sensors that correct it, and the columns of their biases."""
 
     def __init__(self, fitted, poses, alpha, step):
-        """``fitted``: mounts by name, in their order, as of ``fitted_alike``; ``poses`` (n, 3) at first.
+        """``fitted``: mounts by name, as of ``mounts_for_estimates``; ``poses`` (n, 3) at first.
 
         ``alpha``: of the odometry's noise, as the filter takes it to be; ``step`` [s] of the world.
         Raises ``ScenarioError`` for two gyros.
@@ -50,10 +50,10 @@ class Model:
         return first
 
     def apply(self, event):
-        """Let the filter take in one event of its story: a ``Move``, a ``Put`` or a ``Look``."""
+        """Apply one event to the filter: a ``Move``, a ``Relocation`` or an ``Observation``."""
         if isinstance(event, Move):
             self._move(event)
-        elif isinstance(event, Put):
+        elif isinstance(event, Relocation):
             self.filter.restart(event.rows, event.pose)
         else:
             self._correct(event)
@@ -114,7 +114,7 @@ def _checked(name, own, estimates, team):
             owner = "estimates: sensors of robot{} ({})".format(row + 1, team.kinds[row].name)
             raise ScenarioError(unknown_name(owner, name, each))
     mounts = [each[name] for each in own]
-    types = FILTERED if estimates.source == EKF else ("motion_capture",)
+    types = FUSED_TYPES if estimates.source == EKF else ("motion_capture",)
     for mount in mounts:
         if mount.type not in types:
             text = "estimates: {} is a {}, wanted one of {}"
@@ -125,10 +125,10 @@ def _checked(name, own, estimates, team):
     return mounts[0]
 
 
-def fitted_alike(estimates, team, mounts):
+def mounts_for_estimates(estimates, team, mounts):
     """Return the mounts by name of the sensors that ``estimates`` ask for; ``mounts``: of each robot.
 
-    Raises ``ScenarioError`` where robots lack one, have it differently, or it tells no pose.
+    Raises ``ScenarioError`` where robots lack one or have different ones, or where it measures no pose.
     """
     own = [{mount.name: mount for mount in each} for each in mounts]
     return {name: _checked(name, own, estimates, team) for name in estimates.asked}

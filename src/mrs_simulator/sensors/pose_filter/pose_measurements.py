@@ -1,4 +1,4 @@
-"""What sensors tell of a robot's pose: the values expected at a pose, their slopes, and their noise.
+"""Measurement models of sensors of the pose: expected values at a pose, their slopes, and their noise.
 
 A measurement has ``values(reading)``, k numbers of a robot's reading, nan where they are lost;
 ``expected(pose)``, those of robots at ``pose`` (m, 3), (m, k), and their slopes by the pose, (m, k, 3);
@@ -9,7 +9,7 @@ fast they grow [1/s]; ``angular`` (k,) bool; and ``groups`` of values that are l
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin, direction_of, wrap_angle
-from mrs_simulator.sensors.noise import SILENCE
+from mrs_simulator.sensors.noise import NOISELESS
 from mrs_simulator.sensors.types.position import local_place
 
 NEAREST = 1e-6  # [m] a beacon at the sensor itself has no direction
@@ -35,7 +35,7 @@ class Measurement:
         """``mount`` of the sensor; ``repeated``: how often its ``QUANTITIES`` follow each other."""
         noise = dict(mount.noise)
         self.place = mount.place[:2]
-        each = [noise.get(quantity, SILENCE) for quantity in self.QUANTITIES * repeated]
+        each = [noise.get(quantity, NOISELESS) for quantity in self.QUANTITIES * repeated]
         self.variances = np.array([white(one) for one in each])
         self.first = np.array([offset(one) for one in each])
         self.walks = np.array([one.bias_walk**2 for one in each])
@@ -55,7 +55,7 @@ class Measurement:
         return off, slope
 
 
-class HeadingTold(Measurement):
+class HeadingMeasurement(Measurement):
     """A compass: theta."""
 
     ANGULAR = (True,)
@@ -69,7 +69,7 @@ class HeadingTold(Measurement):
         return pose[:, 2:], np.tile(np.eye(3)[2:], (len(pose), 1, 1))
 
 
-class PoseTold(Measurement):
+class PoseMeasurement(Measurement):
     """Motion capture: x, y, theta."""
 
     QUANTITIES, ANGULAR = ("position", "position", "heading"), (False, False, True)
@@ -83,14 +83,14 @@ class PoseTold(Measurement):
         return pose, np.tile(np.eye(3), (len(pose), 1, 1))
 
 
-class PlaceTold(Measurement):
+class PositionMeasurement(Measurement):
     """Satellites: the antenna's place, x and y."""
 
     QUANTITIES, ANGULAR = ("", ""), (False, False)
 
     def __init__(self, mount):
         super().__init__(mount)
-        self._origin = mount.numbers.origin
+        self._origin = mount.settings.origin
 
     def values(self, reading):
         """Return the place [m] in the common frame."""
@@ -101,12 +101,12 @@ class PlaceTold(Measurement):
         return carried_place(pose, self.place)
 
 
-class BeaconsTold(Measurement):
+class BeaconMeasurement(Measurement):
     """Ranges, and bearings where they are measured, of K beacons at known places."""
 
     def __init__(self, mount):
-        self._beacons = np.array(mount.numbers.points)
-        with_bearing = mount.numbers.bearing
+        self._beacons = np.array(mount.settings.points)
+        with_bearing = mount.settings.bearing
         self.QUANTITIES = ("range", "bearing") if with_bearing else ("range",)
         self.ANGULAR = (False, True) if with_bearing else (False,)
         super().__init__(mount, len(self._beacons))
@@ -151,8 +151,8 @@ def carried_place(pose, place):
 
 
 MEASUREMENTS = {
-    "beacons": BeaconsTold,
-    "compass": HeadingTold,
-    "gps": PlaceTold,
-    "motion_capture": PoseTold,
+    "beacons": BeaconMeasurement,
+    "compass": HeadingMeasurement,
+    "gps": PositionMeasurement,
+    "motion_capture": PoseMeasurement,
 }

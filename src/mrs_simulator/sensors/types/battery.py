@@ -10,8 +10,8 @@ from mrs_simulator.vehicles.quantities import quantity
 MOST = 1e9  # [J]
 
 
-class Numbers(NamedTuple):
-    """Of a battery and of what drains it."""
+class BatterySettings(NamedTuple):
+    """Settings of a battery and of what drains it."""
 
     capacity: float  # [J]
     charge: float  # [-] at the beginning of a run
@@ -27,7 +27,7 @@ class BatteryReading(NamedTuple):
     stamp: float  # [s]
     voltage: float  # (...) [V]
     charge: float  # (...) [-] from 0, empty, to 1
-    charging: Optional[bool] = None  # whether it is being charged, of real robots that tell
+    charging: Optional[bool] = None  # whether it is being charged, of real robots that report it
 
     PER_ROBOT = ("voltage", "charge")
 
@@ -41,11 +41,11 @@ class Battery:
 
     QUANTITIES = {"": "V"}
     RATE = 1.0
-    KEEPS = True  # it drains whether or not somebody listens
+    ALWAYS_READ = True  # it drains whether or not it is active
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``; defaults are chosen, about those of a P3-DX."""
+        """Return the ``BatterySettings`` in a mount's ``section``; defaults are near those of a P3-DX."""
         given, where = section.take("voltage", [11.5, 13.0]), section.at("voltage")
         if not isinstance(given, list) or len(given) != 2:
             raise ScenarioError("{}: {}, wanted [empty, full]".format(where, shown(given)))
@@ -54,7 +54,7 @@ class Battery:
             raise ScenarioError(
                 "{}: {}, wanted that of the empty one first".format(where, shown(given))
             )
-        return Numbers(
+        return BatterySettings(
             section.quantity("capacity", "J", 9.0e5, above=0.0, high=MOST),
             section.quantity("charge", "", 1.0, low=0.0, high=1.0),
             section.quantity("idle", "W", 20.0, low=0.0),
@@ -65,25 +65,25 @@ class Battery:
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._numbers, self._rows = mount.numbers, rows
+        self._settings, self._rows = mount.settings, rows
         self.begin()
 
     def begin(self):
-        """Begin with the charge of the beginning."""
-        self._charge, self._time = np.full(len(self._rows), self._numbers.charge), None
+        """Reset the charge to that at the beginning of a run."""
+        self._charge, self._time = np.full(len(self._rows), self._settings.charge), None
 
     def read(self, state, environment, rng):
         """Return the ``BatteryReading`` of all robots in ``rows``."""
         if self._time is not None:
             self._drain(state)
         self._time = state.time
-        low, high = self._numbers.voltage
+        low, high = self._settings.voltage
         voltage = rng.noisy(low + (high - low) * self._charge)
         return BatteryReading(state.time, voltage, self._charge.copy())
 
     def _drain(self, state):
-        twist, numbers = np.abs(state.twist[self._rows]), self._numbers
-        power = numbers.idle + numbers.drive * np.hypot(twist[:, 0], twist[:, 1])
-        power += numbers.turn * twist[:, 2]
-        used = power * (state.time - self._time) / numbers.capacity
+        twist, settings = np.abs(state.twist[self._rows]), self._settings
+        power = settings.idle + settings.drive * np.hypot(twist[:, 0], twist[:, 1])
+        power += settings.turn * twist[:, 2]
+        used = power * (state.time - self._time) / settings.capacity
         self._charge = np.maximum(self._charge - used, 0.0)

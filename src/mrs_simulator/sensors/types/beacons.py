@@ -18,8 +18,8 @@ MOST = 1000  # [-] beacons of one sensor
 FARTHEST = 1e6  # [m] from the common frame's origin
 
 
-class Numbers(NamedTuple):
-    """Of a sensor."""
+class BeaconSettings(NamedTuple):
+    """Settings of a sensor of beacons."""
 
     points: Tuple[Tuple[float, float], ...]  # [m] in the common frame, of beacons 1, 2, ...
     most: float  # [m]
@@ -29,7 +29,7 @@ class Numbers(NamedTuple):
 
 
 class BeaconReading(NamedTuple):
-    """The K beacons that are heard, in the order of their numbers."""
+    """The K beacons that are received, in the order of their numbers."""
 
     stamp: float  # [s]
     numbers: np.ndarray  # (K,) from 1 on
@@ -39,10 +39,10 @@ class BeaconReading(NamedTuple):
     PER_ROBOT = ("ranges", "bearings")
 
     def of(self, k):
-        """Return the reading of the k-th robot from rows of all, where nan stands for those not heard."""
-        heard = np.flatnonzero(np.isfinite(self.ranges[k]))
+        """Return the reading of the k-th robot from rows of all, where nan stands for none."""
+        here = np.flatnonzero(np.isfinite(self.ranges[k]))
         return BeaconReading(
-            self.stamp, self.numbers[heard], self.ranges[k, heard], self.bearings[k, heard]
+            self.stamp, self.numbers[here], self.ranges[k, here], self.bearings[k, here]
         )
 
 
@@ -57,8 +57,8 @@ class Beacons:
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``."""
-        return Numbers(
+        """Return the ``BeaconSettings`` in a mount's ``section``."""
+        return BeaconSettings(
             _read_points(section),
             section.quantity("range", "m", 30.0, above=0.0),
             section.quantity("view", "rad", 2.0 * math.pi, above=0.0, high=2.0 * math.pi),
@@ -68,27 +68,27 @@ class Beacons:
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._numbers, self._rows = mount.numbers, rows
-        self._points = np.array(mount.numbers.points)
+        self._settings, self._rows = mount.settings, rows
+        self._points = np.array(mount.settings.points)
         self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]
         self._names = np.arange(1, len(self._points) + 1)
 
     def read(self, state, environment, rng):
         """Return the ``BeaconReading`` of all robots in ``rows``, with a row for each."""
-        pose, numbers = state.pose[self._rows], self._numbers
+        pose, settings = state.pose[self._rows], self._settings
         origin = carried(pose, self._place)  # (m, 1, 2)
         way = self._points - origin  # (m, K, 2)
         far = np.hypot(way[..., 0], way[..., 1])
         bearing = wrap_angle(direction_of(way) - pose[:, 2:])
-        heard = far <= numbers.most
-        if numbers.view < 2.0 * math.pi:
-            heard &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * numbers.view
-        if numbers.occlusion:
-            heard &= self._is_open(state, environment, origin, way, far)
-        ranges = np.maximum(rng.noisy(np.where(heard, far, np.nan), "range"), 0.0)
+        received = far <= settings.most
+        if settings.view < 2.0 * math.pi:
+            received &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * settings.view
+        if settings.occlusion:
+            received &= self._is_open(state, environment, origin, way, far)
+        ranges = np.maximum(rng.noisy(np.where(received, far, np.nan), "range"), 0.0)
         bearings = np.full_like(ranges, np.nan)
-        if numbers.bearing:
-            bearings = wrap_angle(rng.noisy(np.where(heard, bearing, np.nan), "bearing"))
+        if settings.bearing:
+            bearings = wrap_angle(rng.noisy(np.where(received, bearing, np.nan), "bearing"))
         return BeaconReading(state.time, self._names, ranges, bearings)
 
     def _is_open(self, state, environment, origin, way, far):
@@ -96,7 +96,7 @@ class Beacons:
         length = np.where(far > 0.0, far, 1.0)[..., np.newaxis]
         height = state.heights()[self._rows] + self._height
         rays = Rays(origin, way / length, height, self._rows)
-        return cast(environment.at(state), rays, self._numbers.most) >= far - TOUCH
+        return cast(environment.at(state), rays, self._settings.most) >= far - TOUCH
 
 
 def _read_points(section):

@@ -10,8 +10,8 @@ from mrs_simulator.core.kinematics import wrap_angle
 MOST = 32  # [-] sections ahead, and behind
 
 
-class Numbers(NamedTuple):
-    """How many sections there are ahead, and behind."""
+class BumperSettings(NamedTuple):
+    """Numbers of sections ahead and behind."""
 
     front: int
     rear: int
@@ -39,19 +39,21 @@ class Bumper:
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``."""
-        return Numbers(*(section.whole(key, 5, low=0, high=MOST) for key in ("front", "rear")))
+        """Return the ``BumperSettings`` in a mount's ``section``."""
+        return BumperSettings(
+            *(section.whole(key, 5, low=0, high=MOST) for key in ("front", "rear"))
+        )
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._numbers, self._rows = mount.numbers, rows
+        self._settings, self._rows = mount.settings, rows
         self._k = {"robot{}".format(row + 1): k for k, row in enumerate(rows.tolist())}
         bodies = [team.kinds[row].body for row in rows]
         self._ahead = np.array([0.5 * (body.front - body.rear) for body in bodies])
 
     def read(self, state, environment, rng):
         """Return the ``BumperReading`` of all robots in ``rows``."""
-        front, rear = (np.zeros((len(self._rows), count), dtype=bool) for count in self._numbers)
+        front, rear = (np.zeros((len(self._rows), count), dtype=bool) for count in self._settings)
         for first, second, x, y, *_ in state.contacts:
             for name in (first, second):
                 k = self._k.get(name)

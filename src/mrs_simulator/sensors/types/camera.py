@@ -12,8 +12,8 @@ from mrs_simulator.sensors.types.ranging import read_range
 MOST = 2048  # [-] pixels of a side
 
 
-class Numbers(NamedTuple):
-    """Of a camera."""
+class CameraSettings(NamedTuple):
+    """Settings of a camera."""
 
     width: int  # [-] pixels
     height: int
@@ -31,7 +31,7 @@ class Numbers(NamedTuple):
 
 
 class CameraReading(NamedTuple):
-    """A picture, from the top left on, and how far what it shows is."""
+    """A picture, from the top left on, and its depth."""
 
     stamp: float  # [s]
     image: np.ndarray  # (..., height, width, 3) uint8, red, green, blue
@@ -44,7 +44,7 @@ class CameraReading(NamedTuple):
 
 
 class Camera:
-    """Pictures of what stands in the scene, rendered when they are due and somebody listens.
+    """Pictures of the scene, rendered when they are due and the camera is active.
 
     The camera stands level, ``down`` apart, also on a robot that tilts; it sees its own robot's body.
     """
@@ -54,9 +54,9 @@ class Camera:
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``."""
+        """Return the ``CameraSettings`` in a mount's ``section``."""
         least, most = read_range(section, 0.05, 30.0)
-        return Numbers(
+        return CameraSettings(
             section.whole("width", 160, low=1, high=MOST),
             section.whole("height", 120, low=1, high=MOST),
             section.quantity(
@@ -70,20 +70,20 @@ class Camera:
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._numbers, self._rows, self._place = mount.numbers, rows, mount.place
+        self._settings, self._rows, self._place = mount.settings, rows, mount.place
 
     def read(self, state, environment, rng):
         """Return the ``CameraReading`` of all robots in ``rows``."""
-        numbers, pose = self._numbers, state.pose[self._rows]
+        settings, pose = self._settings, state.pose[self._rows]
         place = carried(pose, np.array([self._place[:2]]))[:, 0]
         height = state.heights()[self._rows] + self._place[2]
-        level, up = math.cos(numbers.down), -math.sin(numbers.down)
+        level, up = math.cos(settings.down), -math.sin(settings.down)
         cos, sin = cos_sin(pose[:, 2] + self._place[3])
         ahead = np.stack([level * cos, level * sin, np.full(len(cos), up)], axis=1)
         eyes = np.column_stack([place, height])
-        pictures = [environment.picture(state, *each, numbers) for each in zip(eyes, ahead)]
+        pictures = [environment.picture(state, *each, settings) for each in zip(eyes, ahead)]
         image, depth = (np.stack(each) for each in zip(*pictures))
-        depth = rng.noisy(np.where(depth < numbers.most, depth, np.inf), "depth")
-        if not numbers.has_depth:
+        depth = rng.noisy(np.where(depth < settings.most, depth, np.inf), "depth")
+        if not settings.has_depth:
             depth = np.full_like(depth, np.nan)
-        return CameraReading(state.time, image, depth, numbers.intrinsics)
+        return CameraReading(state.time, image, depth, settings.intrinsics)

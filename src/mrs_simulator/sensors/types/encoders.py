@@ -9,7 +9,7 @@ from mrs_simulator.sensors.types.plain import Plain
 
 
 class EncoderReading(NamedTuple):
-    """How far wheels have rolled since the run began."""
+    """Distances that wheels have rolled since the run began."""
 
     stamp: float  # [s]
     travel: np.ndarray  # (..., wheels) [m], as the drive counts them: left and right of an axle

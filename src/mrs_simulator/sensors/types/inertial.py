@@ -12,7 +12,7 @@ GRAVITY = 9.80665  # [m/s^2] standard
 
 
 class ImuReading(NamedTuple):
-    """What an accelerometer and a gyroscope at a robot's centre measure, in its axes."""
+    """Readings of an accelerometer and a gyroscope at a robot's centre, in its axes."""
 
     stamp: float  # [s]
     acceleration: np.ndarray  # (..., 3) [m/s^2] specific force: g upwards at rest

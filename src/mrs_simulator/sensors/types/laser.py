@@ -12,8 +12,8 @@ from mrs_simulator.vehicles.quantities import quantity
 MOST = 10000  # [-] rays
 
 
-class Numbers(NamedTuple):
-    """Of a scanner."""
+class LaserSettings(NamedTuple):
+    """Settings of a scanner."""
 
     rays: int
     first: float  # [rad] direction of the first ray, from the mount's
@@ -52,19 +52,19 @@ class Laser(Ranging):
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``."""
+        """Return the ``LaserSettings`` in a mount's ``section``."""
         least, most = read_range(section, 0.1, 10.0)
         rays = section.whole("rays", 181, low=1, high=MOST)
         first, last = _read_angles(section)
         if rays > 1 and last <= first:
             raise ScenarioError("{}: the last is not beyond the first".format(section.at("angles")))
-        return Numbers(rays, first, last, least, most)
+        return LaserSettings(rays, first, last, least, most)
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        numbers = mount.numbers
-        inner = np.zeros((numbers.rays, 3))
-        inner[:, 2] = np.linspace(numbers.first, numbers.last, numbers.rays)
+        settings = mount.settings
+        inner = np.zeros((settings.rays, 3))
+        inner[:, 2] = np.linspace(settings.first, settings.last, settings.rays)
         super().__init__(mount, rows, inner)
 
 

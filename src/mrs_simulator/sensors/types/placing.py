@@ -1,4 +1,4 @@
-"""Where sensors are: places on robots in the common frame."""
+"""Places of sensors on robots, in the common frame."""
 
 import numpy as np
 

@@ -1,12 +1,12 @@
-"""What types of sensors have in common."""
+"""Base of the types of sensors without settings."""
 
 
 class Plain:
-    """A sensor without settings of its own, which remembers whose it is."""
+    """A sensor without settings of its own."""
 
     @staticmethod
     def settings(section):
-        """Return no numbers."""
+        """Return no settings."""
         return ()
 
     def __init__(self, mount, rows, team):

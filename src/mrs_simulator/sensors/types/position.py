@@ -1,4 +1,4 @@
-"""Where robots are: motion capture, and satellites."""
+"""Sensors of positions: motion capture, and satellites."""
 
 import math
 from typing import NamedTuple, Tuple
@@ -29,7 +29,7 @@ class PoseReading(NamedTuple):
 
 
 class MotionCapture(Plain):
-    """The pose in the common frame, as cameras in the room know it."""
+    """The pose in the common frame, as cameras in the room measure it."""
 
     QUANTITIES = {"position": "m", "heading": "rad"}
     RATE = 100.0
@@ -41,8 +41,8 @@ class MotionCapture(Plain):
         return PoseReading(state.time, x, y, wrap_angle(rng.noisy(pose[:, 2], "heading")))
 
 
-class GpsNumbers(NamedTuple):
-    """Where on the earth the common frame lies."""
+class GpsSettings(NamedTuple):
+    """Place of the common frame on the earth."""
 
     origin: Tuple[float, float, float]  # latitude, longitude [rad], altitude [m]
 
@@ -69,7 +69,7 @@ class Gps:
 
     @staticmethod
     def settings(section):
-        """Return the ``GpsNumbers`` in a mount's ``section``."""
+        """Return the ``GpsSettings`` in a mount's ``section``."""
         given, where = section.take("origin", [0.0, 0.0, 0.0]), section.at("origin")
         if not isinstance(given, list) or len(given) != 3:
             raise ScenarioError(
@@ -83,7 +83,7 @@ class Gps:
             if degrees[k] is None:
                 degrees[k] = "{!r} deg".format(number(given[k], where, low=-most, high=most))
         units = "rad", "rad", "m"
-        return GpsNumbers(
+        return GpsSettings(
             tuple(
                 quantity(value, unit, where, low=-most, high=most)
                 for value, unit, most in zip((*degrees, given[2]), units, high)
@@ -93,7 +93,7 @@ class Gps:
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
         self._rows, self._place, self._height = rows, np.array([mount.place[:2]]), mount.place[2]
-        self._origin = mount.numbers.origin
+        self._origin = mount.settings.origin
 
     def read(self, state, environment, rng):
         """Return the ``GpsReading`` of all robots in ``rows``."""

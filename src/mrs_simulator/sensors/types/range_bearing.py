@@ -1,4 +1,4 @@
-"""Range and bearing to other robots: who is seen, how far away and in which direction."""
+"""Range and bearing to other robots."""
 
 import math
 from typing import NamedTuple, Tuple
@@ -12,8 +12,8 @@ from mrs_simulator.sensors.types.placing import carried
 TOUCH = 1e-9  # [m] by which a body before the other robot must be nearer to hide it
 
 
-class Numbers(NamedTuple):
-    """Of a sensor."""
+class RangeBearingSettings(NamedTuple):
+    """Settings of a sensor of ranges and bearings."""
 
     most: float  # [m]
     view: float  # [rad] field of view, from one side to the other
@@ -39,7 +39,7 @@ class RangeBearingReading(NamedTuple):
 
     @property
     def points(self):
-        """Return where they are in the robot's frame, (K, 2) [m]."""
+        """Return their positions in the robot's frame, (K, 2) [m]."""
         way = np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=-1)
         return np.array(self.place) + self.ranges[..., np.newaxis] * way
 
@@ -56,8 +56,8 @@ class RangeBearing:
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``."""
-        return Numbers(
+        """Return the ``RangeBearingSettings`` in a mount's ``section``."""
+        return RangeBearingSettings(
             section.quantity("range", "m", 5.0, above=0.0),
             section.quantity("view", "rad", 2.0 * math.pi, above=0.0, high=2.0 * math.pi),
             section.flag("occlusion", True),
@@ -65,22 +65,22 @@ class RangeBearing:
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        self._numbers, self._rows = mount.numbers, rows
+        self._settings, self._rows = mount.settings, rows
         self._place, self._height, self._yaw = np.array([mount.place[:2]]), *mount.place[2:]
         self._names = np.arange(1, team.n + 1)
 
     def read(self, state, environment, rng):
         """Return the ``RangeBearingReading`` of all robots in ``rows``, with a row for each."""
-        pose, numbers = state.pose[self._rows], self._numbers
+        pose, settings = state.pose[self._rows], self._settings
         origin = carried(pose, self._place)  # (m, 1, 2)
         way = state.pose[:, :2] - origin  # (m, n, 2)
         far = np.hypot(way[..., 0], way[..., 1])
         bearing = wrap_angle(direction_of(way) - pose[:, 2:])
-        seen = far <= numbers.most
+        seen = far <= settings.most
         seen[np.arange(len(pose)), self._rows] = False
-        if numbers.view < 2.0 * math.pi:
-            seen &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * numbers.view
-        if numbers.occlusion:
+        if settings.view < 2.0 * math.pi:
+            seen &= np.abs(wrap_angle(bearing - self._yaw)) <= 0.5 * settings.view
+        if settings.occlusion:
             self._hide(seen, state, environment, origin, way, far)
         ranges = np.maximum(rng.noisy(np.where(seen, far, np.nan), "range"), 0.0)
         bearings = wrap_angle(rng.noisy(np.where(seen, bearing, np.nan), "bearing"))
@@ -88,7 +88,7 @@ class RangeBearing:
         return RangeBearingReading(state.time, self._names, ranges, bearings, place)
 
     def _hide(self, seen, state, environment, origin, way, far):
-        """Take from ``seen`` (m, n) the robots before which another body stands."""
+        """Clear in ``seen`` (m, n) the robots before which another body stands."""
         k, other = np.nonzero(seen & (far > 0.0))
         distance = far[k, other]
         rays = Rays(
@@ -97,6 +97,6 @@ class RangeBearing:
             state.heights()[self._rows[k]] + self._height,
             self._rows[k],
         )
-        met = cast(environment.at(state), rays, self._numbers.most, unseen=other)[:, 0]
+        met = cast(environment.at(state), rays, self._settings.most, unseen=other)[:, 0]
         hidden = met < distance - TOUCH
         seen[k[hidden], other[hidden]] = False

@@ -24,14 +24,14 @@ class RangeReading(NamedTuple):
 
     @property
     def points(self):
-        """Return what was met in the robot's frame, (..., K, 2) [m]; not finite where nothing was."""
+        """Return the points that were met, in the robot's frame, (..., K, 2) [m]; not finite where none."""
         return echoes(self.ranges, self.places)
 
 
 class Ranging:
-    """A sensor of distances, whose numbers have ``least`` and ``most`` [m].
+    """A sensor of distances, whose settings have ``least`` and ``most`` [m].
 
-    What is nearer than the least range reads as that.
+    Shorter distances than the least read as the least.
     """
 
     QUANTITIES = {"": "m"}
@@ -42,7 +42,7 @@ class Ranging:
 
         ``cone`` [rad]: half of an opening angle.
         """
-        self._numbers, self._rows, self._height = mount.numbers, rows, mount.place[2]
+        self._settings, self._rows, self._height = mount.settings, rows, mount.place[2]
         self._places, self._cone = on_robot(mount.place, inner), cone
         # One origin for all rays that begin at the same place costs less.
         shared = (inner[:, :2] == inner[0, :2]).all()
@@ -55,7 +55,7 @@ class Ranging:
 
     def read(self, state, environment, rng):
         """Return the ``RangeReading`` of all robots in ``rows``."""
-        pose, (least, most) = state.pose[self._rows], (self._numbers.least, self._numbers.most)
+        pose, (least, most) = state.pose[self._rows], (self._settings.least, self._settings.most)
         rays = Rays(
             carried(pose, self._origins),
             directions(pose[:, 2], self._places[:, 2]),

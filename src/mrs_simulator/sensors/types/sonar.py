@@ -1,4 +1,4 @@
-"""Sonar: transducers that each hear the nearest echo within a cone."""
+"""Sonar: transducers that each measure the nearest echo within a cone."""
 
 import math
 from typing import NamedTuple, Tuple
@@ -16,8 +16,8 @@ CYCLE = 0.04  # [s] of Pioneers
 ROUNDING = 1e-6  # [-] of a turn
 
 
-class Numbers(NamedTuple):
-    """Of a ring."""
+class SonarSettings(NamedTuple):
+    """Settings of a ring of transducers."""
 
     transducers: Tuple[Tuple[float, ...], ...]  # x, y [m], direction [rad] from the mount
     least: float  # [m]
@@ -30,9 +30,9 @@ class Numbers(NamedTuple):
 class Sonar(Ranging):
     """The distance of a transducer is that to the nearest point of any body within its cone.
 
-    Echoes are heard from every surface, however it is turned, and from no other transducer.  All fire at
+    Every surface echoes, however it is turned, and there is no crosstalk between transducers.  All fire at
     once, or in ``turns``: the k-th transducer in the turn k modulo ``turns``, one turn every ``cycle``.  A
-    sample then has the newest echo of each as it was heard at the first sample after it had fired, in the
+    sample then has the newest echo of each, as measured at the first sample after it had fired, in the
     axes of the robot then; all fire at the first.
     """
 
@@ -40,36 +40,36 @@ class Sonar(Ranging):
 
     @staticmethod
     def settings(section):
-        """Return the ``Numbers`` in a mount's ``section``."""
+        """Return the ``SonarSettings`` in a mount's ``section``."""
         least, most = read_range(section, 0.1, 5.0)
         cone = section.quantity(
             "cone", "rad", math.radians(30.0), low=0.0, high=math.radians(170.0)
         )
         turns = section.whole("turns", 1, low=1, high=MOST)
         cycle = section.quantity("cycle", "s", CYCLE, above=0.0)
-        return Numbers(_read_transducers(section), least, most, cone, turns, cycle)
+        return SonarSettings(_read_transducers(section), least, most, cone, turns, cycle)
 
     def __init__(self, mount, rows, team):
         """``rows`` (m,) of robots with this ``mount``."""
-        numbers = mount.numbers
-        super().__init__(mount, rows, np.array(numbers.transducers), 0.5 * numbers.cone)
-        self._turn = np.arange(len(numbers.transducers)) % numbers.turns
+        settings = mount.settings
+        super().__init__(mount, rows, np.array(settings.transducers), 0.5 * settings.cone)
+        self._turn = np.arange(len(settings.transducers)) % settings.turns
         self.begin()
 
     def begin(self):
         """Let all transducers fire at the next sample."""
-        self._fired, self._heard = None, None
+        self._fired, self._ranges = None, None
 
     def read(self, state, environment, rng):
         """Return the ``RangeReading`` of all robots in ``rows``."""
-        reading, numbers = super().read(state, environment, rng), self._numbers
-        if numbers.turns == 1:
+        reading, settings = super().read(state, environment, rng), self._settings
+        if settings.turns == 1:
             return reading
-        fired, before = math.floor(state.time / numbers.cycle + ROUNDING), self._fired
+        fired, before = math.floor(state.time / settings.cycle + ROUNDING), self._fired
         if before is not None:
-            new = np.isin(self._turn, np.arange(before + 1, fired + 1) % numbers.turns)
-            reading = reading._replace(ranges=np.where(new, reading.ranges, self._heard))
-        self._fired, self._heard = fired, reading.ranges
+            new = np.isin(self._turn, np.arange(before + 1, fired + 1) % settings.turns)
+            reading = reading._replace(ranges=np.where(new, reading.ranges, self._ranges))
+        self._fired, self._ranges = fired, reading.ranges
         return reading
 
 

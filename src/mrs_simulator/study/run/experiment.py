@@ -64,7 +64,7 @@ class Experiment:
         asked = scenario.estimates.asked if scenario.estimates else ()
         rate, team = scenario.odometry_rate, self.world.team
         self._told = 1 if rate is None else odometry_steps(team, rate, scenario.step)
-        self.sensors.listen(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
+        self.sensors.activate(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
         self._recorder = None  # of these sensors

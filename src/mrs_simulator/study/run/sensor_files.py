@@ -104,7 +104,7 @@ def _check_alike(name, own):
 def _most_seen(mount, n):
     """Return how many rows one sample of a ``mount`` on one of ``n`` robots has at most."""
     if mount.type == "beacons":
-        return len(mount.numbers.points)
+        return len(mount.settings.points)
     return max(1, n - 1) if mount.type == "range_bearing" else 1
 
 
@@ -112,7 +112,7 @@ def columns_of(mount, kind):
     """Return the names of the values of a ``mount`` on a robot of ``kind``, () for pictures."""
     if mount.type in PICTURES:
         return ()
-    numbers = mount.numbers
+    numbers = mount.settings
     fields = {
         "altimeter": {"height": 1},
         "battery": {"voltage": 1, "charge": 1},
@@ -190,7 +190,7 @@ class SensorRecorder:
         for each in sensors:
             for number in each.robots if each.columns else ():
                 wanted.setdefault(number - 1, set()).add(each.name)
-        self._suite.listen(wanted)
+        self._suite.activate(wanted)
         self.files = SensorFiles(sensors, out)
         self._written = {}
 

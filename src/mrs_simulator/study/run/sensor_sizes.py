@@ -27,7 +27,7 @@ def samples_at_start(scenario, team, obstacles, names):
         row: [m.name for m in own if m.name in names and m.type in SAMPLED]
         for row, own in enumerate(suite.mounts)
     }
-    suite.listen({row: own for row, own in wanted.items() if own})
+    suite.activate({row: own for row, own in wanted.items() if own})
     for k in range(TURNS):
         pose = scenario.poses + [0.0, 0.0, 2.0 * math.pi * k / TURNS]
         state = State(0.0, pose, np.zeros_like(pose), scenario.altitude)

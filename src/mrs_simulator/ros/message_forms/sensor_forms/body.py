@@ -28,9 +28,9 @@ class Bumpers(Form):
     def reading(self, message, stamp):
         """Return the ``BumperReading``."""
         told = message.front_bumpers, message.rear_bumpers
-        if tuple(map(len, told)) != tuple(self.mount.numbers):
+        if tuple(map(len, told)) != tuple(self.mount.settings):
             text = "{} front and {} rear sections, but the mount has {} and {}"
-            raise MessageError(text.format(*map(len, told), *self.mount.numbers))
+            raise MessageError(text.format(*map(len, told), *self.mount.settings))
         return BumperReading(stamp, *(np.array(each, dtype=bool) for each in told))
 
 

@@ -22,7 +22,7 @@ class CameraForm(Form):
     @property
     def optics(self):
         """Return the orientation of the optical frame in the mount's, (4,) x, y, z, w."""
-        half = 0.5 * self.mount.numbers.down
+        half = 0.5 * self.mount.settings.down
         lowered = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
         return product(lowered, np.array(LEVEL_OPTICS))
 
@@ -31,7 +31,7 @@ class CameraForm(Form):
 
         Raises ``MessageError`` for other encodings and sizes.
         """
-        numbers = self.mount.numbers
+        numbers = self.mount.settings
         size = numbers.height, numbers.width
         if (message.height, message.width) != size or message.encoding not in kinds:
             text = "{} of {} x {}, wanted {} of {} x {}"
@@ -59,7 +59,7 @@ class Colours(CameraForm):
         triples = self.pixels(message, {"rgb8": np.dtype((np.void, 3))})
         image = np.ascontiguousarray(triples).view(np.uint8).reshape(*triples.shape, 3)
         unknown = np.full(triples.shape, np.nan)
-        return CameraReading(stamp, image, unknown, self.mount.numbers.intrinsics)
+        return CameraReading(stamp, image, unknown, self.mount.settings.intrinsics)
 
 
 class Depths(CameraForm):
@@ -80,7 +80,7 @@ class Depths(CameraForm):
         if message.encoding == "16UC1":
             depth = np.where(raw > 0, 1e-3 * depth, np.nan)
         black = np.zeros((*depth.shape, 3), dtype=np.uint8)
-        return CameraReading(stamp, black, depth, self.mount.numbers.intrinsics)
+        return CameraReading(stamp, black, depth, self.mount.settings.intrinsics)
 
 
 class RawDepths(Depths):
@@ -105,7 +105,7 @@ class Pinhole(CameraForm):
 
     def message(self, item, header):
         """Return the ``CameraInfo``."""
-        numbers = self.mount.numbers
+        numbers = self.mount.settings
         fx, fy, cx, cy = numbers.intrinsics
         return CameraInfo(
             header=header,

@@ -20,7 +20,7 @@ class Distances(Form):
 
     def reading(self, message, stamp):
         """Return the ``RangeReading``."""
-        places, numbers = places_of(self.mount), self.mount.numbers
+        places, numbers = places_of(self.mount), self.mount.settings
         told = np.asarray(message.ranges, dtype=float)
         if not len(told):
             raise MessageError("no distances: is the driver's parameter use_sonar true?")

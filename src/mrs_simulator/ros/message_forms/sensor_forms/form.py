@@ -1,6 +1,6 @@
 """A form: how one type of sensor is told in one type of message."""
 
-from mrs_simulator.sensors.noise import SILENCE
+from mrs_simulator.sensors.noise import NOISELESS
 from mrs_simulator.sensors.pose_filter.pose_measurements import offset, white
 
 # Frames: the mount's, the robot's, the common one, and a camera's with z ahead and x to the right.
@@ -52,7 +52,7 @@ class Form:
 
         Of white noise, rounding and a bias; 0, which says unknown, where there is none of them.
         """
-        noise = self.noise.get(quantity, SILENCE)
+        noise = self.noise.get(quantity, NOISELESS)
         return white(noise) + offset(noise)
 
 

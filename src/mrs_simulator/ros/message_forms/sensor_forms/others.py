@@ -40,7 +40,7 @@ class BeaconsHeard(Seen):
     def reading(self, message, stamp):
         """Return the ``BeaconReading``; ``MessageError`` where the mount has no such beacon."""
         numbers, ranges, bearings = read_range_bearing(message)
-        count = len(self.mount.numbers.points)
+        count = len(self.mount.settings.points)
         wrong = numbers[(numbers < 1) | (numbers > count)]
         if len(wrong) or len(set(numbers.tolist())) < len(numbers):
             text = "beacons {}, but the mount has each of 1 to {} once"

@@ -27,7 +27,7 @@ class SonarCloud(Form):
 
     def __init__(self, mount, kind):
         super().__init__(mount, kind)
-        self._places, self._most = places_of(mount), mount.numbers.most
+        self._places, self._most = places_of(mount), mount.settings.most
         self._along = np.column_stack(cos_sin(self._places[:, 2]))
 
     @property
@@ -63,7 +63,7 @@ class SonarCloud(Form):
             text = "echo {} at ({:.3g}, {:.3g}) m is not where the mount's transducer looks"
             raise MessageError(text.format(wrong[0] + 1, *message.points[wrong[0]][:2]))
         ranges[ranges > self._most - SILENT] = np.inf
-        cone = 0.5 * self.mount.numbers.cone
+        cone = 0.5 * self.mount.settings.cone
         return RangeReading(stamp, np.maximum(ranges, 0.0), self._places, self._most, cone)
 
 
@@ -109,7 +109,7 @@ class SonarRange(Form):
 
     def message(self, item, header):
         """Return the ``Range`` of one distance."""
-        numbers = self.mount.numbers
+        numbers = self.mount.settings
         return Range(
             header, Range.ULTRASOUND, numbers.cone, numbers.least, numbers.most, float(item)
         )
@@ -122,7 +122,7 @@ class Scan(Form):
 
     def __init__(self, mount, kind):
         super().__init__(mount, kind)
-        numbers = mount.numbers
+        numbers = mount.settings
         self._places, self._most = places_of(mount), numbers.most
         spans = max(1, numbers.rays - 1)
         self._fixed = dict(

@@ -11,7 +11,7 @@ from mrs_simulator.version import __version__
 COMMANDS = {
     "experiment": ("study.run.command", "main", "run a scenario: run.csv, figures, verdict"),
     "sweep": ("study.run.command", "sweep_main", "run a scenario under many values of its keys"),
-    "report": ("study.results.report", "main", "make figures and verdict of a recorded run anew"),
+    "report": ("study.results.report", "main", "make figures and verdict of a recorded run again"),
     "view": ("study.draw.view", "main", "play a run, or save it as an animation"),
     "check_protocol": ("study.check.check_protocol", "main", "would a wrong law fail its verdict?"),
     "lossy_edges": (
@@ -40,7 +40,7 @@ def main(argv=None):
         text = "mrs-simulator: command {!r}, wanted one of {}"
         print(text.format(name, ", ".join(COMMANDS)), file=sys.stderr)
         sys.exit(BAD_INPUT)
-    # An interrupt while the modules load ends it without a word; the command then takes it.
+    # An interrupt while modules load ends the program silently; then the command handles it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, function, _ = COMMANDS[name]
     with below("mrs-simulator"):
@@ -51,7 +51,7 @@ def _usage():
     """Return what the command can do, one line for each of ``COMMANDS``."""
     lines = ["usage: mrs-simulator COMMAND ...", "", __doc__.strip(), ""]
     lines += ["  {:16}{}".format(name, what) for name, (_, _, what) in COMMANDS.items()]
-    return "\n".join(lines + ["", "mrs-simulator COMMAND --help tells the rest."])
+    return "\n".join(lines + ["", "mrs-simulator COMMAND --help lists its options."])
 
 
 if __name__ == "__main__":

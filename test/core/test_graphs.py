@@ -60,7 +60,7 @@ def test_neighbour_sum_is_the_product_with_the_adjacency(data, n):
     "edge, said",
     [
         ((1, 5), "robot 5, wanted a whole number from 1 to 3"),
-        ((1, 1), "does not hear itself"),
+        ((1, 1), "no neighbour of its own"),
         ((1, 2, -1.0), "weight -1.0, wanted above 0"),
         ((1, 2, float("nan")), "weight nan"),
         ((1,), "wanted \\[i, j\\]"),

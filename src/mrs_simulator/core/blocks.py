@@ -1,10 +1,10 @@
-"""Long runs are evaluated some samples at a time, so that what is made of them takes little memory."""
+"""Blocks of samples, so that evaluating a long run takes little memory."""
 
 AT_ONCE = 1 << 15  # [-] robots, over all samples of a block: what a processor's cache holds
 
 
 def blocks(samples, robots):
-    """Yield the slices of so many ``samples`` of ``robots``, in order: at least one sample each."""
+    """Yield slices of ``samples`` of so many ``robots``, in order, each of at least one sample."""
     size = max(1, AT_ONCE // max(robots, 1))
     for row in range(0, samples, size):
         yield slice(row, min(row + size, samples))

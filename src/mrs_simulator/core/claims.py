@@ -32,10 +32,10 @@ class Claim(NamedTuple):
     """One prediction of a theorem and how to measure it in a run.
 
     ``relation``: "equal" (within ``tolerance``), "at most" or "at least" (with ``tolerance`` to
-    spare).  ``free``: it holds only while no limit on the robots' speeds is reached, which is asked
-    where no published law tells what limits cost it.  ``unproved``: why no theorem says it of this
+    spare).  ``free``: it holds only while no limit on the robots' speeds is reached, which is required
+    where no published law states the effect of limits.  ``unproved``: why no theorem says it of this
     run; it is measured all the same.  ``place``: where the hand points end according to it, (n, d) or
-    (d,) [m], if it says so.  ``own``: it compares with the exact solution, and so is not asked of that
+    (d,) [m], if it says so.  ``own``: it compares with the exact solution, and so is not tested on that
     itself.  ``motion``: it is about robots that move freely, and so not about a run in which bodies
     touched.
     """
@@ -213,5 +213,5 @@ def distance_to(points):
 
 
 def by_sample(quantity):
-    """Return the ``quantity`` reckoned from one sample after the other: pairs of all at once are many."""
+    """Return the ``quantity`` computed sample by sample: pairs of all samples at once take much memory."""
     return lambda hand: np.concatenate([quantity(hand[row : row + 1]) for row in range(len(hand))])

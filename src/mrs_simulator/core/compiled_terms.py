@@ -2,8 +2,8 @@
 
 Results are those of ``edge_terms`` to the bit, but for two things: cosines, exponentials and powers are
 the C library's, whose last bits differ from numpy's, and a linear term is summed as differences, edge by
-edge.  Either is within 1e-12 of the largest value.  What was compiled is kept on disk, under a name that
-holds what the term is made of; of too many the one used longest ago goes.
+edge.  Either is within 1e-12 of the largest value.  Kernels are cached on disk under a name with a digest
+of the term; the least recently used is removed when there are too many.
 """
 
 import functools
@@ -33,7 +33,7 @@ def weighted_differences(weight, points, values, *given):
 
 
 def _contiguous(values, arcs):
-    """Return values and rows as they lie in memory for the kernels: one variant to compile, not many."""
+    """Return contiguous values and rows, so that kernels are compiled for one layout."""
     return tuple(np.ascontiguousarray(each) for each in (values, arcs[0], arcs[1]))
 
 
@@ -88,13 +88,13 @@ def digest(function):
 
 
 def _code(code):
-    """Return what ``code`` is made of, that of lambdas and comprehensions in it included."""
+    """Return bytecode, constants and names of ``code``, with its lambdas and comprehensions."""
     constants = [_code(c) if isinstance(c, types.CodeType) else _literal(c) for c in code.co_consts]
     return code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars
 
 
 def _literal(value):
-    """Return a literal of a function in words that are the same in every process, of sets too."""
+    """Return a literal in a form that is the same in every process, also of sets."""
     if isinstance(value, (tuple, frozenset)):
         each = map(_literal, value)
         return [
@@ -105,15 +105,15 @@ def _literal(value):
 
 
 def _names(code):
-    """Return the names that ``code`` looks up, those of lambdas and comprehensions in it included."""
+    """Return the names that ``code`` looks up, with its lambdas and comprehensions."""
     inner = [_names(each) for each in code.co_consts if isinstance(each, types.CodeType)]
     return tuple(dict.fromkeys(itertools.chain(code.co_names, *inner)))
 
 
 def _constant(value, names):
-    """Return what a ``value`` that a function finds by name is for compiled code, "" for nothing.
+    """Return what compiled code takes of a ``value`` found by name, "" for nothing.
 
-    Of a module that are those of its constants that are among ``names``.
+    Of a module these are its constants among ``names``.
     """
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()

@@ -5,7 +5,10 @@ import os
 import re
 
 VARIABLE = "MRS_SIMULATOR_COMPILED"
-PREAMBLE = ("Failed in nopython mode", "Resolution failure")  # before numba comes to the point
+PREAMBLE = (
+    "Failed in nopython mode",
+    "Resolution failure",
+)  # lines of numba's messages before the cause
 
 
 # Files of what is kept under a name that ends with a digest: an index, and machine code by its count.
@@ -26,8 +29,8 @@ def compile_failure(error):
     if not type(error).__module__.startswith("numba."):
         return "a function calls itself" if isinstance(error, RecursionError) else ""
     lines = (line.strip(" -\t") for line in str(error).splitlines())
-    told = (line for line in lines if line and not line.startswith(PREAMBLE))
-    return next(told, type(error).__name__)
+    causes = (line for line in lines if line and not line.startswith(PREAMBLE))
+    return next(causes, type(error).__name__)
 
 
 def jit(cache=False, **options):

@@ -1,7 +1,7 @@
-"""Errors name the page of the documentation that explains them.
+"""Links from errors to the pages of the documentation that explain them.
 
-An error says so in its attribute ``page``: a class has that of all its errors, and ``explained_by`` gives
-those that leave a function the page of its subject.
+The attribute ``page`` of an error, or of its class, names the page; ``explained_by`` sets it on errors
+that leave a function.
 """
 
 import contextlib

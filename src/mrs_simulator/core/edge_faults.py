@@ -1,20 +1,20 @@
-"""Delay, loss and switching of edges at run time: what each robot knows of the others."""
+"""Delay, loss and switching of edges at run time: the states that each robot has received."""
 
 import numpy as np
 
 from mrs_simulator.core.graphs import Topology, arcs_of
 
-LOSSES, TURNS = 1, 2  # streams of random numbers, so that losses and turns do not hang together
+LOSSES, TURNS = 1, 2  # streams of random numbers: losses and turns are independent
 PLACE = (0, 1, 3)  # columns of x, y and z in states
-MOST_GRAPHS = 256  # graphs kept, since the same often come again
+MOST_GRAPHS = 256  # graphs in the cache, since the same recur
 
 
 class Channel:
     """Passes the robots' states over edges as ``links`` say, from one command to the next.
 
     A state is a row of numbers that begins with the pose ``(x, y, theta)``, a height z where there are
-    heights, and whatever else robots send.  Every ordered pair of robots is an edge here; which of them
-    a law uses is its own affair.
+    heights, and whatever else robots send.  Every ordered pair of robots is an edge here, whether a
+    law uses it or not.
     """
 
     def __init__(self, links, n, period, seed):
@@ -28,7 +28,7 @@ class Channel:
         self._graphs, self._made_from = {}, None
 
     def begin(self, state):
-        """Begin with robots in ``state`` (n, s): as they were before, which all know."""
+        """Start with all robots having received ``state`` (n, s)."""
         n = len(state)
         self._draw = np.random.default_rng([self._seed, LOSSES])
         self._past = np.repeat(state[np.newaxis], int(self._steps.max(initial=0)) + 1, axis=0)
@@ -40,8 +40,8 @@ class Channel:
     def take(self, state, periods=1):
         """Send the states (n, s) after so many command periods, and deliver what is due.
 
-        In periods that were left out robots send what they sent before; of a long pause no more than
-        the longest delay is gone through.
+        In periods that were skipped robots send their previous state again; of a long pause at most
+        the longest delay is simulated.
         """
         for _ in range(min(periods, len(self._past)) - 1):
             self._pass_on(self._past[0])
@@ -69,10 +69,10 @@ class Channel:
         return arrived
 
     def views(self, state, points):
-        """Return the states as each robot knows them, (n, n, s): row i those that robot i goes by.
+        """Return the states that each robot has received, (n, n, s): row i those of robot i.
 
         Its own is the true one.  Where edges carry differences, the controlled points (..., n, d), which
-        ``points`` gives for states (..., n, s), are as far from its own as when it saw them.
+        ``points`` gives for states (..., n, s), keep their distance from its own at the time of sending.
         """
         views = self._received.copy()
         if self._links.carries == "difference":
@@ -86,7 +86,7 @@ class Channel:
         return views
 
     def graph(self, topology):
-        """Return the edges of ``topology`` that count at this command, itself if all do."""
+        """Return the graph of the edges of ``topology`` that are up at this command."""
         if not self._links.changes_edges:
             return topology
         arcs, _, _ = arcs_of(topology)

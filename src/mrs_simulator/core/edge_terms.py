@@ -1,7 +1,7 @@
-"""Sums over edges: a law says what passes over one edge, and every robot gets the sum of its edges.
+"""Sums over edges: a law states the term of one edge, and each robot gets the sum over its edges.
 
 A *term* is that statement, a function of arrays that hold one edge per column.  Its first argument is
-``apart`` (d, m), ``x_j - x_i`` of each edge over which robot i hears j, d = 2 or 3 coordinates; what else
+``apart`` (d, m), ``x_j - x_i`` of each edge over which robot i receives from j, d = 2 or 3; what else
 belongs to an edge, such as its weight, has the shape (m,), or (d, m) for a vector; what all edges share is
 a number.  It returns what robot i gets, (d, m).  A term is written with arithmetic and elementwise
 functions of numpy, :func:`inner` and :func:`unit`, and neither knows how many edges or dimensions there
@@ -29,7 +29,7 @@ def compiled():
 def edge_sum(term, arcs, values, *given):
     """Return ``sum_j term(x_j - x_i, *given)`` over the edges of each robot i, (n, d).
 
-    ``arcs``: rows i (m,) and j (m,), i hears j, and whatever else, as ``Topology.arcs`` gives them;
+    ``arcs``: rows i (m,) and j (m,), i receives from j, and more, as of ``Topology.arcs``;
     ``values`` x (n, d).
     """
     if compiled():
@@ -60,7 +60,7 @@ def difference_sum(values, topology):
 
 
 def from_mean(values, topology):
-    """Return ``x_i - sum_j a_ij x_j / sum_j a_ij``, (n, d); 0 of those that hear nobody.
+    """Return ``x_i - sum_j a_ij x_j / sum_j a_ij``, (n, d); 0 for robots without neighbours.
 
     The opposite of the linear term's sum, with weights that add up to 1.
     """
@@ -90,7 +90,7 @@ class Flow(NamedTuple):
 
     gain: float
     term: Callable
-    arcs: Tuple[np.ndarray, ...]  # rows i (m,) and j (m,), i hears j
+    arcs: Tuple[np.ndarray, ...]  # rows i (m,) and j (m,), i receives from j
     given: Tuple[Any, ...]
     summed: Callable
     places: Optional[np.ndarray] = None  # (n, d) [m]

@@ -1,4 +1,4 @@
-"""Interaction topologies by name, directed or not: of the robots' order, of chance, of their places."""
+"""Edges of interaction graphs: by name, at random, or by the robots' positions."""
 
 import math
 
@@ -18,12 +18,12 @@ BY_ORDER = {
 
 
 def ordered_pairs(name, n, directed):
-    """Return the edges (i, j), "i hears j", robots from 1, of the graph ``name`` of ``BY_ORDER``.
+    """Return the edges (i, j), "i receives from j", robots from 1, of the graph ``name`` of ``BY_ORDER``.
 
-    ``chain``, ``path``: i hears i+1; ``cycle``, ``ring``: so does n, of robot 1; ``star``: all hear
-    robot 1; ``complete``: all pairs; ``lattice``: rows of ``ceil(sqrt n)`` robots, as
-    in the layout ``grid``, where each hears the next in its row and in its column.  Of an undirected
-    graph each edge is given once.
+    ``chain``, ``path``: i receives from i+1; ``cycle``, ``ring``: so does n from robot 1;
+    ``star``: all receive from robot 1; ``complete``: all pairs; ``lattice``: rows of
+    ``ceil(sqrt n)`` robots, as in the layout ``grid``, where each receives from the next in its row
+    and column.  Of an undirected graph each edge is given once.
     """
     along = [(i, i + 1) for i in range(1, n)]
     if name in ("chain", "path"):
@@ -42,9 +42,9 @@ def ordered_pairs(name, n, directed):
 
 
 def nearest_pairs(points, k):
-    """Return the edges of the graph where each of ``points`` (n, d) hears its ``k`` nearest others.
+    """Return the edges of the graph where each of ``points`` (n, d) receives from its ``k`` nearest.
 
-    Of two that are as far the lower number.  Raises ``ValueError`` for ``k`` that is not from 1 to n - 1.
+    Of equal distances the lower number counts.  Raises ``ValueError`` unless ``1 <= k < n``.
     """
     points = np.asarray(points, dtype=float)
     if not 1 <= k < len(points):
@@ -57,9 +57,9 @@ def nearest_pairs(points, k):
 
 
 def chance_pairs(n, probability, seed, directed):
-    """Return the edges of a graph of Erdos and Renyi's: each pair with ``probability``, from ``seed``.
+    """Return the edges of an Erdos-Renyi graph: each pair with ``probability``, from ``seed``.
 
-    Each direction by itself where it is ``directed``.  It may fall apart.  Gilbert, 1959.
+    Directions are drawn independently where it is ``directed``.  It may be disconnected.  Gilbert, 1959.
     """
     refuse_many(n * (n - 1) // 2)
     chosen = np.random.default_rng(seed).random((n, n)) < probability

@@ -1,7 +1,7 @@
-"""Interaction topologies: who hears whom, with which weight.
+"""Interaction topologies: which robot receives from which, with which weight.
 
-``a_ij`` is the weight of the edge over which robot i hears robot j.  Edges are written
-``(i, j)`` with robots numbered from 1: "i hears j".
+``a_ij`` is the weight of the edge over which robot i receives from robot j.  Edges are written
+``(i, j)`` with robots numbered from 1: "i receives from j".
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ PRESETS = tuple(BY_ORDER)  # decided by the number of robots alone
 
 
 class Topology:
-    """A weighted graph over robots 1..n, held as an edge list sorted by the hearing robot."""
+    """A weighted graph over robots 1..n, held as an edge list sorted by the receiving robot."""
 
     def __init__(self, n, edges, directed=True):
         """Build the graph from ``edges``: ``(i, j)`` or ``(i, j, weight)``, robots from 1.
@@ -39,23 +39,23 @@ class Topology:
                     raise ValueError("edge {}-{}: given twice, wanted once".format(i, j))
                 arcs[pair] = weight
         rows = sorted(arcs)
-        self._hears = np.array([i - 1 for i, _ in rows], dtype=int)
-        self._heard = np.array([j - 1 for _, j in rows], dtype=int)
+        self._receiver = np.array([i - 1 for i, _ in rows], dtype=int)
+        self._sender = np.array([j - 1 for _, j in rows], dtype=int)
         self._weight = np.array([arcs[pair] for pair in rows], dtype=float)
-        self.listeners, self._starts = np.unique(self._hears, return_index=True)
-        # Where every robot hears just one other, with weight 1, a sum is a look-up.
-        single = len(self._hears) == len(self.listeners) and np.all(self._weight == 1.0)
+        self.receivers, self._starts = np.unique(self._receiver, return_index=True)
+        # Where every robot has one neighbour, with weight 1, a sum is a look-up.
+        single = len(self._receiver) == len(self.receivers) and np.all(self._weight == 1.0)
         self._look_up = bool(single)
-        # Where means are look-ups: whose value; their own for the deaf.
+        # Where means are look-ups: the row of each; its own for robots without neighbours.
         self._means = np.arange(self.n)
-        self._means[self._hears] = self._heard
+        self._means[self._receiver] = self._sender
         self._in_degree = self.neighbour_sum(np.ones((self.n, 1)))[:, 0]
-        self._shares = self._weight / self._in_degree[self._hears]
+        self._shares = self._weight / self._in_degree[self._receiver]
         for kept in (self._in_degree, self._shares):
             kept.setflags(write=False)
 
     def for_robots(self, n):
-        """Return the graph over n robots: edges of robots that are gone go with them."""
+        """Return the graph over n robots, without edges of robots that are gone."""
         if n == self.n:
             return self
         kept = [edge for edge in self.edges if max(edge[:2]) <= n]
@@ -65,7 +65,7 @@ class Topology:
     def preset(cls, name, n, directed=None):
         """Return the graph called ``name``, one of ``PRESETS``, over n robots.
 
-        ``chain``: i hears i+1; ``cycle``: so does n, of robot 1; ``path`` and ``ring``: the same,
+        ``chain``: i receives from i+1; ``cycle``: so does n from robot 1; ``path`` and ``ring``: the same,
         undirected; ``star``: robot 1 in the middle; ``complete``: all pairs; ``lattice``: a square
         grid, row by row.  ``directed``: other than the name's own; see
         ``graph_presets.ordered_pairs``.
@@ -78,16 +78,16 @@ class Topology:
 
     @classmethod
     def k_nearest(cls, points, k, directed=True):
-        """Return the graph where each of ``points`` (n, d) [m] hears its ``k`` nearest others.
+        """Return the graph where each of ``points`` (n, d) [m] receives from its ``k`` nearest.
 
-        Undirected: two are neighbours if one of them hears the other.
+        Undirected: two are neighbours if one is among the other's nearest.
         """
         pairs = nearest_pairs(points, k)
         return cls(len(points), pairs if directed else both_ways(pairs), directed)
 
     @classmethod
     def erdos_renyi(cls, n, probability=0.3, seed=0, directed=False):
-        """Return a graph with each pair, directed or not, by ``probability``; it may fall apart."""
+        """Return a graph with each pair, directed or not, by ``probability``; it may be disconnected."""
         return cls(n, chance_pairs(n, probability, seed, directed), directed)
 
     @classmethod
@@ -116,22 +116,22 @@ class Topology:
 
     @property
     def arcs(self):
-        """Return rows i (m,), j (m,) and weights ``a_ij`` (m,) of all over which i hears j, sorted."""
-        return self._hears, self._heard, self._weight
+        """Return rows i (m,), j (m,) and weights ``a_ij`` (m,) of all edges, i receives from j, sorted."""
+        return self._receiver, self._sender, self._weight
 
     def neighbours(self, robot):
-        """Return the numbers of the robots that ``robot`` (1..n) hears, ascending."""
-        return [int(j) + 1 for j in self._heard[self._hears == robot - 1]]
+        """Return the numbers of the neighbours of ``robot`` (1..n), ascending."""
+        return [int(j) + 1 for j in self._sender[self._receiver == robot - 1]]
 
     def heard_by(self, row):
-        """Return ``[(row of j, a_ij), ...]`` of the robots that the robot in ``row`` hears."""
-        edges = np.flatnonzero(self._hears == row)
-        return list(zip(self._heard[edges].tolist(), self._weight[edges].tolist()))
+        """Return ``[(row of j, a_ij), ...]`` of the neighbours of the robot in ``row``."""
+        edges = np.flatnonzero(self._receiver == row)
+        return list(zip(self._sender[edges].tolist(), self._weight[edges].tolist()))
 
     def adjacency(self):
-        """Return ``A``, shape (n, n): ``A[i, j] = a_ij``, rows hear columns."""
+        """Return ``A``, shape (n, n): ``A[i, j] = a_ij``, rows receive from columns."""
         matrix = np.zeros((self.n, self.n))
-        matrix[self._hears, self._heard] = self._weight
+        matrix[self._receiver, self._sender] = self._weight
         return matrix
 
     def laplacian(self):
@@ -140,28 +140,28 @@ class Topology:
         return np.diag(adjacency.sum(axis=1)) - adjacency
 
     def has_spanning_tree(self):
-        """Return whether some robot is heard, over others, by all: consensus needs such a root."""
-        heard_by = [[] for _ in range(self.n)]
-        for i, j in zip(self._hears.tolist(), self._heard.tolist()):
-            heard_by[j].append(i)
+        """Return whether some robot reaches all others, as consensus needs."""
+        followers = [[] for _ in range(self.n)]
+        for i, j in zip(self._receiver.tolist(), self._sender.tolist()):
+            followers[j].append(i)
         # The last finished of a depth-first search over all is a root if there is one.
         seen, last = set(), None
         for start in range(self.n):
             if start not in seen:
                 last = start
-                _reach(heard_by, start, seen)
-        return len(_reach(heard_by, last, set())) == self.n
+                _reach(followers, start, seen)
+        return len(_reach(followers, last, set())) == self.n
 
     def neighbour_sum(self, values):
         """Return ``sum_j a_ij values_j``, the shape of ``values`` (n, d); no n-by-n matrix is made."""
         # By columns, as laws' points lie in memory: a row of two numbers is slow to fetch.
-        heard = values.T.take(self._heard, axis=1)
+        received = values.T.take(self._sender, axis=1)
         if not self._look_up:
-            heard = np.add.reduceat(self._weight * heard, self._starts, axis=1)
-        if len(self.listeners) == self.n:
-            return heard.T
+            received = np.add.reduceat(self._weight * received, self._starts, axis=1)
+        if len(self.receivers) == self.n:
+            return received.T
         total = np.zeros(values.shape[::-1])
-        total[:, self.listeners] = heard
+        total[:, self.receivers] = received
         return total.T
 
     def __deepcopy__(self, _):
@@ -169,12 +169,12 @@ class Topology:
         return self
 
     def neighbour_mean(self, values):
-        """Return ``sum_j a_ij values_j / sum_j a_ij``, (n, d); of the deaf their own value."""
+        """Return ``sum_j a_ij values_j / sum_j a_ij``, (n, d); without neighbours a robot's own value."""
         if self._look_up:
             return values.T.take(self._means, axis=1).T
-        if len(self.listeners) == self.n:
+        if len(self.receivers) == self.n:
             return self.neighbour_sum(values) / self._in_degree[:, np.newaxis]
-        mean, rows = np.array(values, dtype=float), self.listeners
+        mean, rows = np.array(values, dtype=float), self.receivers
         mean[rows] = self.neighbour_sum(values)[rows] / self._in_degree[rows, np.newaxis]
         return mean
 
@@ -188,8 +188,8 @@ class Topology:
         return self._in_degree
 
     def out_degree(self):
-        """Return ``sum_i a_ij``, shape (n,): how much each robot is heard."""
-        return np.bincount(self._heard, self._weight, self.n)
+        """Return ``sum_i a_ij``, shape (n,)."""
+        return np.bincount(self._sender, self._weight, self.n)
 
 
 def _reach(following, start, seen):
@@ -221,12 +221,12 @@ def _checked_edge(edge, n):
             "edge {}: weight {}, wanted above 0".format(shown(list(edge)), shown(weight))
         )
     if edge[0] == edge[1]:
-        raise ValueError("edge {}: a robot does not hear itself".format(shown(list(edge))))
+        raise ValueError("edge {}: a robot is no neighbour of its own".format(shown(list(edge))))
     return edge[0], edge[1], float(weight)
 
 
 def arcs_of(topology):
-    """Return ``(arcs, weights, edges)`` of who hears whom: m arcs (i, j), robots from 0.
+    """Return ``(arcs, weights, edges)`` of all m arcs (i, j), robots from 0.
 
     ``arcs`` (m, 2), ``weights`` (m,), ``edges`` (m,): which of ``topology.edges`` each belongs to;
     an undirected edge is two arcs.

@@ -4,8 +4,8 @@ Equation numbers are those of the paper: (1) the unicycle, (2) and (3) its hand 
 mapping of a point-mass input to the unicycle.  Angles are in rad, counter-clockwise from the x axis
 of the common frame (REP 103).
 
-Results lie in memory column by column (``order="F"``): numpy runs along a thousand x eight times as
-fast as across a thousand pairs.
+Results lie in memory column by column (``order="F"``): numpy runs along a thousand x eight
+times as fast as across a thousand pairs.
 """
 
 import math
@@ -16,7 +16,7 @@ import numpy as np
 from mrs_simulator.core.parameters import Parameter
 
 TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
-UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicycle obeys: v, omega
+UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicycle follows: v, omega
 DEFAULT_HAND_LENGTH = 0.05  # [m], the paper's l
 HAND_LENGTH = Parameter(
     "l",
@@ -30,8 +30,8 @@ HAND_LENGTH = Parameter(
 )
 
 
-# [rad] changes no turn that is one; sin(BARELY)/BARELY is 1, where sin(0)/0 is no number.
-BARELY = 1.2345678e-300
+# [rad] changes no turn that is one; sin(TINY_ANGLE)/TINY_ANGLE is 1, where sin(0)/0 is no number.
+TINY_ANGLE = 1.2345678e-300
 
 
 class Limits(NamedTuple):
@@ -206,7 +206,7 @@ def arc(pose, twist, duration):
 def carried(pose, moved):
     """Return the poses that :func:`arc` does; ``moved``: distances [m], and half of the turns [rad]."""
     half = moved[:, -1]
-    turn = half + BARELY
+    turn = half + TINY_ANGLE
     share = np.sin(turn) / turn
     middle = pose[:, 2] + half
     cos, sin = np.cos(middle), np.sin(middle)

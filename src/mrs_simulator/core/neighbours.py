@@ -7,8 +7,10 @@ import numpy as np
 
 from mrs_simulator.core.blocks import AT_ONCE
 
-DENSE = 256  # [-] points up to which all pairs are looked at
-STIRRED = 1.0  # [-] of the least distance, by which points move while the same pairs are looked at
+DENSE = 256  # [-] points up to which all pairs are compared
+MOST_MOVED = (
+    1.0  # [-] of the least distance, by which points may move before pairs are selected again
+)
 
 
 def dot(a, b):
@@ -95,8 +97,8 @@ def least_distance(position):
 def least_distance_over(track):
     """Return the least distance [m] between two of the points at any time, ``track`` (m, n, d).
 
-    As long as no point is farther than ``STIRRED`` of the least distance so far from where it was, only
-    pairs that were near to each other then are looked at.
+    As long as no point is farther than ``MOST_MOVED`` of the least distance so far from where it was, only
+    pairs that were close then are compared.
     """
     if track.shape[1] < 2:
         return np.inf
@@ -104,7 +106,7 @@ def least_distance_over(track):
     while row < len(track) and least > 0.0:
         part = track[row : row + size]
         moved = _farthest(part, part[0])
-        stirred = np.flatnonzero(moved > STIRRED * least)
+        stirred = np.flatnonzero(moved > MOST_MOVED * least)
         part = part[: stirred[0] if len(stirred) else None]
         reach = least + 2.0 * moved[: len(part)].max()
         # Not so little that cells of that size could not be numbered.

@@ -7,7 +7,7 @@ _above = ""  # the command and a blank
 
 @contextlib.contextmanager
 def below(command):
-    """Let ``program`` return names below ``command`` inside the block."""
+    """Prefix what ``program`` returns by ``command`` inside the block."""
     global _above
     _above = command + " "
     try:

@@ -1,6 +1,6 @@
-"""What the planar state of robots leaves out: height, orientation and the rest of the twist.
+"""The state of robots in space beyond the planar one: height, orientation and the rest of the twist.
 
-A team on the ground has no such state; every room says so with None, and pays nothing for it.
+A team on the ground has no such state: None.
 Quaternions are ``x, y, z, w`` as in ``geometry_msgs/Quaternion``; body frames are those of REP 103, x
 ahead, y to the left, z up.
 """
@@ -13,7 +13,7 @@ from mrs_simulator.core.kinematics import cos_sin
 
 
 class Spatial(NamedTuple):
-    """Beside poses and twists (..., n, 3) of the same robots."""
+    """What belongs to poses and twists (..., n, 3) of the same robots."""
 
     z: (
         np.ndarray
@@ -22,7 +22,7 @@ class Spatial(NamedTuple):
     twist: np.ndarray  # (..., n, 3) vz [m/s], wx, wy [rad/s], body frame
 
     def of(self, rows):
-        """Return that of the robots in ``rows``, of a state at one time."""
+        """Return the ``Spatial`` of the robots in ``rows``, of a state at one time."""
         return Spatial(self.z[rows], self.orientation[rows], self.twist[rows])
 
     def put(self, rows, part):
@@ -30,7 +30,7 @@ class Spatial(NamedTuple):
         self.z[rows], self.orientation[rows], self.twist[rows] = part
 
     def copy(self):
-        """Return one with arrays of its own."""
+        """Return a copy with its own arrays."""
         return Spatial(*map(np.copy, self))
 
 

@@ -8,7 +8,7 @@ ZERO = 1e-9  # [-] eigenvalues closer to zero than this count as zero
 
 
 def _once(function):
-    """Keep what ``function`` returns of a topology, which never changes; arrays not to be written to."""
+    """Cache what ``function`` returns of a topology, which never changes, as read-only arrays."""
 
     @functools.lru_cache(maxsize=16)
     def kept(topology):
@@ -40,7 +40,7 @@ def spectral_radius(topology):
 
 
 def moving(values):
-    """Return those of the eigenvalues ``values`` (n,) that are not zero, (m,): of what moves at all."""
+    """Return the eigenvalues among ``values`` (n,) that are not zero, (m,): of the modes that move."""
     return values[np.abs(values) > ZERO * np.max(np.abs(values), initial=1.0)]
 
 
@@ -58,15 +58,15 @@ def stable_step(values):
 def left_null_vector(topology):
     """Return ``w``, (n,), with ``w^T L = 0`` and sum 1: the weights of the limit of consensus.
 
-    Non-negative, positive for the roots of the spanning trees: a root that hears nobody has all
+    Non-negative, positive for the roots of the spanning trees: a root without neighbours has all
     weight, and on a balanced graph all have the same.  Raises ``ValueError`` if the graph has no
     spanning tree: ``w`` is not unique then.
     """
     if not topology.has_spanning_tree():
         raise ValueError("the topology has no spanning tree: consensus has no unique limit")
-    deaf = topology.in_degree() == 0.0
-    if deaf.any():
-        return deaf.astype(float)
+    isolated = topology.in_degree() == 0.0
+    if isolated.any():
+        return isolated.astype(float)
     if is_balanced(topology):
         return np.full(topology.n, 1.0 / topology.n)
     _, _, rows = np.linalg.svd(topology.laplacian().T)
@@ -75,7 +75,7 @@ def left_null_vector(topology):
 
 
 def is_balanced(topology):
-    """Return whether each robot is heard as much as it hears: the mean is then kept."""
+    """Return whether in-degrees equal out-degrees: the mean is then invariant."""
     return bool(np.allclose(topology.out_degree(), topology.in_degree(), 1e-12, 0.0))
 
 

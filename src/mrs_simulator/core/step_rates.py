@@ -1,10 +1,10 @@
-"""Rates that a world of whole steps can keep: the one rule for samples, commands, odometry and sensors.
+"""Rates in whole steps of the world: the one rule for samples, commands, odometry and sensors.
 
-What is wanted at a rate f happens every ``m`` steps of h, ``m = max(1, round(1/(f h)))``, and so at the
-rate ``1/(m h)``: of the nearest period, which :func:`rate_note` names where it is not the wanted one.
+What is to happen at a rate f happens every ``m`` steps of h, ``m = max(1, round(1/(f h)))``, and so at the
+rate ``1/(m h)``, which :func:`rate_note` reports where it differs.
 """
 
-TOLERANCE = 0.01  # [-] by which a rate may differ from the wanted one without a word
+TOLERANCE = 0.01  # [-] by which a rate may differ without a note
 
 
 def steps_between(rate, step):
@@ -13,7 +13,7 @@ def steps_between(rate, step):
 
 
 def rate_note(what, rate, step):
-    """Return the text that names the rate that is kept of ``what``, "" where that is ``rate`` [Hz]."""
+    """Return a text with the actual rate of ``what``, "" where it is ``rate`` [Hz]."""
     steps = steps_between(rate, step)
     kept = 1.0 / (steps * step)
     if abs(kept - rate) <= TOLERANCE * rate:

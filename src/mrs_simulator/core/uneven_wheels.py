@@ -1,4 +1,4 @@
-"""Wheels that are not as nominal: how robots move on them, and what their encoders count.
+"""Wheels that differ from nominal ones: how robots move on them, and what their encoders count.
 
 A robot with a left and a right wheel turns them as its nominal wheels would have to turn, and moves by
 those that it has (Borenstein and Feng, UMBmark, 1994):
@@ -7,7 +7,7 @@ those that it has (Borenstein and Feng, UMBmark, 1994):
 
 with nominal velocities ``v_0``, ``omega_0`` and track ``b``, and the true diameters over the nominal one,
 ``c_l = 2/(E_d + 1)``, ``c_r = 2/(1/E_d + 1)``.  Commanded to go straight, it veers along a circle of radius
-``R = E_b b (E_d + 1)/(2 (E_d - 1))``.  Encoders count turns of wheels that they take for nominal.
+``R = E_b b (E_d + 1)/(2 (E_d - 1))``.  Odometry takes the counted turns for those of nominal wheels.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ class UnevenWheels:
 
     @classmethod
     def of(cls, errors):
-        """Return those of ``errors``, ``core.odometry_errors.OdometryErrors``; None for nominal wheels."""
+        """Return the wheels of ``errors``, an ``OdometryErrors``; None for nominal ones."""
         given = errors is not None and (errors.Ed, errors.Eb) != (1.0, 1.0)
         return cls(errors) if given else None
 

@@ -30,7 +30,7 @@ def naming(path):
 def printing(main):
     """Decorate the ``main`` of a program so that it ends where its standard output cannot be written.
 
-    In silence where whoever read it has gone, as ``head`` does, else in one line.
+    Silently where the reader has gone, as ``head`` does, else with one line.
     """
 
     @functools.wraps(main)
@@ -57,7 +57,7 @@ def printing(main):
 
 
 class _Output:
-    """A stream that notes why it could not be written."""
+    """A stream that keeps the error of a failed write."""
 
     def __init__(self, stream):
         self._stream, self.failed = stream, None
@@ -80,7 +80,7 @@ class _Output:
 
 
 def _give_up(stream):
-    """Let ``stream`` go nowhere, what it still holds too."""
+    """Discard what is written to ``stream``, and what it still holds."""
     with contextlib.suppress(io.UnsupportedOperation), open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), stream.fileno())
 

@@ -244,7 +244,7 @@ class Formation(PioneerControl):
         closure = self._closure
         arcs, weights, _ = arcs_of(closure)
         if self.links.changes_edges:
-            if len(arcs) > len(closure.listeners):
+            if len(arcs) > len(closure.receivers):
                 return None
             # The mean over one robot is that robot, whatever the weight.
             means = Topology(closure.n, [edge[:2] for edge in closure.edges], closure.directed)

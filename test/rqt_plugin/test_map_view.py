@@ -213,7 +213,7 @@ def test_a_team_placed_out_of_an_untouched_view_is_brought_into_it(view):
     "place, text",
     [
         ((4.0, 0.0), "Robot 2: x = 4.000 m, y = 0.000 m, \u03b8 = 90.0\u00b0"),
-        ((2.0, 0.0), "Robot 1 hears robot 2, weight a(1, 2) = 0.5"),
+        ((2.0, 0.0), "Robot 1 receives from robot 2, weight a(1, 2) = 0.5"),
         ((2.0, 2.5), ""),
     ],
 )
@@ -353,10 +353,10 @@ def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
 
 def test_the_edge_that_is_drawn_says_who_hears_whom(view):
     view.show_topology([], True)
-    assert view._told_of_edge(2, 0) == "robot 1 hears robot 3"
-    assert view._told_of_edge(2, -1) == "... hears robot 3"
+    assert view._told_of_edge(2, 0) == "robot 1 receives from robot 3"
+    assert view._told_of_edge(2, -1) == "... receives from robot 3"
     view.show_topology([], False)
-    assert view._told_of_edge(2, 0) == "robot 3 and robot 1 hear each other"
+    assert view._told_of_edge(2, 0) == "robot 3 and robot 1 are neighbours"
 
 
 def test_a_rubber_band_is_seen_while_drawing_and_escape_ends_it(view):

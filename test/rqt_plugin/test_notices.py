@@ -117,14 +117,14 @@ def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
         seen.append((study.settings_tabs.isEnabled(), study.banners.text("law")))
         QTest.mouseClick(study.bar.button("emergency"), Qt.LeftButton)
         if gives_up:
-            QTest.mouseClick(study.banners.button("law", "Give up"), Qt.LeftButton)
+            QTest.mouseClick(study.banners.button("law", "Cancel"), Qt.LeftButton)
 
     QTimer.singleShot(0, meanwhile)
     study.protocol.protocol_chosen.emit(str(law))
     ((enabled, text),) = seen
-    assert not enabled and "Trying the protocol" in text
+    assert not enabled and "Loading the protocol" in text
     study.connection.set_emergency.assert_called_once_with(True)
-    told = "given up" if gives_up else "hangs.py: no answer within 1.5 s"
+    told = "cancelled" if gives_up else "hangs.py: no answer within 1.5 s"
     assert told in study.banners.text("error") and study.settings_tabs.isEnabled()
     assert study.scenario.control.protocol == "formation" and not study.banners.text("law")
 

@@ -276,7 +276,7 @@ def test_nothing_is_edited_while_the_simulation_runs(study):
     study.status_line.show_possible()
     button = study.modes["obstacles"]
     assert not button.isEnabled() and study.map.mode == "look"
-    assert "from its start: end it" in button.toolTip()
+    assert "at its start: end it" in button.toolTip()
     before = study.scenario.obstacles
     study.map.editor.select("crate")
     study.map.editor.delete()

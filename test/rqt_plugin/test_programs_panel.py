@@ -218,7 +218,7 @@ def test_diagnostics_are_told_for_each_part_and_those_not_heard_are_stale(study,
     assert [row[1] for row in rows()] == ["stale", "stale"]
     now[0] += 60.0
     heard.parts()
-    assert rows() == [("", "", "No node has told /diagnostics yet.")]
+    assert rows() == [("", "", "Nothing has been received on /diagnostics yet.")]
 
 
 @pytest.mark.parametrize(

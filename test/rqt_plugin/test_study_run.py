@@ -191,7 +191,7 @@ def test_what_a_running_stage_does_not_take_over_is_said():
     text = shipped("consensus", fidelity="dynamic", limits="top").to_yaml()
     heard = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
     run = study(connection=Connection(**heard))
-    assert "its own fidelity, limits: end it first" in run.stage.kept()
+    assert "its own fidelity, limits: end it to use" in run.stage.kept()
     run.edited.take(shipped("consensus", fidelity="dynamic", limits="top"))
     assert run.stage.kept() == ""
 
@@ -209,7 +209,7 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
     told = told._replace(control=told.control._replace(protocol=protocol))
     heard = {"stage": SimpleNamespace(speed=5.0), "scenario": SimpleNamespace(data=told.to_yaml())}
     run = study(connection=Connection(**heard))
-    assert run.do("simulate") == "attached to the stage that runs" and run.connection.asked == []
+    assert run.do("simulate") == "attached to the running stage" and run.connection.asked == []
     assert run.scenario.poses.tolist() == told.poses.tolist() and run.scenario.speed == 5.0
     assert run.edited.derived.protocol == law
 
@@ -217,7 +217,7 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
 @pytest.mark.parametrize(
     "own, said",
     [
-        ({"base": "epuck", "mass": 3}, "attached to the stage that runs"),
+        ({"base": "epuck", "mass": 3}, "attached to the running stage"),
         ({"base": "/tmp/epuck.yaml"}, "not attached: 'kinds.mine.base': a file"),
         ({"base": "epuck", "wheels": {"radius": -1}}, "not attached: kinds.mine"),
     ],
@@ -596,7 +596,9 @@ def test_titles_tell_the_robots_that_ran(tmp_path):
 def test_what_cannot_have_run_is_said_and_the_run_is_saved(tmp_path):
     run, history = study("paper_four"), commanded(History(), 4)
     history.scenario, history.staged = run.scenario, "robots: none"
-    assert "what ran is not known" in saved(run, history, tmp_path).meta["warnings"][0]
+    assert (
+        "the scenario of the run is not known" in saved(run, history, tmp_path).meta["warnings"][0]
+    )
 
 
 def test_another_run_begins_with_what_the_controller_obeys():

@@ -62,9 +62,9 @@ def state(checking=False, started=(), ending=(), **heard):
 @pytest.mark.parametrize(
     "shown, said",
     [
-        (snapshot(), (True, "3 robots, fresh")),
-        (snapshot(1), (True, "1 robot, fresh")),
-        (snapshot(4, real=[2]), (True, "robots: 3 simulated, 1 real, fresh")),
+        (snapshot(), (True, "3 robots")),
+        (snapshot(1), (True, "1 robot")),
+        (snapshot(4, real=[2]), (True, "robots: 3 simulated, 1 real")),
         (snapshot(4, stale=[1, 3], real=[1, 2, 3, 4]), (False, "robots: 4 real, 2 stale")),
         (None, (None, "no robots")),
     ],
@@ -88,7 +88,7 @@ def test_no_time_where_there_is_none():
     assert state(snapshot=snapshot()).lines()["time"] == (None, "t = 2.5 s")
     fast = SimpleNamespace(**dict(vars(STAGE), speed=2.0, real_time_factor=2.0))
     good, text = state(snapshot=snapshot(real=[1]), stage=fast).lines()["time"]
-    assert good is False and "real robots go at 1" in text
+    assert good is False and "real robots run at 1" in text
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_no_time_where_there_is_none():
     [
         (dict(master_online=False, snapshot=snapshot()), "no ROS master"),
         (dict(), "no robots: start the simulation, or the robots' drivers"),
-        (dict(snapshot=snapshot(stale=[2])), "not heard lately: robot2"),
+        (dict(snapshot=snapshot(stale=[2])), "no recent data of robot2"),
         (dict(snapshot=snapshot(), control=RUNNING), "a controller runs"),
         (
             dict(snapshot=snapshot(), emergency=SimpleNamespace(data=True)),
@@ -108,8 +108,8 @@ def test_no_time_where_there_is_none():
         (dict(snapshot=snapshot(real=[1]), topics={1: "/robot1/odom"}), ""),
         (
             dict(snapshot=snapshot(real=[1]), topics={1: "/robot1/pose"}),
-            "odometry on /robot1/pose: start the controller with its launch file, "
-            "which knows the names",
+            "odometry on /robot1/pose: start the controller with the launch file "
+            "that sets this topic",
         ),
         (dict(snapshot=snapshot(real=[1]), topics={1: "/robot1/pose"}, control=STOPPED), ""),
     ],
@@ -133,7 +133,10 @@ def test_nothing_yet_offers_the_speed_to_begin_with():
     actions = state().actions()
     assert actions["speed"] == (True, "") and actions["simulate"] == (True, "")
     assert actions["pause"] == (False, "no simulation runs")
-    assert actions["step"][0] is False and actions["end"] == (False, "none was started here")
+    assert actions["step"][0] is False and actions["end"] == (
+        False,
+        "no simulation was started here",
+    )
 
 
 def test_another_number_of_robots_than_the_scenarios_is_not_dragged():
@@ -181,4 +184,4 @@ def test_a_controller_that_says_nothing_is_not_no_controller():
     assert ended.hangs() == "" and ended.lines()["controller"] == (None, "no controller")
     ended.connection.registered = {"control"}  # it was started elsewhere
     assert "7 s" in ended.hangs()
-    assert "since it was started 30 s ago" in state(started=["control"]).hangs()
+    assert "since it started 30 s ago" in state(started=["control"]).hangs()

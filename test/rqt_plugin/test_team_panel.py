@@ -326,7 +326,7 @@ def test_set_team_sends_nothing_and_keeps_its_own_copy(panel):
     panel.poses()[:] = 8.0
     np.testing.assert_array_equal(panel.poses(), make_layout("grid", 9))
     assert panel._number.value() == 9 and panel.changes == []
-    with pytest.raises(ValueError, match="wanted as many"):
+    with pytest.raises(ValueError, match="wanted as many kinds as poses"):
         panel.set_team(poses, KINDS[:1])
 
 
@@ -498,7 +498,7 @@ def test_the_height_of_those_who_fly_is_set_for_all_or_for_those_selected(panel)
     assert not panel._altitude.isVisible() and panel.altitude() is None
     kinds = ("crazyflie2", "crazyflie2", "pioneer3dx")
     panel.set_team(make_layout("line", 3), kinds, [1.0, 2.0, 3.0])
-    assert panel._altitude.isVisible() and panel._altitude.text() == "begin at several heights"
+    assert panel._altitude.isVisible() and panel._altitude.text() == "several initial heights"
     assert panel.altitude().tolist() == [1.0, 2.0, 0.0]  # what does not fly stands on the ground
     panel._altitude.setValue(1.5)
     assert panel.altitude().tolist() == [1.5, 1.5, 0.0] and len(panel.changes) == 1

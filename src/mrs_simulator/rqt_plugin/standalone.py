@@ -30,7 +30,7 @@ ARGUMENTS = dict(
     RUN_ARGUMENTS, scenario="YAML file (default: the last one)", directory=DIRECTORY_MEANING
 )
 PARAMETERS = (
-    "parameters: the GUI reads none of its own.  Those of the nodes that it starts are told by "
+    "parameters: the GUI reads none of its own.  Those of the nodes that it starts are listed by "
     "stage --help and pioneer_control --help.  Its check of real robots takes those below "
     "/pioneer_control on the parameter server: {}."
 )
@@ -127,7 +127,7 @@ def _refuse_parameters():
     for argument in sys.argv[1:]:
         name, assigned, _ = argument.partition(":=")
         if assigned and name.startswith("_") and not name.startswith("__"):
-            text = "mrs_gui: {}: the GUI reads no parameters, wanted an option that --help tells"
+            text = "mrs_gui: {}: the GUI reads no parameters, wanted an option that --help lists"
             print(text.format(argument), file=sys.stderr)
             sys.exit(BAD_INPUT)
 

@@ -190,6 +190,6 @@ class StudyWidget(StudyPanels):
             if settings.get("scenario"):
                 self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
         except Exception as error:  # its protocol may raise anything
-            self.say(Trouble("the last scenario is not taken up: {}".format(reason(error))))
+            self.say(Trouble("the last scenario was not restored: {}".format(reason(error))))
         restore_layout(self, settings)
         self.program_control.programs.take_up(settings.get("programs"))

@@ -240,7 +240,7 @@ class DrawnCurves(QWidget):
             return self._error_data(numbers, time)
         rows = [row for row, number in enumerate(numbers) if self._chosen(number)]
         if not rows or not len(time):
-            return [], "No robot of the team is chosen" if len(time) else "No samples yet"
+            return [], "No robot is selected" if len(time) else "No samples yet"
         table = QUANTITIES[self._index()].values(self._history)
         styles = self._plot.styles([numbers[row] for row in rows], numbers)
         names = ["Robot {}".format(numbers[row]) for row in rows]

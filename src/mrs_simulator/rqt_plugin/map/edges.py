@@ -17,7 +17,7 @@ class Segments(NamedTuple):
 
 
 class Edges:
-    """A topology as it is shown: edges (i, j, weight), robot i hears robot j."""
+    """A topology as it is shown: edges (i, j, weight), robot i receives from robot j."""
 
     def __init__(self, edges=(), directed=True):
         self.list = [(int(i), int(j), float(*weight or (1.0,))) for i, j, *weight in edges]

@@ -16,16 +16,16 @@ HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
 WIDEST = 0.4, 0.6  # [-] of its width, in one column and in more
 LEGEND = {  # in the order of the map's words
     "start": "start",
-    "trail": "path so far",
-    "target": "wanted place",
-    "hears": "to the robot that hears",
-    "edge": "robots that hear each other",
+    "trail": "trail",
+    "target": "target",
+    "hears": "edge to its receiver",
+    "edge": "undirected edge",
     "real": "real robot",
-    "stale": "not heard lately",
-    "aloft": "in the air, above its shade",
-    "cone": "cone of sonar, arc at its echo",
-    "rays": "seen by laser, points that it met",
-    "seen": "where a robot is seen",
+    "stale": "no recent data",
+    "aloft": "airborne, above its shadow",
+    "cone": "sonar cone, arc at the echo",
+    "rays": "laser scan, points at hits",
+    "seen": "detected robot",
     "pressed": "bumper pressed",
 }
 

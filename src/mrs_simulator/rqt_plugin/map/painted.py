@@ -176,7 +176,9 @@ class PaintedMap(MapScene):
     def _told_of_edge(self, row, other):
         """Return in words what the edge drawn from robot ``row`` to ``other``, -1 for none, means."""
         hears = "robot {}".format(self.team.numbers[other]) if other >= 0 else "..."
-        between = "and {} hear each other" if not self._edges.directed else "{} hears robot {}"
+        between = (
+            "and {} are neighbours" if not self._edges.directed else "{} receives from robot {}"
+        )
         if self._edges.directed:
             return between.format(hears, self.team.numbers[row])
         return "robot {} {}".format(self.team.numbers[row], between.format(hears))

@@ -19,19 +19,23 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 MODES = (
     ("look", "Look", "Drag to pan, wheel to zoom, F to fit"),
     ("poses", "Poses", "Drag a robot to its initial pose; with Shift, turn it"),
-    ("edges", "Edges", "Drag from robot i to robot j: j hears i. Click an edge to delete it"),
+    (
+        "edges",
+        "Edges",
+        "Drag from robot i to robot j: j receives from i. Click an edge to delete it",
+    ),
     ("obstacles", "Obstacles", "Draw, move, resize, turn and delete obstacles.\n" + HELP),
 )
 SHOWN = (
-    ("trails", "Trails", "trajectories so far"),
-    ("targets", "Targets", "where the protocol wants the robots"),
-    ("edges", "Graph", "who hears whom"),
+    ("trails", "Trails", "trajectories"),
+    ("targets", "Targets", "targets of the robots"),
+    ("edges", "Graph", "edges of the graph"),
     ("numbers", "Numbers", "the robots' numbers"),
-    ("legend", "Legend", "what the signs mean"),
+    ("legend", "Legend", "legend"),
     (
         "sensors",
         "Sensors",
-        "what robots sense; of more than {} robots that of the one clicked".format(MOST_ROBOTS),
+        "sensor readings; of more than {} robots, those of the robot selected".format(MOST_ROBOTS),
     ),
 )
 HIDDEN = ("sensors",)  # at first: nobody listens to what is not shown
@@ -54,7 +58,7 @@ class MapPanel(QWidget):
         self._build_trail()
         fit = QToolButton()
         fit.setText("Fit")
-        fit.setToolTip("Bring the whole team and what is near it into view (F)")
+        fit.setToolTip("Fit the team and what is near it into view (F)")
         fit.clicked.connect(guarded(lambda *_: self.map.fit()))
         self._row.addWidget(fit)
         layout = QVBoxLayout(self)
@@ -89,7 +93,7 @@ class MapPanel(QWidget):
 
     def _build_trail(self):
         self._trail = QCheckBox("Trail of ...")
-        self._trail.setToolTip("Show or hide the trajectory of the robot clicked")
+        self._trail.setToolTip("Show or hide the trajectory of the robot selected")
         self._row.addWidget(self._trail)
         self._trail.setVisible(False)
         self._trail.toggled.connect(self._on_trail)

@@ -24,7 +24,7 @@ from mrs_simulator.scenario.surroundings.obstacles import with_obstacles
 HINTS = {
     "look": "",
     "poses": "Drag a robot to move it, with Shift or the right button to turn it",
-    "edges": "Drag from robot i to robot j: j hears i.  Click on an edge to remove it",
+    "edges": "Drag from robot i to robot j: j receives from i.  Click on an edge to remove it",
     "obstacles": "Drag on free floor to draw, on an obstacle to move it, on its marks to resize or turn it",
 }
 ROOM = 0.3  # around a moving team when the view follows it, as a share of its larger side
@@ -148,7 +148,7 @@ class MapScene(QWidget):
         self.update()
 
     def show_topology(self, edges, directed=True):
-        """Show ``edges``, a list of (i, j, weight): robot i hears robot j."""
+        """Show ``edges``, a list of (i, j, weight): robot i receives from robot j."""
         self._edges = Edges(edges, directed)
         self.update()
 
@@ -213,7 +213,7 @@ class MapScene(QWidget):
         self._set_shown("numbers", shown)
 
     def set_legend_shown(self, shown):
-        """Show or hide what the signs mean."""
+        """Show or hide legend."""
         self._set_shown("legend", shown)
 
     def set_sensors_shown(self, shown):

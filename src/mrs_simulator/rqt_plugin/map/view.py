@@ -234,14 +234,14 @@ class MapView(PaintedMap):
                 "" if self.team.z is None else "z = {:.3f} m, ".format(self.team.z[row]),
                 math.degrees(math.remainder(theta, 2.0 * math.pi)),
                 ("\nA real robot" if self.team.numbers[row] in self.team.real else "")
-                + ("" if self.team.fresh[row] else "\nNot heard lately"),
+                + ("" if self.team.fresh[row] else "\nNo recent data"),
             )
         else:
             edge = self._edge_at(at)
             obstacles = self._standing + self._moving
             found = obstacle_at(obstacles, self._frame.to_plane(at), 0.0)
             if edge is not None:
-                how = "hears robot" if self._edges.directed else "and robot"
+                how = "receives from robot" if self._edges.directed else "and robot"
                 text = "Robot {0} {3} {1}, weight a({0}, {1}) = {2:g}".format(*edge, how)
             elif found >= 0:
                 text = described(obstacles[found])

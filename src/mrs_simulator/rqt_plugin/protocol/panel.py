@@ -40,7 +40,7 @@ class ProtocolPanel(QWidget):
         self._empty = QLabel("This protocol has no parameters.")
         self._empty.setWordWrap(True)
         self._defaults = QPushButton("Defaults")
-        self._defaults.setToolTip("Put all parameters to the protocol's defaults")
+        self._defaults.setToolTip("Reset all parameters to the protocol's defaults")
         self._defaults.clicked.connect(self._on_defaults)
         self._build_layout()
         self._show_protocol()
@@ -48,15 +48,15 @@ class ProtocolPanel(QWidget):
 
     def _build_chooser(self):
         self._combo = PatientComboBox()
-        self._combo.setToolTip("The protocol that steers the team")
+        self._combo.setToolTip("The team's coordination protocol")
         self._combo.activated.connect(self._on_activated)
         self._file = QPushButton("File...")
-        self._file.setToolTip("Take a protocol from a Python file on this computer")
+        self._file.setToolTip("Load a protocol from a Python file on this computer")
         self._file.clicked.connect(guarded(lambda *_: self.file_requested.emit(self._directory)))
         self._class = TextField(is_number=False)
         self._class.setPlaceholderText("the only one in the file")
         self._class.setToolTip(
-            "<p>Name of the protocol's class; needed only if the file holds several</p>"
+            "<p>Name of the protocol's class; needed only if the file defines several</p>"
         )
         self._class.finished.connect(self._on_class)
         self._class.given_up.connect(self._show_protocol)
@@ -117,7 +117,7 @@ class ProtocolPanel(QWidget):
         index = offered.index(self._name) if self._name in offered else -1
         self._combo.setCurrentIndex(index)
         path, class_name = split_name(self._name)
-        self._combo.setToolTip(path or "The protocol that steers the team")
+        self._combo.setToolTip(path or "The team's coordination protocol")
         self._class.setText(class_name)
         self._class.setVisible(bool(path))
         self._class_label.setVisible(bool(path))

@@ -26,7 +26,9 @@ class ControlRun:
         """Start the controller in spite of what the last check found; what is new keeps it from it."""
         accepted = self._preflight.keys()
         self._preflight.begin(self.written(), self._own_findings(), accepted)
-        return "the robots are checked again; then the controller starts unless there is more"
+        return (
+            "the robots are checked again; then the controller starts unless there are new findings"
+        )
 
     def check(self, _=None):
         """Check the robots, and start nothing."""
@@ -97,7 +99,7 @@ class ControlRun:
     def kill(self, _=None):
         """Kill the controller that was started here; return a message."""
         self._processes.kill("control")
-        return "controller killed: its robots stop by themselves for want of commands"
+        return "controller killed: its robots stop when their command timeout ends"
 
     def end(self):
         """End the controller that was started here."""

@@ -64,7 +64,7 @@ class EditedScenario:
         try:
             self.take(scenario)
         except Exception as error:  # a file of one's own may raise anything
-            return Trouble("not taken up: {}".format(reason(error)))
+            return Trouble("not applied: {}".format(reason(error)))
         return ""
 
     def set_team(self, poses, kinds, altitude=None):
@@ -89,7 +89,7 @@ class EditedScenario:
                 bodies = Bodies(self.team(), obstacles)
                 refuse_in_obstacles(bodies, self.scenario.poses, self._heights())
         except ValueError as error:
-            return Trouble("not taken up: {}".format(error))
+            return Trouble("not applied: {}".format(error))
         return self.try_out(self.scenario._replace(obstacles=obstacles))
 
     def _heights(self):
@@ -130,7 +130,7 @@ class EditedScenario:
         try:
             parameters = self.laws.ask("parameters_with", self.scenario, topology)
         except Exception as error:  # a file of one's own may raise anything
-            return Trouble("not taken up: {}".format(reason(error)))
+            return Trouble("not applied: {}".format(reason(error)))
         changed = self.scenario.control._replace(parameters=parameters)
         wrong = self.try_out(self.scenario._replace(topology=topology, control=changed))
         if not wrong and self._state.has_control():

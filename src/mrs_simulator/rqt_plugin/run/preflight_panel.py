@@ -10,16 +10,16 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 HEADERS = (
     ("robot", "Which robot; team: all of them together"),
     ("what", "What was checked"),
-    ("found", "How it is"),
-    ("wanted", "How it is to be"),
+    ("found", "The value found"),
+    ("wanted", "The value required"),
 )
 FOUND = 2  # column
 BEFORE = (
-    "Not checked yet. Check robots looks whether each robot is heard, fresh, in place and far enough "
+    "Not checked yet. Check robots tests whether each robot reports its pose, is in place and far enough "
     "from the others, and whether the predicted paths keep their distance."
 )
 JUDGE = "I see all robots, and the emergency stop is at hand"
-START_TIP = "Check again, and start the controller unless more is found than what is shown here"
+START_TIP = "Check again, and start the controller unless there are new findings"
 
 
 class PreflightPanel(QWidget):
@@ -105,7 +105,5 @@ def _title(found, passed, outcome, may_judge):
     if outcome != "refused":
         return text + started
     if may_judge:
-        return "Not started: {} Put it right and start again, or judge by your own eyes:".format(
-            text
-        )
-    return "Not started: {} Put it right, then start again.".format(text)
+        return "Not started: {} Resolve this and start again, or confirm by sight:".format(text)
+    return "Not started: {} Resolve this, then start again.".format(text)

@@ -79,7 +79,7 @@ class Programs:
 
     def _no_start(self, name, running, ending):
         if running:
-            return "it runs"
+            return "already running"
         if ending:
             return "it is ending"
         if name == "stage":

@@ -19,26 +19,26 @@ from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.flow_layout import FlowLayout
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-HEADERS = (("program", "What it is called"), ("state", "Whether it runs, or how it ended"))
+HEADERS = (("program", "Name of the program"), ("state", "Whether it runs, or how it ended"))
 NODES = (
-    ("node", "The node, and which part of it"),
-    ("level", "good, warning, error, or stale: not heard for 5 s"),
-    ("message", "What it says of itself"),
+    ("node", "The node and its part"),
+    ("level", "good, warning, error, or stale: nothing received for 5 s"),
+    ("message", "The part's message"),
 )
 STATE, LEVEL, MESSAGE = 1, 1, 2  # columns
 WIDE = 17  # [lines of text] of width that the list of programs has at first
 ACTIONS = (
     ("start", "Start", "Start the program selected"),
     ("end", "End", "End it: by INT, TERM and KILL in turn"),
-    ("restart", "Restart", "End it, and start it again as soon as it has ended"),
-    ("kill", "Kill", "Kill it, and whatever it has started, without asking"),
-    ("remove", "Remove", "Take a program of your own off this list"),
+    ("restart", "Restart", "End it, then start it again"),
+    ("kill", "Kill", "Kill it and its child processes at once"),
+    ("remove", "Remove", "Remove a program of your own from this list"),
 )
 COMMAND = "rosrun my_package my_node"
 TIP = "A program of your own: {}, roslaunch my_package my.launch, or any command"
 ANONYMOUS = re.compile(r"_\d+_\d{13}(?=$|:)")
-SILENT = "Nothing has been printed."
-QUIET = "No node has told /diagnostics yet."
+SILENT = "No output yet."
+QUIET = "Nothing has been received on /diagnostics yet."
 
 
 class ProgramsPanel(QWidget):
@@ -80,7 +80,7 @@ class ProgramsPanel(QWidget):
         self.command.setToolTip(TIP.format(COMMAND))
         self.command.returnPressed.connect(self._on_added)
         self.add = QPushButton("Add")
-        self.add.setToolTip("Put the command on the list; nothing is started")
+        self.add.setToolTip("Add the command to the list without starting it")
         self.add.clicked.connect(self._on_added)
         last.addWidget(self.command, 1)
         last.addWidget(self.add)

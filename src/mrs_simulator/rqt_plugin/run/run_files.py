@@ -16,7 +16,7 @@ from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.verdict.estimation import UNKNOWN
 
 CANCELLED = "cancelled; what was written is in {}"
-LOST = "{} samples are left out: the control node told no estimates of their time"
+LOST = "{} samples are left out: the controller published no estimates for their times"
 REPORT_LIMIT = 300.0  # [s] of wall time for figures and verdict
 KEEP_LIMIT = 60.0  # [s] of wall time that the GUI waits at its end for a run to be kept
 KEPT = "unsaved"  # the directory of runs that were not saved when another one began
@@ -112,8 +112,8 @@ class RunFiles:
             for entry in runs[:-MOST_KEPT]:
                 shutil.rmtree(entry.path, ignore_errors=True)
         except OSError as error:
-            return Trouble("the run before was not saved, and is lost: {}".format(error))
-        return "the run before was not saved; its data is kept in {}".format(path)
+            return Trouble("the previous run was not saved, and is lost: {}".format(error))
+        return "the previous run was not saved; its data is kept in {}".format(path)
 
     def ran(self, history):
         """Return the scenario that the run in ``history`` began with, and facts of it for ``run.json``.
@@ -133,7 +133,9 @@ class RunFiles:
             ran, unknown = what_ran(scenario, staged, obeyed)
             changed_by(ran, changes)
         except ValueError as error:
-            return scenario, {"warnings": ["what ran is not known: {}".format(error)]}
+            return scenario, {
+                "warnings": ["the scenario of the run is not known: {}".format(error)]
+            }
         facts = {"changes": to_plain(changes), "unknown_law": unknown}
         return ran, {key: value for key, value in facts.items() if value}
 

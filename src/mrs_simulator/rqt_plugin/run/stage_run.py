@@ -9,7 +9,7 @@ from mrs_simulator.vehicles.portable import team_from_message
 
 # What a stage has from its start.
 OF_THE_STAGE = ("fidelity", "engine", "odometry", "limits", "obstacles", "step", "cmd_vel_timeout")
-ATTACHED = "attached to the stage that runs"
+ATTACHED = "attached to the running stage"
 
 
 class StageRun:
@@ -70,7 +70,7 @@ class StageRun:
         except ValueError as error:
             return Trouble("not attached: {}".format(error))
         if runs is None:
-            return Trouble("not attached: the stage has not told its scenario yet")
+            return Trouble("not attached: the stage has not published its scenario yet")
         try:
             team_from_message(runs)  # nor does it open files
         except ValueError as error:
@@ -94,7 +94,7 @@ class StageRun:
         if runs is None:
             return ""
         kept = [name for name in OF_THE_STAGE if getattr(runs, name) != getattr(mine, name)]
-        other = "the simulation goes on with its own {}: end it first for the scenario's"
+        other = "the running simulation keeps its own {}: end it to use the scenario's"
         return other.format(", ".join(kept)) if kept else ""
 
     def pause(self, _=None):
@@ -120,7 +120,7 @@ class StageRun:
             return ""
         self._connection.ask("set_speed", speed)
         real = self._state.real() if speed != 1.0 else ()
-        return "{}: real, at 1 \u00d7 whatever the speed".format(named(real)) if real else ""
+        return "{}: real, at 1 \u00d7 at any speed".format(named(real)) if real else ""
 
     def set_team(self):
         """Ask for the team as it stands; return a message, or ""."""

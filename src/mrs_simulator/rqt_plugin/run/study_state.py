@@ -8,7 +8,7 @@ REAL_ALONE = "the robots are real, there is no simulation to {}"
 HANGS = 3.0  # [s] of wall time without a word after which a controller hangs
 START_LIMIT = 20.0  # [s] of wall time that one which was started here has for its first word
 SILENT = "has not answered for {:.0f} s"
-NEVER = "has not answered since it was started {:.0f} s ago"
+NEVER = "has not answered since it started {:.0f} s ago"
 USUAL_TOPIC = "/robot{}/odom"
 
 
@@ -110,7 +110,7 @@ class StudyState:
         if real:
             simulated = "{} simulated, ".format(n - real) if n > real else ""
             text = "robots: {}{} real".format(simulated, real)
-        return not stale, "{}, {}".format(text, "{} stale".format(stale) if stale else "fresh")
+        return not stale, text + (", {} stale".format(stale) if stale else "")
 
     @staticmethod
     def _stale(snapshot):
@@ -125,7 +125,7 @@ class StudyState:
             return None, text
         text += ", {:.1f} \u00d7 real time".format(stage.real_time_factor)
         if snapshot.real and stage.speed != 1.0:
-            return False, text + ", but real robots go at 1 \u00d7"
+            return False, text + ", but real robots run at 1 \u00d7"
         return True, text
 
     # What can be done ----------------------------------------------------------------------------
@@ -140,19 +140,19 @@ class StudyState:
             "step": self._no_stage("step") or ("" if paused else "pause the simulation first"),
             "reset": self._no_stage("reset"),
             "speed": self._no_stage("speed up") if self.real_alone() else "",
-            "end": "" if self.processes.is_running("stage") else "none was started here",
+            "end": "" if self.processes.is_running("stage") else "no simulation was started here",
             "preflight": self._no_check(),
             "control": self.no_start(),
             "stop": ""
             if self.is_controlled() or self.preflight.starting or self.hangs()
-            else "none gives commands",
+            else "no controller sends commands",
             "bag": "" if self.connection.master_online else NO_MASTER,
-            "save": "" if self.connection.snapshot() is not None else "no robot has been heard",
+            "save": "" if self.connection.snapshot() is not None else "no data of robots received",
         }
         remarks = dict.fromkeys(reasons, "")
         if self.real() and alive:
             remarks["reset"] = "real robots stay where they are: {}".format(named(self.real()))
-            remarks["speed"] = "real robots go at 1 \u00d7, whatever the simulation's speed"
+            remarks["speed"] = "real robots run at 1 \u00d7, whatever the simulation's speed"
         if self.real():
             remarks["control"] = "the robots are checked first: some are real"
         return {name: (not why, why or remarks[name]) for name, why in reasons.items()}
@@ -166,11 +166,11 @@ class StudyState:
         if not self.connection.master_online:
             return NO_MASTER
         if self.processes.is_running("stage"):
-            return "it runs"
+            return "already running"
         if self.processes.is_ending("stage"):
             return "the last simulation is ending"
         if self.real_alone():  # two would answer for one robot
-            return "real robots are heard: a simulation would be mixed up with them"
+            return "real robots publish odometry: a simulation would be mixed up with them"
         return ""
 
     def _no_check(self):
@@ -197,7 +197,7 @@ class StudyState:
             return "a check is under way"
         stale = self._stale(snapshot)
         if stale:
-            return "not heard lately: {}".format(named(stale))
+            return "no recent data of {}".format(named(stale))
         return self._no_topics(snapshot)
 
     def _no_topics(self, snapshot):
@@ -208,8 +208,10 @@ class StudyState:
         other = [t for n, t in sorted(topics.items()) if t != USUAL_TOPIC.format(n)]
         if not snapshot.real or not other:
             return ""
-        return "odometry on {}: start the controller with its launch file, which knows the names".format(
-            other[0]
+        return (
+            "odometry on {}: start the controller with the launch file that sets this topic".format(
+                other[0]
+            )
         )
 
     def team_locked(self):
@@ -217,7 +219,7 @@ class StudyState:
         if self.is_controlled():
             return "stop the controller to change the team"
         if self.real_alone():
-            return "the robots are real, they stand where they stand; a scenario can be opened"
+            return "real robots cannot be placed; a scenario can be opened"
         return ""
 
     def obstacles_locked(self):
@@ -225,9 +227,9 @@ class StudyState:
         if self.is_controlled():
             return "stop the controller to change the obstacles"
         if self.connection.is_fresh("stage") or self.processes.is_running("stage"):
-            return "the simulation has its obstacles from its start: end it to change them"
+            return "the simulation reads obstacles at its start: end it to change them"
         if self.started_elsewhere():
-            return "the controller was started elsewhere, with obstacles of its own: end it first"
+            return "the controller was started elsewhere with its own obstacles: end it first"
         return ""
 
     def poses_locked(self, n):

@@ -40,9 +40,9 @@ def told_of(robot, snapshot, stage, control):
         fresh = bool(snapshot.fresh[row])
         rows.append(Told("motion", _motion(snapshot, row), "good" if fresh else "stale"))
     if stage is not None and robot in stage.real_silent:
-        rows.append(Told("stage", "hears no odometry of it", "error"))
+        rows.append(Told("stage", "receives no odometry", "error"))
     elif stage is not None and robot in stage.timed_out:
-        rows.append(Told("stage", "hears no command for it: it stands", "warning"))
+        rows.append(Told("stage", "receives no command: the robot stands still", "warning"))
     if control is not None:
         rows.append(Told("controller", *_controlled(robot, control)))
     return rows
@@ -65,9 +65,9 @@ def _motion(snapshot, row):
 def _controlled(robot, control):
     """Return in words what the controller does with the robot, and the level of that."""
     if robot in control.stopped:
-        return "has stopped it: {}".format(control.trouble or "a guard"), "error"
+        return "has stopped the robot: {}".format(control.trouble or "a guard"), "error"
     if robot in control.stale:
-        return "has no fresh pose of it", "error"
+        return "has no recent pose", "error"
     if not control.running:
-        return control.trouble or "gives no commands", "warning"
-    return "commands it", "good"
+        return control.trouble or "sends no commands", "warning"
+    return "sends commands", "good"

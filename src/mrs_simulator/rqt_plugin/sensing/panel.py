@@ -14,11 +14,11 @@ from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.sensors.types.camera import CameraReading
 
 HEADERS = (
-    ("part", "A sensor, by the name of its mount, or what else tells of the robot"),
-    ("reading", "What it says now"),
-    ("rate", "Readings per second of its own time, and how many are wanted"),
-    ("age", "How old the reading is: in simulated time, of real robots in wall time"),
-    ("state", "Whether it is heard; of what tells of itself its own level"),
+    ("part", "Sensor, by the name of its mount, or another source of the robot's state"),
+    ("reading", "Newest reading or message"),
+    ("rate", "Rate by the stamps of the last readings, and nominal rate"),
+    ("age", "Age of the reading: in simulated time, of real robots in wall time"),
+    ("state", "Whether readings are received; of other sources the level that they report"),
 )
 READING, STATE = 1, 4  # columns
 SHOWN = 3  # [-] incidents, the newest
@@ -87,7 +87,7 @@ class SensorsPanel(QWidget):
         texts = [flight.capitalize()] if flight else []
         texts += ["{} at {:.1f} s".format(what_of(each), each.time) for each in incidents[-SHOWN:]]
         if len(incidents) > SHOWN:
-            texts.append("and {} before".format(len(incidents) - SHOWN))
+            texts.append("and {} earlier".format(len(incidents) - SHOWN))
         self.state.say("; ".join(texts), "warning" if incidents else "good")
 
     @guarded

@@ -1,4 +1,4 @@
-"""The height at which robots begin that leave the ground."""
+"""A field for the initial height of robots that fly."""
 
 from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import QDoubleSpinBox
@@ -6,25 +6,25 @@ from python_qt_binding.QtWidgets import QDoubleSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import FARTHEST
 
-SEVERAL = -0.1  # [m], the value that stands for heights that differ
+SEVERAL = -0.1  # [m], shown as text: the heights differ
 STEP = 0.1  # [m]
 TIP = (
-    "Height above the ground at which robots begin that fly: of those selected in the table; of all "
-    "while none is"
+    "Initial height above the ground of robots that fly: of those selected in the table, or of all if "
+    "none is selected"
 )
 
 
 class AltitudeField(QDoubleSpinBox):
-    """A height [m], or the word that there are several."""
+    """A height [m], or a text where heights differ."""
 
     chosen = Signal(float)  # the user wants this height
 
     def __init__(self, parent=None):
         super().__init__(parent)
         self.setRange(SEVERAL, FARTHEST)
-        self.setSpecialValueText("begin at several heights")
-        self.setPrefix("begins at ")
-        self.setSuffix(" m above the ground")
+        self.setSpecialValueText("several initial heights")
+        self.setPrefix("initial height ")
+        self.setSuffix(" m")
         self.setSingleStep(STEP)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.StrongFocus)

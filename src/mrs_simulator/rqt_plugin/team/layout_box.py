@@ -28,7 +28,7 @@ class LayoutBox(QGroupBox):
         self._names.addItems(sorted(LAYOUTS, key=lambda name: (ORDER + (name,)).index(name)))
         self._names.currentIndexChanged.connect(self._on_name)
         self._apply = QPushButton("Apply")
-        self._apply.setToolTip("Put all robots to this layout")
+        self._apply.setToolTip("Place all robots in this layout")
         self._apply.clicked.connect(self._on_apply)
         self._form = ParameterForm()
         self._values = {}  # of all layouts seen so far

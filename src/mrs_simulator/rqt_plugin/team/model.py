@@ -159,7 +159,7 @@ class TeamModel(QAbstractTableModel):
     def _tooltip(self, row):
         """Return what is to be said of a robot, None if nothing."""
         told = [kind_name(self.kinds[row])] if self.is_mixed() else []
-        told += ["robot{} is a real one".format(row + 1)] if row + 1 in self.real else []
+        told += ["robot{} is a real robot".format(row + 1)] if row + 1 in self.real else []
         told += [self._overlap(row)] if row in self.overlapping else []
         return "\n".join(told) or None
 

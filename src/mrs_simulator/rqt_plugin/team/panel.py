@@ -26,9 +26,9 @@ from mrs_simulator.world.contact.bodies import Bodies
 
 MOST_ROBOTS = 200
 NUMBER_TIP = (
-    "<p>Number of robots, 1 to {}. New ones are put where there is room, the last ones go first.</p>"
+    "<p>Number of robots, 1 to {}. New ones are placed where there is room; the last are removed first.</p>"
 ).format(MOST_ROBOTS)
-KIND_TIP = "Kind of the robots that are selected in the table; of all while none is"
+KIND_TIP = "Kind of the robots selected in the table, or of all if none is selected"
 MIXED = "several kinds"
 ROOM = (20.0, 2.5)  # [m] side of the square for new robots: at least, and times root n
 MOST_PAIRS = 3  # named in the line below the table
@@ -81,7 +81,7 @@ class TeamPanel(QWidget):
 
     def _build_scenario_buttons(self):
         self._open = QPushButton("Open scenario...")
-        self._open.setToolTip("Take team, protocol and surroundings from a scenario file")
+        self._open.setToolTip("Load team, protocol and surroundings from a scenario file")
         self._open.clicked.connect(self._on_open)
         self._save = QPushButton("Save scenario...")
         self._save.setToolTip("Write team, protocol and surroundings to a scenario file")
@@ -129,7 +129,11 @@ class TeamPanel(QWidget):
         """
         poses, kinds = np.array(poses, dtype=float).reshape(-1, 3), tuple(kinds)
         if len(poses) != len(kinds):
-            raise ValueError("{} poses and {} kinds, wanted as many".format(len(poses), len(kinds)))
+            raise ValueError(
+                "{} poses and {} kinds, wanted as many kinds as poses".format(
+                    len(poses), len(kinds)
+                )
+            )
         found = {name: self._find(name) for name in dict.fromkeys(kinds)}
         self._bodies = Bodies([found[name] for name in kinds]) if kinds else None
         flies = np.array([found[name].module.MEDIUM == "air" for name in kinds], dtype=bool)

@@ -25,14 +25,14 @@ from mrs_simulator.rqt_plugin.widgets.guard import guarded
 MOST_ANALYSED = 200  # robots up to which eigenvalues are worked out while one edits
 # Presets with an amount: its first value, suffix, decimals, and what it is.
 AMOUNTS = {
-    "random": (0.3, "", 2, "probability of an edge, beside a tree that keeps all connected"),
-    "erdos_renyi": (0.3, "", 2, "probability of an edge; the graph may fall apart"),
+    "random": (0.3, "", 2, "probability of an edge, in addition to a spanning tree"),
+    "erdos_renyi": (0.3, "", 2, "probability of an edge; the graph may be disconnected"),
     "proximity": (5.0, " m", 2, "radius of the proximity graph"),
-    "k_nearest": (3.0, "", 0, "how many of its nearest others each robot hears"),
+    "k_nearest": (3.0, "", 0, "number of nearest neighbours of each robot"),
 }
 SEEDED = ("random", "erdos_renyi")
 MADE = PRESETS + tuple(AMOUNTS)
-COLUMNS = ("hears", "heard", "weight")
+COLUMNS = ("robot", "neighbour", "weight")
 
 
 class TopologyPanel(QWidget):
@@ -50,7 +50,7 @@ class TopologyPanel(QWidget):
     def _build(self):
         layout = QVBoxLayout(self)
         layout.addLayout(self._build_presets())
-        self._as_directed = QCheckBox("directed: an edge counts one way, i hears j")
+        self._as_directed = QCheckBox("directed: robot i receives from j only")
         self._as_directed.setChecked(True)
         self._as_directed.toggled.connect(self._on_directed)
         layout.addWidget(self._as_directed)
@@ -97,13 +97,13 @@ class TopologyPanel(QWidget):
         self._figures = {}
         for key, title, tip in (
             ("edges", "edges", "number of edges"),
-            ("tree", "spanning tree", "whether some robot is heard, over others, by all"),
+            ("tree", "spanning tree", "whether some robot's state reaches all others along edges"),
             ("lambda", "\u03bb\u2082", "algebraic connectivity: second smallest real part of L"),
             (
                 "time",
                 "converges in",
-                "what theory says of this protocol over these edges from these poses; \u2013 where it "
-                "says nothing",
+                "convergence time predicted by theory for this protocol, graph and initial poses; "
+                "\u2013 where there is no prediction",
             ),
         ):
             label = QLabel("\u2013")
@@ -149,7 +149,7 @@ class TopologyPanel(QWidget):
         return self._figures[key].text()
 
     def add_edge(self, i, j):
-        """Add the edge over which robot i hears robot j."""
+        """Add the edge over which robot i receives from robot j."""
         self._change(self._edges + [(i, j, 1.0)])
 
     def remove_edge(self, i, j):
@@ -262,7 +262,7 @@ class TopologyPanel(QWidget):
         self._figures["edges"].setText(str(len(self._edges)))
         self._figures["tree"].setText("yes" if topology.has_spanning_tree() else "no")
         if self._n > MOST_ANALYSED:
-            self._figures["lambda"].setText("not worked out above {} robots".format(MOST_ANALYSED))
+            self._figures["lambda"].setText("not computed above {} robots".format(MOST_ANALYSED))
             return
         slowest = algebraic_connectivity(topology)
         self._figures["lambda"].setText("{:.4g}".format(slowest if abs(slowest) > 1e-9 else 0.0))

@@ -9,12 +9,12 @@ from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 
 HEADERS = (
-    ("claim", "What theory, or good order, says of the run"),
+    ("claim", "A claim of the protocol's theory, or a check of every run"),
     ("result", "Whether prediction and measurement agree"),
     ("predicted", "The value that theory gives"),
     ("measured", "The value in this run"),
     ("difference", "Measured minus predicted"),
-    ("tolerance", "The difference that passes"),
+    ("tolerance", "The largest difference that passes"),
     ("remark", "How they are compared, or why the claim does not apply"),
 )
 RESULT = 1  # column
@@ -23,7 +23,7 @@ TINTS = {True: "good", False: "error", None: "aside"}
 ORDER = (False, True, None)  # of the rows
 OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results are
 TITLES = {PASSED: "passed", FAILED: "FAILED", NOT_JUDGED: "not judged"}
-BEFORE = "No verdict yet. Save results of a run: it is judged against its protocol's theory."
+BEFORE = "No verdict yet. Saving a run compares it with its protocol's theory."
 MOST_GAPS = 12
 
 

@@ -29,12 +29,12 @@ class ViewPanel(QWidget):
         self._source, self._revision, self._shown = source, revision, None
         self._next = 0.0  # [s] of wall time
         self.canvas, self._follow, self._numbers = Canvas(), QComboBox(), None
-        self._follow.setToolTip("Keep a robot in the middle")
+        self._follow.setToolTip("Keep a robot in the centre")
         self._follow.setSizeAdjustPolicy(QComboBox.AdjustToContents)
         self._follow.activated.connect(self._on_follow)
         fit = QToolButton()
         fit.setText("Fit")
-        fit.setToolTip("Bring the whole team into view (F)")
+        fit.setToolTip("Fit the team into view (F)")
         fit.clicked.connect(self._on_fit)
         hint = QLabel(HINT)
         hint.setEnabled(False)

@@ -61,7 +61,7 @@ class Faults(logging.Handler):
         """Keep one record."""
         error = record.exc_info[1] if record.exc_info else None
         kind = "" if error is None else ": {}: {}".format(type(error).__name__, error)
-        self._told.append("a fault of the GUI {}{}".format(record.getMessage(), kind))
+        self._told.append("internal error of the GUI {}{}".format(record.getMessage(), kind))
 
     def take(self):
         """Return the texts since the last call."""

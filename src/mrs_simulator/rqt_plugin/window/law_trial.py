@@ -29,11 +29,11 @@ class LawTrial:
             self._panels.across.setEnabled(False)
             self._given_up = False
             self._began()
-        text = "Trying the protocol: {:.0f} of at most {:g} s".format(seconds, self._laws.limit)
-        self._panels.banners.tell("law", "aside", text, ("Give up", self._give_up))
+        text = "Loading the protocol: {:.0f} of at most {:g} s".format(seconds, self._laws.limit)
+        self._panels.banners.tell("law", "aside", text, ("Cancel", self._give_up))
         QApplication.processEvents(QEventLoop.AllEvents, LONGEST)
         if self._given_up or self._closed:
-            raise ValueError("given up after {:.0f} s".format(seconds))
+            raise ValueError("cancelled after {:.0f} s".format(seconds))
 
     def _give_up(self):
         self._given_up = True

@@ -46,7 +46,7 @@ class Results:
         if self._since is not None:
             text = "not saved: the last results are still being saved"
             return self._panels.say(Trouble(text))
-        nothing = Trouble("nothing to save: no robot has been heard")
+        nothing = Trouble("nothing to save: no data of robots received")
         return not len(self._history.time) and self._panels.say(nothing)
 
     def show_progress(self):
@@ -80,7 +80,7 @@ class Results:
     def keep_unsaved(self):
         """Keep the data of a run that nobody has saved, before it is forgotten, in the background."""
         if self._history.is_unsaved(SHORTEST_KEPT):
-            self._panels.say("keeping the run before, which was not saved")
+            self._panels.say("keeping the previous run, which was not saved")
             self._study.files.keep_aside(self._history)
 
     def close(self):

@@ -49,7 +49,7 @@ class Status:
         if self._results.can_be_saved():
             actions["save"] = True, ""
         if self._trial.is_under_way:
-            actions = dict.fromkeys(actions, (False, "a protocol is being tried"))
+            actions = dict.fromkeys(actions, (False, "a protocol is being loaded"))
         for name, (possible, remark) in actions.items():
             panels.bar.set_enabled(name, possible, remark)
         why, alone = state.team_locked(), state.real_alone()

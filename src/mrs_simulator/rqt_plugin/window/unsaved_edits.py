@@ -28,7 +28,7 @@ class UnsavedEdits:
                 self._autosave.keep(text)
         except OSError as error:
             self._autosave = None
-            text = "edits are not kept for the case of a crash: {}".format(error)
+            text = "edits cannot be saved for recovery after a crash: {}".format(error)
             self._panels.say(Trouble(text))
 
     def forget(self):

@@ -8,7 +8,7 @@ from documentation import DOCS, ROOT, anchors, page
 
 from mrs_simulator.__main__ import main
 from mrs_simulator.core.doc_links import explained_by, page_of, with_page
-from mrs_simulator.rqt_plugin.run.trouble import reason
+from mrs_simulator.rqt_plugin.run.error_message import reason
 from mrs_simulator.verdict.verdict import verdict_text
 
 PACKAGE = os.path.join(ROOT, "src", "mrs_simulator")

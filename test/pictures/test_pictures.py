@@ -12,7 +12,7 @@ from mrs_simulator.pictures import camera as cameras
 from mrs_simulator.pictures import ground
 from mrs_simulator.pictures.camera import Camera, clipped_polygon, clipped_segments, on_screen
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons, Texts
-from mrs_simulator.pictures.look import DARK, LIGHT
+from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.pictures.solids import kind_model, obstacle_models, solid_of
 from mrs_simulator.pictures.view import View

@@ -38,7 +38,7 @@ def tick(study, times, obeyed=()):
         )
         for time in times
     ]
-    study.connection.take_obeyed.return_value = obeyed
+    study.connection.take_applied.return_value = obeyed
     study._on_tick()
 
 

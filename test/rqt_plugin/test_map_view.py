@@ -28,8 +28,8 @@ from mrs_simulator.rqt_plugin.map import axes, edge_drawing, frame, geometry, ma
 from mrs_simulator.rqt_plugin.map import ground as map_ground
 from mrs_simulator.rqt_plugin.map import trails as map_trails
 from mrs_simulator.rqt_plugin.map.drawing import height_text
-from mrs_simulator.rqt_plugin.map.look import Look
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
+from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.view import MapView
 from mrs_simulator.rqt_plugin.ros_side.inbox import _from_state
 from mrs_simulator.rqt_plugin.run.history import History, Snapshot
@@ -353,10 +353,10 @@ def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
 
 def test_the_edge_that_is_drawn_says_who_hears_whom(view):
     view.show_topology([], True)
-    assert view._told_of_edge(2, 0) == "robot 1 receives from robot 3"
-    assert view._told_of_edge(2, -1) == "... receives from robot 3"
+    assert view.edge_text(2, 0) == "robot 1 receives from robot 3"
+    assert view.edge_text(2, -1) == "... receives from robot 3"
     view.show_topology([], False)
-    assert view._told_of_edge(2, 0) == "robot 3 and robot 1 are neighbours"
+    assert view.edge_text(2, 0) == "robot 3 and robot 1 are neighbours"
 
 
 def test_a_rubber_band_is_seen_while_drawing_and_escape_ends_it(view):
@@ -544,7 +544,7 @@ def test_an_obstacle_on_a_track_is_drawn_where_it_is_then(view):
     view.show_obstacles([box])
     assert covered() == [True, False]
     view.show_snapshot(snapshot(CLOCK_START + 2.0, POSES))
-    assert covered() == [False, True] and view.in_space().obstacles[0].x == 2.5
+    assert covered() == [False, True] and view.scene_3d().obstacles[0].x == 2.5
     view.show_obstacles([box], 1)
     assert view.editor.own == (box,)
 
@@ -615,10 +615,10 @@ def test_very_many_edges_are_drawn_in_part_and_it_says_so(view):
     view.show_team(team(n))
     view.show_topology([(i, j, 1.0) for i in range(1, n + 1) for j in range(1, i)], False)
     view.grab()
-    look = view.team.numbers, view.team.pose, view._frame, 1.0, view.team.shapes
-    segments, stride = view._edges.segments(*look, 40000)
+    style = view.team.numbers, view.team.pose, view._frame, 1.0, view.team.shapes
+    segments, stride = view._edges.segments(*style, 40000)
     assert stride == 1 and len(segments.place) > edge_drawing.MOST_EDGES
-    assert view._edges.segments(*look, 1000)[1] == 11
+    assert view._edges.segments(*style, 1000)[1] == 11
 
 
 @pytest.mark.parametrize("base, text", [("#ffffff", "#000000"), ("#1e1e22", "#e8e8e8")])
@@ -733,8 +733,8 @@ def test_a_sprite_is_kept_until_its_kind_changes(app):
         brush.fillRect(-2, -2, 4, 4, QColor("red"))
 
     places = np.array([[20.0, 30.0], [60.2, 30.0]])
-    for look in ("a", "a", "b"):
-        sprites.put(painter, look, 3.0, places, [7, 7], paint)
+    for style in ("a", "a", "b"):
+        sprites.put(painter, style, 3.0, places, [7, 7], paint)
     painter.end()
     assert painted == [7, 7]
     image = canvas.toImage()
@@ -792,12 +792,12 @@ def test_sprites_of_many_robots_are_of_their_own_kinds(view):
 def test_each_axis_has_some_ticks_however_low_the_map_is(view, scale):
     view.resize(900, 19 * view.fontMetrics().height())
     view._frame.scale = scale
-    look = Look.of(view)
-    step, ticks = axes._ticks(view._frame, look, view.fontMetrics())
+    style = MapStyle.of(view)
+    step, ticks = axes._ticks(view._frame, style, view.fontMetrics())
     assert min(map(len, ticks)) >= 3
     labels = [axes._label(tick * step, axes._digits(step)) for tick in ticks[0]]
     widest = max(map(view.fontMetrics().horizontalAdvance, labels))
-    assert widest + 0.3 * look.line < step * scale
+    assert widest + 0.3 * style.line < step * scale
 
 
 def test_the_legend_tells_the_signs_that_are_to_be_seen(view):
@@ -891,11 +891,11 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     before = like(wood)
     snapshot = carried_snapshot(world)
     view.show_snapshot(snapshot)
-    assert view.in_space().load is None  # nobody has told what they carry
+    assert view.scene_3d().load is None  # no load reported
     view.show_load(given.load)
     app.processEvents()
     assert like(wood) > before + 20
-    assert view.in_space().load == (given.load, snapshot.load)
+    assert view.scene_3d().load == (given.load, snapshot.load)
     history = History()
     history.append(snapshot)
     kept = history.load

@@ -14,7 +14,7 @@ from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
 from mrs_simulator.rqt_plugin.run.autosave import Autosave
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.study_widget import StudyWidget
 from mrs_simulator.rqt_plugin.widgets.banners import Banners
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -53,8 +53,8 @@ def make_study(app, tmp_path):
     yield make
     for widget in made:
         widget.study.edited.laws.close()
-        widget._faults.close()
-        widget.bar.forget_key()
+        widget._errors.close()
+        widget.bar.release_keys()
         widget.close()
         widget.deleteLater()
     app.processEvents()
@@ -62,10 +62,10 @@ def make_study(app, tmp_path):
 
 def test_the_heaviest_matter_is_on_top_and_a_strip_goes_with_its_matter(app):
     banners, pressed = Banners(), []
-    banners.tell("saving", "aside", "Saving", ("Cancel", lambda: pressed.append(True)))
-    banners.tell("emergency", "alarm", "Stopped")
-    banners.tell("error", "error", "Wrong")
-    banners.tell("timing", "warning", "Late")
+    banners.notify("saving", "aside", "Saving", ("Cancel", lambda: pressed.append(True)))
+    banners.notify("emergency", "alarm", "Stopped")
+    banners.notify("error", "error", "Wrong")
+    banners.notify("timing", "warning", "Late")
     active(banners, 700, 200)
     texts = [banners._column.itemAt(i).widget().text for i in range(banners._column.count())]
     assert texts == ["Stopped", "Wrong", "Late", "Saving"]
@@ -83,8 +83,8 @@ def test_trouble_is_told_in_the_bar_and_counted_on_the_tab(make_study):
     tabs, index = study.results_tabs, study.results_tabs.indexOf(study.messages)
     study.say("done")
     assert study.banners.text("error") == "" and tabs.tabText(index) == "Messages"
-    study.say(Trouble("first"))
-    study.say(Trouble("law.py:3: second\nwith <b> a line"))
+    study.say(ErrorMessage("first"))
+    study.say(ErrorMessage("law.py:3: second\nwith <b> a line"))
     assert study.banners.text("error").startswith("law.py:3") and tabs.tabText(index)[-3:] == "(2)"
     QTest.mouseClick(study.banners.button("error", "Messages"), Qt.LeftButton)
     assert tabs.currentWidget() is study.messages and tabs.tabText(index) == "Messages"

@@ -86,19 +86,19 @@ def test_a_side_that_is_drawn_leaves_the_opposite_one_where_it_is():
     box = Box("a", 1.0, 2.0, np.pi / 6, 4.0, 2.0, 0.5)
     axis = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
     behind = np.array([1.0, 2.0]) - 2.0 * axis
-    longer = shapes.gripped(box, "ahead", behind + 5.0 * axis + [-0.2, 0.2 * 3**0.5], 0.1, 0.1)
+    longer = shapes.dragged(box, "ahead", behind + 5.0 * axis + [-0.2, 0.2 * 3**0.5], 0.1, 0.1)
     assert (longer.length, longer.width) == (pytest.approx(5.0), 2.0)
     assert [longer.x, longer.y] == pytest.approx(behind + 2.5 * axis)
-    corner = shapes.gripped(box._replace(yaw=0.0), "behind left", [-2.0, 4.0], 0.5, 0.1)
+    corner = shapes.dragged(box._replace(yaw=0.0), "behind left", [-2.0, 4.0], 0.5, 0.1)
     assert corner == Box("a", 0.5, 2.5, 0.0, 5.0, 3.0, 0.5)
-    assert shapes.gripped(box, "ahead", behind - axis, 0.1, 0.1) is None  # nothing would be left
+    assert shapes.dragged(box, "ahead", behind - axis, 0.1, 0.1) is None  # nothing would be left
 
 
 def test_thin_walls_are_moved_by_their_middle_and_not_resized():
     wall = Box("wall", 0.0, 0.0, 0.0, 5.0, 0.1, 0.5)
-    assert set(shapes.grips(wall, 0.12)) == {"ahead", "behind", "turn"}
-    assert set(shapes.grips(wall, 0.01)) == {*shapes.SIDES, "turn"}
-    assert shapes.grips(Cylinder("post", 0.0, 0.0, 0.1, 0.5), 0.12) == {}
+    assert set(shapes.handles(wall, 0.12)) == {"ahead", "behind", "turn"}
+    assert set(shapes.handles(wall, 0.01)) == {*shapes.SIDES, "turn"}
+    assert shapes.handles(Cylinder("post", 0.0, 0.0, 0.1, 0.5), 0.12) == {}
 
 
 # The mouse
@@ -126,7 +126,7 @@ def test_an_obstacle_is_moved_resized_and_turned_by_its_marks(study):
     assert named(study)["crate"][1:3] == (-2.0, 2.5)
     drag(study, (-1.0, 2.5), (0.0, 2.5))
     assert named(study)["crate"] == Box("crate", -1.5, 2.5, 0.0, 3.0, 1.0, 0.5)
-    turn = shapes.grips(named(study)["crate"], study.map.reach)["turn"]
+    turn = shapes.handles(named(study)["crate"], study.map.reach)["turn"]
     drag(study, turn, (-1.5, 4.5), SHIFT)
     assert named(study)["crate"].yaw == pytest.approx(np.pi / 2)
     assert study.map_panel.obstacles.fields["yaw"].text() == "90"

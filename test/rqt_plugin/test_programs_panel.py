@@ -14,10 +14,10 @@ from ros_fixtures import wait_until
 from mrs_simulator.ros.node.diagnostics import ERROR, OK, Health, array
 from mrs_simulator.rqt_plugin.ros_side import diagnostics as diagnostics_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.processes import Processes
 from mrs_simulator.rqt_plugin.run.programs import _duration
 from mrs_simulator.rqt_plugin.run.programs_panel import short
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
 ENDS = "import sys; print('so far'); sys.exit(int(sys.argv[1]))"
@@ -203,7 +203,7 @@ def test_diagnostics_are_told_for_each_part_and_those_not_heard_are_stale(study,
     message = array(
         "stage", [Health("", OK, "running", {"robots": 3}), Health("sensors", ERROR, "slow", {})]
     )
-    heard._keep(message)
+    heard.on_message(message)
     study.connection.diagnostics.side_effect = heard.parts
 
     def rows():
@@ -234,7 +234,7 @@ def test_what_makes_an_anonymous_name_unique_is_not_shown(name, told):
 
 
 def test_what_is_asked_for_next_puts_the_last_error_away(study):
-    study.say(Trouble("stage killed"))
+    study.say(ErrorMessage("stage killed"))
     assert study.banners.text("error")
     press(study, "end")
     assert not study.banners.text("error") and "stage killed" in study.messages.toPlainText()

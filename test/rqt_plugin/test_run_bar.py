@@ -108,7 +108,7 @@ def test_the_emergency_stop_is_seen_in_the_whole_gui_however_narrow(app, study, 
 def test_no_banner_and_no_verdict_makes_the_window_grow(app, study, size):
     shown(app, study, *size)
     for matter, kind in (("a", "alarm"), ("b", "error"), ("c", "warning")):
-        study.banners.tell(matter, kind, "so much is wrong that it takes several lines " * 3)
+        study.banners.notify(matter, kind, "so much is wrong that it takes several lines " * 3)
     study.verdict.set_verdict(
         {
             "title": "run",

@@ -24,11 +24,11 @@ from mrs_simulator.rqt_plugin.ros_side import sensors as sensors_module
 from mrs_simulator.rqt_plugin.ros_side.diagnostics import Part
 from mrs_simulator.rqt_plugin.ros_side.sensors import topic_in
 from mrs_simulator.rqt_plugin.run.history import Snapshot
-from mrs_simulator.rqt_plugin.sensing.own_parts import parts_of, told_of
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.sensing.picture import NEAR_TO_FAR, UNKNOWN, round_end
-from mrs_simulator.rqt_plugin.sensing.received import Heard, mounts_of, spares_of
-from mrs_simulator.rqt_plugin.sensing.texts import told
+from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading, mounts_of, spare_mounts_of
+from mrs_simulator.rqt_plugin.sensing.robot_status import parts_of, status_rows
+from mrs_simulator.rqt_plugin.sensing.texts import reading_text
 from mrs_simulator.scenario.incidents import Incident
 from mrs_simulator.scenario.scenario import scenario_from_dict
 from mrs_simulator.sensors.types.battery import BatteryReading
@@ -61,7 +61,7 @@ def study(app, no_hidden_errors):
     widget.connection.watch_sensors.side_effect = lambda wanted: setattr(
         widget, "watched", set(wanted)
     )
-    widget.connection.heard_sensors.return_value = {}
+    widget.connection.sensor_readings.return_value = {}
     widget.resize(1366, 768)
     widget.show()
     app.processEvents()
@@ -75,10 +75,10 @@ def study(app, no_hidden_errors):
 def hear(study, *readings, age=0.01, number=1):
     """Have the connection hear ``(name, reading)`` of a robot, and the GUI show them."""
     heard = {
-        (number, name): Heard(each, age, 10.0, "/robot{}/{}".format(number, name))
+        (number, name): ReceivedReading(each, age, 10.0, "/robot{}/{}".format(number, name))
         for name, each in readings
     }
-    study.connection.heard_sensors.return_value = heard
+    study.connection.sensor_readings.return_value = heard
     study.sensing.show()
 
 
@@ -119,7 +119,7 @@ def shade(study, x, y):
     ],
 )
 def test_a_reading_in_words(reading, text):
-    assert told(reading) == text
+    assert reading_text(reading) == text
 
 
 def test_a_type_of_sensor_without_words_of_its_own_is_told_field_by_field():
@@ -127,9 +127,9 @@ def test_a_type_of_sensor_without_words_of_its_own_is_told_field_by_field():
         __slots__ = ()
 
     plain = SimpleNamespace(_fields=("stamp", "charge"))
-    assert told(Strange(0.0, 0.0)) == "heading 0.0\u00b0"
+    assert reading_text(Strange(0.0, 0.0)) == "heading 0.0\u00b0"
     reading = type("Battery", (tuple,), {"_fields": plain._fields})((0.0, 0.75))
-    assert told(reading) == "charge 0.75"
+    assert reading_text(reading) == "charge 0.75"
 
 
 # What is listened to
@@ -191,31 +191,33 @@ def test_a_sensor_is_found_under_the_names_of_drivers():
 
 def test_the_first_reading_which_comes_at_once_does_not_count_for_the_rate():
     mount, kind = mounts_of(team_of(1))[1, "sonar"]
-    ear = sensors_module._Ear(mount, kind)
+    subscription = sensors_module.SensorSubscription(mount, kind)
     for second in (0.3, 1.0, 2.0, 3.0):
-        ear._keep(PointCloud(Header(0, rospy.Time(second), ""), [], []), ear.form)
-    assert ear.told(3.0).rate == pytest.approx(1.0)
+        subscription.on_message(
+            PointCloud(Header(0, rospy.Time(second), ""), [], []), subscription.form
+        )
+    assert subscription.newest(3.0).rate == pytest.approx(1.0)
 
 
 def test_what_several_messages_tell_is_one_reading(monkeypatch):
     monkeypatch.setattr(sensors_module.rospy, "Subscriber", lambda *_, **__: SimpleNamespace())
-    (mount, kind) = spares_of(team_of(1), 1)[1, "battery"]
-    ear = sensors_module._Ear(mount, kind)
+    (mount, kind) = spare_mounts_of(team_of(1), 1)[1, "battery"]
+    subscription = sensors_module.SensorSubscription(mount, kind)
     own = "/robot1/RosAria/battery_"
     kinds = {own + "voltage": "std_msgs/Float64", own + "recharge_state": "std_msgs/Int8"}
     told = dict.fromkeys(kinds, ["driver"]), {}, kinds, None
-    topics = sensors_module._topics_of(1, ear, told)
+    topics = sensors_module.topics_of(1, subscription, told)
     assert list(topics) == list(kinds)
     kinds["/robot1/battery"] = "sensor_msgs/BatteryState"
     told[0]["/robot1/battery"] = ["stage"]
-    assert list(sensors_module._topics_of(1, ear, told)) == ["/robot1/battery"]
-    ear.listen(topics)
+    assert list(sensors_module.topics_of(1, subscription, told)) == ["/robot1/battery"]
+    subscription.listen(topics)
     voltage, recharging = topics.values()
     monkeypatch.setattr(sensors_module, "stamp_of", lambda _: rospy.Time(1.0))
-    ear._keep(Int8(1), recharging)
-    assert ear.told(None).reading is None
-    ear._keep(Float64(12.5), voltage)
-    reading = ear.told(None).reading
+    subscription.on_message(Int8(1), recharging)
+    assert subscription.newest(None).reading is None
+    subscription.on_message(Float64(12.5), voltage)
+    reading = subscription.newest(None).reading
     assert (reading.voltage, reading.charging) == (12.5, True) and math.isnan(reading.charge)
 
 
@@ -282,8 +284,8 @@ def test_what_others_sense_is_paler_than_what_the_robot_chosen_does(study):
     dark = []
     for chosen in (0, 1, 2):
         study.map.select(chosen)
-        heard = {(number, "sonar"): Heard(cone, 0.0, 10.0, "/topic") for number in (1, 2)}
-        study.connection.heard_sensors.return_value = heard
+        heard = {(number, "sonar"): ReceivedReading(cone, 0.0, 10.0, "/topic") for number in (1, 2)}
+        study.connection.sensor_readings.return_value = heard
         study.sensing.show()
         dark.append(empty - shade(study, 1.0, 0.1).lightness())
     assert dark[0] == dark[1] > 2 * dark[2] > 0
@@ -340,13 +342,15 @@ def test_the_panel_tells_state_rate_and_age(study):
         rows = {table.text(k, 0): k for k in range(table.rowCount())}
         return [table.text(rows[name], column) for column in range(1, 5)]
 
-    assert row("sonar") == ["heading 28.6\u00b0", "10 of 10 Hz", "0.01 s", "heard"]
+    assert row("sonar") == ["heading 28.6\u00b0", "10 of 10 Hz", "0.01 s", "received"]
     assert row("bumper") == ["", "of 10 Hz", "", "not published"]
     hear(study, ("sonar", compass), number=2, age=3.0)
     assert row("sonar")[2:] == ["3.00 s", "stale"]
-    study.connection.heard_sensors.return_value = {
-        (2, "sonar"): Heard(topic="/robot2/sonar", trouble="8 echoes, but the mount has 16"),
-        (2, "bumper"): Heard(topic="/robot2/bumper_state"),
+    study.connection.sensor_readings.return_value = {
+        (2, "sonar"): ReceivedReading(
+            topic="/robot2/sonar", trouble="8 echoes, but the mount has 16"
+        ),
+        (2, "bumper"): ReceivedReading(topic="/robot2/bumper_state"),
     }
     study.sensing.show()
     assert row("sonar")[3] == "refused: 8 echoes, but the mount has 16"
@@ -379,15 +383,15 @@ RUNS = SimpleNamespace(stopped=(), stale=(), running=True, trouble="")
 def test_what_is_told_of_one_robot(robot, stage, control, rows):
     stage = SimpleNamespace(**{**vars(QUIET), **stage})
     control = SimpleNamespace(**{**vars(RUNS), **control})
-    told = told_of(robot, STANDS, stage, control)
+    told = status_rows(robot, STANDS, stage, control)
     assert set(rows) <= {(each.name, each.level) for each in told}
     assert len(told) == len(rows) + ("motion" not in dict(rows) and robot < 3)
 
 
 def test_motion_in_words_and_nothing_where_nothing_is_heard():
-    (motion,) = told_of(2, STANDS, None, None)
+    (motion,) = status_rows(2, STANDS, None, None)
     wanted = "(1.00, 2.00) m, \u03b8 = 180.0\u00b0, v = 0.30 m/s, \u03c9 = \u22120.10 rad/s"
-    assert motion.message == wanted and told_of(1, None, None, None) == []
+    assert motion.message == wanted and status_rows(1, None, None, None) == []
 
 
 def part(name, hardware="", level="good"):
@@ -418,7 +422,7 @@ def test_the_panel_has_the_robots_own_diagnostics_and_its_motion(study):
     study.sensing.show()
     table = study.sensors.table
     rows = [[table.text(row, c) for c in (0, 1, 4)] for row in range(table.rowCount())]
-    assert ["motion", told_of(2, STANDS, None, None)[0].message, "good"] in rows
+    assert ["motion", status_rows(2, STANDS, None, None)[0].message, "good"] in rows
     assert rows[-1] == ["robot2/driver: motors", "said", "error"]
     assert "volts = 12" in table.item(len(rows) - 1, 0).toolTip()
     study.program_control.follow()
@@ -455,14 +459,14 @@ def test_depth_is_shown_in_colours_with_a_scale_in_metres(app):
     panel.show()
     panel.looks.setCurrentIndex(1)
     assert panel.wants_depth
-    panel.show_sensors({"eye": mount}, {}, "", Heard(seen))
+    panel.show_sensors({"eye": mount}, {}, "", ReceivedReading(seen))
     app.processEvents()
     picture = panel.picture
     assert picture.isVisible() and picture.most == 2.0
     shades = [QColor(picture.image.pixel(2, y)).getRgb()[:3] for y in (0, 2, 3)]
     assert shades == [tuple(NEAR_TO_FAR[204]), tuple(NEAR_TO_FAR[0]), UNKNOWN]
     panel.looks.setCurrentIndex(0)
-    panel.show_sensors({"eye": mount}, {"eye": Heard(seen)})
+    panel.show_sensors({"eye": mount}, {"eye": ReceivedReading(seen)})
     assert picture.most is None and panel.looks.isVisible()
     panel.show_sensors({}, {})
     assert not picture.isVisible() and not panel.looks.isVisible()
@@ -539,7 +543,7 @@ gui.sensing._on_robot(1)
 gui.results_tabs.setCurrentWidget(gui.sensors)
 click("simulate")
 table = gui.sensors.table
-until(lambda: table.rowCount() and table.text(0, 4) == "heard")
+until(lambda: table.rowCount() and table.text(0, 4) == "received")
 assert table.text(0, 0) == "sonar" and " of 16 within 5 m" in table.text(0, 1)
 gui.shown["sensors"].setChecked(True)
 until(lambda: len(gui.map._readings) == 4)

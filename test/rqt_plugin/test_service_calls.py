@@ -69,7 +69,7 @@ def test_nothing_is_done_after_the_close(monkeypatch):
     asked.close(time.monotonic() + 0.2)
     wait_until(lambda: done)
     goes_on.set()
-    for line in asked._lines.values():
+    for line in asked._queues.values():
         line.thread.join()
     assert done == ["pause"]  # what did not hang was done, no robot starts later
 

@@ -561,7 +561,7 @@ def test_gains_set_on_the_way_stand_in_a_saved_run_with_their_times_and_later_on
 
     def obeyed(stamp, gain):
         assert run.edited.set_parameters({"gain": gain}) == ""
-        history.obeyed.note(stamp, controller_settings(run.scenario))
+        history.applied.note(stamp, controller_settings(run.scenario))
 
     obeyed(-1.0, 0.3)
     obeyed(5.0, 0.4)
@@ -604,7 +604,7 @@ def test_what_cannot_have_run_is_said_and_the_run_is_saved(tmp_path):
 def test_another_run_begins_with_what_the_controller_obeys():
     history = commanded(History(), 4)
     history.scenario, history.staged = "edited", "staged"
-    history.obeyed.note(50.0, {"seed": 1})
+    history.applied.note(50.0, {"seed": 1})
     history.clear()
     assert (history.scenario, history.staged) == (None, None)
-    assert history.obeyed.during(0.0, 1.0) == ({"seed": 1}, [])
+    assert history.applied.during(0.0, 1.0) == ({"seed": 1}, [])

@@ -39,9 +39,9 @@ def test_a_preset_gives_lambda_2_beside_the_predicted_time(panel):
     assert [edge[:2] for edge in edges] == [(1, 2), (2, 3), (3, 4)] and not directed
     slowest = 2.0 * (1.0 - math.cos(math.pi / 4))  # of a path of four
     assert panel.figure("lambda") == "{:.4g}".format(slowest)
-    panel.set_settling("6.68 s to 2 %, at 0.586 /s")
+    panel.set_convergence_time("6.68 s to 2 %, at 0.586 /s")
     assert panel.figure("time") == "6.68 s to 2 %, at 0.586 /s"
-    panel.set_settling("")
+    panel.set_convergence_time("")
     assert panel.figure("time") == "\u2013"
 
 

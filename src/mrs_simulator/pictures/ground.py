@@ -33,7 +33,7 @@ def grid(view, water):
     away = np.linalg.norm(segments.mean(axis=1)[:, :2] - target, axis=1)
     strength = np.ceil(STEPS * np.clip(1.0 - away / (REACH * wide), 0.0, 1.0)) / STEPS
     left = strength > 0.0
-    colours = np.tile(view.look.lines, (int(left.sum()), 1))
+    colours = np.tile(view.palette.lines, (int(left.sum()), 1))
     opacity = (ON_WATER if water else STRENGTH) * strength[left]
     return view.lines(segments[left], with_opacity(colours, opacity), 1.0)
 
@@ -54,7 +54,7 @@ def land(view, obstacles):
             counts.append(len(seen))
     if not counts:
         return None
-    colours = with_opacity(np.tile(view.look.ground, (len(counts), 1)), 1.0)
+    colours = with_opacity(np.tile(view.palette.ground, (len(counts), 1)), 1.0)
     return Polygons(np.concatenate(points), np.array(counts), colours, colours)
 
 
@@ -73,7 +73,7 @@ def sky(view):
     if horizon <= 0.0:
         return None
     corners = [(0.0, 0.0), (view.width, 0.0), (view.width, horizon), (0.0, horizon)]
-    colour = with_opacity([view.look.sky], 1.0)
+    colour = with_opacity([view.palette.sky], 1.0)
     return Polygons(np.array(corners), np.array([4]), colour, colour)
 
 

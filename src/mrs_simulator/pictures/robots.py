@@ -13,7 +13,7 @@ from mrs_simulator.pictures.drawing import Polygons, ranges, taken, with_opacity
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 
 AMBIENT = 0.52  # [-] of light that comes from everywhere
-DARKEST = 0.1  # [-] brightness of what is black: its faces do not look alike
+DARKEST = 0.1  # [-] brightness of what is black: its faces would not differ
 RIM = 0.7  # [-] brightness of edges beside that of their faces
 LEAST_SEEN = 3.0  # [px] of a robot's reach, below which its mark alone is painted
 COARSE = 22.0  # [px] below which its small parts are left out
@@ -121,7 +121,7 @@ def shadows(view, robots, above=()):
         counts += [len(rim)] * len(seen)
     if not counts:
         return None
-    colours = np.tile((0.0, 0.0, 0.0, view.look.shadow), (len(counts), 1))
+    colours = np.tile((0.0, 0.0, 0.0, view.palette.shadow), (len(counts), 1))
     return Polygons(np.concatenate(points), np.array(counts), colours, np.zeros_like(colours))
 
 
@@ -164,7 +164,7 @@ def numbers(view, robots, names):
 
 
 def things(view, robots, obstacles, arms=(), load=None):
-    """Return the faces of robots and obstacles that look at the eye, the farthest thing's first.
+    """Return the faces of robots and obstacles that face the camera, the farthest thing's first.
 
     ``arms``: ``pictures.arms.Placed``s of the robots; ``load``: a ``Load`` and its ``LoadState``, or None.
     """
@@ -214,8 +214,8 @@ def _load_faces(view, load, carried):
 
 
 def _tiles(view, obstacle):
-    shade = np.array([view.look.obstacle])
-    for model, (x, y, yaw) in obstacle_models(obstacle, (*view.look.obstacle, 1.0)):
+    shade = np.array([view.palette.obstacle])
+    for model, (x, y, yaw) in obstacle_models(obstacle, (*view.palette.obstacle, 1.0)):
         place = np.array([(x, y, 0.0)])
         if view.seen(place)[0, 2] > NEAR + model.reach:
             away = np.linalg.norm(place - view.eye, axis=1)
@@ -223,7 +223,7 @@ def _tiles(view, obstacle):
 
 
 def _faces(view, model, place, turn, shades, away, rimmed=True):
-    """Return the faces of m things of one ``model`` that look at the eye, as ``_Faces``."""
+    """Return the faces of m things of one ``model`` that face the camera, as ``_Faces``."""
     world = place[:, np.newaxis] + np.einsum("vd,med->mve", model.vertices, turn)
     screen = view.screen(view.seen(world))
     eye = np.einsum("mdi,md->mi", turn, view.eye - place)

@@ -8,7 +8,7 @@ from mrs_simulator.pictures import ground, robots
 from mrs_simulator.pictures.arms import arm_outlines, load_corners, load_outline, placed_arms
 from mrs_simulator.pictures.camera import NEAR
 from mrs_simulator.pictures.drawing import Drawing, Lines, Paths, with_opacity
-from mrs_simulator.pictures.look import LIGHT
+from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.solids import kind_model, obstacle_models
 from mrs_simulator.pictures.view import View
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
@@ -102,9 +102,9 @@ def _room_of_robots(scene):
     return np.concatenate([below, *(place + np.outer(reach, sign) for sign in signs)])
 
 
-def drawn(scene, camera, width, height, look=LIGHT):
+def drawn(scene, camera, width, height, palette=LIGHT):
     """Return the ``Drawing`` of ``scene`` as ``camera`` has it, ``width`` by ``height`` [px]."""
-    view, place, water = View(camera, width, height, look), scene.place, scene.on_water
+    view, place, water = View(camera, width, height, palette), scene.place, scene.on_water
     team = robots.seen_robots(view, scene.kinds, scene.pose, place, scene.turn, scene.shades)
     land = [obstacle for obstacle in scene.obstacles if is_flat(obstacle)]
     arms = _arms(scene)
@@ -127,7 +127,7 @@ def drawn(scene, camera, width, height, look=LIGHT):
         ground.unit(view),
         robots.numbers(view, team, scene.numbers) if scene.numbered else None,
     )
-    colour = look.water if water else look.ground
+    colour = palette.water if water else palette.ground
     return Drawing(view.width, view.height, colour, tuple(each for each in layers if each))
 
 
@@ -171,7 +171,7 @@ def _edges(view, scene, place):
     plumb = np.stack([place[aloft], place[aloft] * (1.0, 1.0, 0.0)], axis=1)
     segments = np.concatenate([middle[rows], plumb])
     opacity = np.repeat([0.75, 0.45], [len(rows), len(plumb)])
-    colours = np.tile(view.look.lines, (len(segments), 1))
+    colours = np.tile(view.palette.lines, (len(segments), 1))
     return view.lines(segments, with_opacity(colours, opacity), EDGE)
 
 

@@ -11,8 +11,13 @@ LIGHT_FROM = (-0.5, -0.6, 1.0)  # right, ahead over the ground, up: from behind 
 class View:
     """Turns things in the common frame into what a ``Drawing`` consists of."""
 
-    def __init__(self, camera, width, height, look):
-        self.camera, self.width, self.height, self.look = camera, int(width), int(height), look
+    def __init__(self, camera, width, height, palette):
+        self.camera, self.width, self.height, self.palette = (
+            camera,
+            int(width),
+            int(height),
+            palette,
+        )
         self._axes, self.eye = camera.axes, camera.eye
         self.scale = scale(self.height)  # [px] of 1 m at a depth of 1 m
         ahead = np.array([-self._axes[0, 1], self._axes[0, 0], 0.0])
@@ -40,5 +45,5 @@ class View:
 
     def texts(self, places, texts, left=False):
         """Return ``texts`` at ``places`` (m, 2) [px]."""
-        colour, halo = (*self.look.text, 1.0), (*self.look.halo, 0.75)
+        colour, halo = (*self.palette.text, 1.0), (*self.palette.halo, 0.75)
         return Texts(places, texts, colour, halo, left)

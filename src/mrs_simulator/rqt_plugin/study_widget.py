@@ -3,18 +3,18 @@
 from python_qt_binding.QtCore import QTimer
 from python_qt_binding.QtWidgets import QApplication
 
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.history import History
 from mrs_simulator.rqt_plugin.run.study_run import StudyRun
-from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
-from mrs_simulator.rqt_plugin.widgets.messages import Faults
-from mrs_simulator.rqt_plugin.window.kept_layout import kept_layout, restore_layout
+from mrs_simulator.rqt_plugin.widgets.messages import ErrorLog
 from mrs_simulator.rqt_plugin.window.law_trial import LawTrial
 from mrs_simulator.rqt_plugin.window.live_run import LiveRun
 from mrs_simulator.rqt_plugin.window.panels import StudyPanels
 from mrs_simulator.rqt_plugin.window.pending import PendingGraph, PendingTeam
 from mrs_simulator.rqt_plugin.window.program_control import ProgramControl
 from mrs_simulator.rqt_plugin.window.results import Results
+from mrs_simulator.rqt_plugin.window.saved_layout import restore_layout, saved_layout
 from mrs_simulator.rqt_plugin.window.scenario_editing import ScenarioEditing
 from mrs_simulator.rqt_plugin.window.scenario_files import ScenarioFiles
 from mrs_simulator.rqt_plugin.window.sensing import Sensing
@@ -34,7 +34,7 @@ class StudyWidget(StudyPanels):
         super().__init__(parent)
         self.connection = connection
         self.study = StudyRun(connection, processes, scenario)
-        self.history, self._faults = History(), Faults()
+        self.history, self._errors = History(), ErrorLog()
         self.curves.set_history(self.history)
         self.trial = LawTrial(self, self.study.edited.laws, self._show_possible)
         self.pending_team, self.pending_graph = PendingTeam(self.study), PendingGraph()
@@ -131,8 +131,8 @@ class StudyWidget(StudyPanels):
         for text in self.study.ended_processes():
             self.say(text)
         self.program_control.follow()
-        for text in self._faults.take():
-            self.say(Trouble(text))
+        for text in self._errors.take():
+            self.say(ErrorMessage(text))
         self.results.show_progress()
         self.live.show_prediction()
         self.say(self.pending_team.send())
@@ -161,7 +161,7 @@ class StudyWidget(StudyPanels):
     def showEvent(self, event):
         """Take the keys from the start, not only once somebody has clicked here."""
         super().showEvent(event)
-        self.bar.listen_in(self.window())
+        self.bar.bind_keys(self.window())
         if QApplication.focusWidget() is None:
             self.map.setFocus()
 
@@ -174,15 +174,15 @@ class StudyWidget(StudyPanels):
         self.trial.close()
         self.results.close()
         self.edits.forget()
-        self._faults.close()
-        self.bar.forget_key()
+        self._errors.close()
+        self.bar.release_keys()
         self.study.close()
         self.connection.close()
 
     def save_settings(self):
         """Return what is to survive a restart, as texts by name."""
         programs = self.program_control.programs.kept()
-        return dict(kept_layout(self), scenario=self.files.text(), programs=programs)
+        return dict(saved_layout(self), scenario=self.files.text(), programs=programs)
 
     def restore_settings(self, settings):
         """Take in what ``save_settings`` returned; anything that is not right is left out."""
@@ -190,6 +190,6 @@ class StudyWidget(StudyPanels):
             if settings.get("scenario"):
                 self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))
         except Exception as error:  # its protocol may raise anything
-            self.say(Trouble("the last scenario was not restored: {}".format(reason(error))))
+            self.say(ErrorMessage("the last scenario was not restored: {}".format(reason(error))))
         restore_layout(self, settings)
         self.program_control.programs.take_up(settings.get("programs"))

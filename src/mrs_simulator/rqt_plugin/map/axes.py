@@ -1,6 +1,6 @@
 """Background of the map: plane, grid, axes, obstacles and labels.
 
-Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Frame``.
+Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget and the ``Frame``.
 """
 
 import math
@@ -11,7 +11,7 @@ from python_qt_binding.QtGui import QFont, QPen
 
 from mrs_simulator.rqt_plugin.map.frame import nice_step
 from mrs_simulator.rqt_plugin.map.geometry import placed
-from mrs_simulator.rqt_plugin.map.look import faded, polygon
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder, is_flat
 
 FEWEST_TICKS = 4  # [-] on an axis, where there is room
@@ -34,15 +34,15 @@ def _hint_height(metrics, width, hint):
     return metrics.boundingRect(room, HINT_FLAGS, hint).height()
 
 
-def draw_grid(painter, look, frame):
+def draw_grid(painter, style, frame):
     """Draw the lines of the grid, those through the origin a little stronger."""
-    step, ticks = _ticks(frame, look, painter.fontMetrics())
+    step, ticks = _ticks(frame, style, painter.fontMetrics())
     area = frame.area
     painter.setRenderHint(painter.Antialiasing, False)
     for axis in (0, 1):
         for tick in ticks[axis]:
             at = frame.to_screen(np.full(2, tick * step))[axis]
-            painter.setPen(QPen(look.mixed(0.11 if tick else 0.3), 1))
+            painter.setPen(QPen(style.mixed(0.11 if tick else 0.3), 1))
             if axis:
                 painter.drawLine(QLineF(area.left(), at, area.right(), at))
             else:
@@ -50,15 +50,15 @@ def draw_grid(painter, look, frame):
     painter.setRenderHint(painter.Antialiasing, True)
 
 
-def _ticks(frame, look, metrics):
+def _ticks(frame, style, metrics):
     """Return the step [m] and the ticks on either axis, whole multiples of it.
 
     Steps are wide, unless an axis would have fewer than ``FEWEST_TICKS`` and there is room for more.
     """
-    step = nice_step(4.2 * look.line / frame.scale)
+    step = nice_step(4.2 * style.line / frame.scale)
     finer = nice_step(0.4 * step)
     labels = [_label(end, _digits(finer)) for end in np.ravel(frame.bounds())]
-    room = frame.scale * finer - max(map(metrics.horizontalAdvance, labels)) - 0.5 * look.line
+    room = frame.scale * finer - max(map(metrics.horizontalAdvance, labels)) - 0.5 * style.line
     if min(map(len, _multiples(frame, step))) < FEWEST_TICKS and room >= 0.0:
         step = finer
     return step, _multiples(frame, step)
@@ -76,15 +76,15 @@ def _digits(step):
     return max(0, -math.floor(math.log10(step) + 1e-9))
 
 
-def draw_axes(painter, look, frame):
+def draw_axes(painter, style, frame):
     """Draw the frame about the area, its labels and the axes' names."""
-    area, line = frame.area, look.line
-    step, ticks = _ticks(frame, look, painter.fontMetrics())
+    area, line = frame.area, style.line
+    step, ticks = _ticks(frame, style, painter.fontMetrics())
     digits = _digits(step)
-    painter.setPen(QPen(look.mixed(0.6), 1))
+    painter.setPen(QPen(style.mixed(0.6), 1))
     painter.setBrush(Qt.NoBrush)
     painter.drawRect(QRectF(area.toRect()))
-    painter.setPen(look.mixed(0.85))
+    painter.setPen(style.mixed(0.85))
     for tick in ticks[0]:
         x = frame.to_screen(np.full(2, tick * step))[0]
         box = QRectF(x - 4 * line, area.bottom() + 0.2 * line, 8 * line, line)
@@ -118,51 +118,51 @@ def _draw_fitted(painter, box, text):
     painter.setFont(usual)
 
 
-def draw_scale_bar(painter, look, frame):
+def draw_scale_bar(painter, style, frame):
     """Draw a bar of a round length in the lower right corner."""
-    area, line = frame.area, look.line
+    area, line = frame.area, style.line
     length = nice_step(0.08 * area.width() / frame.scale)
     width, right, bottom = length * frame.scale, area.right() - 0.8 * line, area.bottom() - line
     label = "{:g} m".format(length) if length < 1e3 else "{:g} km".format(length / 1000.0)
     box = QRectF(right - width, bottom - 1.5 * line, width, 1.4 * line)
-    painter.fillRect(box.adjusted(-0.4 * line, 0.0, 0.4 * line, 0.5 * line), faded(look.base, 0.8))
-    painter.setPen(QPen(look.text, 1.5 * look.unit))
+    painter.fillRect(box.adjusted(-0.4 * line, 0.0, 0.4 * line, 0.5 * line), faded(style.base, 0.8))
+    painter.setPen(QPen(style.text, 1.5 * style.unit))
     painter.drawLine(QLineF(right - width, bottom, right, bottom))
     for x in (right - width, right):
         painter.drawLine(QLineF(x, bottom - 0.25 * line, x, bottom + 0.25 * line))
     painter.drawText(box.adjusted(-3 * line, 0, 3 * line, 0), Qt.AlignCenter, label)
 
 
-def draw_hint(painter, look, frame, hint):
+def draw_hint(painter, style, frame, hint):
     """Draw ``hint``, what the mouse does, above the area."""
-    right, bottom = frame.area.right() + 0.9 * look.line, frame.area.top() - 0.3 * look.line
-    box = QRectF(0.6 * look.line, 0.3 * look.line, right - 1.2 * look.line, bottom)
-    painter.setPen(look.mixed(0.75))
+    right, bottom = frame.area.right() + 0.9 * style.line, frame.area.top() - 0.3 * style.line
+    box = QRectF(0.6 * style.line, 0.3 * style.line, right - 1.2 * style.line, bottom)
+    painter.setPen(style.mixed(0.75))
     painter.drawText(box, HINT_FLAGS, hint)
 
 
-def draw_remark(painter, look, frame, remark):
+def draw_remark(painter, style, frame, remark):
     """Draw ``remark`` in the upper left corner."""
-    line = look.line
+    line = style.line
     box = QRectF(frame.area.left() + 0.4 * line, frame.area.top() + 0.4 * line, 0.0, 1.25 * line)
     box.setWidth(painter.fontMetrics().horizontalAdvance(remark) + 0.8 * line)
-    painter.fillRect(box, faded(look.base, 0.85))
-    painter.setPen(look.mixed(0.75))
+    painter.fillRect(box, faded(style.base, 0.85))
+    painter.setPen(style.mixed(0.75))
     painter.drawText(box, Qt.AlignCenter, remark)
 
 
-def draw_land(painter, look, frame, obstacles):
+def draw_land(painter, style, frame, obstacles):
     """Draw the land among ``obstacles``, on which robots drive: lighter than what they bump into."""
-    painter.setPen(QPen(look.mixed(0.3), look.unit))
-    painter.setBrush(look.mixed(0.08))
+    painter.setPen(QPen(style.mixed(0.3), style.unit))
+    painter.setBrush(style.mixed(0.08))
     for obstacle in filter(is_flat, obstacles):
         draw_outline(painter, frame, obstacle)
 
 
-def draw_obstacles(painter, look, frame, obstacles):
+def draw_obstacles(painter, style, frame, obstacles):
     """Draw boxes and cylinders to scale, but for land."""
-    painter.setPen(QPen(look.mixed(0.55), look.unit))
-    painter.setBrush(look.mixed(0.25))
+    painter.setPen(QPen(style.mixed(0.55), style.unit))
+    painter.setBrush(style.mixed(0.25))
     for obstacle in obstacles:
         if not is_flat(obstacle):
             draw_outline(painter, frame, obstacle)

@@ -4,7 +4,7 @@ import numpy as np
 from python_qt_binding.QtCore import QLineF, QRectF, Qt
 from python_qt_binding.QtGui import QPen
 
-from mrs_simulator.rqt_plugin.map.look import faded, polygon
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
 
 SOME_EDGES = 30  # [-] in view; beyond, they are paler
 MANY_EDGES = 400  # [-] in view; beyond, they are drawn without smoothing
@@ -13,7 +13,7 @@ EDGE_WIDTHS = (0.7, 6.0)  # [px], least and most; one of weight 1 is EDGE_WIDTH 
 EDGE_WIDTH = 1.4  # [px]
 
 
-def draw_edges(painter, look, segments, directed):
+def draw_edges(painter, style, segments, directed):
     """Draw the ``segments``, wide by weight, with a head at the robot that hears.
 
     Of very many only one in k is drawn; return k.
@@ -22,23 +22,23 @@ def draw_edges(painter, look, segments, directed):
     _, weight, begin, end = (values[::stride] for values in segments)
     widths = np.clip(EDGE_WIDTH * weight, *EDGE_WIDTHS)
     many = len(weight) > MANY_EDGES
-    shade = look.mixed(0.5 if len(weight) <= SOME_EDGES else 0.3)
+    shade = style.mixed(0.5 if len(weight) <= SOME_EDGES else 0.3)
     painter.setRenderHint(painter.Antialiasing, not many)
-    widths = np.where(many, 1.0, look.unit * widths.round(1))
+    widths = np.where(many, 1.0, style.unit * widths.round(1))
     for width in np.unique(widths):
         chosen = np.hstack([begin, end])[widths == width].tolist()
         painter.setPen(QPen(shade, float(width)))
         painter.drawLines([QLineF(*ends) for ends in chosen])
     if directed:
-        draw_heads(painter, look, begin, end, widths, shade)
+        draw_heads(painter, style, begin, end, widths, shade)
     painter.setRenderHint(painter.Antialiasing, True)
     return stride
 
 
-def draw_heads(painter, look, begin, end, widths, shade):
+def draw_heads(painter, style, begin, end, widths, shade):
     apart = end - begin
     length = np.maximum(np.hypot(*apart.T), 1e-9)
-    size = np.minimum(7.0 * look.unit + 1.5 * widths, 0.6 * length)
+    size = np.minimum(7.0 * style.unit + 1.5 * widths, 0.6 * length)
     along = apart * (size / length)[:, np.newaxis]
     across = 0.42 * along[:, ::-1] * (-1.0, 1.0)
     # The point is a little beyond the line's blunt end, which it covers.
@@ -49,18 +49,18 @@ def draw_heads(painter, look, begin, end, widths, shade):
         painter.drawConvexPolygon(polygon(head))
 
 
-def draw_band(painter, look, begin, end, reached, text):
+def draw_band(painter, style, begin, end, reached, text):
     """Draw the edge being drawn from ``begin`` to ``end`` [px], with its head there, and ``text``.
 
     It is solid once it has ``reached`` a robot.
     """
-    pen = QPen(look.highlight, 2.0 * look.unit, Qt.SolidLine if reached else Qt.DashLine)
+    pen = QPen(style.highlight, 2.0 * style.unit, Qt.SolidLine if reached else Qt.DashLine)
     painter.setPen(pen)
     painter.drawLine(QLineF(*begin, *end))
     ends = np.array([begin]), np.array([end])
-    draw_heads(painter, look, *ends, np.array([2.0 * look.unit]), look.highlight)
-    width = painter.fontMetrics().horizontalAdvance(text) + 0.8 * look.line
-    box = QRectF(end[0] + 0.8 * look.line, end[1] - 1.6 * look.line, width, 1.3 * look.line)
-    painter.fillRect(box, faded(look.base, 0.9))
-    painter.setPen(look.text)
+    draw_heads(painter, style, *ends, np.array([2.0 * style.unit]), style.highlight)
+    width = painter.fontMetrics().horizontalAdvance(text) + 0.8 * style.line
+    box = QRectF(end[0] + 0.8 * style.line, end[1] - 1.6 * style.line, width, 1.3 * style.line)
+    painter.fillRect(box, faded(style.base, 0.9))
+    painter.setPen(style.text)
     painter.drawText(box, Qt.AlignCenter, text)

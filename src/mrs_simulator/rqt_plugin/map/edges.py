@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.map.geometry import GRIP, clearance
+from mrs_simulator.rqt_plugin.map.geometry import REACH, clearance
 
 
 class Segments(NamedTuple):
-    """Edges on the screen, from the body of the robot heard to that of the one that hears."""
+    """Edges on the screen, from the sender's body to the receiver's."""
 
     place: np.ndarray  # (m,) in the list of edges
     weight: np.ndarray  # (m,)
@@ -17,7 +17,7 @@ class Segments(NamedTuple):
 
 
 class Edges:
-    """A topology as it is shown: edges (i, j, weight), robot i receives from robot j."""
+    """A topology on the map: edges (i, j, weight), robot i receives from robot j."""
 
     def __init__(self, edges=(), directed=True):
         self.list = [(int(i), int(j), float(*weight or (1.0,))) for i, j, *weight in edges]
@@ -30,7 +30,7 @@ class Edges:
         return (i, j) in pairs or (not self.directed and (j, i) in pairs)
 
     def _table(self, numbers):
-        """Return rows that hear (m,), rows heard, weights, and places in the list."""
+        """Return the receivers' rows, the senders' rows, weights and indices in the list, (m,) each."""
         if self._numbers != numbers:
             rows = {number: row for row, number in enumerate(numbers)}
             known = [
@@ -38,17 +38,17 @@ class Edges:
                 for place, (i, j, weight) in enumerate(self.list)
                 if i in rows and j in rows
             ]
-            hears, heard, weight, place = np.array(known, dtype=float).reshape(-1, 4).T
+            receiver, sender, weight, place = np.array(known, dtype=float).reshape(-1, 4).T
             self._numbers = numbers
-            self._rows = hears.astype(int), heard.astype(int), weight, place.astype(int)
+            self._rows = receiver.astype(int), sender.astype(int), weight, place.astype(int)
         return self._rows
 
     def segments(self, numbers, pose, frame, unit, shapes, most=None):
         """Return the ``Segments`` in view, and k: of more than ``most`` edges, only one in k."""
         table = self._table(numbers)
         stride = 1 if most is None else max(1, len(table[0]) // most)
-        hears, heard, weight, place = (column[::stride] for column in table)
-        columns = hears, heard, weight, place
+        receiver, sender, weight, place = (column[::stride] for column in table)
+        columns = receiver, sender, weight, place
         return _segments(pose, *columns, frame, unit, shapes), stride
 
     def at(self, numbers, pose, frame, unit, at, shapes):
@@ -58,11 +58,11 @@ class Edges:
             return None
         away = _distances(at, segments.begin, segments.end)
         best = int(np.argmin(away + 1e-3 * np.hypot(*(segments.end - at).T)))
-        return self.list[segments.place[best]] if away[best] <= GRIP * unit else None
+        return self.list[segments.place[best]] if away[best] <= REACH * unit else None
 
 
-def _segments(pose, hears, heard, weight, place, frame, unit, shapes):
-    first, second = frame.to_screen(pose[heard]), frame.to_screen(pose[hears])
+def _segments(pose, receiver, sender, weight, place, frame, unit, shapes):
+    first, second = frame.to_screen(pose[sender]), frame.to_screen(pose[receiver])
     area, low, high = frame.area, np.minimum(first, second), np.maximum(first, second)
     seen = (low <= (area.right(), area.bottom())) & (high >= (area.left(), area.top()))
     index = np.flatnonzero(seen.all(axis=1))
@@ -70,7 +70,7 @@ def _segments(pose, hears, heard, weight, place, frame, unit, shapes):
     length = np.maximum(np.hypot(*apart.T), 1e-9)
     toward = apart / length[:, np.newaxis]
     up = toward * (1.0, -1.0)
-    begins, ends = heard[index], hears[index]
+    begins, ends = sender[index], receiver[index]
     gap_first = clearance(pose[begins], up, frame, unit, shapes.of(begins))
     gap_second = clearance(pose[ends], -up, frame, unit, shapes.of(ends))
     apart = gap_first + gap_second < length

@@ -6,7 +6,7 @@ from mrs_simulator.study.draw.plane_figure import ROBOT_SHAPE
 
 LEAST_ROBOT = 10.0  # [px]; a smaller one is drawn as an arrow of ARROW
 ARROW = 13.0  # [px]
-GRIP = 6.0  # [px] about a robot or an edge that belongs to it
+REACH = 6.0  # [px] about a robot or an edge within which the mouse hits it
 
 
 def placed(shape, pose, frame):
@@ -67,7 +67,7 @@ def robot_at(pose, frame, unit, at, shapes):
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     along = cos * apart[:, 0] + sin * apart[:, 1]
     across = np.abs(cos * apart[:, 1] - sin * apart[:, 0])
-    pad, away = GRIP * unit / frame.scale, np.hypot(along, across)
+    pad, away = REACH * unit / frame.scale, np.hypot(along, across)
     # A comparison with nan, a pose that is not known, is false.
     with np.errstate(invalid="ignore"):
         within = (along < shapes.front + pad) & (along > -shapes.rear - pad)

@@ -9,8 +9,8 @@ from python_qt_binding.QtCore import QLineF, Qt
 from python_qt_binding.QtGui import QPainter, QPen, QPixmap
 
 from mrs_simulator.rqt_plugin.map import axes
-from mrs_simulator.rqt_plugin.map.look import mixed, polygon
 from mrs_simulator.rqt_plugin.map.marks import draw_starts
+from mrs_simulator.rqt_plugin.map.style import mixed, polygon
 from mrs_simulator.rqt_plugin.map.trails import TRAIL_PIXELS
 
 MANY_TRAILS = 120  # [-] in view; beyond, they are thin and not dashed
@@ -23,7 +23,7 @@ class Ground:
     def __init__(self):
         self._picture, self._key, self._trails = None, None, TrailPainter()
 
-    def draw(self, painter, widget, look, frame, obstacles, hint, trails, now, numbers, hidden):
+    def draw(self, painter, widget, style, frame, obstacles, hint, trails, now, numbers, hidden):
         """Draw the ground of ``widget`` with the ``trails``, None for none.
 
         ``now``: where the robots ``numbers`` are (n, 2) and their trails go on to, None for nowhere;
@@ -33,7 +33,7 @@ class Ground:
         size, place = widget.size(), (*frame.centre, frame.scale, frame.area)
         # Objects are compared as such: another run has other trails.
         shown = trails, trails and trails.begun, frozenset(hidden)
-        key = size, ratio, place, look, widget.font(), obstacles, hint, numbers, shown
+        key = size, ratio, place, style, widget.font(), obstacles, hint, numbers, shown
         anew = key != self._key
         if anew:
             self._picture = QPixmap(size * ratio)
@@ -41,43 +41,43 @@ class Ground:
         brush = QPainter(self._picture)
         try:
             if anew:
-                _draw_ground(brush, widget, look, frame, obstacles, hint)
+                _draw_ground(brush, widget, style, frame, obstacles, hint)
             brush.setClipRect(frame.area)
             brush.setRenderHint(QPainter.Antialiasing)
             if anew and trails is not None:
-                self._trails.begin(brush, look, frame, trails, now, numbers, hidden)
+                self._trails.begin(brush, style, frame, trails, now, numbers, hidden)
             elif trails is not None and now is not None:
-                self._trails.go_on(brush, look, frame, now)
+                self._trails.go_on(brush, style, frame, now)
             self._key = key
         finally:
             brush.end()
         painter.drawPixmap(0, 0, self._picture)
 
 
-def _draw_ground(painter, widget, look, frame, obstacles, hint):
-    painter.fillRect(widget.rect(), look.base)
+def _draw_ground(painter, widget, style, frame, obstacles, hint):
+    painter.fillRect(widget.rect(), style.base)
     painter.setFont(widget.font())
     painter.setRenderHint(QPainter.Antialiasing)
     painter.setClipRect(frame.area)
-    axes.draw_land(painter, look, frame, obstacles)
-    axes.draw_grid(painter, look, frame)
-    axes.draw_obstacles(painter, look, frame, obstacles)
+    axes.draw_land(painter, style, frame, obstacles)
+    axes.draw_grid(painter, style, frame)
+    axes.draw_obstacles(painter, style, frame, obstacles)
     painter.setClipping(False)
-    axes.draw_axes(painter, look, frame)
-    axes.draw_hint(painter, look, frame, hint)
+    axes.draw_axes(painter, style, frame)
+    axes.draw_hint(painter, style, frame, hint)
 
 
 class TrailPainter:
     """Draws trails once as they are kept, then only where the robots have gone on."""
 
-    def begin(self, painter, look, frame, trails, now, numbers, hidden):
+    def begin(self, painter, style, frame, trails, now, numbers, hidden):
         """Draw the trails of all robots but the ``hidden`` ones, on to where they are ``now``."""
-        self._places = look.places(numbers).tolist()
+        self._places = style.places(numbers).tolist()
         shown = np.array([number not in hidden for number in numbers], dtype=bool)
         self._shown = shown & (trails.count > 0)
         rows = [row for row in trails.in_view(frame).tolist() if self._shown[row]]
         self._many = len(rows) > MANY_TRAILS
-        self._pens = self._pens_of(look)
+        self._pens = self._pens_of(style)
         ends = trails.last() if now is None else np.where(np.isfinite(now), now, trails.last())
         self._tips, self._lengths = frame.to_screen(ends), np.zeros(len(numbers))
         self._starts = trails.first()
@@ -86,7 +86,7 @@ class TrailPainter:
         for row, line in zip(rows, _lines(trails, rows, ends, frame)):
             self._draw(painter, frame, row, line)
         painter.setRenderHint(QPainter.Antialiasing, True)
-        draw_starts(painter, look, frame, self._starts[rows])
+        draw_starts(painter, style, frame, self._starts[rows])
 
     def _draw(self, painter, frame, row, line):
         pen = self._pen(row)
@@ -102,11 +102,11 @@ class TrailPainter:
             painter.setPen(pen)
             painter.drawPolyline(polygon(line[begin:end]))
 
-    def _pens_of(self, look):
+    def _pens_of(self, style):
         """Return the pens of trails, one for each of the robots' colours."""
         if self._many:
-            return [QPen(mixed(look.base, shade, 0.6), 1) for shade in look.shades]
-        pens = [QPen(shade, 1.4 * look.unit) for shade in look.shades]
+            return [QPen(mixed(style.base, shade, 0.6), 1) for shade in style.shades]
+        pens = [QPen(shade, 1.4 * style.unit) for shade in style.shades]
         for pen in pens:
             pen.setDashPattern(DASHES)
             pen.setCapStyle(Qt.FlatCap)
@@ -115,7 +115,7 @@ class TrailPainter:
     def _pen(self, row):
         return QPen(self._pens[self._places[row]])
 
-    def go_on(self, painter, look, frame, now):
+    def go_on(self, painter, style, frame, now):
         """Continue the trails to where the robots are ``now`` (n, 2), if that is to be seen."""
         screen = frame.to_screen(now)
         steps = np.hypot(*(screen - self._tips).T)
@@ -135,7 +135,7 @@ class TrailPainter:
         painter.setRenderHint(QPainter.Antialiasing, True)
         # A start is on top of its own trail.
         near = rows[np.hypot(*(frame.to_screen(self._starts[rows]) - self._tips[rows]).T) < 9.0]
-        draw_starts(painter, look, frame, self._starts[near], self._starts)
+        draw_starts(painter, style, frame, self._starts[near], self._starts)
         self._lengths[rows] += steps[rows]
         self._tips[rows] = screen[rows]
 

@@ -7,9 +7,9 @@ from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
 from python_qt_binding.QtGui import QBrush, QColor, QPainterPath, QPen
 
 from mrs_simulator.rqt_plugin.map.edge_drawing import EDGE_WIDTH, draw_heads
-from mrs_simulator.rqt_plugin.map.look import faded
 from mrs_simulator.rqt_plugin.map.marks import ALARM, SHADE
 from mrs_simulator.rqt_plugin.map.sensor_drawing import FELT, HIT
+from mrs_simulator.rqt_plugin.map.style import faded
 from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 HIGHEST = 0.5  # [-] of the area's height that the legend takes at most
@@ -30,9 +30,9 @@ LEGEND = {  # in the order of the map's words
 }
 
 
-def draw_legend(painter, look, frame, shown):
+def draw_legend(painter, style, frame, shown):
     """Say in the lower left corner what the signs of the map mean: those in ``shown``, names."""
-    area, line = frame.area, look.line
+    area, line = frame.area, style.line
     entries = [name for name in LEGEND if name in shown]
     columns = _columns(entries, int((HIGHEST * area.height() / line - 0.3) / 1.2))
     metrics = painter.fontMetrics()
@@ -44,14 +44,14 @@ def draw_legend(painter, look, frame, shown):
         return  # there is no room for words
     height = (1.2 * len(columns[0]) + 0.3) * line
     left, top = area.left() + 0.4 * line, area.bottom() - 0.4 * line - height
-    painter.setPen(QPen(look.mixed(0.25), 1))
-    painter.setBrush(faded(look.base, 0.85))
+    painter.setPen(QPen(style.mixed(0.25), 1))
+    painter.setBrush(faded(style.base, 0.85))
     painter.drawRect(QRectF(left, top, sum(widths), height))
     for column, width in zip(columns, widths):
         for place, name in enumerate(column):
             y = top + (1.2 * place + 0.75) * line
-            _draw_sign(painter, look, name, QPointF(left + 1.1 * line, y))
-            painter.setPen(look.text)
+            _draw_sign(painter, style, name, QPointF(left + 1.1 * line, y))
+            painter.setPen(style.text)
             box = QRectF(left + 2.1 * line, y - line, width, 2.0 * line)
             painter.drawText(box, Qt.AlignLeft | Qt.AlignVCenter, LEGEND[name])
         left += width
@@ -65,9 +65,9 @@ def _columns(entries, most):
     return [entries[begin : begin + each] for begin in range(0, len(entries), max(1, each))]
 
 
-def _draw_sign(painter, look, name, at):
+def _draw_sign(painter, style, name, at):
     """Draw the sign called ``name`` about the point ``at``."""
-    unit, reach = look.unit, 0.65 * look.line
+    unit, reach = style.unit, 0.65 * style.line
     x, y = at.x(), at.y()
     painter.setBrush(Qt.NoBrush)
     if name == "start":
@@ -75,39 +75,39 @@ def _draw_sign(painter, look, name, at):
         painter.setBrush(QColor(START_COLOUR))
         painter.drawEllipse(at, 3.0 * unit, 3.0 * unit)
     elif name == "target":
-        painter.setPen(QPen(look.mixed(0.8), 1.8 * unit))
+        painter.setPen(QPen(style.mixed(0.8), 1.8 * unit))
         size = 4.0 * unit
         painter.drawLine(QLineF(x - size, y - size, x + size, y + size))
         painter.drawLine(QLineF(x - size, y + size, x + size, y - size))
     elif name == "trail":
-        painter.setPen(QPen(look.mixed(0.8), 1.4 * unit, Qt.DashLine))
+        painter.setPen(QPen(style.mixed(0.8), 1.4 * unit, Qt.DashLine))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))
     elif name in ("hears", "edge"):
         begin, end = np.array([[x - reach, y]]), np.array([[x + reach, y]])
-        painter.setPen(QPen(look.mixed(0.5), EDGE_WIDTH * unit))
+        painter.setPen(QPen(style.mixed(0.5), EDGE_WIDTH * unit))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))
         if name == "hears":
             width = np.array([EDGE_WIDTH * unit])
-            draw_heads(painter, look, begin, end, width, look.mixed(0.5))
+            draw_heads(painter, style, begin, end, width, style.mixed(0.5))
     elif name == "real":
-        painter.setPen(QPen(look.text, 2.0 * unit))
-        painter.drawEllipse(at, 0.45 * look.line, 0.45 * look.line)
+        painter.setPen(QPen(style.text, 2.0 * unit))
+        painter.drawEllipse(at, 0.45 * style.line, 0.45 * style.line)
     elif name == "aloft":
         painter.setPen(Qt.NoPen)
-        for shade, shift in ((faded(look.text, SHADE), 5.0 * unit), (look.mixed(0.6), 0.0)):
+        for shade, shift in ((faded(style.text, SHADE), 5.0 * unit), (style.mixed(0.6), 0.0)):
             painter.setBrush(shade)
             painter.drawEllipse(QPointF(x + shift, y + shift), 4.0 * unit, 4.0 * unit)
     elif name in ("cone", "rays", "seen", "pressed"):
-        _draw_sensed(painter, look, name, x, y)
+        _draw_sensed(painter, style, name, x, y)
     elif name == "stale":
         painter.setPen(Qt.NoPen)
-        painter.setBrush(QBrush(look.mixed(0.5), Qt.BDiagPattern))
+        painter.setBrush(QBrush(style.mixed(0.5), Qt.BDiagPattern))
         painter.drawRect(QRectF(x - 0.5 * reach, y - 0.5 * reach, reach, reach))
 
 
-def _draw_sensed(painter, look, name, x, y):
+def _draw_sensed(painter, style, name, x, y):
     """Draw the sign of what a sensor of the type ``name`` says about the point (x, y) [px]."""
-    unit, reach, shade = look.unit, 0.65 * look.line, look.mixed(0.6)
+    unit, reach, shade = style.unit, 0.65 * style.line, style.mixed(0.6)
     box = QRectF(x - 3.0 * reach, y - 2.0 * reach, 4.0 * reach, 4.0 * reach)
     painter.setPen(QPen(shade, 1.6 * unit))
     if name == "cone":

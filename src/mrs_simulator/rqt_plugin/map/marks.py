@@ -1,6 +1,6 @@
 """Draws marks about robots and places: starts, wanted places, rings, alarms and collisions.
 
-Each ``draw_`` function gets a painter, the ``Look`` of the widget and the ``Frame``; positions are
+Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget and the ``Frame``; positions are
 arrays, one point per row, in metres.
 """
 
@@ -9,7 +9,7 @@ from python_qt_binding.QtCore import QLineF, QPointF, Qt
 from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.rqt_plugin.map.geometry import ARROW, outlines
-from mrs_simulator.rqt_plugin.map.look import SOME_ROBOTS, by_count, faded, mixed, polygon
+from mrs_simulator.rqt_plugin.map.style import SOME_ROBOTS, by_count, faded, mixed, polygon
 from mrs_simulator.study.draw.figure_parts import START_COLOUR
 
 FLASH = 2.0  # [s], how long a collision's ring is seen
@@ -18,60 +18,60 @@ LEAST_SHIFT, SHIFT, MOST_SHIFT = 3.0, 7.0, 45.0  # [px], of that: at least, time
 ALARM = "#e01b24"
 
 
-def draw_starts(painter, look, frame, starts, team=None):
+def draw_starts(painter, style, frame, starts, team=None):
     """Draw red points where the robots began, of the size that suits all ``team``, if given."""
     screen = frame.to_screen(starts)
-    radius = by_count(len(starts if team is None else team), 3.0, 2.2, 1.5) * look.unit
+    radius = by_count(len(starts if team is None else team), 3.0, 2.2, 1.5) * style.unit
     painter.setPen(Qt.NoPen)
     painter.setBrush(QColor(START_COLOUR))
     for x, y in screen[frame.sees(screen, 9.0)].tolist():
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
-def draw_targets(painter, look, frame, targets, numbers, sprites):
+def draw_targets(painter, style, frame, targets, numbers, sprites):
     """Draw a small cross at each desired position, in the colour of its robot."""
     screen = frame.to_screen(targets)
-    size = by_count(len(targets), 4.5, 3.0, 2.0) * look.unit
+    size = by_count(len(targets), 4.5, 3.0, 2.0) * style.unit
     rows = np.flatnonzero(frame.sees(screen, size))
     keys = np.full(len(rows), -1)
     if len(numbers) == len(targets):
-        keys = look.places(np.array(numbers)[rows])
+        keys = style.places(np.array(numbers)[rows])
 
     def paint(brush, key):
-        shade = look.text if key < 0 else mixed(look.shades[key], look.text, 0.25)
-        brush.setPen(QPen(shade, 1.8 * look.unit))
+        shade = style.text if key < 0 else mixed(style.shades[key], style.text, 0.25)
+        brush.setPen(QPen(shade, 1.8 * style.unit))
         brush.drawLine(QLineF(-size, -size, size, size))
         brush.drawLine(QLineF(-size, size, size, -size))
 
-    sprites.put(painter, (look, size), size + 1.8 * look.unit, screen[rows], keys.tolist(), paint)
+    sprites.put(painter, (style, size), size + 1.8 * style.unit, screen[rows], keys.tolist(), paint)
 
 
-def draw_shadows(painter, look, frame, pose, shapes, z):
+def draw_shadows(painter, style, frame, pose, shapes, z):
     """Draw a shade below each of the robots of ``pose`` (n, 3) at heights ``z`` (n,) [m] above the ground.
 
     It lies the farther to the lower right, the higher its robot is, by as much at any scale.
     """
     painter.setPen(Qt.NoPen)
-    painter.setBrush(faded(look.text, SHADE))
-    shift = np.minimum(LEAST_SHIFT + SHIFT * np.sqrt(z), MOST_SHIFT) * look.unit
-    radii = np.maximum(shapes.reach * frame.scale, 0.5 * ARROW * look.unit)
+    painter.setBrush(faded(style.text, SHADE))
+    shift = np.minimum(LEAST_SHIFT + SHIFT * np.sqrt(z), MOST_SHIFT) * style.unit
+    radii = np.maximum(shapes.reach * frame.scale, 0.5 * ARROW * style.unit)
     middles = frame.to_screen(pose) + shift[:, np.newaxis]
     for (x, y), radius in zip(middles.tolist(), radii.tolist()):
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
-def draw_selection(painter, look, frame, pose, shapes):
+def draw_selection(painter, style, frame, pose, shapes):
     """Draw a disc under the robots of ``pose`` (n, 3)."""
-    painter.setPen(QPen(look.highlight, 2.0 * look.unit))
-    painter.setBrush(faded(look.highlight, 0.25))
-    _draw_rings(painter, frame, pose, shapes, 1.35, 12.0 * look.unit)
+    painter.setPen(QPen(style.highlight, 2.0 * style.unit))
+    painter.setBrush(faded(style.highlight, 0.25))
+    _draw_rings(painter, frame, pose, shapes, 1.35, 12.0 * style.unit)
 
 
-def draw_real(painter, look, frame, pose, shapes):
+def draw_real(painter, style, frame, pose, shapes):
     """Draw a ring about the robots of ``pose`` (n, 3), which are real ones."""
-    painter.setPen(QPen(look.text, 2.0 * look.unit))
+    painter.setPen(QPen(style.text, 2.0 * style.unit))
     painter.setBrush(Qt.NoBrush)
-    _draw_rings(painter, frame, pose, shapes, 1.15, 10.0 * look.unit)
+    _draw_rings(painter, frame, pose, shapes, 1.15, 10.0 * style.unit)
 
 
 def _draw_rings(painter, frame, pose, shapes, factor, least):
@@ -84,21 +84,21 @@ def _draw_rings(painter, frame, pose, shapes, factor, least):
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
-def draw_alarms(painter, look, frame, pose, shapes):
+def draw_alarms(painter, style, frame, pose, shapes):
     """Outline in red the robots of ``pose`` (n, 3)."""
-    pen = QPen(QColor(ALARM), 3.0 * look.unit)
+    pen = QPen(QColor(ALARM), 3.0 * style.unit)
     pen.setJoinStyle(Qt.MiterJoin)
     painter.setPen(pen)
     painter.setBrush(Qt.NoBrush)
-    for shape in outlines(pose, frame, look.unit, shapes):
+    for shape in outlines(pose, frame, style.unit, shapes):
         painter.drawPolygon(polygon(shape))
 
 
-def draw_flash(painter, look, frame, place, age):
+def draw_flash(painter, style, frame, place, age):
     """Draw the ring of a collision ``age`` [s] ago at ``place`` (2,); of many robots a small, thin one."""
-    share, few = age / FLASH, look.count <= SOME_ROBOTS
+    share, few = age / FLASH, style.count <= SOME_ROBOTS
     least, width = (10.0, 4.0) if few else (5.0, 1.5)
-    radius = max((0.35 if few else 0.2) * frame.scale, least * look.unit) * (0.7 + 0.8 * share)
-    painter.setPen(QPen(faded(QColor(ALARM), 1.0 - share), width * look.unit))
+    radius = max((0.35 if few else 0.2) * frame.scale, least * style.unit) * (0.7 + 0.8 * share)
+    painter.setPen(QPen(faded(QColor(ALARM), 1.0 - share), width * style.unit))
     painter.setBrush(Qt.NoBrush)
     painter.drawEllipse(QPointF(*frame.to_screen(place)), radius, radius)

@@ -1,43 +1,43 @@
-"""Draws the obstacle under the user's hands, with the marks by which it is gripped."""
+"""Draws the obstacle being edited, with its handles."""
 
 import numpy as np
 from python_qt_binding.QtCore import QLineF, QPointF, QRectF, Qt
 from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.rqt_plugin.map import axes
-from mrs_simulator.rqt_plugin.map.geometry import GRIP
-from mrs_simulator.rqt_plugin.map.look import faded
+from mrs_simulator.rqt_plugin.map.geometry import REACH
 from mrs_simulator.rqt_plugin.map.marks import ALARM
-from mrs_simulator.rqt_plugin.map.obstacle_shapes import TURN, grips
+from mrs_simulator.rqt_plugin.map.obstacle_shapes import TURN, handles
+from mrs_simulator.rqt_plugin.map.style import faded
 
 MARK = 3.5  # [px] half of a mark's side
-ABOVE = 3.0 * GRIP + 8.0  # [px] from an obstacle to its name
+ABOVE = 3.0 * REACH + 8.0  # [px] from an obstacle to its name
 
 
-def draw_edited(painter, look, frame, obstacle, refused):
+def draw_edited(painter, style, frame, obstacle, refused):
     """Draw ``obstacle`` and its marks; in red where it is ``refused``."""
-    shade = QColor(ALARM) if refused else look.highlight
-    painter.setPen(QPen(shade, 2.0 * look.unit))
+    shade = QColor(ALARM) if refused else style.highlight
+    painter.setPen(QPen(shade, 2.0 * style.unit))
     painter.setBrush(faded(shade, 0.25))
     axes.draw_outline(painter, frame, obstacle)
-    places = grips(obstacle, GRIP * look.unit / frame.scale)
+    places = handles(obstacle, REACH * style.unit / frame.scale)
     screen = {name: frame.to_screen(place) for name, place in places.items()}
-    painter.setBrush(look.base)
+    painter.setBrush(style.base)
     if TURN in screen:
         ahead = 0.5 * obstacle.length * np.array([np.cos(obstacle.yaw), np.sin(obstacle.yaw)])
         front = frame.to_screen(ahead + [obstacle.x, obstacle.y])
         painter.drawLine(QLineF(*front, *screen[TURN]))
-    half = MARK * look.unit
-    painter.setPen(QPen(shade, 1.5 * look.unit, Qt.SolidLine))
+    half = MARK * style.unit
+    painter.setPen(QPen(shade, 1.5 * style.unit, Qt.SolidLine))
     for name, (x, y) in screen.items():
         if name == TURN:
             painter.drawEllipse(QPointF(x, y), 1.3 * half, 1.3 * half)
         else:
             painter.drawRect(QRectF(x - half, y - half, 2.0 * half, 2.0 * half))
-    _draw_size(painter, look, frame, obstacle, shade)
+    _draw_size(painter, style, frame, obstacle, shade)
 
 
-def _draw_size(painter, look, frame, obstacle, shade):
+def _draw_size(painter, style, frame, obstacle, shade):
     """Write the obstacle's name and size above it."""
     if hasattr(obstacle, "radius"):
         text = "{}  r = {:g} m".format(obstacle.name, obstacle.radius)
@@ -47,10 +47,10 @@ def _draw_size(painter, look, frame, obstacle, shade):
         along = 0.5 * obstacle.length * np.abs(np.sin(obstacle.yaw))
         top = along + 0.5 * obstacle.width * np.abs(np.cos(obstacle.yaw))
     x, y = frame.to_screen((obstacle.x, obstacle.y + top))
-    width = painter.fontMetrics().horizontalAdvance(text) + 0.8 * look.line
-    box = QRectF(x - 0.5 * width, y - ABOVE * look.unit - look.line, width, 1.2 * look.line)
+    width = painter.fontMetrics().horizontalAdvance(text) + 0.8 * style.line
+    box = QRectF(x - 0.5 * width, y - ABOVE * style.unit - style.line, width, 1.2 * style.line)
     area = frame.area
     box.moveTop(min(max(box.top(), area.top()), area.bottom() - box.height()))
-    painter.fillRect(box, faded(look.base, 0.85))
-    painter.setPen(look.text)
+    painter.fillRect(box, faded(style.base, 0.85))
+    painter.setPen(style.text)
     painter.drawText(box, Qt.AlignCenter, text)

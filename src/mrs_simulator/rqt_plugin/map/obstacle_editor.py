@@ -60,11 +60,11 @@ class ObstacleEditor:
 
     # A drag --------------------------------------------------------------------------------------
 
-    def grip_at(self, point, reach):
-        """Return the name of the selected obstacle's grip within ``reach`` [m] of ``point``, or ""."""
+    def handle_at(self, point, reach):
+        """Return the name of the selected obstacle's handle within ``reach`` [m] of ``point``, or ""."""
         if self.current is None:
             return ""
-        places = shapes.grips(self.current, reach)
+        places = shapes.handles(self.current, reach)
         away = {name: np.hypot(*(place - point)) for name, place in places.items()}
         nearest = min(away, key=away.get, default="")
         return nearest if nearest and away[nearest] <= reach else ""
@@ -76,7 +76,7 @@ class ObstacleEditor:
 
     def press(self, point, reach, other=False):
         """Begin a drag at ``point``; ``other``: one on free floor draws the shape that is not chosen."""
-        grip, found = self.grip_at(point, reach), self.at(point, 0.5 * reach)
+        grip, found = self.handle_at(point, reach), self.at(point, 0.5 * reach)
         if grip:
             self._drag = grip, point, self.current
         elif found is not None:
@@ -91,7 +91,7 @@ class ObstacleEditor:
         return "cylinder" if self.shape == "box" else "box"
 
     def drag(self, point, step, coarse=False):
-        """Draw what is gripped to ``point``, in whole ``step`` [m]; a turn in degrees, or 15 of them."""
+        """Move the handle to ``point``, in multiples of ``step`` [m], or of 1 or 15 degrees."""
         if self._drag is None:
             return
         what, begin, of = self._drag
@@ -101,7 +101,7 @@ class ObstacleEditor:
             self.draft = shapes.moved(of, np.add([of.x, of.y], np.subtract(point, begin)), step)
         else:
             angle = COARSE if coarse else FINE
-            self.draft = shapes.gripped(of, what, point, step, angle) or self.draft
+            self.draft = shapes.dragged(of, what, point, step, angle) or self.draft
         self._changed()
 
     def release(self):

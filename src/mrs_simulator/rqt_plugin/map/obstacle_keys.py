@@ -71,7 +71,7 @@ class ObstacleKeys:
 
     def cursor_at(self, point):
         """Return the shape of the cursor at ``point`` (2,) [m]."""
-        if self._editor.grip_at(point, self._view.reach):
+        if self._editor.handle_at(point, self._view.reach):
             return Qt.PointingHandCursor
         found = self._editor.at(point, 0.5 * self._view.reach)
         return Qt.CrossCursor if found is None else Qt.SizeAllCursor

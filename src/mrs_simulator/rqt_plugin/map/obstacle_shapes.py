@@ -1,4 +1,4 @@
-"""Obstacles under the mouse: where they are gripped, and what a grip makes of them.  No painting.
+"""Obstacles under the mouse: their handles, and how dragging one changes them.  No painting.
 
 Points are (2,) [m] in the common frame.
 """
@@ -9,10 +9,10 @@ import numpy as np
 
 from mrs_simulator.scenario.surroundings.obstacles import Box, Cylinder, clearance, is_flat
 
-TURN = "turn"  # the grip ahead of a box, about whose centre it turns
+TURN = "turn"  # the handle that turns a box about its centre
 HEIGHT = 0.5  # [m] of one that is drawn
-APART, AHEAD = 5.0, 3.0  # [-] reaches: between opposite grips; from a box to where it is turned
-# Of a box: which way each grip lies from the centre, along and across, in halves of its sides.
+APART, AHEAD = 5.0, 3.0  # [-] reaches: between opposite handles; from a box to where it is turned
+# Of a box: which way each handle lies from the centre, along and across, in halves of its sides.
 SIDES = {
     "ahead": (1, 0),
     "ahead left": (1, 1),
@@ -26,11 +26,11 @@ SIDES = {
 RIM = {"east": (1, 0), "north": (0, 1), "west": (-1, 0), "south": (0, -1)}  # of a cylinder
 
 
-def grips(obstacle, reach):
-    """Return ``{name: point}`` of the places at which ``obstacle`` is resized and turned.
+def handles(obstacle, reach):
+    """Return ``{name: point}`` of the handles by which ``obstacle`` is resized and turned.
 
-    ``reach`` [m]: within which a place is gripped.  Sides too near to each other for that have none, so
-    that the obstacle between them can be moved.
+    ``reach`` [m]: distance within which a handle is grabbed.  Sides too near to each other have none, so
+    that the obstacle can still be moved.
     """
     centre = np.array([obstacle.x, obstacle.y])
     if isinstance(obstacle, Cylinder):
@@ -53,10 +53,10 @@ def _axes(box):
     return np.array([[cos, sin], [-sin, cos]])
 
 
-def gripped(obstacle, name, point, step, angle):
-    """Return ``obstacle`` with its grip ``name`` drawn to ``point``, None where nothing would be left.
+def dragged(obstacle, name, point, step, angle):
+    """Return ``obstacle`` with its handle ``name`` at ``point``, None where nothing would be left.
 
-    What lies opposite stays.  Lengths are whole multiples of ``step`` [m], headings of ``angle`` [rad].
+    The opposite side stays.  Lengths are whole multiples of ``step`` [m], headings of ``angle`` [rad].
     """
     apart = np.asarray(point, dtype=float) - [obstacle.x, obstacle.y]
     if isinstance(obstacle, Cylinder):

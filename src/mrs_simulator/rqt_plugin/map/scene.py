@@ -11,10 +11,10 @@ from mrs_simulator.rqt_plugin.map import axes
 from mrs_simulator.rqt_plugin.map.edges import Edges
 from mrs_simulator.rqt_plugin.map.flashes import Flashes
 from mrs_simulator.rqt_plugin.map.frame import Frame
-from mrs_simulator.rqt_plugin.map.in_space import scene_of, targets_of, trails_of
-from mrs_simulator.rqt_plugin.map.look import Look
 from mrs_simulator.rqt_plugin.map.obstacle_editor import ObstacleEditor
 from mrs_simulator.rqt_plugin.map.recent_poses import RecentPoses
+from mrs_simulator.rqt_plugin.map.scene_3d import scene_of, targets_of, trails_of
+from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.map.team import MapTeam
 from mrs_simulator.rqt_plugin.map.trails import Trails
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
@@ -59,17 +59,17 @@ class MapScene(QWidget):
         self.revision += 1
         super().update(*args)
 
-    def in_space(self):
+    def scene_3d(self):
         """Return what is shown as a ``Scene`` of three dimensions."""
         team, on = self.team, self._shown
-        look = Look.of(self, max(team.numbers, default=1))
+        style = MapStyle.of(self, max(team.numbers, default=1))
         trails = (
             self._trails if on["trails"] and not self._begin_anew else Trails(len(team.numbers))
         )
         targets = targets_of(team, self._targets, self._target_z) if on["targets"] else None
         return scene_of(
             team,
-            [look.shade(number) for number in team.numbers],
+            [style.shade(number) for number in team.numbers],
             trails_of(team, trails, self._hidden_trails),
             targets,
             self._edges.list if on["edges"] else (),
@@ -186,7 +186,7 @@ class MapScene(QWidget):
         self.update()
 
     def show_readings(self, heard):
-        """Show what sensors read, ``{(number, name): Heard}``."""
+        """Show what sensors read, ``{(number, name): ReceivedReading}``."""
         if heard or self._readings:
             self._readings = heard
             self.update()

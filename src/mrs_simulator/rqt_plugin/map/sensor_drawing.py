@@ -1,7 +1,7 @@
-"""Draws what robots sense: cones of sonar, rays of lasers, lines to robots seen, and bumpers pressed.
+"""Draws sensor readings: sonar cones, laser rays, lines to detected robots, and pressed bumpers.
 
-Each ``draw_`` function gets a painter, the ``Look`` of the widget, the ``Frame``, a robot's pose (3,), its
-colour, and the reading.
+Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget, the ``Frame``, a robot's pose (3,),
+its colour, and the reading.
 """
 
 import math
@@ -10,8 +10,8 @@ import numpy as np
 from python_qt_binding.QtCore import QPointF, QRectF, Qt
 from python_qt_binding.QtGui import QColor, QPainterPath, QPen
 
-from mrs_simulator.rqt_plugin.map.look import faded, polygon
 from mrs_simulator.rqt_plugin.map.marks import ALARM
+from mrs_simulator.rqt_plugin.map.style import faded, polygon
 from mrs_simulator.sensors.types.bumper import BumperReading
 from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading
@@ -22,18 +22,18 @@ FELT, SILENT = 0.15, 0.04  # opacities of where something was met, and of where 
 HIT = 1.6  # [px] radius of a point that a ray has met
 
 
-def draw_reading(painter, look, frame, pose, body, shade, reading, whole=True):
+def draw_reading(painter, style, frame, pose, body, shade, reading, whole=True):
     """Draw one ``reading``; ``body``: reach of the robot and how far ahead its middle lies [m].
 
     ``whole``: where nothing was met, too.
     """
     if isinstance(reading, RangeReading):
         draw = draw_cones if reading.cone > 0.0 else draw_rays
-        draw(painter, look, frame, pose, shade, reading, whole)
+        draw(painter, style, frame, pose, shade, reading, whole)
     elif isinstance(reading, RangeBearingReading):
-        draw_seen(painter, look, frame, pose, shade, reading)
+        draw_seen(painter, style, frame, pose, shade, reading)
     elif isinstance(reading, BumperReading):
-        draw_pressed(painter, look, frame, pose, body, reading)
+        draw_pressed(painter, style, frame, pose, body, reading)
 
 
 def signs_of(readings):
@@ -46,7 +46,7 @@ def signs_of(readings):
     return signs | {"pressed" for each in pressed if np.any(each.front) or np.any(each.rear)}
 
 
-def draw_cones(painter, look, frame, pose, shade, reading, whole):
+def draw_cones(painter, style, frame, pose, shade, reading, whole):
     """Draw the cone of each transducer, up to its echo with an arc there; paler where it hears nothing."""
     origins = frame.to_screen(in_plane(pose, reading.places[:, :2]))
     headings = np.degrees(pose[2] + reading.places[:, 2])
@@ -62,11 +62,11 @@ def draw_cones(painter, look, frame, pose, shade, reading, whole):
         cone.closeSubpath()
         painter.fillPath(cone, faded(shade, FELT if heard else SILENT))
         if heard:
-            painter.setPen(QPen(shade, 1.6 * look.unit))
+            painter.setPen(QPen(shade, 1.6 * style.unit))
             painter.drawArc(box, round(16 * (heading - half)), round(32 * half))
 
 
-def draw_rays(painter, look, frame, pose, shade, reading, whole):
+def draw_rays(painter, style, frame, pose, shade, reading, whole):
     """Draw the area that rays have crossed, and a point where each has met something."""
     ranges = np.asarray(reading.ranges, dtype=float)
     met = np.isfinite(ranges)
@@ -78,28 +78,28 @@ def draw_rays(painter, look, frame, pose, shade, reading, whole):
     painter.setBrush(faded(shade, 2.0 * SILENT))
     painter.drawPolygon(polygon(np.concatenate([origin, points])))
     painter.setBrush(shade)
-    radius = HIT * look.unit
+    radius = HIT * style.unit
     for x, y in points[met].tolist():
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
 
-def draw_seen(painter, look, frame, pose, shade, reading):
+def draw_seen(painter, style, frame, pose, shade, reading):
     """Draw a line to where each of the robots seen is said to be, and a ring there."""
     begin = QPointF(*frame.to_screen(in_plane(pose, np.array([reading.place])))[0].tolist())
-    painter.setPen(QPen(shade, 1.2 * look.unit, Qt.DotLine))
+    painter.setPen(QPen(shade, 1.2 * style.unit, Qt.DotLine))
     painter.setBrush(Qt.NoBrush)
     for x, y in frame.to_screen(in_plane(pose, reading.points)).tolist():
         painter.drawLine(begin, QPointF(x, y))
-        painter.drawEllipse(QPointF(x, y), 3.0 * look.unit, 3.0 * look.unit)
+        painter.drawEllipse(QPointF(x, y), 3.0 * style.unit, 3.0 * style.unit)
 
 
-def draw_pressed(painter, look, frame, pose, body, reading):
+def draw_pressed(painter, style, frame, pose, body, reading):
     """Draw a red arc about the robot at each section of its bumpers that is pressed."""
     reach, ahead = body
     x, y = frame.to_screen(in_plane(pose, np.array([[ahead, 0.0]])))[0].tolist()
-    radius = max(1.1 * reach * frame.scale, 9.0 * look.unit)
+    radius = max(1.1 * reach * frame.scale, 9.0 * style.unit)
     box = QRectF(x - radius, y - radius, 2.0 * radius, 2.0 * radius)
-    pen = QPen(QColor(ALARM), 3.5 * look.unit)
+    pen = QPen(QColor(ALARM), 3.5 * style.unit)
     pen.setCapStyle(Qt.FlatCap)
     painter.setPen(pen)
     heading = math.degrees(pose[2])

@@ -9,11 +9,11 @@ from python_qt_binding.QtWidgets import QToolTip
 
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.rqt_plugin.map.frame import nice_step
-from mrs_simulator.rqt_plugin.map.geometry import GRIP
-from mrs_simulator.rqt_plugin.map.look import Look
+from mrs_simulator.rqt_plugin.map.geometry import REACH
 from mrs_simulator.rqt_plugin.map.obstacle_keys import ObstacleKeys
 from mrs_simulator.rqt_plugin.map.obstacle_shapes import described, obstacle_at
-from mrs_simulator.rqt_plugin.map.painted import PaintedMap
+from mrs_simulator.rqt_plugin.map.painted_map import PaintedMap
+from mrs_simulator.rqt_plugin.map.style import MapStyle
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 CLICK = 4.0  # [px] that the mouse may move within a click
@@ -100,8 +100,8 @@ class MapView(PaintedMap):
 
     @property
     def reach(self):
-        """Return the distance [m] from the cursor within which something is gripped."""
-        return GRIP * Look.of(self).unit / self._frame.scale
+        """Return the distance [m] from the cursor within which a handle is grabbed."""
+        return REACH * MapStyle.of(self).unit / self._frame.scale
 
     @property
     def grain(self):

@@ -15,7 +15,7 @@ from python_qt_binding.QtWidgets import (
 )
 
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
-from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, TextField
+from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox, TextField
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 
@@ -47,7 +47,7 @@ class ProtocolPanel(QWidget):
         self.set_parameters((), {})
 
     def _build_chooser(self):
-        self._combo = PatientComboBox()
+        self._combo = NoWheelComboBox()
         self._combo.setToolTip("The team's coordination protocol")
         self._combo.activated.connect(self._on_activated)
         self._file = QPushButton("File...")

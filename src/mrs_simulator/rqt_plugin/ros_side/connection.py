@@ -1,4 +1,4 @@
-"""The GUI's ROS side, without Qt: callbacks store, the GUI's timers take; nothing here blocks them."""
+"""The GUI's ROS side, without Qt: callbacks store messages, the GUI's timers read them without blocking."""
 
 import time
 
@@ -17,7 +17,7 @@ BEGINNINGS = ("reset", "set_team", "start")  # services after which another run 
 
 
 class RosConnection:
-    """Listens to stage, controller and robots; asks services and sets parameters in the background."""
+    """Subscribes to stage, controller and robots; calls services and sets parameters in the background."""
 
     def __init__(self):
         self._inbox, self._calls, self._robots = Inbox(), ServiceCalls(), RobotsConnection()
@@ -33,7 +33,10 @@ class RosConnection:
         )
         self.is_fresh, self.begin_run = self._inbox.is_fresh, self._inbox.begin_run
         self.take_incidents = self._inbox.take_incidents
-        self.take_estimates, self.take_obeyed = self._inbox.take_estimates, self._inbox.take_obeyed
+        self.take_estimates, self.take_applied = (
+            self._inbox.take_estimates,
+            self._inbox.take_applied,
+        )
         self.take_collisions, self.controller = self._inbox.take_collisions, self._inbox.controller
         self.watch_sensors = self._sensors.watch
         self.watch_diagnostics = self._diagnostics.watch
@@ -51,10 +54,10 @@ class RosConnection:
 
     @property
     def registered(self):
-        """Return which of ``master.KEPT`` somebody publishes, their names."""
+        """Return the names of those of ``master.KEPT`` that are published."""
         return self._master.registered
 
-    # What came in --------------------------------------------------------------------------------
+    # What was received ---------------------------------------------------------------------------
 
     def snapshot(self):
         """Return the newest ``Snapshot``: of the stage, else of the robots' odometry; None before."""
@@ -64,11 +67,11 @@ class RosConnection:
         robots = self._from_robots()
         return of_stage if robots is None else robots
 
-    def heard_sensors(self):
-        """Return the ``Heard`` of each sensor that is looked at, ``{(number, name): Heard}``."""
+    def sensor_readings(self):
+        """Return ``{(number, name): ReceivedReading}`` of the sensors selected by ``watch_sensors``."""
         snapshot = self.snapshot()
         now = snapshot.time if snapshot is not None and self.is_fresh("state") else None
-        return self._sensors.heard(now, snapshot.real if snapshot is not None else ())
+        return self._sensors.readings(now, snapshot.real if snapshot is not None else ())
 
     def take_samples(self):
         """Return the snapshots for the curves since the last call, None where a run begins."""
@@ -82,7 +85,7 @@ class RosConnection:
         control = self.newest("control") if self.is_fresh("control") else None
         return self._robots.snapshot(SILENCE, control)
 
-    # What is asked for ---------------------------------------------------------------------------
+    # Requests ------------------------------------------------------------------------------------
 
     def ask(self, name, *arguments):
         """Call service ``name`` in the background; ``take_results`` has the answer."""
@@ -94,8 +97,8 @@ class RosConnection:
 
     def set_topology(self, edges, directed):
         """Ask the controller for another topology; ``edges``: ``(i, j, weight)``."""
-        hears, heard, weight = zip(*edges) if edges else ((), (), ())
-        self.ask("set_topology", list(hears), list(heard), list(weight), directed)
+        receivers, senders, weights = zip(*edges) if edges else ((), (), ())
+        self.ask("set_topology", list(receivers), list(senders), list(weights), directed)
 
     def set_parameters(self, values):
         """Set the protocol's parameters through dynamic_reconfigure in the background."""
@@ -112,9 +115,9 @@ class RosConnection:
         )
 
     def close(self):
-        """Let what was asked for be done and withdraw from everything, within ``END_LIMIT``.
+        """Finish pending requests and unregister from all topics, within ``END_LIMIT``.
 
-        A master that has gone silent keeps a thread waiting, not the one that calls this.
+        A master that does not answer blocks a background thread, not the caller.
         """
         end = time.monotonic() + END_LIMIT
         self._master.end()

@@ -1,4 +1,4 @@
-"""``/diagnostics`` of all nodes, subscribed to only while somebody looks at it."""
+"""``/diagnostics`` of all nodes, subscribed to only while they are shown."""
 
 import threading
 import time
@@ -10,50 +10,56 @@ from mrs_simulator.ros.message_forms.defined_types import DiagnosticArray
 
 TOPIC = "/diagnostics"
 LEVELS = ("good", "warning", "error", "stale")  # of diagnostic_msgs, by number
-OLD, FORGOTTEN = 5.0, 60.0  # [s] of wall time: without a word for so long a part is stale, and gone
+OLD, FORGOTTEN = (
+    5.0,
+    60.0,
+)  # [s] of wall time: without a message for so long a part is stale, and dropped
 MOST_PARTS = 500  # [-] kept
 
 
 class Part(NamedTuple):
-    """What one part of a node said last."""
+    """The last status of one part of a node."""
 
     name: str  # the node's, with a colon and that of the part
     level: str  # one of ``LEVELS``
     message: str
     values: Tuple[Tuple[str, str], ...]
     age: float  # [s] of wall time
-    hardware: str = ""  # what it is said to be of
+    hardware: str = ""  # the hardware's identifier
 
 
 class DiagnosticsConnection:
-    """``watch`` says whether somebody looks; ``follow`` and ``close`` are for one thread alone."""
+    """``watch`` switches it; ``follow`` and ``close`` are called by one thread only."""
 
     def __init__(self):
         self._lock, self._parts = threading.Lock(), {}
         self._wanted, self.subscriber = False, None
 
     def watch(self, wanted):
-        """Listen from now on, or no more."""
+        """Subscribe from now on, or no longer, at the next ``follow``."""
         self._wanted = wanted
 
     def follow(self):
-        """Subscribe or withdraw, as is wanted."""
+        """Subscribe or unsubscribe, as ``watch`` asked for."""
         if self._wanted and self.subscriber is None:
-            self.subscriber = rospy.Subscriber(TOPIC, DiagnosticArray, self._keep, queue_size=50)
+            self.subscriber = rospy.Subscriber(
+                TOPIC, DiagnosticArray, self.on_message, queue_size=50
+            )
         elif not self._wanted and self.subscriber is not None:
             self.close()
 
-    def _keep(self, message):
+    def on_message(self, message):
+        """Keep the statuses in ``message``."""
         now = time.monotonic()
         with self._lock:
             for status in message.status:
                 if len(self._parts) < MOST_PARTS or status.name in self._parts:
                     values = tuple((each.key, each.value) for each in status.values)
-                    told = status.level, status.message, values, now, status.hardware_id
-                    self._parts[status.name] = told
+                    part = status.level, status.message, values, now, status.hardware_id
+                    self._parts[status.name] = part
 
     def parts(self):
-        """Return the ``Part`` of each that was heard lately, by name."""
+        """Return the ``Part``s received within ``FORGOTTEN`` [s], sorted by name."""
         now = time.monotonic()
         with self._lock:
             parts = dict(self._parts)
@@ -61,12 +67,12 @@ class DiagnosticsConnection:
                 if now - part[3] > FORGOTTEN:
                     del self._parts[name]
         return [
-            Part(name, _level(level, now - heard), message, values, now - heard, hardware)
-            for name, (level, message, values, heard, hardware) in sorted(parts.items())
+            Part(name, _level(level, now - received), message, values, now - received, hardware)
+            for name, (level, message, values, received, hardware) in sorted(parts.items())
         ]
 
     def close(self):
-        """Listen no more."""
+        """Unsubscribe."""
         if self.subscriber is not None:
             self.subscriber.unregister()
             self.subscriber = None
@@ -75,6 +81,6 @@ class DiagnosticsConnection:
 
 
 def _level(level, age):
-    """Return the word for the number or byte ``level`` of a part heard ``age`` [s] ago."""
+    """Return the name of the number or byte ``level`` of a part received ``age`` [s] ago."""
     number = level[0] if isinstance(level, bytes) else int(level)
     return LEVELS[-1] if age > OLD or not 0 <= number < len(LEVELS) else LEVELS[number]

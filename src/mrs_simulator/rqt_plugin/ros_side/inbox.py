@@ -1,4 +1,4 @@
-"""What stage and controller said last; callbacks of rospy put it in, the GUI's timers take it out."""
+"""The newest messages of stage and controller: rospy's callbacks store, the GUI's timers read them."""
 
 import contextlib
 import threading
@@ -29,34 +29,34 @@ READERS = {"stage": read_stage_status, "control": read_control_status}
 
 
 class Inbox:
-    """The newest message of each name, and samples and collisions since they were last taken."""
+    """The newest message of each name, and queues of what must not be missed, such as samples."""
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._newest, self._heard, self._moves = {}, {}, False
+        self._newest, self._received, self._moves = {}, {}, False
         self._samples = deque(maxlen=MOST_WAITING)
         self._collisions = deque(maxlen=MOST_COLLISIONS)
         self._incidents = deque(maxlen=MOST_COLLISIONS)
-        self._estimates, self._obeyed = deque(maxlen=MOST_WAITING), deque(maxlen=MOST_WAITING)
-        self._told = None, False, (), None  # the last snapshot, after what it was made of
+        self._estimates, self._applied = deque(maxlen=MOST_WAITING), deque(maxlen=MOST_WAITING)
+        self._cached = None, False, (), None  # what the last snapshot was made of, and that
         self.controller = Interruptions()
 
-    # What comes in -------------------------------------------------------------------------------
+    # Callbacks -----------------------------------------------------------------------------------
 
     def keep(self, message, name):
         """Keep a ``message`` called ``name``."""
-        told = READERS[name](message) if name in READERS else message
+        value = READERS[name](message) if name in READERS else message
         with self._lock:
             if name == "control":
-                self.controller.note(told.stamp, told.running, told.trouble)
-            self._newest[name], self._heard[name] = told, time.monotonic()
+                self.controller.note(value.stamp, value.running, value.trouble)
+            self._newest[name], self._received[name] = value, time.monotonic()
 
     def keep_state(self, message):
         """Keep a ``TeamState``, and now and then a sample for the curves."""
         stamp = message.header.stamp.to_sec()
         with self._lock:
             last = self._newest.get("state")
-            self._newest["state"], self._heard["state"] = message, time.monotonic()
+            self._newest["state"], self._received["state"] = message, time.monotonic()
             # The curves need less than every step of a fast simulation.
             kept = self._newest.get("kept", -1.0)
             if last is not None and (last.stage, last.run) != (message.stage, message.run):
@@ -76,19 +76,19 @@ class Inbox:
         self._incidents.append(message)
 
     def keep_estimates(self, message):
-        """Keep the poses that a controller has estimated."""
+        """Keep the poses that a controller estimates."""
         self._estimates.append(message)
 
-    def keep_obeyed(self, message):
-        """Keep what a controller obeys."""
-        self._obeyed.append(message)
+    def keep_applied(self, message):
+        """Keep the scenario that a controller applies."""
+        self._applied.append(message)
 
     def begin_run(self):
-        """Count what is heard from now on as another run."""
+        """Count samples from now on as another run."""
         with self._lock:
             self._samples.append(None)
 
-    # What is taken -------------------------------------------------------------------------------
+    # Reading -------------------------------------------------------------------------------------
 
     def newest(self, name):
         """Return the newest message called ``name``: stage, control, scenario, emergency; or None."""
@@ -96,20 +96,20 @@ class Inbox:
             return self._newest.get(name)
 
     def forget(self, name):
-        """Count ``name`` as never heard until it is heard again."""
+        """Drop what was received as ``name``."""
         with self._lock:
-            self._heard.pop(name, None)
+            self._received.pop(name, None)
             self._newest.pop(name, None)
 
     def silence(self, name):
-        """Return the wall time [s] since ``name`` was heard, None if it never was."""
+        """Return the wall time [s] since ``name`` was received, None if it never was."""
         with self._lock:
-            return time.monotonic() - self._heard[name] if name in self._heard else None
+            return time.monotonic() - self._received[name] if name in self._received else None
 
     def is_fresh(self, name):
-        """Return whether ``name`` was heard within the last ``SILENCE`` [s] of wall time."""
+        """Return whether ``name`` was received within the last ``SILENCE`` [s] of wall time."""
         with self._lock:
-            return time.monotonic() - self._heard.get(name, -SILENCE) < SILENCE
+            return time.monotonic() - self._received.get(name, -SILENCE) < SILENCE
 
     def snapshot(self):
         """Return the ``Snapshot`` of the newest state, None before the first."""
@@ -117,10 +117,10 @@ class Inbox:
         if state is None:
             return None
         silent = tuple(stage.real_silent) if fresh and stage is not None else ()
-        # Asked for many times between two messages, of which each takes a while to take apart.
-        if self._told[0] is not state or self._told[1:3] != (fresh, silent):
-            self._told = state, fresh, silent, _from_state(state, fresh, silent)
-        return self._told[3]
+        # Called many times between two messages, and reading one is slow.
+        if self._cached[0] is not state or self._cached[1:3] != (fresh, silent):
+            self._cached = state, fresh, silent, _from_state(state, fresh, silent)
+        return self._cached[3]
 
     def take_samples(self):
         """Return the snapshots for the curves since the last call, None where a run begins."""
@@ -137,7 +137,7 @@ class Inbox:
         return taken
 
     def take_incidents(self):
-        """Return the ``core.incidents.Incident``s since the last call; what is none is left out."""
+        """Return the ``core.incidents.Incident``s since the last call, without unreadable ones."""
         taken = []
         while self._incidents:
             try:
@@ -146,16 +146,16 @@ class Inbox:
                 continue
         return taken
 
-    def take_obeyed(self):
-        """Return what controllers obeyed since the last call, ``(stamp [s], {key: value})`` of each."""
+    def take_applied(self):
+        """Return what controllers applied since the last call, a list of ``(stamp [s], {key: value})``."""
         taken = []
-        while self._obeyed:
+        while self._applied:
             with contextlib.suppress(MessageError):  # of another version
-                taken.append(read_control_scenario(self._obeyed.popleft()))
+                taken.append(read_control_scenario(self._applied.popleft()))
         return taken
 
     def take_estimates(self):
-        """Return the estimates since the last call, ``(stamp [s], numbers, pose (n, 3))`` of each time."""
+        """Return the estimates since the last call, a list of ``(stamp [s], numbers, pose (n, 3))``."""
         taken = []
         while self._estimates:
             message = self._estimates.popleft()

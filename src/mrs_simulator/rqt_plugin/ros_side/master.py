@@ -1,4 +1,4 @@
-"""Joins the topics of stage and controller once there is a master, and follows what others publish."""
+"""Subscribes to stage and controller once there is a master, and to what other nodes publish."""
 
 import threading
 
@@ -17,9 +17,9 @@ from mrs_simulator.ros.message_forms.messages import (
     TeamState,
 )
 
-AT_ONCE = 20  # [-] states of a fast simulation that may come together, and none is missed
-LOOK_PERIOD = 1.0  # [s] of wall time between looks at the master
-LEAST_PERIOD = 0.1  # [s] of it when other sensors are looked at in between
+QUEUE_SIZE = 20  # [-] queued messages of a fast simulation, so that none is lost
+LOOK_PERIOD = 1.0  # [s] of wall time between queries of the master
+LEAST_PERIOD = 0.1  # [s] of it when the selected sensors change
 
 KEPT = (
     ("stage", "stage/status", StageStatus),
@@ -30,30 +30,30 @@ KEPT = (
 
 
 class MasterWatch:
-    """A thread that alone joins topics and leaves them.
+    """The only thread that subscribes and unsubscribes.
 
-    Without a master rospy would wait for one, and so would the GUI.
+    Without a master rospy blocks, and the GUI must not.
     """
 
     def __init__(self, inbox, robots, sensors, diagnostics, emergency):
-        """What is heard goes into ``inbox``; the others join and leave topics of their own."""
+        """``inbox`` gets the messages of stage and controller; the others subscribe to their own topics."""
         self._inbox, self._robots, self._sensors = inbox, robots, sensors
         self._diagnostics, self._emergency = diagnostics, emergency
         self._ended, self.online = threading.Event(), False
-        self.registered = frozenset()  # of the names in KEPT: those that somebody publishes
+        self.registered = frozenset()  # the names in KEPT that are published
         self.subscribers = {}  # made once there is a master
         self.thread = threading.Thread(target=self._look, daemon=True)
 
     def start(self):
-        """Begin to look."""
+        """Start the thread."""
         self.thread.start()
 
     def end(self):
-        """Ask the thread to withdraw from everything, and to end."""
+        """Ask the thread to unregister everything, and to end."""
         self._ended.set()
         self._sensors.changed.set()  # wakes it
 
-    def _look(self):
+    def _run(self):
         while not self._ended.is_set():
             try:
                 self.online = rosgraph.is_master_online()
@@ -62,34 +62,34 @@ class MasterWatch:
                 if self.online:
                     self._follow_master()
             except Exception as error:  # a master on its way out
-                rospy.logdebug("gui: looking at the master: %s", error)
+                rospy.logdebug("gui: querying the master: %s", error)
             self._sensors.changed.wait(LOOK_PERIOD)
             self._sensors.changed.clear()
             self._ended.wait(LEAST_PERIOD)
         self._withdraw()
 
-    def _join(self):
+    def _subscribe(self):
         self._emergency.advertise()
         subscribers = {
             "state": rospy.Subscriber(
                 "stage/state",
                 TeamState,
                 self._inbox.keep_state,
-                queue_size=AT_ONCE,
+                queue_size=QUEUE_SIZE,
                 tcp_nodelay=True,
             ),
             "collisions": rospy.Subscriber(
                 "stage/collisions", Collision, self._inbox.keep_collision
             ),
             "incidents": rospy.Subscriber("stage/incidents", Incident, self._inbox.keep_incident),
-            "obeyed": rospy.Subscriber(
-                "pioneer_control/scenario", ControlScenario, self._inbox.keep_obeyed
+            "applied": rospy.Subscriber(
+                "pioneer_control/scenario", ControlScenario, self._inbox.keep_applied
             ),
             "estimates": rospy.Subscriber(
                 "pioneer_control/estimates",
                 TeamOdometry,
                 self._inbox.keep_estimates,
-                queue_size=AT_ONCE,
+                queue_size=QUEUE_SIZE,
                 tcp_nodelay=True,
             ),
         }
@@ -99,7 +99,7 @@ class MasterWatch:
 
     def _follow_master(self):
         if not self.subscribers:
-            self._join()
+            self._subscribe()
         master = rosgraph.Master(rospy.get_name())
         published, subscribed, _ = map(dict, master.getSystemState())
         self._register_again(published, subscribed)
@@ -109,16 +109,16 @@ class MasterWatch:
         stages, controllers = (
             published.get(self.subscribers[name].resolved_name) for name in ("state", "control")
         )
-        alone, looked_at = not self._inbox.is_fresh("state"), not self._sensors.is_idle
-        kinds = dict(master.getTopicTypes()) if alone or looked_at else {}
+        alone, selected = not self._inbox.is_fresh("state"), not self._sensors.is_idle
+        kinds = dict(master.getTopicTypes()) if alone or selected else {}
         if alone:
             self._robots.follow(published, subscribed, kinds, stages, controllers)
-        if looked_at:
+        if selected:
             self._sensors.follow(published, subscribed, kinds, controllers)
         self._diagnostics.follow()
 
     def _register_again(self, published, subscribed):
-        """Tell a master that was restarted of the topics here; rospy itself tells one master only."""
+        """Register again with a restarted master, which rospy itself does not."""
         known = {Registration.PUB: published, Registration.SUB: subscribed}
         topics = [
             *self.subscribers.values(),

@@ -18,28 +18,28 @@ ODOMETRY = "nav_msgs/Odometry"
 
 
 class RobotsConnection:
-    """Listens to one odometry of each robot; ``follow`` and ``forget`` are for one thread alone."""
+    """Subscribes to one odometry of each robot; ``follow`` and ``forget`` are called by one thread only."""
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._heard, self._subscribers = {}, {}  # by the robot's number
-        self._first = 0.0  # [s] stamp of what was heard first
+        self._received, self._subscribers = {}, {}  # by the robot's number
+        self._first = 0.0  # [s] stamp of the first message
         self._simulated = frozenset()  # numbers of the robots whose odometry a stage publishes
         self._starts, self._in_space = None, False
 
     def set_starts(self, poses, in_space=False):
-        """Take in where the robots stood when their odometry was zero, (n, 3); None: at the origin.
+        """Set the robots' poses (n, 3) at zero odometry; None: at the origin.
 
-        ``in_space``: whether they leave the ground; of others no height is believed.
+        ``in_space``: whether they leave the ground; of others heights are ignored.
         """
         self._starts, self._in_space = None if poses is None else np.array(poses), in_space
 
     def topics(self):
-        """Return ``{number: topic}`` of the robots that are listened to."""
+        """Return ``{number: topic}`` of the subscribed odometry."""
         return {n: s.resolved_name for n, s in list(self._subscribers.items())}
 
     def first_stamp(self):
-        """Return the stamp [s] of what was heard first, from which real robots' time counts."""
+        """Return the stamp [s] of the first message, the zero of real robots' time."""
         return self._first
 
     def subscribers(self):
@@ -47,17 +47,17 @@ class RobotsConnection:
         return list(self._subscribers.values())
 
     def snapshot(self, silence, control=None):
-        """Return the ``Snapshot`` of the robots heard, None if there is none.
+        """Return the ``Snapshot`` of the robots that publish odometry, None if there is none.
 
-        One silent for ``silence`` [s] of wall time is stale; ``control``: what the controller says,
-        which tells the commands.
+        One silent for ``silence`` [s] of wall time is stale; ``control``: the controller's status, which
+        has the commands.
         """
         with self._lock:
-            robots = dict(self._heard)
+            robots = dict(self._received)
         if not robots:
             return None
         numbers, now = tuple(sorted(robots)), time.monotonic()
-        stamps, poses, twists, lifts, heard = zip(*(robots[number] for number in numbers))
+        stamps, poses, twists, lifts, received = zip(*(robots[number] for number in numbers))
         poses = self._in_common_frame(numbers, np.array(poses))
         axes, commands = _commands(numbers, control)
         return Snapshot(
@@ -67,7 +67,7 @@ class RobotsConnection:
             poses,
             np.array(twists),
             commands,
-            now - np.array(heard) < silence,
+            now - np.array(received) < silence,
             frozenset(numbers) - self._simulated,
             axes,
             spatial=_spatial(np.array(lifts), poses[:, 2]) if self._in_space else None,
@@ -80,23 +80,23 @@ class RobotsConnection:
         return compose(starts[np.array(numbers) - 1], poses)
 
     def follow(self, published, subscribed, kinds, stages, controllers):
-        """Listen to the odometry of every robot that there is.
+        """Subscribe to the odometry of every robot that publishes one.
 
         ``published``, ``subscribed``: the nodes by topic; ``kinds`` of message by topic; ``stages``,
         ``controllers``: names of these nodes, None for none.
         """
         stages, controllers = set(stages or ()), set(controllers or ())
         topics = [t for t in published if kinds.get(t) == ODOMETRY and ROBOT.match(t)]
-        # A robot has one odometry: what the controller follows, else the name that it has by default.
+        # Of several topics of a robot the controller's comes first, then the default name.
         topics.sort(
             key=lambda t: (bool(controllers & set(subscribed.get(t, ()))), t.endswith("/odom"), t)
         )
         chosen = {int(ROBOT.match(topic).group(1)): topic for topic in topics}
         self._simulated = frozenset(n for n, t in chosen.items() if stages & set(published[t]))
         for number, topic in chosen.items():
-            self._listen(number, topic)
+            self._subscribe(number, topic)
 
-    def _listen(self, number, topic):
+    def _subscribe(self, number, topic):
         before = self._subscribers.get(number)
         if before is None or before.resolved_name != topic:
             self._subscribers[number] = rospy.Subscriber(
@@ -108,8 +108,8 @@ class RobotsConnection:
     def _on_odometry(self, message, number):
         twist, stamp = message.twist.twist, message.header.stamp.to_sec()
         with self._lock:
-            self._first = self._first if self._heard else stamp
-            self._heard[number] = (
+            self._first = self._first if self._received else stamp
+            self._received[number] = (
                 stamp,
                 planar(message.pose.pose),
                 (twist.linear.x, twist.linear.y, twist.angular.z),
@@ -118,21 +118,21 @@ class RobotsConnection:
             )
 
     def forget(self):
-        """Withdraw from all robots, and forget them."""
+        """Unsubscribe from all robots, and drop what they published."""
         for number in list(self._subscribers):
             self._subscribers.pop(number).unregister()
         with self._lock:
-            self._heard.clear()
+            self._received.clear()
 
 
 def _spatial(lifts, theta):
-    """Return the ``Spatial`` that ``lifts`` (n, 8) tell, at headings ``theta`` (n,) in the common frame."""
-    told = Spatial(lifts[:, 0], lifts[:, 1:5], lifts[:, 5:])
-    return told._replace(orientation=turned(told.orientation, theta - headings(told.orientation)))
+    """Return the ``Spatial`` of ``lifts`` (n, 8), at headings ``theta`` (n,) in the common frame."""
+    own = Spatial(lifts[:, 0], lifts[:, 1:5], lifts[:, 5:])
+    return own._replace(orientation=turned(own.orientation, theta - headings(own.orientation)))
 
 
 def _commands(numbers, control):
-    """Return axes and commands (n, a) as ``control`` says, zero where it says nothing."""
+    """Return axes and commands (n, a) in the status ``control``, zero where it has none."""
     if control is None:
         return UNICYCLE_AXES, np.zeros((len(numbers), len(UNICYCLE_AXES)))
     result = np.zeros((len(numbers), len(control.axes)))

@@ -1,4 +1,4 @@
-"""Sensors of the robots over ROS, each subscribed to only while somebody looks at it."""
+"""Sensors of the robots over ROS, each subscribed to only while it is shown."""
 
 import math
 import threading
@@ -9,25 +9,25 @@ import rospy
 
 from mrs_simulator.ros.message_forms.messages import MessageError
 from mrs_simulator.ros.message_forms.sensor_messages import forms_of, others_of, stamp_of
-from mrs_simulator.rqt_plugin.sensing.received import Heard
+from mrs_simulator.rqt_plugin.sensing.readings import ReceivedReading
 
 PROMPT = dict(queue_size=1, tcp_nodelay=True)
 COUNTED = 20  # [-] messages over which a rate is taken
 
 
 class SensorsConnection:
-    """``watch`` says which sensors are looked at; ``follow`` and ``close`` are for one thread alone."""
+    """``watch`` selects the sensors; ``follow`` and ``close`` are called by one thread only."""
 
     def __init__(self):
         self._lock = threading.Lock()
         self._wanted = {}  # (Mount, Kind, index of its form) by (number, name)
-        self._ears = {}  # _Ear by (number, name)
-        self.changed = threading.Event()  # set when others are looked at than before
+        self._subscriptions = {}  # SensorSubscription by (number, name)
+        self.changed = threading.Event()  # set when the selection changes
 
     def watch(self, wanted):
-        """Look at the sensors ``wanted`` and no others, ``{(number, name): (Mount, Kind)}``.
+        """Select the sensors ``wanted`` and no others, ``{(number, name): (Mount, Kind)}``.
 
-        A third number, by default 0, says which of ``forms_of`` a mount is listened to.
+        An optional third item is the index of the message's form in ``forms_of``, by default 0.
         """
         wanted = {key: (*of, 0) if len(of) == 2 else of for key, of in wanted.items()}
         with self._lock:
@@ -37,60 +37,66 @@ class SensorsConnection:
 
     @property
     def is_idle(self):
-        """Return whether nothing is looked at, and nothing subscribed to."""
+        """Return whether nothing is selected, and nothing subscribed to."""
         with self._lock:
-            return not self._wanted and not self._ears
+            return not self._wanted and not self._subscriptions
 
     def follow(self, published, subscribed, kinds, controllers):
-        """Subscribe to what is looked at, as far as somebody publishes it; leave everything else.
+        """Subscribe to the selected sensors that are published; unsubscribe from all others.
 
         ``published``, ``subscribed``: the nodes by topic; ``kinds`` of message by topic; ``controllers``:
         names of these nodes, None for none.
         """
         with self._lock:
-            wanted, ears = dict(self._wanted), dict(self._ears)
-        for key, ear in list(ears.items()):
-            if wanted.get(key) != ear.of:
-                ear.close()
-                del ears[key]
+            wanted, subscriptions = dict(self._wanted), dict(self._subscriptions)
+        for key, subscription in list(subscriptions.items()):
+            if wanted.get(key) != subscription.of:
+                subscription.close()
+                del subscriptions[key]
         for key, of in wanted.items():
-            if key not in ears:
-                ears[key] = _Ear(*of)
-            told = published, subscribed, kinds, controllers
-            ears[key].listen(_topics_of(key[0], ears[key], told))
+            if key not in subscriptions:
+                subscriptions[key] = SensorSubscription(*of)
+            nodes = published, subscribed, kinds, controllers
+            subscriptions[key].listen(topics_of(key[0], subscriptions[key], nodes))
         with self._lock:
-            self._ears = ears
+            self._subscriptions = subscriptions
 
-    def heard(self, now, real=()):
-        """Return the ``Heard`` of what is looked at, ``{(number, name): Heard}``.
+    def readings(self, now, real=()):
+        """Return ``{(number, name): ReceivedReading}`` of the selected sensors.
 
         ``now`` [s] of simulated time, None without a simulation; ``real``: numbers of the real robots.
         """
         with self._lock:
-            wanted, ears = set(self._wanted), dict(self._ears)
-        none = Heard()
+            wanted, subscriptions = set(self._wanted), dict(self._subscriptions)
+        none = ReceivedReading()
         return {
-            key: ears[key].told(None if key[0] in real else now) if key in ears else none
+            key: subscriptions[key].newest(None if key[0] in real else now)
+            if key in subscriptions
+            else none
             for key in wanted
         }
 
     def subscribers(self):
         """Return the subscribers."""
         with self._lock:
-            return [each for ear in self._ears.values() for each in ear.subscribers]
+            return [
+                each
+                for subscription in self._subscriptions.values()
+                for each in subscription.subscribers
+            ]
 
     def close(self):
-        """Leave all topics."""
+        """Unsubscribe from all topics."""
         with self._lock:
-            ears, self._ears, self._wanted = self._ears, {}, {}
-        for ear in ears.values():
-            ear.close()
+            subscriptions, self._subscriptions, self._wanted = self._subscriptions, {}, {}
+        for subscription in subscriptions.values():
+            subscription.close()
 
 
-def _topics_of(number, ear, told):
-    """Return ``{topic: form}`` of what tells the sensor of ``ear``: its own form, or those of drivers."""
-    for forms in [ear.form], ear.others:
-        topics = {topic_in(number, form, *told): form for form in forms}
+def topics_of(number, subscription, nodes):
+    """Return ``{topic: form}`` of a sensor's messages: in the package's own form, or a driver's."""
+    for forms in [subscription.form], subscription.others:
+        topics = {topic_in(number, form, *nodes): form for form in forms}
         topics.pop("", None)
         if any(form.SUFFICES for form in topics.values()):
             return topics
@@ -98,11 +104,11 @@ def _topics_of(number, ear, told):
 
 
 def topic_in(number, form, published, subscribed, kinds, controllers=None):
-    """Return the topic on which the sensor of ``form`` of the robot ``number`` is told, "" if none is.
+    """Return the topic that publishes the sensor of ``form`` of the robot ``number``, "" for none.
 
     It is of the form's type, below ``/robotN/``, and ends in the sensor's name, as in
-    ``/robot1/RosAria/sonar``; of several that to which the controller listens comes first, then the
-    shortest.  One with another name is taken only where the controller listens to it.
+    ``/robot1/RosAria/sonar``; of several one that the controller subscribes to comes first, then the
+    shortest.  One with another name is taken only where the controller subscribes to it.
     """
     own, name = "/robot{}/".format(number), form.mount.name + form.SUFFIX
     followed = set(controllers or ())
@@ -116,63 +122,64 @@ def topic_in(number, form, published, subscribed, kinds, controllers=None):
     return min(found)[-1] if found else ""
 
 
-class _Ear:
-    """Listens to one sensor; what is heard is read only when it is asked for."""
+class SensorSubscription:
+    """Subscribers of one sensor; messages are read only on demand."""
 
     def __init__(self, mount, kind, form=0):
         self.of, self.form = (mount, kind, form), forms_of(mount, kind)[form]
         self.others = others_of(mount, kind) if form == 0 else []
-        self._ears, self._lock = {}, threading.Lock()  # form and subscriber, by topic
+        self._subscriptions, self._lock = {}, threading.Lock()  # form and subscriber, by topic
         self._newest, self._times = None, deque(maxlen=COUNTED)
         self._parts = {}  # the newest message of each of several forms, and its stamp
-        self._counted = None  # the form whose rate is told
-        self._read = None, Heard()  # the message that was read last, and what it says
+        self._counted = None  # the form whose rate is measured
+        self._read = None, ReceivedReading()  # the message read last, and its reading
 
     @property
     def subscribers(self):
         """Return the subscribers."""
-        return [subscriber for _, subscriber in self._ears.values()]
+        return [subscriber for _, subscriber in self._subscriptions.values()]
 
     @property
     def _topic(self):
-        return next(iter(self._ears), "")
+        return next(iter(self._subscriptions), "")
 
     def listen(self, topics):
-        """Listen to ``topics``, ``{topic: form}``."""
-        if {topic: form for topic, (form, _) in self._ears.items()} == topics:
+        """Subscribe to ``topics``, ``{topic: form}``, and to no others."""
+        if {topic: form for topic, (form, _) in self._subscriptions.items()} == topics:
             return
         self.close()
-        self._ears = {
-            topic: (form, rospy.Subscriber(topic, form.MESSAGE, self._keep, form, **PROMPT))
+        self._subscriptions = {
+            topic: (form, rospy.Subscriber(topic, form.MESSAGE, self.on_message, form, **PROMPT))
             for topic, form in topics.items()
         }
 
-    def _keep(self, message, form):
+    def on_message(self, message, form):
+        """Keep a ``message`` in ``form``."""
         stamp = stamp_of(message).to_sec()
         with self._lock:
             if self._times and stamp < self._times[-1]:  # another run
                 self._times.clear()
-            if form is self._counted:  # the first is what a new listener gets, between two samples
+            if form is self._counted:  # a new subscriber gets the last one at once, out of step
                 self._times.append(stamp)
             if form.SUFFICES:
                 self._counted = self._counted or form
                 self._newest = message, stamp, time.monotonic()
             self._parts[form] = message, stamp
 
-    def told(self, now):
-        """Return the ``Heard`` at ``now`` [s], None: of a real robot, by wall time."""
+    def newest(self, now):
+        """Return the ``ReceivedReading`` at ``now`` [s], None: of a real robot, by wall time."""
         with self._lock:
             newest, times = self._newest, list(self._times)
         if newest is None:
-            return Heard(topic=self._topic)
+            return ReceivedReading(topic=self._topic)
         message, stamp, received = newest
         if self._read[0] is not message:
-            self._read = message, self._taken(stamp)
+            self._read = message, self._joined(stamp)
         age = time.monotonic() - received if now is None else max(0.0, now - stamp)
         return self._read[1]._replace(age=age, rate=_rate(times))
 
-    def _taken(self, stamp):
-        """Return the ``Heard`` of the newest messages."""
+    def _joined(self, stamp):
+        """Return the ``ReceivedReading`` of the newest messages of all forms."""
         with self._lock:
             parts = list(self._parts.items())
         reading = None
@@ -180,15 +187,15 @@ class _Ear:
             for form, (message, _) in sorted(parts, key=lambda part: part[1][1]):
                 reading = form.joined(form.reading(message, stamp), reading)
         except MessageError as error:
-            return Heard(topic=self._topic, trouble=str(error))
-        return Heard(reading, topic=self._topic)
+            return ReceivedReading(topic=self._topic, trouble=str(error))
+        return ReceivedReading(reading, topic=self._topic)
 
     def close(self):
-        """Listen no more."""
+        """Unsubscribe."""
         for subscriber in self.subscribers:
             subscriber.unregister()
         with self._lock:
-            self._ears, self._parts = {}, {}
+            self._subscriptions, self._parts = {}, {}
             self._newest = self._counted = None
             self._times.clear()
 

@@ -10,7 +10,7 @@ from std_srvs.srv import SetBool, Trigger
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
 SERVICE_LIMIT = 5.0  # [s] a caller waits for a service to appear
-SLOW = 2.0  # [s] of wall time after which it is said that an answer is missing
+SLOW = 2.0  # [s] of wall time after which a missing answer is reported
 CONTROLLER, MASTER, STAGE = "pioneer_control", "master", "stage"
 SIMULATED_TIME = "/use_sim_time"
 
@@ -30,12 +30,12 @@ class ServiceCalls:
     """Requests in the background, those to one server one after the other; ``stop`` waits for none."""
 
     def __init__(self):
-        self._lines, self._results, self._ended = {}, queue.Queue(), threading.Event()
+        self._queues, self._results, self._ended = {}, queue.Queue(), threading.Event()
 
     def ask(self, name, arguments, then=None):
-        """Call service ``name`` of ``SERVICES``, and ``then`` at once where that does it.
+        """Call service ``name`` of ``SERVICES``, and ``then()`` right after a success.
 
-        ``take_results`` has the answer.
+        ``take_results`` returns the answer.
         """
         server, kind = SERVICES[name]
         service = "{}/{}".format(server, name)
@@ -44,9 +44,9 @@ class ServiceCalls:
     def put(self, server, name, work):
         """Run ``work`` after all else for ``server``; its ``(success, answer)`` is the result ``name``."""
         key = "stop" if name == "stop" else server
-        if key not in self._lines:
-            self._lines[key] = _Line(server, self._answer, self._ended)
-        self._lines[key].work.put((name, work))
+        if key not in self._queues:
+            self._queues[key] = _ServerQueue(server, self._answer, self._ended)
+        self._queues[key].work.put((name, work))
 
     def do(self, name, function):
         """Run ``function`` in a thread of its own; its ``(success, answer)`` is the result ``name``."""
@@ -55,8 +55,8 @@ class ServiceCalls:
     def take_results(self):
         """Return the answers since the last call ``(name, success, answer)``, and which are missing."""
         taken = []
-        for line in self._lines.values():
-            taken += line.take_slow()
+        for server_queue in self._queues.values():
+            taken += server_queue.take_slow()
         while True:
             try:
                 taken.append(self._results.get_nowait())
@@ -66,27 +66,27 @@ class ServiceCalls:
     def _answer(self, name, work):
         try:
             success, answer = work()
-        except Exception as error:  # the answer says it; the thread goes on
+        except Exception as error:  # reported as the answer; the thread goes on
             success, answer = False, "{}: {}".format(type(error).__name__, error)
         self._results.put((name, success, answer))
 
     def close(self, end):
-        """Let what was asked for be done until ``end`` [s] of the monotonic clock; nothing after."""
-        for line in self._lines.values():
-            line.work.put(None)
-        for line in self._lines.values():
-            line.thread.join(max(0.0, end - time.monotonic()))
+        """Finish pending requests until ``end`` [s] of the monotonic clock; drop the rest."""
+        for server_queue in self._queues.values():
+            server_queue.work.put(None)
+        for server_queue in self._queues.values():
+            server_queue.thread.join(max(0.0, end - time.monotonic()))
         # A robot is not to start because a server has come back after the GUI was closed.
         self._ended.set()
 
 
-class _Line:
-    """The requests to one server, and the thread that sees to them."""
+class _ServerQueue:
+    """The queue of requests to one server, and the thread that serves it."""
 
     def __init__(self, server, answer, ended):
         self.work, self._server = queue.Queue(), server
         self._answer, self._ended = answer, ended
-        self._under_way = None  # (name, [s] when it began) of what is not answered nor told as slow
+        self._under_way = None  # (name, [s] when it began) until answered or reported as slow
         self.thread = threading.Thread(target=self._serve, daemon=True)
         self.thread.start()
 
@@ -99,7 +99,7 @@ class _Line:
             self._under_way = None
 
     def take_slow(self):
-        """Return the result that says, once, that an answer is missing, in a list; else an empty one."""
+        """Return a list with the report, made once, of a missing answer; else an empty one."""
         slow = self._under_way
         if slow is None or time.monotonic() - slow[1] < SLOW:
             return []
@@ -117,7 +117,7 @@ def _call(service, kind, arguments, then):
 
 def reconfigure(values):
     """Set the protocol's parameters through dynamic_reconfigure; return ``(success, message)``."""
-    from dynamic_reconfigure.client import Client  # slow to import, wanted seldom
+    from dynamic_reconfigure.client import Client  # slow to import, seldom needed
 
     client = Client(CONTROLLER, timeout=SERVICE_LIMIT)
     try:

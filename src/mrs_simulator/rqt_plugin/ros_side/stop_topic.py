@@ -7,9 +7,9 @@ from std_msgs.msg import Bool
 
 
 class StopTopic(rospy.SubscribeListener):
-    """Tells everybody of a press and of a release; who comes later hears of a press alone.
+    """Publishes presses and releases; to later subscribers it repeats a press only.
 
-    A latched release would let go, with nobody doing it, what somebody else has stopped since.
+    A latched release would undo a stop that another node has commanded since.
     """
 
     def __init__(self):
@@ -18,7 +18,7 @@ class StopTopic(rospy.SubscribeListener):
         self.publisher = None
 
     def advertise(self):
-        """Begin to publish; not in a thread that must not wait for the master."""
+        """Begin to publish; this may block while the master does not answer."""
         self.publisher = rospy.Publisher(
             "emergency_stop", Bool, subscriber_listener=self, queue_size=1
         )
@@ -31,7 +31,7 @@ class StopTopic(rospy.SubscribeListener):
                 self.publisher.publish(Bool(data=on))
 
     def peer_subscribe(self, _topic, _publish, publish_to_it):
-        """Tell a new listener that the stop is pressed; rospy calls this."""
+        """Publish a press to a new subscriber; rospy calls this."""
         with self._lock:
             if self._pressed:
                 publish_to_it(Bool(data=True))

@@ -93,7 +93,7 @@ class RunBar(QWidget):
         self._stop_all.toggled.connect(self._on_emergency)
         return self._stop_all
 
-    def listen_in(self, window):
+    def bind_keys(self, window):
         """Take the emergency stop's key from ``window``, and any other window of the application.
 
         To be called again whenever that may be another window, as when rqt floats a dock: a shortcut
@@ -110,7 +110,7 @@ class RunBar(QWidget):
         for signal in (self._stop_key.activated, self._stop_key.activatedAmbiguously):
             signal.connect(self._press)
 
-    def forget_key(self):
+    def release_keys(self):
         """Leave the emergency stop's key to others."""
         if self._stop_key is not None:
             with contextlib.suppress(RuntimeError):

@@ -1,8 +1,8 @@
 """The controller of a study: started, after a check where robots are real, stopped and replaced; no Qt."""
 
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, who_is_real
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.stage_run import lockstep_option
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.study.results.report import write_scenario
 
 
@@ -41,10 +41,10 @@ class ControlRun:
         if preflight.ended(success, answer):
             why = self._state.no_start()
             preflight.outcome = "" if why else preflight.outcome
-            return Trouble("not started: {}".format(why)) if why else self._start()
+            return ErrorMessage("not started: {}".format(why)) if why else self._start()
         refused = ", the controller is not started" if preflight.outcome == "refused" else ""
         text = "robots checked, findings: {}{}".format(len(preflight.findings), refused)
-        return Trouble(text) if refused else text
+        return ErrorMessage(text) if refused else text
 
     def _own_findings(self):
         """Return what the GUI knows and the command ``preflight`` does not."""
@@ -63,7 +63,7 @@ class ControlRun:
             return ""
         if self._state.real() and self._state.started_elsewhere():
             # Its remappings and limits are not known here: it is not to be replaced.
-            return Trouble(
+            return ErrorMessage(
                 "not started: the controller that runs is for another team than this scenario's"
             )
         self.launch()

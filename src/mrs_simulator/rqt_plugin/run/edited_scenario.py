@@ -8,7 +8,7 @@ import numpy as np
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.protocols import HOMES
-from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker
 from mrs_simulator.scenario.scenario import title_of
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
@@ -64,7 +64,7 @@ class EditedScenario:
         try:
             self.take(scenario)
         except Exception as error:  # a file of one's own may raise anything
-            return Trouble("not applied: {}".format(reason(error)))
+            return ErrorMessage("not applied: {}".format(reason(error)))
         return ""
 
     def set_team(self, poses, kinds, altitude=None):
@@ -89,7 +89,7 @@ class EditedScenario:
                 bodies = Bodies(self.team(), obstacles)
                 refuse_in_obstacles(bodies, self.scenario.poses, self._heights())
         except ValueError as error:
-            return Trouble("not applied: {}".format(error))
+            return ErrorMessage("not applied: {}".format(error))
         return self.try_out(self.scenario._replace(obstacles=obstacles))
 
     def _heights(self):
@@ -117,7 +117,7 @@ class EditedScenario:
         try:
             checked = checked_values(self.derived.parameters, values, self.derived.protocol)
         except ValueError as error:
-            return Trouble(error)
+            return ErrorMessage(error)
         control = self.scenario.control._replace(parameters=checked)
         wrong = self.try_out(self.scenario._replace(control=control))
         if not wrong and self._state.has_control():
@@ -130,7 +130,7 @@ class EditedScenario:
         try:
             parameters = self.laws.ask("parameters_with", self.scenario, topology)
         except Exception as error:  # a file of one's own may raise anything
-            return Trouble("not applied: {}".format(reason(error)))
+            return ErrorMessage("not applied: {}".format(reason(error)))
         changed = self.scenario.control._replace(parameters=parameters)
         wrong = self.try_out(self.scenario._replace(topology=topology, control=changed))
         if not wrong and self._state.has_control():

@@ -47,7 +47,7 @@ class History:
     def __init__(self):
         self.before_clearing = lambda: None  # called while what is forgotten is still there
         self._filled, self._told = 0, EstimateLog()
-        self.obeyed = ControllerRecord()  # by the controllers of this run
+        self.applied = ControllerRecord()  # by the controllers of this run
         self.clear()
 
     def clear(self):
@@ -56,7 +56,7 @@ class History:
             self.before_clearing()
         # What was edited and what the stage published when the run began: later edits are of other runs.
         self.scenario, self.staged = None, None
-        self.obeyed.begin_run()
+        self.applied.begin_run()
         self.saved = -np.inf  # [s] up to which the run was saved
         self.moved = -np.inf  # [s] of the newest command that was not zero
         self.axes, self._in_space, self._arm_joints = UNICYCLE_AXES, False, 0

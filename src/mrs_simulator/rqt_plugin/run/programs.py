@@ -6,7 +6,7 @@ import shlex
 import shutil
 from typing import NamedTuple
 
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 
 # By name: what they are called in the GUI, and what they do.
 OWN = {
@@ -95,12 +95,12 @@ class Programs:
         try:
             words = shlex.split(command)
         except ValueError as error:
-            return Trouble("command {!r}: {}".format(command, error))
+            return ErrorMessage("command {!r}: {}".format(command, error))
         if not words:
-            return Trouble("no command: wanted one such as rosrun my_package my_node")
+            return ErrorMessage("no command: wanted one such as rosrun my_package my_node")
         if shutil.which(words[0]) is None:
             text = "command {!r}: no program {!r} is found, wanted one such as rosrun or a path"
-            return Trouble(text.format(command, words[0]))
+            return ErrorMessage(text.format(command, words[0]))
         self._list(words)
         return ""
 
@@ -149,11 +149,11 @@ class Programs:
             name, self._processes.is_running(name), self._processes.is_ending(name)
         )
         if why:
-            return Trouble("{} not started: {}".format(called(name), why))
+            return ErrorMessage("{} not started: {}".format(called(name), why))
         try:
             return self._start(name, speed)
         except OSError as error:
-            return Trouble("{} not started: {}".format(called(name), error))
+            return ErrorMessage("{} not started: {}".format(called(name), error))
 
     def _start(self, name, speed):
         if name in ("stage", "control", "rosbag"):

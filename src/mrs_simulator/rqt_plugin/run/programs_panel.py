@@ -153,7 +153,7 @@ class ProgramsPanel(QWidget):
         """Show each ``Part`` of ``/diagnostics``."""
         rows = [(short(part.name), part.level, part.message) for part in parts]
         rows = rows or [("", "", QUIET)]
-        tips = [all_of(part) for part in parts] or [QUIET]
+        tips = [part_text(part) for part in parts] or [QUIET]
         levels = [row[:2] for row in rows]
         if levels == self._levels:
             self.nodes.change_texts(rows, tips)
@@ -178,7 +178,7 @@ def short(name):
     return ANONYMOUS.sub("", name)
 
 
-def all_of(part):
+def part_text(part):
     """Return all that a ``Part`` says, for a tooltip."""
     lines = ["{}: {}".format(part.name, part.message)]
     lines += ["{} = {}".format(*pair) for pair in part.values]

@@ -7,8 +7,8 @@ import threading
 import time
 
 from mrs_simulator.record.run_changes import changed_by, to_plain
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.run_writing import estimated, write_run
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.study.results.report import VERDICT_FILE
@@ -112,7 +112,7 @@ class RunFiles:
             for entry in runs[:-MOST_KEPT]:
                 shutil.rmtree(entry.path, ignore_errors=True)
         except OSError as error:
-            return Trouble("the previous run was not saved, and is lost: {}".format(error))
+            return ErrorMessage("the previous run was not saved, and is lost: {}".format(error))
         return "the previous run was not saved; its data is kept in {}".format(path)
 
     def ran(self, history):
@@ -124,7 +124,7 @@ class RunFiles:
         obeyed, changes, staged = None, [], None
         if history.begun is not None:
             origin = self._origin(history)
-            obeyed, changes = history.obeyed.during(
+            obeyed, changes = history.applied.during(
                 origin + history.begun, origin + history.time[-1]
             )
         try:

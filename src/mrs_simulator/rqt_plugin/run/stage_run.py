@@ -1,8 +1,8 @@
 """The simulation of a study: starts a stage or attaches to one, and tells it the team; without Qt."""
 
 from mrs_simulator.protocols import HOMES
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.study_state import named
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.scenario.scenario import scenario_from_dict, scenario_from_yaml
 from mrs_simulator.study.results.report import write_scenario
 from mrs_simulator.vehicles.portable import team_from_message
@@ -30,7 +30,7 @@ class StageRun:
         try:
             scenario_from_dict(self._edited.scenario.to_dict(), "scenario")
         except ValueError as error:
-            return Trouble(error)
+            return ErrorMessage(error)
         if self._speed is None:
             self._connection.begin_simulated_time()  # whose answer starts the stage
         self._speed = speed
@@ -40,7 +40,7 @@ class StageRun:
         """Start the stage once time is a simulated one; ``before``: what ``/use_sim_time`` was."""
         speed, self._speed = self._speed, None
         if not success:
-            return Trouble("simulation not started: {}".format(before))
+            return ErrorMessage("simulation not started: {}".format(before))
         self._swapped = [before]
         self._connection.begin_run()
         # Else a controller that cannot keep up would drive another experiment.
@@ -68,13 +68,13 @@ class StageRun:
         try:
             runs = self._scenario()
         except ValueError as error:
-            return Trouble("not attached: {}".format(error))
+            return ErrorMessage("not attached: {}".format(error))
         if runs is None:
-            return Trouble("not attached: the stage has not published its scenario yet")
+            return ErrorMessage("not attached: the stage has not published its scenario yet")
         try:
             team_from_message(runs)  # nor does it open files
         except ValueError as error:
-            return Trouble("not attached: {}; open the stage's scenario here".format(error))
+            return ErrorMessage("not attached: {}; open the stage's scenario here".format(error))
         mine = self._edited.scenario
         if runs.control.protocol not in HOMES:  # a name that comes in a topic runs no code
             runs = runs._replace(control=mine.control, path=mine.path)

@@ -6,11 +6,11 @@ from mrs_simulator.record.missed_periods import MissedPeriods
 from mrs_simulator.rqt_plugin.ros_side.preflight_run import PreflightRun
 from mrs_simulator.rqt_plugin.run.control_run import ControlRun
 from mrs_simulator.rqt_plugin.run.edited_scenario import EditedScenario
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.programs import called
 from mrs_simulator.rqt_plugin.run.run_files import RunFiles
 from mrs_simulator.rqt_plugin.run.stage_run import StageRun
 from mrs_simulator.rqt_plugin.run.study_state import StudyState
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
 
 RECORDED = "/clock|/tf|/tf_static|/stage/.*|/pioneer_control/(status|scenario)|/robot[0-9]+/.*"
 LONGEST_OUTPUT = 500  # [characters] that are shown of a program that failed
@@ -54,7 +54,7 @@ class StudyRun:
         try:
             return self._actions[name](speed)
         except OSError as error:  # a full disk, a directory that may not be written
-            return Trouble("{}: {}".format(name, error))
+            return ErrorMessage("{}: {}".format(name, error))
 
     def take_result(self, name, success, answer):
         """Take in the answer called ``name``; return a message, or ""."""
@@ -62,7 +62,7 @@ class StudyRun:
             return self.stage.start(success, answer)
         if name == "preflight":
             return self.control.checked(success, answer)
-        return str(answer) if success else Trouble("{} failed: {}".format(name, answer))
+        return str(answer) if success else ErrorMessage("{} failed: {}".format(name, answer))
 
     def _end(self, _):
         self.preflight.cancel()
@@ -87,7 +87,7 @@ class StudyRun:
         Robots that are under way are not put elsewhere: for what was edited before they went.
         """
         if self.is_controlled():
-            return Trouble("the team is not sent: stop the controller to change it")
+            return ErrorMessage("the team is not sent: stop the controller to change it")
         self.control.end_unfit()
         return self.stage.set_team()
 
@@ -112,7 +112,7 @@ class StudyRun:
         if any(name == "stage" for name, _, _ in ended):
             self.stage.restore_time()
         return [
-            Trouble("{} {}".format(called(name), how_ended(code, output)))
+            ErrorMessage("{} {}".format(called(name), how_ended(code, output)))
             for name, code, output in ended
             if code not in (0, -2, 130)  # ended in good order
         ]

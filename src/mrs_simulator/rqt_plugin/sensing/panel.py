@@ -1,4 +1,4 @@
-"""The sensors of one robot, live: what each reads, how often, and how old that is."""
+"""The sensors of one robot, live: readings, rates and ages."""
 
 import math
 
@@ -6,9 +6,9 @@ from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from mrs_simulator.rqt_plugin.sensing.picture import Picture
-from mrs_simulator.rqt_plugin.sensing.texts import number, told
+from mrs_simulator.rqt_plugin.sensing.texts import number, reading_text
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
-from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox
+from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.sensors.types.camera import CameraReading
@@ -35,7 +35,7 @@ class SensorsPanel(QWidget):
         super().__init__(parent)
         self.number = 0  # of the robot shown, 0 for none
         self._shown = None
-        self._robots, self._note = PatientComboBox(), MessageLabel("aside")
+        self._robots, self._note = NoWheelComboBox(), MessageLabel("aside")
         self.state = MessageLabel("aside")
         self._robots.setToolTip("The robot whose sensors are shown")
         self._robots.activated.connect(self._on_chosen)
@@ -52,7 +52,7 @@ class SensorsPanel(QWidget):
         layout.addLayout(row)
         layout.addWidget(self.state)
         below, beside = QHBoxLayout(), QVBoxLayout()
-        self.picture, self.looks = Picture(), PatientComboBox()
+        self.picture, self.looks = Picture(), NoWheelComboBox()
         self.looks.addItems(["Picture", "Depth"])
         self.looks.setToolTip("What is shown of the camera")
         self.looks.hide()
@@ -65,7 +65,7 @@ class SensorsPanel(QWidget):
 
     @property
     def wants_depth(self):
-        """Return whether the depth of a camera is shown, not its picture."""
+        """Return whether a camera's depth is shown instead of its picture."""
         return self.looks.currentIndex() == 1
 
     def set_robots(self, numbers):
@@ -83,9 +83,11 @@ class SensorsPanel(QWidget):
         self.show_sensors({}, {})
 
     def show_state(self, flight, incidents):
-        """Show what the robot does that flies, ``flight`` in words or "", and its ``Incident``s."""
+        """Show the state ``flight`` of a flying robot, "" for others, and its ``Incident``s."""
         texts = [flight.capitalize()] if flight else []
-        texts += ["{} at {:.1f} s".format(what_of(each), each.time) for each in incidents[-SHOWN:]]
+        texts += [
+            "{} at {:.1f} s".format(incident_text(each), each.time) for each in incidents[-SHOWN:]
+        ]
         if len(incidents) > SHOWN:
             texts.append("and {} earlier".format(len(incidents) - SHOWN))
         self.state.say("; ".join(texts), "warning" if incidents else "good")
@@ -94,24 +96,24 @@ class SensorsPanel(QWidget):
     def _on_chosen(self, place):
         self.robot_chosen.emit(int(self._robots.itemText(place) or 0))
 
-    def show_sensors(self, mounts, heard, trouble="", depth=None, told=()):
-        """Show what was ``heard`` of the robot's ``mounts``, by name; ``trouble``: why there are none.
+    def show_sensors(self, mounts, received, trouble="", depth=None, status=()):
+        """Show the readings ``received`` of the robot's ``mounts``, by name.
 
-        ``depth``: the ``Heard`` of its camera's depth, where that is shown; ``told``: ``Told`` each of
-        what is said of the robot besides.
+        ``trouble``: why there are no mounts; ``depth``: the camera's, if shown; ``status``: ``StatusRow``s
+        to list below.
         """
         self.looks.setVisible(any(mount.type == "camera" for mount in mounts.values()))
-        self._show_picture(heard, depth)
-        rows = [_cells(mount, heard.get(name)) for name, mount in mounts.items()]
-        rows += [(each.name, each.message, "", _age(each.age), each.level) for each in told]
+        self._show_picture(received, depth)
+        rows = [_cells(mount, received.get(name)) for name, mount in mounts.items()]
+        rows += [(each.name, each.message, "", _age(each.age), each.level) for each in status]
         note = CHOOSE if not self.number else NONE.format(self.number) if not mounts else ""
         self._note.say(trouble or note, "error" if trouble else "aside")
         tints = [(k, STATE, TINTS.get(cells[STATE], "error")) for k, cells in enumerate(rows)]
         tips = [
-            _tip(mount, heard.get(name), cells)
+            _tip(mount, received.get(name), cells)
             for (name, mount), cells in zip(mounts.items(), rows)
         ]
-        tips += [each.tip or "{}: {}".format(each.name, each.message) for each in told]
+        tips += [each.tip or "{}: {}".format(each.name, each.message) for each in status]
         fixed = [(cells[0], cells[STATE]) for cells in rows]
         if fixed == self._shown:
             self.table.change_texts(rows, tips)
@@ -119,22 +121,22 @@ class SensorsPanel(QWidget):
             self._shown = fixed
             self.table.set_rows(rows, tips, tints)
 
-    def _show_picture(self, heard, depth):
+    def _show_picture(self, received, depth):
         """Show the picture of the first camera that has one, or its ``depth``."""
         if self.wants_depth:
             reading = depth.reading if depth is not None else None
             return self.picture.show_depth(None if reading is None else reading.depth)
-        readings = [each.reading for each in heard.values() if each is not None]
+        readings = [each.reading for each in received.values() if each is not None]
         pictures = [each.image for each in readings if isinstance(each, CameraReading)]
         return self.picture.show_pixels(pictures[0] if pictures else None)
 
 
-def what_of(incident):
-    """Return what befell the robot of an ``incident``, in words without its name."""
+def incident_text(incident):
+    """Return the text of an ``incident`` without the robot's name."""
     return incident.text.partition(" ")[2]
 
 
-TINTS = {"heard": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}
+TINTS = {"received": "good", "waiting": "aside", "not published": "aside", "stale": "warning"}
 TINTS.update(good="good", warning="warning")
 
 
@@ -142,28 +144,30 @@ def _age(seconds):
     return "" if math.isnan(seconds) else number(seconds, 2, " s")
 
 
-def _cells(mount, heard):
+def _cells(mount, received):
     """Return the texts of a row."""
-    state, name = _state(mount, heard), mount.name
-    if heard is None or heard.reading is None:
+    state, name = _state(mount, received), mount.name
+    if received is None or received.reading is None:
         return name, "", "of {:g} Hz".format(mount.rate), "", state
-    rate = "" if math.isnan(heard.rate) else number(heard.rate, int(heard.rate < 9.95), " ")
+    rate = (
+        "" if math.isnan(received.rate) else number(received.rate, int(received.rate < 9.95), " ")
+    )
     rate += "of {:g} Hz".format(mount.rate)
-    return name, told(heard.reading), rate, number(heard.age, 2, " s"), state
+    return name, reading_text(received.reading), rate, number(received.age, 2, " s"), state
 
 
-def _tip(mount, heard, cells):
-    """Return all of a row, and where it comes from."""
-    topic = heard.topic if heard is not None else ""
-    told = "{}: {}{}".format(mount.name, mount.type, " on " + topic if topic else "")
-    return "\n".join(filter(None, (told, cells[READING], cells[STATE])))
+def _tip(mount, received, cells):
+    """Return the whole text of a row, and its topic."""
+    topic = received.topic if received is not None else ""
+    first = "{}: {}{}".format(mount.name, mount.type, " on " + topic if topic else "")
+    return "\n".join(filter(None, (first, cells[READING], cells[STATE])))
 
 
-def _state(mount, heard):
-    if heard is None or not heard.topic:
+def _state(mount, received):
+    if received is None or not received.topic:
         return "not published"
-    if heard.trouble:
-        return "refused: {}".format(heard.trouble)
-    if heard.reading is None:
+    if received.trouble:
+        return "refused: {}".format(received.trouble)
+    if received.reading is None:
         return "waiting"
-    return "stale" if heard.is_stale(mount) else "heard"
+    return "stale" if received.is_stale(mount) else "received"

@@ -1,4 +1,4 @@
-"""The picture of a robot's camera, or how far what it shows is."""
+"""The picture of a robot's camera, or its depth in colours."""
 
 import numpy as np
 from matplotlib import cm
@@ -16,7 +16,7 @@ STEPS = (1.0, 2.0, 5.0, 10.0)  # [-] at which a scale ends, times a power of ten
 
 
 class Picture(QWidget):
-    """Shows an image as large as there is room, its sides in proportion."""
+    """Shows an image as large as fits, with its aspect ratio."""
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -45,12 +45,12 @@ class Picture(QWidget):
         self.update()
 
     def sizeHint(self):
-        """Return the size that the panel begins with."""
+        """Return the initial size."""
         line = self.fontMetrics().height()
         return QSize(USUAL * line, USUAL * line * 3 // 4)
 
     def minimumSizeHint(self):
-        """Return the least size at which something is to be seen."""
+        """Return the smallest useful size."""
         line = self.fontMetrics().height()
         return QSize(LEAST * line, LEAST * line // 2)
 
@@ -73,7 +73,7 @@ class Picture(QWidget):
         painter.end()
 
     def _draw_scale(self, painter, place, line):
-        """Draw at the bottom of ``place`` which colour is how far, with text ``line`` [px] high."""
+        """Draw the colour scale at the bottom of ``place``, with text ``line`` [px] high."""
         top = place.bottom() + 1 - int((TALL + 1.0) * line)
         painter.drawImage(
             QRect(place.left(), top, place.width(), int(TALL * line)),
@@ -87,9 +87,9 @@ class Picture(QWidget):
 
 
 def in_colours(depth):
-    """Return ``depth`` (height, width) [m] in colours (height, width, 3) uint8, and where they end [m].
+    """Return ``depth`` (height, width) [m] as pixels (height, width, 3) uint8, and the scale's end [m].
 
-    They begin at 0; where nothing is known pixels are grey.
+    The scale begins at 0; pixels of unknown depth are grey.
     """
     known = np.isfinite(depth)
     most = round_end(float(depth[known].max())) if known.any() else 1.0

@@ -15,11 +15,11 @@ from mrs_simulator.sensors.types.range_bearing import RangeBearingReading
 from mrs_simulator.sensors.types.ranging import RangeReading
 
 MINUS, DEGREE = "\u2212", "\u00b0"
-MOST_SEEN = 6  # [-] robots that are told one by one
+MOST_SEEN = 6  # [-] robots that are listed
 
 
 def number(value, digits, unit=""):
-    """Return ``value`` with its unit, a dash where it is lost."""
+    """Return ``value`` with its unit; a dash for NaN."""
     if not math.isfinite(value):
         return "\u2013" if math.isnan(value) else "\u221e"
     return "{:.{}f}".format(value, digits).replace("-", MINUS) + unit
@@ -30,8 +30,8 @@ def degrees(value):
     return number(math.degrees(value), 1, DEGREE)
 
 
-def told(reading):
-    """Return what ``reading`` says."""
+def reading_text(reading):
+    """Return the values of ``reading`` as a text."""
     for kind, text in TEXTS:
         if isinstance(reading, kind):
             return text(reading)
@@ -41,13 +41,13 @@ def told(reading):
 
 def _ranges(reading):
     ranges = np.asarray(reading.ranges)
-    heard = np.isfinite(ranges)
-    counts = ["{} of {} within {:g} m".format(int(heard.sum()), len(ranges), reading.most)]
+    known = np.isfinite(ranges)
+    counts = ["{} of {} within {:g} m".format(int(known.sum()), len(ranges), reading.most)]
     lost = int(np.isnan(ranges).sum())
     if lost:
         counts.append("{} lost".format(lost))
-    if heard.any():
-        first = int(np.argmin(np.where(heard, ranges, np.inf)))
+    if known.any():
+        first = int(np.argmin(np.where(known, ranges, np.inf)))
         near = number(ranges[first], 2, " m")
         way = degrees(math.remainder(float(reading.places[first, 2]), 2.0 * math.pi))
         counts.insert(0, "nearest {} at {}".format(near, way))

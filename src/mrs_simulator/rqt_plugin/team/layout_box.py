@@ -5,7 +5,7 @@ from python_qt_binding.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVB
 
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
-from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox
+from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.team.layouts import LAYOUTS, make_layout
 
@@ -23,7 +23,7 @@ class LayoutBox(QGroupBox):
         """``count()``: returns the number of robots."""
         super().__init__("Layout", parent)
         self._count = count
-        self._names = PatientComboBox()
+        self._names = NoWheelComboBox()
         self._names.setToolTip("Arrangement of all robots")
         self._names.addItems(sorted(LAYOUTS, key=lambda name: (ORDER + (name,)).index(name)))
         self._names.currentIndexChanged.connect(self._on_name)

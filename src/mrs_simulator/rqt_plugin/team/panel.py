@@ -18,7 +18,7 @@ from mrs_simulator.rqt_plugin.team.layout_box import LayoutBox
 from mrs_simulator.rqt_plugin.team.model import NO_PAIRS, TeamModel, kind_name
 from mrs_simulator.rqt_plugin.team.spreadsheet import read_rows
 from mrs_simulator.rqt_plugin.team.table import TeamTable
-from mrs_simulator.rqt_plugin.widgets.fields import PatientComboBox, PatientSpinBox
+from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox, PatientSpinBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.scenario.team.layouts import extend_poses
@@ -72,7 +72,7 @@ class TeamPanel(QWidget):
         self._number.setToolTip(NUMBER_TIP)
         self._number.valueChanged.connect(self._on_number)
 
-        self._kind = PatientComboBox()
+        self._kind = NoWheelComboBox()
         self._kind.setToolTip(KIND_TIP)
         self._kind.activated.connect(self._on_kind)
         self._altitude = AltitudeField()
@@ -142,7 +142,7 @@ class TeamPanel(QWidget):
             self._heights[flies] = np.asarray(altitude, dtype=float)[flies]
         pairs = self._overlapping_pairs(poses)
         self._model.set_team(poses, kinds, pairs)
-        self._tell_overlaps(pairs)
+        self._report_overlaps(pairs)
         self._message.say("")
         self._show_kind()
         blocked = self._number.blockSignals(True)
@@ -200,7 +200,7 @@ class TeamPanel(QWidget):
         poses[number - 1] = x, y, theta
         pairs = self._overlapping_pairs(poses)
         self._model.set_team(poses, self._model.kinds, pairs)
-        self._tell_overlaps(pairs)
+        self._report_overlaps(pairs)
 
     def set_editable(self, editable, why="", may_open=False):
         """Allow changes of the team or not; saving stays possible.
@@ -225,7 +225,7 @@ class TeamPanel(QWidget):
             return NO_PAIRS
         return self._bodies.overlaps(poses, self._heights if self._heights.any() else None)[:2]
 
-    def _tell_overlaps(self, pairs):
+    def _report_overlaps(self, pairs):
         order = np.lexsort(pairs[::-1])[:MOST_PAIRS]
         text = ", ".join(
             "robot{} and robot{}".format(first + 1, second + 1)

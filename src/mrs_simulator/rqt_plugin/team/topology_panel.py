@@ -132,7 +132,7 @@ class TopologyPanel(QWidget):
             self._edges = [edge for edge in self._edges if max(edge[:2]) <= self._n]
             self._show()
 
-    def set_settling(self, text):
+    def set_convergence_time(self, text):
         """Show how long theory says that the team takes, in words, "" where it says nothing."""
         self._figures["time"].setText(text or "\u2013")
 

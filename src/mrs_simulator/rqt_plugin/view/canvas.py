@@ -8,7 +8,7 @@ from python_qt_binding.QtGui import QPainter
 from python_qt_binding.QtWidgets import QSizePolicy, QWidget
 
 from mrs_simulator.pictures.camera import Camera, on_screen
-from mrs_simulator.pictures.look import DARK, LIGHT
+from mrs_simulator.pictures.palette import DARK, LIGHT
 from mrs_simulator.pictures.scene import drawn, framed
 from mrs_simulator.rqt_plugin.view.painting import paint
 from mrs_simulator.rqt_plugin.widgets.colours import DARK as DARK_GROUND

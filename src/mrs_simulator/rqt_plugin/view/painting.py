@@ -5,8 +5,8 @@ from python_qt_binding.QtCore import QLineF, QRectF, Qt
 from python_qt_binding.QtGui import QBrush, QColor, QPainterPath, QPen
 
 from mrs_simulator.pictures.drawing import Lines, Paths, Polygons
-from mrs_simulator.rqt_plugin.map.look import polygon
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
+from mrs_simulator.rqt_plugin.map.style import polygon
 
 RIM = 0.7  # [px] width of the lines around faces
 HALO = 2.5  # [px] around texts

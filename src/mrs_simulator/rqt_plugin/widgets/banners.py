@@ -37,7 +37,7 @@ class Banners(QWidget):
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Maximum)
         self.setVisible(False)
 
-    def tell(self, matter, kind, text, *buttons):
+    def notify(self, matter, kind, text, *buttons):
         """Show ``text`` of the ``matter``; ``kind``: a key of ``KINDS``; ``buttons``: (label, function)."""
         strip = self._strips.get(matter)
         labels = [label for label, _ in buttons]

@@ -99,7 +99,7 @@ class PatientSpinBox(_Escapable, _Patient, QSpinBox):
         self.setValue(self.value())
 
 
-class PatientComboBox(QComboBox):
+class NoWheelComboBox(QComboBox):
     """A combo box that the wheel does not change, and that may be narrower than its texts."""
 
     def __init__(self, parent=None):
@@ -222,7 +222,7 @@ class WholeField(_Escapable, _Patient, QDoubleSpinBox):
         return self.hasFocus() and self.lineEdit().isModified()
 
 
-class ChoiceField(PatientComboBox):
+class ChoiceField(NoWheelComboBox):
     """One of several texts."""
 
     finished = Signal()

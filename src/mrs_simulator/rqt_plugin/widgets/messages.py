@@ -49,7 +49,7 @@ class MessageList(QPlainTextEdit):
         self._count(0)
 
 
-class Faults(logging.Handler):
+class ErrorLog(logging.Handler):
     """Keeps what :func:`guarded` logs, from any thread, until it is taken to be shown."""
 
     def __init__(self):

@@ -12,8 +12,8 @@ class LawTrial:
     def __init__(self, panels, laws, began):
         """``laws``: the ``LawProcess`` that tries them; ``began()`` is called as a long trial begins."""
         self._panels, self._laws, self._began = panels, laws, began
-        self._given_up, self._closed = False, False
-        laws.waiting, laws.waited = self._while_tried, self._after
+        self._cancelled, self._closed = False, False
+        laws.waiting, laws.waited = self._show_progress, self._after
 
     @property
     def is_under_way(self):
@@ -24,19 +24,19 @@ class LawTrial:
         """Give up what is under way, and whatever may follow."""
         self._closed = True
 
-    def _while_tried(self, seconds):
+    def _show_progress(self, seconds):
         if not self.is_under_way:
             self._panels.across.setEnabled(False)
-            self._given_up = False
+            self._cancelled = False
             self._began()
         text = "Loading the protocol: {:.0f} of at most {:g} s".format(seconds, self._laws.limit)
-        self._panels.banners.tell("law", "aside", text, ("Cancel", self._give_up))
+        self._panels.banners.notify("law", "aside", text, ("Cancel", self._cancel))
         QApplication.processEvents(QEventLoop.AllEvents, LONGEST)
-        if self._given_up or self._closed:
+        if self._cancelled or self._closed:
             raise ValueError("cancelled after {:.0f} s".format(seconds))
 
-    def _give_up(self):
-        self._given_up = True
+    def _cancel(self):
+        self._cancelled = True
 
     def _after(self):
         self._panels.banners.clear("law")

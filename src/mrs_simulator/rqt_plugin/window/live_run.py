@@ -7,8 +7,8 @@ import numpy as np
 
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.record.run_changes import changed_by, read_changes
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.run.study_state import EMERGENCY
-from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
 from mrs_simulator.study.run.law_answers import Prediction
 
 MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted less often
@@ -23,8 +23,8 @@ class LiveRun:
         self._team, self._graph = pending_team, pending_graph
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._last_control = None
-        self._told_trouble = ""  # by the controller
-        self._put_aside = ()  # warnings of the controller's that somebody has read
+        self._reported_trouble = ""  # by the controller
+        self._dismissed = ()  # warnings of the controller's that somebody has read
         self._of_run, self._until = False, math.inf  # whether theory is of the run; [s] until when
 
     def put_away(self):
@@ -63,9 +63,9 @@ class LiveRun:
             else:
                 self._history.append(snapshot)
         self._history.take_estimates(self._connection.take_estimates())
-        obeyed = self._connection.take_obeyed()
+        obeyed = self._connection.take_applied()
         for told in obeyed:
-            self._history.obeyed.note(*told)
+            self._history.applied.note(*told)
         self._follow_run(bool(obeyed))
 
     # Theory --------------------------------------------------------------------------------------
@@ -119,7 +119,7 @@ class LiveRun:
         found = self._study.edited.take_prediction()
         if found is not None:
             answer = self._answer(found)
-            self._panels.topology.set_settling(answer.settling)
+            self._panels.topology.set_convergence_time(answer.settling)
             if not self._of_run:
                 self._panels.curves.set_prediction(answer.time, answer.error)
         found = self._study.edited.take_run_prediction()
@@ -132,7 +132,7 @@ class LiveRun:
     def _answer(self, found):
         """Return the ``Prediction`` found, an empty one where none was, which is said."""
         if found[1] is not None:
-            self._panels.say(Trouble("no prediction: {}".format(reason(found[1]))))
+            self._panels.say(ErrorMessage("no prediction: {}".format(reason(found[1]))))
         return found[0] or Prediction(None, None, "")
 
     # Controller ----------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ class LiveRun:
         if control is self._last_control:
             return
         self._last_control = control
-        self._tell_trouble(control)
+        self._report_trouble(control)
         self._show_warnings(control)
         panels.map.show_targets(control.targets if len(control.targets) else None)
         self._follow_graph(control)
@@ -163,23 +163,23 @@ class LiveRun:
         if len(control.command) == self._study.scenario.n:  # the panel edits the scenario's graph
             self._panels.topology.set_topology(edges, control.directed)
 
-    def _tell_trouble(self, control):
+    def _report_trouble(self, control):
         """Say once why a controller, here or elsewhere, stopped all robots or some of them."""
-        if control.trouble != self._told_trouble and (not control.running or control.stopped):
+        if control.trouble != self._reported_trouble and (not control.running or control.stopped):
             text = control.trouble and "controller: {}".format(control.trouble)
             # Of the emergency stop there is a bar of its own.
-            self._panels.say(text if control.trouble == EMERGENCY else Trouble(text))
-        self._told_trouble = control.trouble
+            self._panels.say(text if control.trouble == EMERGENCY else ErrorMessage(text))
+        self._reported_trouble = control.trouble
 
     def _show_warnings(self, control):
         """Show in the message bar what a controller that drives warns of, such as a deadlock."""
         warnings = control.warnings if control.running else ()
-        if not warnings or warnings == self._put_aside:
+        if not warnings or warnings == self._dismissed:
             self._panels.banners.clear("warnings")
             return
         text = "\n".join(warnings)
-        self._panels.banners.tell("warnings", "warning", text, ("Close", self._put_warnings_aside))
+        self._panels.banners.notify("warnings", "warning", text, ("Close", self._dismiss_warnings))
 
-    def _put_warnings_aside(self):
-        self._put_aside = self._last_control.warnings
+    def _dismiss_warnings(self):
+        self._dismissed = self._last_control.warnings
         self._panels.banners.clear("warnings")

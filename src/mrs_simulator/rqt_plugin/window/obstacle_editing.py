@@ -1,6 +1,6 @@
 """Obstacles edited on the map: handed to the study, which may refuse them, and undone."""
 
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
@@ -34,7 +34,7 @@ class ObstacleEditing:
     def _take(self, obstacles):
         """Take ``obstacles`` up; return whether they are in force."""
         wrong = self._study.state.obstacles_locked()
-        wrong = Trouble(wrong) if wrong else self._study.edited.set_obstacles(obstacles)
+        wrong = ErrorMessage(wrong) if wrong else self._study.edited.set_obstacles(obstacles)
         if self._panels.say(wrong):
             self.show()
             return False
@@ -71,4 +71,4 @@ class ObstacleEditing:
 
     @guarded
     def _on_refused(self, text):
-        self._panels.say(Trouble(text))
+        self._panels.say(ErrorMessage(text))

@@ -15,9 +15,9 @@ from mrs_simulator.rqt_plugin.curves.panel import CurvesPanel
 from mrs_simulator.rqt_plugin.map.panel import MapPanel
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.run.bar import RunBar
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.preflight_panel import PreflightPanel
 from mrs_simulator.rqt_plugin.run.programs_panel import ProgramsPanel
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
 from mrs_simulator.rqt_plugin.sensing.panel import SensorsPanel
 from mrs_simulator.rqt_plugin.team.panel import TeamPanel
 from mrs_simulator.rqt_plugin.team.topology_panel import TopologyPanel
@@ -95,7 +95,7 @@ class StudyPanels(QWidget):
 
     def _build_results(self):
         self.curves = CurvesPanel()
-        self.view = ViewPanel(self.map.in_space, lambda: self.map.revision)
+        self.view = ViewPanel(self.map.scene_3d, lambda: self.map.revision)
         self.preflight, self.verdict = PreflightPanel(), VerdictPanel()
         self.sensors, self.programs = SensorsPanel(), ProgramsPanel()
         self.messages = MessageList()
@@ -128,13 +128,13 @@ class StudyPanels(QWidget):
         return row
 
     def say(self, text):
-        """Show ``text`` among the messages, a ``Trouble`` in the bar too; return whether there was any."""
+        """Add ``text`` to the messages; show an ``ErrorMessage`` as a banner.  Return whether not empty."""
         if text:
-            trouble = isinstance(text, Trouble)
+            trouble = isinstance(text, ErrorMessage)
             self.messages.add(text, trouble)
             if trouble:
                 buttons = ("Messages", self._show_messages), ("Close", self.close_error)
-                self.banners.tell("error", "error", text, *buttons)
+                self.banners.notify("error", "error", text, *buttons)
         return bool(text)
 
     def _show_messages(self):

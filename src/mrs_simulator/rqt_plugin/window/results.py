@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from mrs_simulator.rqt_plugin.run.trouble import Trouble
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.scenario.reading import reason
 from mrs_simulator.verdict.verdict_file import read_verdict
 
@@ -45,8 +45,8 @@ class Results:
     def _nothing_to_save(self):
         if self._since is not None:
             text = "not saved: the last results are still being saved"
-            return self._panels.say(Trouble(text))
-        nothing = Trouble("nothing to save: no data of robots received")
+            return self._panels.say(ErrorMessage(text))
+        nothing = ErrorMessage("nothing to save: no data of robots received")
         return not len(self._history.time) and self._panels.say(nothing)
 
     def show_progress(self):
@@ -56,7 +56,7 @@ class Results:
             return
         elapsed = time.monotonic() - self._since
         text = "Saving: {}, {:.0f} s".format(self._study.files.saving, elapsed)
-        self._panels.banners.tell("saving", "aside", text, ("Cancel", self._study.files.cancel))
+        self._panels.banners.notify("saving", "aside", text, ("Cancel", self._study.files.cancel))
 
     def ended(self, success, answer):
         """Take in the end of a saving; show the verdict, and return whether all was saved."""
@@ -73,7 +73,7 @@ class Results:
             self._panels.verdict.set_verdict(read_verdict(path))
         except (ValueError, OSError) as error:
             text = "the verdict is saved, but cannot be shown: {}: {}"
-            self._panels.say(Trouble(text.format(path, reason(error))))
+            self._panels.say(ErrorMessage(text.format(path, reason(error))))
             return
         self._panels.results_tabs.setCurrentWidget(self._panels.verdict)
 

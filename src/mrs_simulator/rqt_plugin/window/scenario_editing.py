@@ -76,7 +76,7 @@ class ScenarioEditing:
         panels.protocol.set_warnings(derived.warnings)
         edges, directed = derived.topology.edges, derived.topology.directed
         panels.topology.set_team(self._study.scenario.poses[:, :2])
-        panels.topology.set_settling("...")
+        panels.topology.set_convergence_time("...")
         panels.topology.set_topology(edges, directed)
         panels.map.show_topology(edges, directed)
         if not connection.is_fresh("control"):  # which says where it wants them

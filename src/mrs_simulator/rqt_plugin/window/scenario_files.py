@@ -3,7 +3,7 @@
 import os
 
 from mrs_simulator.protocols.loading import from_anywhere
-from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.widgets.file_dialog import FileDialog
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.scenario import load_scenario
@@ -36,7 +36,7 @@ class ScenarioFiles:
         try:
             self._editing.take(load_scenario(path))
         except Exception as error:  # its protocol may raise anything
-            say(Trouble("not opened: {}".format(reason(error))))
+            say(ErrorMessage("not opened: {}".format(reason(error))))
             return
         self._live.put_away()
         self._panels.map.fit(whole=True)  # without the trails of the run before
@@ -53,7 +53,7 @@ class ScenarioFiles:
             with open(path, "w", encoding="utf-8") as file:
                 file.write(text)
         except OSError as error:
-            self._panels.say(Trouble("not saved: {}".format(error)))
+            self._panels.say(ErrorMessage("not saved: {}".format(error)))
             return
         self.saved_text = text
         self._panels.say("saved {}".format(path))
@@ -80,7 +80,7 @@ class ScenarioFiles:
     def _open_chosen(self, path):
         if self._study.is_controlled():  # since the dialog was opened
             text = "not opened: stop the controller to open another scenario"
-            self._panels.say(Trouble(text))
+            self._panels.say(ErrorMessage(text))
         else:
             self.load(path)
 

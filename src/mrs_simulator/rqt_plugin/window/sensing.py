@@ -1,20 +1,20 @@
-"""Sensors of the robots: those that are looked at are listened to, on the map and in their panel."""
+"""Subscribes to the sensors that the map or their panel shows, and shows their readings."""
 
 from mrs_simulator.rqt_plugin.map.sensor_drawing import DRAWN, MOST_ROBOTS
-from mrs_simulator.rqt_plugin.run.programs_panel import all_of, short
-from mrs_simulator.rqt_plugin.run.trouble import reason
-from mrs_simulator.rqt_plugin.sensing.own_parts import Told, parts_of, told_of
-from mrs_simulator.rqt_plugin.sensing.received import mounts_of, spares_of
+from mrs_simulator.rqt_plugin.run.error_message import reason
+from mrs_simulator.rqt_plugin.run.programs_panel import part_text, short
+from mrs_simulator.rqt_plugin.sensing.readings import mounts_of, spare_mounts_of
+from mrs_simulator.rqt_plugin.sensing.robot_status import StatusRow, parts_of, status_rows
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 DEPTH = " depth"  # after the name of a camera; no mount has a space in its name
 
 
 class Sensing:
-    """Tells the connection what is looked at, and shows what it hears."""
+    """Selects the sensors to subscribe to, and shows what is received."""
 
     def __init__(self, panels, study, history):
-        """``history``: the ``History`` of the run, of whose incidents the panel tells."""
+        """``history``: the ``History`` of the run, whose incidents the panel shows."""
         self._panels, self._study, self._history = panels, study, history
         self._scenario, self._mounts, self._trouble = None, {}, ""
         self._spare = {}  # by number of a robot
@@ -28,8 +28,8 @@ class Sensing:
         self._panels.map_panel.choose(number)
 
     def show(self):
-        """Listen to what is looked at now, and show what was heard."""
-        self._know_mounts()
+        """Subscribe to the sensors shown now, and show their newest readings."""
+        self._update_mounts()
         panels, connection = self._panels, self._study.connection
         panels.sensors.set_robots(range(1, self._study.scenario.n + 1))
         if panels.sensors.isVisible():
@@ -40,19 +40,25 @@ class Sensing:
         if not on_map and not in_panel and not panels.sensors.isVisible():
             panels.map.show_readings({})
             return
-        heard = connection.heard_sensors()
+        received = connection.sensor_readings()
         panels.map.show_readings(
-            {key: heard[key] for key in on_map if key in heard and not self._is_old(key, heard)}
+            {
+                key: received[key]
+                for key in on_map
+                if key in received and not self._is_old(key, received)
+            }
         )
         if panels.sensors.isVisible():
-            readings = {key[1]: heard.get(key) for key in in_panel if self._is_shown(key, heard)}
+            readings = {
+                key[1]: received.get(key) for key in in_panel if self._is_shown(key, received)
+            }
             mounts = {key[1]: of[0] for key, of in in_panel.items() if key[1] in readings}
-            of_depth = next((heard[key] for key in depth if key in heard), None)
-            told = self._told(panels.sensors.number)
-            panels.sensors.show_sensors(mounts, readings, self._trouble, of_depth, told)
+            of_depth = next((received[key] for key in depth if key in received), None)
+            status = self._status(panels.sensors.number)
+            panels.sensors.show_sensors(mounts, readings, self._trouble, of_depth, status)
 
-    def _told(self, number):
-        """Return the ``Told`` of the robot ``number``: motion, controller, and its own diagnostics."""
+    def _status(self, number):
+        """Return the ``StatusRow``s of the robot ``number``."""
         if not number:
             return []
         connection = self._study.connection
@@ -60,27 +66,28 @@ class Sensing:
             connection.newest(name) if connection.is_fresh(name) else None
             for name in ("stage", "control")
         )
-        told = told_of(number, connection.snapshot(), stage, control)
+        rows = status_rows(number, connection.snapshot(), stage, control)
         own = parts_of(number, connection.diagnostics())
-        return told + [
-            Told(short(part.name), part.message, part.level, part.age, all_of(part)) for part in own
+        return rows + [
+            StatusRow(short(part.name), part.message, part.level, part.age, part_text(part))
+            for part in own
         ]
 
     def _show_state(self):
-        """Show what the robot in the panel does if it flies, and what has befallen it."""
+        """Show the flight state and the incidents of the robot in the panel."""
         number, stage = self._panels.sensors.number, self._study.connection.newest("stage")
         fresh = stage is not None and self._study.connection.is_fresh("stage")
-        told = stage.flight if fresh else ()
-        flight = told[number - 1] if 0 < number <= len(told) else ""
+        states = stage.flight if fresh else ()
+        flight = states[number - 1] if 0 < number <= len(states) else ""
         name = "robot{}".format(number)
-        befell = [each for each in self._history.incidents if each.robot == name]
-        self._panels.sensors.show_state(flight, befell)
+        incidents = [each for each in self._history.incidents if each.robot == name]
+        self._panels.sensors.show_state(flight, incidents)
 
-    def _is_old(self, key, heard):
-        return heard[key].reading is None or heard[key].is_stale(self._mounts[key][0])
+    def _is_old(self, key, received):
+        return received[key].reading is None or received[key].is_stale(self._mounts[key][0])
 
-    def _know_mounts(self):
-        """Take in which sensors the robots of the scenario have."""
+    def _update_mounts(self):
+        """Read the robots' sensors from a new scenario."""
         scenario = self._study.scenario
         if scenario is self._scenario:
             return
@@ -103,7 +110,7 @@ class Sensing:
         }
 
     def _depth(self, in_panel):
-        """Return the depth of the camera that the panel shows, if it is that which is wanted."""
+        """Return the depth image of the camera in the panel, {} unless it is shown."""
         found = [
             (key, (mount, kind))
             for key, (mount, kind) in in_panel.items()
@@ -123,11 +130,11 @@ class Sensing:
         return {**self._spares(panel.number), **fitted}
 
     def _spares(self, number):
-        """Return the sensors that the robot ``number`` may have besides: shown where they are told."""
+        """Return the sensors that the robot ``number`` may have besides: shown if they are published."""
         if number not in self._spare:
             known = 0 < number <= self._scenario.n and not self._trouble
-            self._spare[number] = spares_of(self._scenario, number) if known else {}
+            self._spare[number] = spare_mounts_of(self._scenario, number) if known else {}
         return self._spare[number]
 
-    def _is_shown(self, key, heard):
-        return key in self._mounts or (key in heard and bool(heard[key].topic))
+    def _is_shown(self, key, received):
+        return key in self._mounts or (key in received and bool(received[key].topic))

@@ -63,9 +63,9 @@ class Status:
 
     def show_alarm(self):
         """Say across the window that the emergency stop is latched, and how it is released."""
-        self._panels.bar.listen_in(self._panels.window())
+        self._panels.bar.bind_keys(self._panels.window())
         if self._panels.bar.is_emergency():
-            self._panels.banners.tell("emergency", "alarm", LATCHED)
+            self._panels.banners.notify("emergency", "alarm", LATCHED)
         else:
             self._panels.banners.clear("emergency")
 
@@ -73,10 +73,10 @@ class Status:
         banners, hangs = self._panels.banners, self._study.state.hangs()
         if hangs and self._study.processes.is_running("control"):
             text = "The controller {}: its law hangs, or takes too long.".format(hangs)
-            banners.tell("hangs", "error", text, ("Kill controller", self._kill))
+            banners.notify("hangs", "error", text, ("Kill controller", self._kill))
         elif hangs:
             text = "The controller {}. It was started elsewhere: end it there.".format(hangs)
-            banners.tell("hangs", "error", text)
+            banners.notify("hangs", "error", text)
         else:
             banners.clear("hangs")
 
@@ -87,6 +87,6 @@ class Status:
         degraded = self._study.note_timing()
         if degraded:
             text = UNTIMELY.format(degraded[0].upper() + degraded[1:])
-            self._panels.banners.tell("timing", "warning", text)
+            self._panels.banners.notify("timing", "warning", text)
         else:
             self._panels.banners.clear("timing")

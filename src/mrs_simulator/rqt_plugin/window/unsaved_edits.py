@@ -1,7 +1,7 @@
 """Keeps a scenario that is in no file where a crash leaves it, and offers what a crash has left."""
 
 from mrs_simulator.rqt_plugin.run.autosave import told as time_of
-from mrs_simulator.rqt_plugin.run.trouble import Trouble, reason
+from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 
 
@@ -29,7 +29,7 @@ class UnsavedEdits:
         except OSError as error:
             self._autosave = None
             text = "edits cannot be saved for recovery after a crash: {}".format(error)
-            self._panels.say(Trouble(text))
+            self._panels.say(ErrorMessage(text))
 
     def forget(self):
         """Remove what was kept: the GUI ends in good order."""
@@ -45,7 +45,7 @@ class UnsavedEdits:
             time_of(self._orphans[0])
         )
         buttons = ("Restore", self._restore), ("Discard", self._discard)
-        self._panels.banners.tell("edits", "warning", text, *buttons)
+        self._panels.banners.notify("edits", "warning", text, *buttons)
 
     def _restore(self):
         orphan = self._orphans.pop(0)
@@ -53,7 +53,7 @@ class UnsavedEdits:
             self._restored(scenario_from_yaml(orphan.text, "edits"))
         except Exception as error:  # its protocol may raise anything
             text = "not restored, still in {}: {}".format(orphan.path, reason(error))
-            self._panels.say(Trouble(text))
+            self._panels.say(ErrorMessage(text))
         else:
             self.keep()
             self._autosave.discard(orphan)

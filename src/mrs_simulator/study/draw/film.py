@@ -5,7 +5,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mrs_simulator.pictures.camera import Camera
-from mrs_simulator.pictures.look import LIGHT
+from mrs_simulator.pictures.palette import LIGHT
 from mrs_simulator.pictures.scene import Scene, drawn, framed
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at

@@ -3,7 +3,7 @@
 WIDTHS = (20, 10000)  # [px] that a part may have been left with
 
 
-def kept_layout(panels):
+def saved_layout(panels):
     """Return sizes and layers as texts by name."""
     return {
         "across": " ".join(map(str, panels.across.sizes())),
@@ -13,7 +13,7 @@ def kept_layout(panels):
 
 
 def restore_layout(panels, settings):
-    """Take in what ``kept_layout`` returned; anything that is not right is left out."""
+    """Take in what ``saved_layout`` returned; anything that is not right is left out."""
     for key, splitter in (("across", panels.across), ("down", panels.right)):
         sizes = str(settings.get(key, "")).split()
         if len(sizes) == 2 and all(s.isdigit() and WIDTHS[0] <= int(s) <= WIDTHS[1] for s in sizes):

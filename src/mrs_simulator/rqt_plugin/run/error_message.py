@@ -3,7 +3,7 @@
 from mrs_simulator.core.doc_links import named, with_page
 
 
-class Trouble(str):
+class ErrorMessage(str):
     """A message on something that went wrong; plain texts tell what was done."""
 
     __slots__ = ()

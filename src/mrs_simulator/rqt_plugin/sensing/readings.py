@@ -1,4 +1,4 @@
-"""What was heard of a sensor, and which sensors there are to be heard.  No Qt, no ROS."""
+"""Readings received of sensors, and the sensors that a robot has.  No Qt, no ROS."""
 
 import math
 from typing import Any, NamedTuple
@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 from mrs_simulator.sensors.mounts import fitted_mounts, spare_mounts
 from mrs_simulator.vehicles import Team
 
-MISSED, LEAST = 2.5, 0.5  # [-] periods, [s]: without a reading for longer, a sensor is stale
+MISSED, LEAST = 2.5, 0.5  # [-] periods, [s]: after the longer of them a reading is stale
 
 
-class Heard(NamedTuple):
+class ReceivedReading(NamedTuple):
     """The newest reading of one sensor of one robot."""
 
     reading: Any = None  # None before the first
     age: float = math.inf  # [s] of simulated time, of a real robot of wall time
     rate: float = math.nan  # [Hz] by the stamps of the last readings
-    topic: str = ""  # "" while nobody publishes it
+    topic: str = ""  # "" while it is not published
     trouble: str = ""  # why the newest message was refused
 
     def is_stale(self, mount):
@@ -37,10 +37,10 @@ def mounts_of(scenario):
     }
 
 
-def spares_of(scenario, number):
-    """Return ``{(number, name): (Mount, Kind)}`` of sensors that the robot ``number`` may have besides.
+def spare_mounts_of(scenario, number):
+    """Return ``{(number, name): (Mount, Kind)}`` of the robot's sensors that the scenario does not use.
 
-    Its kind has places for them, and the scenario does not fit them: a real robot's driver may tell them.
+    Its kind has mounts for them, so a real robot's driver may publish them.
     """
     kind = Team.from_scenario(scenario).kinds[number - 1]
     return {(number, mount.name): (mount, kind) for mount in spare_mounts(kind)}

@@ -1,4 +1,4 @@
-"""What is told of one robot: on ``/diagnostics``, by stage and controller.  No Qt, no ROS."""
+"""The state of one robot as diagnostics, stage and controller report it.  No Qt, no ROS."""
 
 import math
 import re
@@ -9,8 +9,8 @@ import numpy as np
 from mrs_simulator.rqt_plugin.sensing.texts import degrees, number
 
 
-class Told(NamedTuple):
-    """What is told of a robot by one part of a program, as a row of its panel."""
+class StatusRow(NamedTuple):
+    """What one source reports of a robot, a row of its panel."""
 
     name: str
     message: str
@@ -20,31 +20,31 @@ class Told(NamedTuple):
 
 
 def parts_of(robot, parts):
-    """Return those ``Part``s of ``/diagnostics`` that name the robot of the number ``robot``.
+    """Return the ``Part``s of ``/diagnostics`` that name the robot with number ``robot``.
 
-    By their name or their hardware's, as ``robot1/driver`` and ``/robot1/RosAria: battery`` do.
+    The name is the part's or its hardware's, as in ``robot1/driver`` and ``/robot1/RosAria: battery``.
     """
     name = re.compile(r"(?<![A-Za-z0-9_])robot{}(?![0-9])".format(robot))
     return [part for part in parts if name.search(part.name) or name.search(part.hardware)]
 
 
-def told_of(robot, snapshot, stage, control):
-    """Return the ``Told`` of motion and control of the robot of the number ``robot``.
+def status_rows(robot, snapshot, stage, control):
+    """Return the ``StatusRow``s on motion and control of the robot ``robot``, a number.
 
-    ``snapshot``: the newest ``Snapshot``; ``stage``, ``control``: what they say of themselves; None for
-    what is not heard.
+    ``snapshot``: the newest ``Snapshot``; ``stage``, ``control``: their newest statuses; None for what
+    was not received.
     """
     rows = []
     if snapshot is not None and robot in snapshot.numbers:
         row = snapshot.numbers.index(robot)
         fresh = bool(snapshot.fresh[row])
-        rows.append(Told("motion", _motion(snapshot, row), "good" if fresh else "stale"))
+        rows.append(StatusRow("motion", _motion(snapshot, row), "good" if fresh else "stale"))
     if stage is not None and robot in stage.real_silent:
-        rows.append(Told("stage", "receives no odometry", "error"))
+        rows.append(StatusRow("stage", "receives no odometry", "error"))
     elif stage is not None and robot in stage.timed_out:
-        rows.append(Told("stage", "receives no command: the robot stands still", "warning"))
+        rows.append(StatusRow("stage", "receives no command: the robot stands still", "warning"))
     if control is not None:
-        rows.append(Told("controller", *_controlled(robot, control)))
+        rows.append(StatusRow("controller", *_controlled(robot, control)))
     return rows
 
 
@@ -63,7 +63,7 @@ def _motion(snapshot, row):
 
 
 def _controlled(robot, control):
-    """Return in words what the controller does with the robot, and the level of that."""
+    """Return the controller's message on the robot, and its level."""
     if robot in control.stopped:
         return "has stopped the robot: {}".format(control.trouble or "a guard"), "error"
     if robot in control.stale:

@@ -12,7 +12,7 @@ SOME_ROBOTS = 30  # [-] in view; beyond, marks and numbers are smaller, robots a
 MANY_ROBOTS = 200  # [-] in view; beyond, marks are smaller still and there are no numbers
 
 
-class Look(NamedTuple):
+class MapStyle(NamedTuple):
     """Colours and sizes of a widget."""
 
     base: QColor
@@ -25,13 +25,13 @@ class Look(NamedTuple):
 
     @classmethod
     def of(cls, widget, count=1):
-        """Return the look that palette and font of ``widget`` ask for, with a team of ``count`` robots."""
+        """Return the style that palette and font of ``widget`` ask for, with a team of ``count`` robots."""
         palette, line = widget.palette(), widget.fontMetrics().height()
         base, text, highlight = palette.base(), palette.text(), palette.highlight()
         unit = max(1.0, line / 16.0)
         base, text, highlight = base.color(), text.color(), highlight.color()
-        look = base, text, highlight, unit, float(line), count
-        return cls(*look, colours.shades(count, base))
+        style = base, text, highlight, unit, float(line), count
+        return cls(*style, colours.shades(count, base))
 
     def mixed(self, share):
         """Return the colour that is ``share`` text and the rest background."""

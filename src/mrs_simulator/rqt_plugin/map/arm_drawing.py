@@ -6,23 +6,23 @@ from python_qt_binding.QtGui import QColor, QPen
 
 from mrs_simulator.pictures.arms import DARK, WOOD, load_outline, placed_arms
 from mrs_simulator.pictures.robots import about_z, rotations
-from mrs_simulator.rqt_plugin.map.look import faded, mixed, polygon
+from mrs_simulator.rqt_plugin.map.style import faded, mixed, polygon
 
 ARM = 0.07  # [m] width of an arm
 LEAST_ARM = 1.5  # [px] of that
 OPACITY = 0.55  # of a load: robots below it are seen
 
 
-def draw_load(painter, look, frame, load, carried):
+def draw_load(painter, style, frame, load, carried):
     """Draw a ``Load`` where it is ``carried``, a ``LoadState``."""
     outline = load_outline(load, carried)
     wood = QColor.fromRgbF(*WOOD)
     painter.setBrush(faded(wood, OPACITY))
-    painter.setPen(QPen(mixed(wood, look.text, 0.4), 1.2 * look.unit))
+    painter.setPen(QPen(mixed(wood, style.text, 0.4), 1.2 * style.unit))
     painter.drawPolygon(polygon(frame.to_screen(outline)))
 
 
-def draw_arms(painter, look, frame, team):
+def draw_arms(painter, style, frame, team):
     """Draw the arms of a ``MapTeam``, each a line through its joints to its tool."""
     kinds = team.kinds()
     if all(kind.arm is None for kind in team.shapes.distinct):
@@ -31,14 +31,14 @@ def draw_arms(painter, look, frame, team):
     spatial = team.spatial
     turn = about_z(team.pose[:, 2]) if spatial is None else rotations(spatial.orientation)
     painter.setBrush(Qt.NoBrush)
-    width = max(ARM * frame.scale, LEAST_ARM * look.unit)
+    width = max(ARM * frame.scale, LEAST_ARM * style.unit)
     for arms in placed_arms(kinds, place, turn, team.joints):
         joints = frame.to_screen(arms.links[:, :, :2, 3].reshape(-1, 2)).reshape(
             len(arms.rows), -1, 2
         )
         for row, points in zip(arms.rows.tolist(), joints):
             if team.known[row]:
-                for colour, share in ((look.base, 1.6), (QColor.fromRgbF(*DARK), 1.0)):
+                for colour, share in ((style.base, 1.6), (QColor.fromRgbF(*DARK), 1.0)):
                     pen = QPen(colour, share * width, Qt.SolidLine, Qt.RoundCap, Qt.RoundJoin)
                     painter.setPen(pen)
                     painter.drawPolyline(polygon(points))

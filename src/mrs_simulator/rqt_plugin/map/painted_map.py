@@ -6,14 +6,14 @@ import numpy as np
 from python_qt_binding.QtGui import QPainter
 
 from mrs_simulator.rqt_plugin.map import axes, drawing, edge_drawing, geometry, marks
-from mrs_simulator.rqt_plugin.map.carried import draw_arms, draw_load
+from mrs_simulator.rqt_plugin.map.arm_drawing import draw_arms, draw_load
 from mrs_simulator.rqt_plugin.map.ground import Ground
 from mrs_simulator.rqt_plugin.map.legend import draw_legend
-from mrs_simulator.rqt_plugin.map.look import MANY_ROBOTS, Look
 from mrs_simulator.rqt_plugin.map.obstacle_drawing import draw_edited
 from mrs_simulator.rqt_plugin.map.scene import HINTS, MapScene
 from mrs_simulator.rqt_plugin.map.sensor_drawing import draw_reading, signs_of
 from mrs_simulator.rqt_plugin.map.sprites import Sprites
+from mrs_simulator.rqt_plugin.map.style import MANY_ROBOTS, MapStyle
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 MOST_EDGES = 40000  # [-] looked at when painting
@@ -33,26 +33,26 @@ class PaintedMap(MapScene):
 
     @guarded
     def paintEvent(self, event):
-        look, painter = Look.of(self, self._team_size()), QPainter(self)
+        style, painter = MapStyle.of(self, self._team_size()), QPainter(self)
         begun = time.perf_counter()
         try:
-            self._paint_ground(painter, look)
+            self._paint_ground(painter, style)
             painter.setFont(self.font())
             painter.setRenderHint(QPainter.Antialiasing)
             painter.setClipRect(self._frame.area)
-            axes.draw_scale_bar(painter, look, self._frame)
-            self._paint_edited(painter, look)
-            self._paint_sensors(painter, look)
-            remark = self._paint_edges(painter, look)
+            axes.draw_scale_bar(painter, style, self._frame)
+            self._paint_edited(painter, style)
+            self._paint_sensors(painter, style)
+            remark = self._paint_edges(painter, style)
             if self._shown["targets"] and self._targets is not None:
                 team = self._targets, self.team.numbers
-                marks.draw_targets(painter, look, self._frame, *team, self._crosses)
-            self._paint_robots(painter, look)
+                marks.draw_targets(painter, style, self._frame, *team, self._crosses)
+            self._paint_robots(painter, style)
             if self._shown["legend"]:
-                draw_legend(painter, look, self._frame, self._legend())
-            self._paint_passing(painter, look)
+                draw_legend(painter, style, self._frame, self._legend())
+            self._paint_passing(painter, style)
             if remark:
-                axes.draw_remark(painter, look, self._frame, remark)
+                axes.draw_remark(painter, style, self._frame, remark)
         finally:
             painter.end()
         self.cost = time.perf_counter() - begun
@@ -60,7 +60,7 @@ class PaintedMap(MapScene):
     def _team_size(self):
         return max(self.team.numbers, default=1)
 
-    def _paint_ground(self, painter, look):
+    def _paint_ground(self, painter, style):
         """Paint the ground with the trails."""
         trails = self._trails if self._shown["trails"] else None
         now = (
@@ -70,22 +70,22 @@ class PaintedMap(MapScene):
         if self.editor.draft is not None:  # which lies on top
             obstacles = self._undrafted(obstacles)
         arguments = obstacles, hint, trails, now, numbers, self._hidden_trails
-        self._ground.draw(painter, self, look, self._frame, *arguments)
+        self._ground.draw(painter, self, style, self._frame, *arguments)
 
     def _undrafted(self, obstacles):
         """Return ``obstacles`` without the one that is being edited."""
         draft = self.editor.draft
         return tuple(each for each in obstacles if draft is None or each.name != draft.name)
 
-    def _paint_edited(self, painter, look):
-        """Paint obstacles that move, and the one under the user's hands with the marks to grip it."""
-        axes.draw_obstacles(painter, look, self._frame, self._undrafted(self._moving))
+    def _paint_edited(self, painter, style):
+        """Paint obstacles that move, and the selected one with its handles."""
+        axes.draw_obstacles(painter, style, self._frame, self._undrafted(self._moving))
         obstacle = self.editor.current if self._mode == "obstacles" else None
         if obstacle is not None:
             refused = self.editor.is_dragging and self.team.touches(obstacle)
-            draw_edited(painter, look, self._frame, obstacle, refused)
+            draw_edited(painter, style, self._frame, obstacle, refused)
 
-    def _paint_sensors(self, painter, look):
+    def _paint_sensors(self, painter, style):
         """Paint what robots sense, below the robots."""
         if not self._shown["sensors"] or not self._readings:
             return
@@ -100,10 +100,10 @@ class PaintedMap(MapScene):
             if row is None or not self.team.known[row]:
                 continue
             body = shapes.reach[row], 0.5 * (shapes.front[row] - shapes.rear[row])
-            team = self._pose_of(row, heard.reading), body, look.shade(number)
+            team = self._pose_of(row, heard.reading), body, style.shade(number)
             whole = number == chosen  # of others it would cover the map
             painter.setOpacity(1.0 if whole or not is_chosen else PALE)
-            draw_reading(painter, look, self._frame, *team, heard.reading, whole)
+            draw_reading(painter, style, self._frame, *team, heard.reading, whole)
         painter.setOpacity(1.0)
 
     def _pose_of(self, row, reading):
@@ -115,21 +115,21 @@ class PaintedMap(MapScene):
             return self.team.pose[row]
         return self._recent.at(row, reading.stamp)
 
-    def _paint_edges(self, painter, look):
+    def _paint_edges(self, painter, style):
         """Paint the edges; return a remark where some are left out."""
         if not self._shown["edges"]:
             return ""
         segments, stride = self._edges.segments(
-            self.team.numbers, self.team.pose, self._frame, look.unit, self.team.shapes, MOST_EDGES
+            self.team.numbers, self.team.pose, self._frame, style.unit, self.team.shapes, MOST_EDGES
         )
-        stride *= edge_drawing.draw_edges(painter, look, segments, self._edges.directed)
+        stride *= edge_drawing.draw_edges(painter, style, segments, self._edges.directed)
         return "" if stride == 1 else "One edge in {} is drawn".format(stride)
 
-    def _paint_robots(self, painter, look):
+    def _paint_robots(self, painter, style):
         frame, scale = self._frame, self._frame.scale
         screen = frame.to_screen(self.team.pose)
         margin = (
-            max(self.team.shapes.farthest * scale, geometry.ARROW * look.unit) + 2.0 * look.line
+            max(self.team.shapes.farthest * scale, geometry.ARROW * style.unit) + 2.0 * style.line
         )
         with np.errstate(invalid="ignore"):
             rows = np.flatnonzero(self.team.known & frame.sees(screen, margin))
@@ -147,41 +147,41 @@ class PaintedMap(MapScene):
         )
         team = pose[aloft], shapes.of(aloft)
         z = () if self.team.z is None else self.team.z[rows][aloft]
-        marks.draw_shadows(painter, look, frame, *team, z)
-        marks.draw_selection(painter, look, frame, *of({self._selected}))
-        drawing.draw_robots(painter, look, frame, pose, numbers, fresh, shapes, self._robots)
-        draw_arms(painter, look, frame, self.team)
+        marks.draw_shadows(painter, style, frame, *team, z)
+        marks.draw_selection(painter, style, frame, *of({self._selected}))
+        drawing.draw_robots(painter, style, frame, pose, numbers, fresh, shapes, self._robots)
+        draw_arms(painter, style, frame, self.team)
         if self.team.load is not None and self.team.carried is not None:
-            draw_load(painter, look, frame, self.team.load, self.team.carried)
-        marks.draw_real(painter, look, frame, *of(self.team.real))
+            draw_load(painter, style, frame, self.team.load, self.team.carried)
+        marks.draw_real(painter, style, frame, *of(self.team.real))
         if (self._at_rest or self._mode == "poses") and self.team.overlapping:
-            marks.draw_alarms(painter, look, frame, *of(self.team.overlapping))
+            marks.draw_alarms(painter, style, frame, *of(self.team.overlapping))
         if self._shown["numbers"] and len(rows) <= MANY_ROBOTS:
-            drawing.draw_numbers(painter, look, frame, pose, numbers, shapes, self._plates)
+            drawing.draw_numbers(painter, style, frame, pose, numbers, shapes, self._plates)
             heights = list(map(drawing.height_text, z))
-            drawing.draw_heights(painter, look, frame, *team, heights, self._heights)
+            drawing.draw_heights(painter, style, frame, *team, heights, self._heights)
 
-    def _paint_passing(self, painter, look):
+    def _paint_passing(self, painter, style):
         """Paint what is there for a moment: collisions, the edge that is being drawn."""
         for age, place in self._flashes.ages():
-            marks.draw_flash(painter, look, self._frame, place, age)
+            marks.draw_flash(painter, style, self._frame, place, age)
         if self._drag is not None and self._drag.kind == "edge" and self._moved:
             row = self._robot_at(self._cursor)
             begin = self._frame.to_screen(self.team.pose[self._drag.row])
             reached = row >= 0 and row != self._drag.row
             end = self._frame.to_screen(self.team.pose[row]) if reached else self._cursor
-            text = self._told_of_edge(self._drag.row, row if reached else -1)
-            edge_drawing.draw_band(painter, look, begin, end, reached, text)
+            text = self.edge_text(self._drag.row, row if reached else -1)
+            edge_drawing.draw_band(painter, style, begin, end, reached, text)
 
-    def _told_of_edge(self, row, other):
-        """Return in words what the edge drawn from robot ``row`` to ``other``, -1 for none, means."""
-        hears = "robot {}".format(self.team.numbers[other]) if other >= 0 else "..."
+    def edge_text(self, row, other):
+        """Return the text beside the edge drawn from robot ``row`` to ``other``, -1 for none."""
+        receiver = "robot {}".format(self.team.numbers[other]) if other >= 0 else "..."
         between = (
             "and {} are neighbours" if not self._edges.directed else "{} receives from robot {}"
         )
         if self._edges.directed:
-            return between.format(hears, self.team.numbers[row])
-        return "robot {} {}".format(self.team.numbers[row], between.format(hears))
+            return between.format(receiver, self.team.numbers[row])
+        return "robot {} {}".format(self.team.numbers[row], between.format(receiver))
 
     def _legend(self):
         """Return the names of the signs that are to be seen."""
@@ -203,14 +203,14 @@ class PaintedMap(MapScene):
     def _robot_at(self, at):
         """Return the row of the robot at ``at`` (2,) [px], -1 for none."""
         return geometry.robot_at(
-            self.team.pose, self._frame, Look.of(self).unit, at, self.team.shapes
+            self.team.pose, self._frame, MapStyle.of(self).unit, at, self.team.shapes
         )
 
     def _edge_at(self, at):
         """Return the edge (i, j, weight) at ``at`` (2,) [px], None for none."""
         if not self._shown["edges"]:
             return None
-        unit = Look.of(self).unit
+        unit = MapStyle.of(self).unit
         return self._edges.at(
             self.team.numbers, self.team.pose, self._frame, unit, at, self.team.shapes
         )

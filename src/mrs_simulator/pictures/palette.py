@@ -3,7 +3,7 @@
 from typing import NamedTuple, Tuple
 
 
-class Look(NamedTuple):
+class Palette(NamedTuple):
     """Colours of all that has none of its own."""
 
     ground: Tuple[float, float, float]
@@ -16,7 +16,7 @@ class Look(NamedTuple):
     shadow: float  # [-] opacity
 
 
-LIGHT = Look(
+LIGHT = Palette(
     ground=(0.93, 0.94, 0.93),
     water=(0.80, 0.88, 0.93),
     sky=(0.985, 0.99, 1.0),
@@ -26,7 +26,7 @@ LIGHT = Look(
     obstacle=(0.70, 0.69, 0.66),
     shadow=0.22,
 )
-DARK = Look(
+DARK = Palette(
     ground=(0.20, 0.21, 0.22),
     water=(0.13, 0.22, 0.30),
     sky=(0.12, 0.13, 0.14),

@@ -13,7 +13,7 @@ def strange(count=3000):
     draw = np.random.default_rng(0)
     numbers = draw.choice([-1.0, 1.0], count) * 10.0 ** draw.uniform(-30.0, 15.9, count)
     numbers[: count // 2] = np.round(numbers[: count // 2], 6)
-    return np.concatenate([numbers, number_rows.ODD, -number_rows.ODD]).reshape(-1, 2)
+    return np.concatenate([numbers, number_rows.TRICKY, -number_rows.TRICKY]).reshape(-1, 2)
 
 
 @pytest.fixture()

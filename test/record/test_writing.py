@@ -106,7 +106,7 @@ def test_memory_is_bounded_and_what_is_lost_is_counted(tmp_path, impatient, monk
 def recorded(path, samples, room_until, room_again):
     """Record ``samples`` of two robots on a disk that is full in between; return what was told."""
     told = []
-    recorder = Recorder(path, [1, 2], tell=told.append)
+    recorder = Recorder(path, [1, 2], warn=told.append)
     disk = recorder._file._file = Disk(recorder._file._file, 10**9)
     for k in range(samples):
         if k == room_until:

@@ -4,39 +4,37 @@ import re
 
 from mrs_simulator.core.doc_links import named
 
-GRACE = (
-    0.5  # [s] after its first command for which a run's controller may still say what was before
-)
+GRACE = 0.5  # [s] after its first command for which a controller may still report the state before
 MOST_NAMED = 3  # [-] reasons in one line
-LAW_FAILED = "the law failed"  # how a controller begins to say so
+LAW_FAILED = "the law failed"  # how a controller's report of that begins
 DEADLOCK = "deadlock: the safety filter holds still "
 HELD = "robot {} since {:.1f} s"
 
 
 def failure(error):
-    """Return the text with which a controller says that its law raised ``error``."""
+    """Return the text by which a controller reports that its law raised ``error``."""
     return "{}: {}".format(LAW_FAILED, named(error))
 
 
 class Interruptions:
-    """The times at which a controller was stopped or in trouble, by its own words."""
+    """The times at which a controller was stopped or in trouble, from what it reports."""
 
     def __init__(self):
         self._reported = []  # [(stamp [s], trouble, "" while it gives commands)]
 
     def note(self, stamp, running, trouble):
-        """Take in what the controller says at ``stamp`` [s]; a time that went back begins anew."""
-        said = stamp, trouble or ("" if running else "stopped")
+        """Note the controller's report at ``stamp`` [s]; a time that went back starts over."""
+        report = stamp, trouble or ("" if running else "stopped")
         if self._reported and stamp < self._reported[-1][0]:
             self._reported = []
         kinds = [
-            (bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._reported[-1:], said]
+            (bool(text), text.startswith(LAW_FAILED)) for _, text in [*self._reported[-1:], report]
         ]
         if len(kinds) == 1 or kinds[0] != kinds[1]:
-            self._reported.append(said)
+            self._reported.append(report)
 
     def failed(self):
-        """Return ``(stamp, text)`` of a failed law, None if the newest that was said is no such."""
+        """Return ``(stamp, text)`` of a failed law, None if the newest report is another."""
         newest = self._reported[-1] if self._reported else (0.0, "")
         return newest if newest[1].startswith(LAW_FAILED) else None
 
@@ -47,7 +45,7 @@ class Interruptions:
         return "at {:.3f} s {}".format(after, failed[1]) if failed else ""
 
     def warnings(self, begin, end):
-        """Return what a reader of a run from ``begin`` to ``end`` [s] is to know, a list of texts."""
+        """Return warnings about a run from ``begin`` to ``end`` [s], a list of texts."""
         times, total, reasons = 0, 0.0, []
         for since, until, reason in self._stretches(end):
             if until > begin + (GRACE if since < begin else 0.0) and since < end:
@@ -75,7 +73,7 @@ class Interruptions:
 
 
 def deadlock_text(deadlock):
-    """Return ``deadlock``, ``(number, since [s])`` of robots, in words; "" for none."""
+    """Return ``deadlock``, ``(number, since [s])`` of robots, as a text; "" without one."""
     return DEADLOCK + ", ".join(HELD.format(*each) for each in deadlock) if deadlock else ""
 
 

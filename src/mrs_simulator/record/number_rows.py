@@ -1,9 +1,8 @@
 """Rows of numbers as text, each with the fewest digits that read back to the same value.
 
-``orjson``, where it is installed, writes them six times as fast as Python's own ``repr``.  It places
-exponents otherwise, ``1e-7`` for ``1e-07`` and ``0.00001`` for ``1e-05``: Python's are brought to its form,
-so that a file is the same to the byte whoever wrote it.  A release of orjson that writes yet otherwise
-is not used.
+``orjson``, where it is installed, writes them six times as fast as Python's own ``repr``.  Its
+exponents differ, ``1e-7`` for ``1e-07`` and ``0.00001`` for ``1e-05``: Python's are brought to its form, so
+that files are the same to the byte.  A release of orjson that writes other digits is not used.
 """
 
 import functools
@@ -19,7 +18,7 @@ AT_ONCE = (
     500  # [-] rows: their texts stay in the processor's cache, and in memory that is used again
 )
 EXPONENT = re.compile(r"(\d)(?:\.(\d+))?e-(\d+)")
-ODD = np.array(  # numbers in which writers differ
+TRICKY = np.array(  # numbers that writers print differently
     [0.0, -0.0, 1.0, -1e-4, 9.999e-5, 1.5e-5, -1e-5, 1e-7, 2.5e-10, 5e-324, 0.1 + 0.2]
     + [1e15, 1234567890123456.7, -9.9e15, 10.00001, 0.00010000123, 1 / 3]
 )
@@ -75,7 +74,7 @@ def _writer():
         text = orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY).decode("ascii")
         return text[2:-2].split("],[")
 
-    return rows if rows(ODD[np.newaxis]) == python_rows(ODD[np.newaxis]) else python_rows
+    return rows if rows(TRICKY[np.newaxis]) == python_rows(TRICKY[np.newaxis]) else python_rows
 
 
 def _short_exponent(found):

@@ -25,7 +25,7 @@ from mrs_simulator.record.run_columns import (
     kind_fields,
     without_kinds,
 )
-from mrs_simulator.scenario.incidents import WORDS, Incident
+from mrs_simulator.scenario.incidents import DESCRIPTIONS, Incident
 from mrs_simulator.scenario.reading import read_json, reason, refuse_special, shown
 from mrs_simulator.scenario.scenario import MOST_ROBOTS, Scenario
 from mrs_simulator.scenario.team.load import LoadState
@@ -34,8 +34,8 @@ BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take
 MOST_KEPT = 1 << 29  # [bytes] of numbers
 STAMPS = 2  # [-] columns before the numbers: time and robot
 POSE, HAND = slice(0, 3), slice(3, 5)  # the first numbers of a row
-LONGEST_CAUSE = 200  # [characters] of an error that is handed on
-FACTS = {  # what ``run.json`` may hold of a run beside its collisions
+LONGEST_CAUSE = 200  # [characters] of an error that is quoted
+FACTS = {  # what ``run.json`` may hold besides collisions
     "ended": str,
     "warnings": list,
     "closest_approach": float,  # [m]
@@ -44,17 +44,17 @@ FACTS = {  # what ``run.json`` may hold of a run beside its collisions
     "uncommanded": bool,
     "degraded": str,
     "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
-    "incidents": list,  # ``core.incidents.Incident``s
-    "truth_unknown": bool,  # poses are those that the control estimated
+    "incidents": list,  # ``Incident``s
+    "truth_unknown": bool,  # poses are the control's estimates
     "scene_time": float,  # [s] at which the run began, of obstacles that had moved by then
-    "changes": list,  # ``core.run_changes.Change``s of what the controller obeyed
-    "unknown_law": str,  # the name of a law of which only a topic told
+    "changes": list,  # ``run_changes.Change``s of the controller's settings
+    "unknown_law": str,  # the name of a law known from a topic alone
     "lockstep": bool,  # commands follow from the poses of the same sample
 }
 
 
 class Collision(NamedTuple):
-    """The begin of a contact: when [s], between whom, where [m] in the common frame."""
+    """The start of a contact: time [s], both bodies, place [m] in the common frame."""
 
     time: float
     first: str
@@ -83,18 +83,18 @@ class Run(NamedTuple):
     scenario: Optional[Scenario] = None
     meta: Dict[str, Any] = {}
     axes: Tuple[str, ...] = UNICYCLE_AXES  # the columns of ``command``
-    kinds: Tuple[str, ...] = ()  # names of the robots' kinds; () where they are not told
+    kinds: Tuple[str, ...] = ()  # names of the robots' kinds; () where unknown
     # Where they were recorded, else None:
     twist: Optional[np.ndarray] = None  # (m, n, 3) vx, vy [m/s], omega [rad/s], robots' frames
     joints: Optional[np.ndarray] = None  # (m, n) [rad] of the drives; (m, n, k) where robots have k
     spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
     point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
     load: Optional[LoadState] = None  # (m, ...), what the robots carry
-    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], poses that the control knew
+    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], poses that the control used
 
     @property
     def points(self):
-        """Return the controlled points in space, (m, n, 3) [m]; on the ground where no height is told."""
+        """Return the controlled points in space, (m, n, 3) [m]; on the ground without heights."""
         height = np.zeros(self.hand.shape[:2]) if self.point_z is None else self.point_z
         return np.concatenate([self.hand, height[:, :, np.newaxis]], axis=2)
 
@@ -106,7 +106,7 @@ class Run(NamedTuple):
 
 
 class RunError(ValueError):
-    """A recording that cannot be read: says which file, where and why."""
+    """A recording that cannot be read: the message names the file, the place and the cause."""
 
     page = "docs/scenarios.md#columns-of-runcsv"
 
@@ -148,7 +148,7 @@ class Recorder:
         path,
         robots,
         hand_length=DEFAULT_HAND_LENGTH,
-        tell=None,
+        warn=None,
         axes=UNICYCLE_AXES,
         columns=None,
         kept=0,
@@ -159,8 +159,8 @@ class Recorder:
         ``columns``: the ``Columns`` of the file, by default those for commands with ``axes`` alone.
         ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, if these are no
         more than ``MOST_KEPT``; ``memory``: where they are :class:`Kept`.
-        What is told there of an earlier run is taken away.  ``tell`` is called with a text when
-        samples find no room on the disk, and when they do again: a run goes on all the same.
+        ``run.json`` of an earlier run is removed.  ``warn`` is called with a text when the disk is full,
+        and when it has room again: the run continues.
         """
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         with contextlib.suppress(FileNotFoundError):
@@ -172,14 +172,14 @@ class Recorder:
         self.kept = Kept(self._numbers, self.columns, kept, memory)
         self._kept = self.kept.table
         self._times = np.empty(len(self._kept))
-        # What waits: of several small samples text and hand points are found at once, in half of the time.
-        self._stamps, self._pointless = [], []  # the latter: whether hand points are to be found
+        # Waiting samples: text and hand points of several at once take half of the time.
+        self._stamps, self._pointless = [], []  # the latter: whether to compute hand points
         self._waiting = np.empty((max(1, AT_ONCE // shape[0]), *shape))
         ends = ["," + field for field in kind_fields(self.columns.kinds)]
         self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
         self._arms = np.full(shape[0], float(hand_length))  # [m]
         self._file = Blocks(path, ",".join(self.columns.names) + "\n")
-        self._tell = tell or (lambda text: None)
+        self._warn = warn or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
         self._trouble, self._warnings = "", []
 
@@ -217,8 +217,8 @@ class Recorder:
             blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
             blocks.append(spatial.twist)
         if columns.load:
-            lies = np.concatenate([load.place, load.orientation])
-            blocks += [load.force, np.broadcast_to(lies, (len(pose), len(lies)))]
+            placed = np.concatenate([load.place, load.orientation])
+            blocks += [load.force, np.broadcast_to(placed, (len(pose), len(placed)))]
         if columns.estimate:
             blocks.append(estimate)
         rows[:, HAND.stop :] = command if len(blocks) == 1 else np.concatenate(blocks, axis=1)
@@ -226,10 +226,10 @@ class Recorder:
         self._stamps.append(self._stamp)
         self._pointless.append(points is None)
         if self._file.is_due or len(self._stamps) == len(self._waiting):
-            self._hand_over()
+            self._write_waiting()
 
-    def _hand_over(self):
-        """Keep what waits, and give it the file as text."""
+    def _write_waiting(self):
+        """Keep the waiting samples, and write them to the file as text."""
         waiting = self._waiting[: len(self._stamps)]
         if any(self._pointless):
             found = waiting[self._pointless, :, POSE]
@@ -245,7 +245,7 @@ class Recorder:
         self._note()
 
     def _note(self):
-        """Tell of a disk that has become full, or has room again."""
+        """Warn of a disk that has become full, or has room again."""
         now = self._file.trouble
         if bool(now) == bool(self._trouble):
             return
@@ -253,10 +253,10 @@ class Recorder:
         text = "at {:.3f} s samples are in the file again" if not now else "from {:.3f} s {}"
         text = "{}: {}".format(self.path, text.format(self._stamp, now))
         self._warnings.append(text)
-        self._tell(text)
+        self._warn(text)
 
     def warnings(self):
-        """Return what a reader of the run is to know of its file, a list of texts."""
+        """Return warnings about the file, a list of texts."""
         lost = self._file.lost
         return self._warnings + (["{}: {} samples lost".format(self.path, lost)] if lost else [])
 
@@ -273,7 +273,7 @@ class Recorder:
     def has_kept_all(self):
         """Return whether the numbers of all samples are in memory, and such as a reader takes."""
         if self._stamps:
-            self._hand_over()
+            self._write_waiting()
         if self._file.lost or not 0 < self._samples <= len(self._kept):
             return False
         return all(np.isfinite(sample).all() for sample in self._kept[: self._samples])
@@ -281,7 +281,7 @@ class Recorder:
     def close(self):
         """Finish the file; closing twice does no harm."""
         if self._stamps:
-            self._hand_over()
+            self._write_waiting()
         self._file.close()
         self._note()
 
@@ -298,23 +298,23 @@ def facts_path(path):
 
 
 def write_facts(path, collisions=(), meta=None):
-    """Write ``run.json``, what is known of the run beside its samples, for the ``run.csv`` at ``path``.
+    """Write ``run.json``, the facts of the run besides its samples, for the ``run.csv`` at ``path``.
 
     ``meta``: values by the names in ``FACTS``; a distance that is not finite is left out.
     """
     finite = {key: value for key, value in (meta or {}).items() if value != math.inf}
-    told = [[c.time, c.first, c.second, *c.place] for c in collisions]
-    facts = {**finite, "collisions": told}
+    rows = [[c.time, c.first, c.second, *c.place] for c in collisions]
+    facts = {**finite, "collisions": rows}
     write_text(facts_path(path), json.dumps(facts, indent=2, allow_nan=False) + "\n")
 
 
 def _read_facts(path):
-    """Return ``(collisions, meta)`` as :func:`write_facts` had them; collisions unknown if it had not."""
-    told = facts_path(path)
-    if not os.path.exists(told):
+    """Return ``(collisions, meta)`` as :func:`write_facts` wrote them; without a file unknown."""
+    where = facts_path(path)
+    if not os.path.exists(where):
         return [], {"collisions_unknown": True}
     try:
-        meta = read_json(told)
+        meta = read_json(where)
         collisions = [
             Collision(float(time), str(first), str(second), float(x), float(y), *map(float, up))
             for time, first, second, x, y, *up in meta.pop("collisions")
@@ -330,27 +330,29 @@ def _read_facts(path):
     except (OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError) as error:
         text = "{}: not the facts of a run: {}: {}"
         raise RunError(
-            text.format(told, type(error).__name__, str(error)[:LONGEST_CAUSE])
+            text.format(where, type(error).__name__, str(error)[:LONGEST_CAUSE])
         ) from None
     if unknown:
-        raise RunError(unknown_name(told, unknown[0], FACTS))
+        raise RunError(unknown_name(where, unknown[0], FACTS))
     if wrong:
         key = wrong[0]
         raise RunError(
-            "{}: {} = {}, wanted a {}".format(told, key, shown(meta[key]), FACTS[key].__name__)
+            "{}: {} = {}, wanted a {}".format(where, key, shown(meta[key]), FACTS[key].__name__)
         )
     return collisions, meta
 
 
-def _incident(told):
-    time, robot, what, rotor, ordered = told
-    if what not in WORDS:
-        raise ValueError("incident {}, wanted one of {}".format(shown(what), ", ".join(WORDS)))
+def _incident(row):
+    time, robot, what, rotor, ordered = row
+    if what not in DESCRIPTIONS:
+        raise ValueError(
+            "incident {}, wanted one of {}".format(shown(what), ", ".join(DESCRIPTIONS))
+        )
     return Incident(float(time), str(robot), what, int(rotor), bool(ordered))
 
 
 def read_run_csv(path, scenario=None):
-    """Return the ``Run`` in the file at ``path``, with what ``run.json`` beside it tells.
+    """Return the ``Run`` in the file at ``path``, with the facts in the ``run.json`` beside it.
 
     A last sample that was cut off is left out.  Raises ``RunError`` that names the file and line.
     """
@@ -370,8 +372,8 @@ def read_run_csv(path, scenario=None):
         raise RunError("{}: wanted one kind for each robot, the same at all times".format(path))
     time = table[:, 0, 0].copy()
     columnwise = np.moveaxis(table[:, :, STAMPS:], -1, 0).copy()  # as a recorder keeps them
-    told = time, robots.astype(int), np.moveaxis(columnwise, 0, -1)
-    return _run_of(*told, columns, tuple(kinds[:n]), facts, scenario)
+    table = np.moveaxis(columnwise, 0, -1)
+    return _run_of(time, robots.astype(int), table, columns, tuple(kinds[:n]), facts, scenario)
 
 
 def _run_of(time, robots, table, columns, kinds, facts, scenario):
@@ -389,11 +391,11 @@ def _run_of(time, robots, table, columns, kinds, facts, scenario):
         axes=columns.axes,
         kinds=kinds,
     )
-    return run._replace(**_more_of(table, columns))
+    return run._replace(**_optional_fields(table, columns))
 
 
-def _more_of(table, columns):
-    """Return what ``table`` (m, n, numbers) tells in the columns that not every file has, by field."""
+def _optional_fields(table, columns):
+    """Return the fields of optional columns of ``table`` (m, n, numbers), by name."""
     at, result = _slices(columns), {}
     if columns.twist:
         result["twist"] = table[:, :, at["twist"]]
@@ -432,13 +434,13 @@ def _columns_in(header, path):
 def _read_table(file, path):
     """Return the ``Columns`` of ``file``, the numbers of all rows (m, width), and the rows' kinds.
 
-    It is read in blocks: never is all of its text held at once.
+    The file is read in blocks, to save memory.
     """
     columns = _columns_in(file.readline(), path)
     numbers, kinds, begin = array("d"), [], 2
     for lines in iter(lambda: file.readlines(BLOCK), []):
         if not lines[-1].endswith("\n"):
-            del lines[-1]  # half written, by a run that was killed
+            del lines[-1]  # half written by a killed run
         try:
             found = _row_numbers(lines, columns)
         except ValueError:

@@ -1,4 +1,4 @@
-"""What a controller obeyed during a run: keys of a scenario, and their changes with their times."""
+"""The controller's settings during a run: keys of a scenario, and their changes over time."""
 
 import math
 from typing import Any, NamedTuple
@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import scenario_from_dict
 
-# What of a scenario the controller decides; the rest is the stage's.
+# Keys that the controller uses; the rest is the stage's.
 CONTROLLER_KEYS = ("control", "topology", "links", "estimates", "seed")
 MOST_WORDS = 40  # [characters] of a value in a message
-MOST_LISTED = 3  # [-] changes in words
+MOST_LISTED = 3  # [-] changes that a text names
 
 
 class Change(NamedTuple):
-    """A key of the scenario that a controller obeys otherwise from ``time`` on."""
+    """A key of the scenario whose value changes at ``time``."""
 
     time: float  # [s] since the run began
     key: str  # one of ``CONTROLLER_KEYS``
@@ -21,7 +21,7 @@ class Change(NamedTuple):
 
 
 def controller_settings(scenario):
-    """Return ``{key: plain value}`` of what a controller of ``scenario`` obeys."""
+    """Return ``{key: plain value}`` of the keys of ``scenario`` that a controller uses."""
     content = scenario.to_dict()
     return {key: content[key] for key in CONTROLLER_KEYS if key in content}
 
@@ -37,7 +37,7 @@ def with_keys(scenario, given):
 
 
 def differences(before, after):
-    """Return ``{key: value}`` of the keys that ``after`` has otherwise, None where it has none."""
+    """Return ``{key: value}`` of ``after`` where it differs from ``before``, None for keys it lacks."""
     keys = dict.fromkeys((*before, *after))
     return {key: after.get(key) for key in keys if before.get(key) != after.get(key)}
 
@@ -50,28 +50,28 @@ def changed_by(scenario, changes):
 
 
 class ControllerRecord:
-    """What controllers published that they obey, and from when on."""
+    """The settings that controllers published, and from when on they hold."""
 
     def __init__(self):
         self._published = []  # [(stamp [s], {key: value})]
 
-    def note(self, stamp, obeyed):
-        """Take in that ``obeyed`` is in force from ``stamp`` [s] on; a time that went back begins anew."""
+    def note(self, stamp, settings):
+        """Note that ``settings`` hold from ``stamp`` [s] on; a time that went back starts over."""
         if self._published and stamp < self._published[-1][0]:
             self._published = []
-        self._published.append((stamp, obeyed))
+        self._published.append((stamp, settings))
 
     def begin_run(self):
-        """Forget all but what is in force, whatever the time is that comes."""
-        self._published = [(-math.inf, obeyed) for _, obeyed in self._published[-1:]]
+        """Keep the settings in force alone, for any time to come."""
+        self._published = [(-math.inf, settings) for _, settings in self._published[-1:]]
 
     def hand_length(self, otherwise):
-        """Return the distance l [m] of the points that are controlled now, ``otherwise`` if unknown."""
+        """Return the distance l [m] of the controlled points, ``otherwise`` if unknown."""
         control = self._published[-1][1].get("control", {}) if self._published else {}
         return control.get("parameters", {}).get("l", otherwise)
 
     def during(self, begin, end):
-        """Return what was in force at ``begin`` [s], None if unknown, and the ``Change``s up to ``end``."""
+        """Return the settings at ``begin`` [s], None if unknown, and the ``Change``s up to ``end``."""
         if not self._published:
             return None, []
         place = max(
@@ -89,19 +89,19 @@ class ControllerRecord:
 
 
 def changes_text(scenario, changes):
-    """Return what ``changes`` made of ``scenario``, in words, "" without any."""
-    before, told = controller_settings(scenario), []
+    """Return a text on what ``changes`` changed in ``scenario``, "" without any."""
+    before, texts = controller_settings(scenario), []
     for change in changes:
         old = before.get(change.key)
-        told += [
+        texts += [
             "{} at {:.2f} s".format(text, change.time)
             for text in _differences_in_words(change.key, old, change.value)
         ]
         before[change.key] = change.value
-    if not told:
+    if not texts:
         return ""
-    more = " and {} more".format(len(told) - MOST_LISTED) if len(told) > MOST_LISTED else ""
-    return "changed during the run: {}{}".format("; ".join(told[:MOST_LISTED]), more)
+    more = " and {} more".format(len(texts) - MOST_LISTED) if len(texts) > MOST_LISTED else ""
+    return "changed during the run: {}{}".format("; ".join(texts[:MOST_LISTED]), more)
 
 
 def _differences_in_words(name, before, after):
@@ -123,7 +123,7 @@ def to_plain(changes):
 
 
 def read_changes(content):
-    """Return the ``Change``s in ``content`` of a ``run.json``; ``ValueError`` for what are none."""
+    """Return the ``Change``s in ``content`` of a ``run.json``; ``ValueError`` for bad ones."""
     changes = [Change(float(time), str(key), value) for time, key, value in content]
     for change in changes:
         if change.key not in CONTROLLER_KEYS:

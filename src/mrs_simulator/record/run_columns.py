@@ -1,8 +1,8 @@
 """The columns of ``run.csv``: which ones a team needs, their names and their order.
 
-A team of the default kind of unicycle has those of the first version, ``PLACE`` and ``v, omega``.  Any
-other keeps their places and has more columns after them; one that it does not need is absent.  Names
-are those of ROS: components of ``geometry_msgs/Twist`` and ``Quaternion``.
+A team of the default kind of unicycle has the columns of the first version, ``PLACE`` and ``v, omega``;
+any other has more columns after these, as far as it needs them.  Names are components of
+``geometry_msgs/Twist`` and ``Quaternion``.
 """
 
 import csv
@@ -19,20 +19,20 @@ SPATIAL = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.
 SPATIAL += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
 LOAD = ("force.x", "force.y", "force.z", "load.x", "load.y", "load.z")
 LOAD += ("load.orientation.x", "load.orientation.y", "load.orientation.z", "load.orientation.w")
-ESTIMATE = ("estimate.x", "estimate.y", "estimate.theta")  # the pose that the control knew
+ESTIMATE = ("estimate.x", "estimate.y", "estimate.theta")  # the pose that the control used
 KIND = ("kind",)
 
 
 class Columns(NamedTuple):
-    """Which columns a file has beside ``PLACE``."""
+    """Which columns a file has besides ``PLACE``."""
 
     axes: Tuple[str, ...] = UNICYCLE_AXES  # of the commands
     twist: bool = False  # body twists in the plane
-    joints: int = 0  # how many joints a robot has at most: a steered wheel, those of an arm
+    joints: int = 0  # greatest number of joints of a robot: a steered wheel, an arm's
     spatial: bool = False  # height, orientation, the points' height, the rest of the twist
     kinds: Tuple[str, ...] = ()  # of the robots, () for a file without that column
-    load: bool = False  # each robot's force on what they carry, and where that is
-    estimate: bool = False  # the poses that the control knew
+    load: bool = False  # each robot's force on the load, and the load's pose
+    estimate: bool = False  # the poses that the control used
 
     @property
     def names(self):
@@ -72,9 +72,9 @@ class Columns(NamedTuple):
 
 
 def columns_in(names):
-    """Return the ``Columns`` of a file whose first line has ``names``; None if they are no recording's.
+    """Return the ``Columns`` of a file whose first line has ``names``; None if it is no recording.
 
-    Of a file with kinds these are not known yet: one nameless kind stands for them.
+    Kinds are not known yet: one without a name stands for them.
     """
     more = tuple(names[len(PLACE) :])
     arms = sum(name.startswith(ARM) for name in more)
@@ -113,7 +113,7 @@ def _field(name):
 
 
 def without_kinds(lines):
-    """Return ``lines`` without their last field, and these fields; ``ValueError`` if one has no such."""
+    """Return ``lines`` without their last field, and these fields; ``ValueError`` if one has none."""
     if any('"' in line for line in lines):
         rows = [_quoted_row(line) for line in lines]
         return [",".join(row[:-1]) for row in rows], [row[-1] for row in rows]

@@ -22,11 +22,11 @@ class Control(NamedTuple):
     dimension: Optional[int] = None  # of the controlled points, None: the least of the protocol's
 
     def with_robots(self, n):
-        """Return this for n robots."""
+        """Return the control of n robots."""
         return self._replace(safety=self.safety.with_robots(n)) if self._is_safety_given else self
 
     def to_plain(self):
-        """Return it as a scenario's plain values."""
+        """Return plain values, as a scenario has them."""
         safety = self.safety.to_plain() if self._is_safety_given else self.safety
         plain = {**self._asdict(), "parameters": dict(self.parameters), "safety": safety}
         if self.dimension is None:

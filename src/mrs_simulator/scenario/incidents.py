@@ -1,7 +1,7 @@
-"""What befalls robots: faults that a scenario orders, and what robots come to that is told of a run.
+"""Faults and incidents: scheduled by the scenario, injected by a service, or detected in the simulation.
 
-A scenario's ``events`` order faults at given times.  ``Incident``s are what the world reports, of those
-and of what it notices by itself; neither ends a run.
+A scenario's ``events`` schedule faults.  ``Incident``s are what the world reports: faults that were
+injected, and what it detects; neither ends a run.
 """
 
 from typing import NamedTuple, Optional
@@ -14,8 +14,8 @@ LOST, OFF = "rotor_lost", "motors_off"
 UPSIDE_DOWN, SATURATED, NOT_FINITE = "upside_down", "saturated", "not_finite"
 ARM_END, LET_GO, FELL = "arm_at_end", "let_go", "load_fell"
 IN_WATER = "in_water"
-FAULTS = (LOST, OFF)  # what a scenario may order
-WORDS = {
+FAULTS = (LOST, OFF)  # that a scenario may schedule
+DESCRIPTIONS = {
     LOST: "lost rotor {}",
     OFF: "has its motors off",
     UPSIDE_DOWN: "is upside down, its motors are cut",
@@ -29,9 +29,9 @@ WORDS = {
 
 
 class Event(NamedTuple):
-    """A fault that befalls a robot."""
+    """A scheduled fault of a robot."""
 
-    at: float  # [s] of simulated time from the begin, or from the last reset, on
+    at: float  # [s] of simulated time since the start or the last reset
     robot: int  # number
     event: str  # one of ``FAULTS``
     rotor: Optional[int] = None  # number of the one that is lost, 1: front right, then clockwise
@@ -42,18 +42,18 @@ class Event(NamedTuple):
 
 
 class Incident(NamedTuple):
-    """What befell a robot: when [s], whom, what; ``ordered`` by the scenario, or following from that."""
+    """An incident: time [s], robot, what; ``ordered``: scheduled or injected, or a consequence of that."""
 
     time: float
     robot: str  # robotN
-    what: str  # a key of ``WORDS``
+    what: str  # a key of ``DESCRIPTIONS``
     rotor: int = 0  # or joint of an arm
     ordered: bool = False
 
     @property
     def text(self):
-        """Return it in words."""
-        return "{} {}".format(self.robot, WORDS[self.what].format(self.rotor))
+        """Return the incident as a text."""
+        return "{} {}".format(self.robot, DESCRIPTIONS[self.what].format(self.rotor))
 
 
 @explained_by("docs/scenarios.md#faults-in-the-air")
@@ -82,5 +82,5 @@ def _read_event(section, n):
 
 
 def of_first(events, n):
-    """Return those of ``events`` that befall the first n robots."""
+    """Return the ``events`` of the first n robots."""
     return tuple(event for event in events if event.robot <= n)

@@ -136,7 +136,7 @@ def parse_yaml(text, where):
 
 
 class Section:
-    """A mapping read key by key; ``done`` refuses the keys that nobody asked for."""
+    """A mapping read key by key; ``done`` refuses keys that were not read."""
 
     def __init__(self, content, where):
         """``content`` must be a mapping; ``where`` is the file and key path for errors."""
@@ -146,7 +146,7 @@ class Section:
             raise ScenarioError("{}: {}, wanted a mapping".format(where, shown(content)))
         self._content = content
         self._where = where
-        self._asked = []
+        self._read = []
 
     def at(self, key):
         """Return where ``key`` is, for an error message."""
@@ -158,7 +158,7 @@ class Section:
 
     def take(self, key, default=None):
         """Return the raw value of ``key``."""
-        self._asked.append(key)
+        self._read.append(key)
         value = self._content.get(key)
         return default if value is None else value
 
@@ -204,10 +204,10 @@ class Section:
         return number_list(self.take(key), count, self.at(key))
 
     def done(self):
-        """Refuse the keys that were not asked for, with the nearest known one."""
+        """Refuse keys that were not read; the error names the nearest known one."""
         for key in self._content:
-            if key not in self._asked:
-                raise ScenarioError(unknown_name(self._where, key, self._asked))
+            if key not in self._read:
+                raise ScenarioError(unknown_name(self._where, key, self._read))
 
 
 def number(value, where, low=None, high=None, above=None):

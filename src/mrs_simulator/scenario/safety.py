@@ -1,4 +1,4 @@
-"""What the safety filter keeps robots from, beside each other: its part of a scenario."""
+"""The safety filter's part of a scenario: what it keeps robots from besides each other."""
 
 from typing import NamedTuple, Tuple, Union
 
@@ -21,7 +21,7 @@ class Safety(NamedTuple):
         return self._replace(speed=(self.speed + self.speed[-1:] * n)[:n])
 
     def to_plain(self):
-        """Return it as a scenario's plain values."""
+        """Return plain values, as a scenario has them."""
         plain = {"obstacles": self.obstacles}
         if self.arena:
             plain["arena"] = list(self.arena)

@@ -48,7 +48,7 @@ from mrs_simulator.scenario.team.sensor_changes import SensorChange, of_robots
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
 ODOMETRIES = ("world", "wheel")
-# Keys that command lines change, beside the number of robots and the protocol.
+# Keys that command lines change, besides the number of robots and the protocol.
 OVERRIDES = ("fidelity", "engine", "odometry", "limits", "duration", "seed")
 LONGEST_STEP = 0.02  # [s], of the simulated world unless the scenario says otherwise
 MOST_TURNED = 4.0 * math.pi  # [rad] of a heading, beyond which degrees may have been meant
@@ -74,7 +74,7 @@ class Scenario(NamedTuple):
     environment: Environment = CALM
     duration: float = 60.0  # [s]
     seed: int = 0
-    speed: float = 1.0  # [-] simulated over wall time; 0 = as fast as possible
+    speed: float = 1.0  # [-] simulated over wall time; 0: as fast as possible
     record_rate: float = 10.0  # [Hz]
     odometry_rate: Union[str, float, None] = (
         None  # [Hz], "kinds": each kind's own, None: as fast as can be
@@ -86,11 +86,11 @@ class Scenario(NamedTuple):
     altitude: Optional[np.ndarray] = (
         None  # (n,) [m] heights at which robots begin, None: on the ground
     )
-    sensors: Tuple[SensorChange, ...] = ()  # against those of the kinds
+    sensors: Tuple[SensorChange, ...] = ()  # changes to the kinds' sensors
     odometry_errors: Optional[OdometryErrors] = None  # None: those built in, of the wheels
-    map: Optional[Map] = None  # of walls: ``core.maps.obstacles_of``
-    estimates: Optional[Estimates] = None  # None: the control knows what odometry tells
-    events: Tuple[Event, ...] = ()  # faults that befall robots
+    map: Optional[Map] = None  # of walls: ``maps.obstacles_of``
+    estimates: Optional[Estimates] = None  # None: those of odometry
+    events: Tuple[Event, ...] = ()  # scheduled faults
     takeoff: bool = False  # whether robots begin on the ground and rise to ``altitude`` first
     load: Optional[Load] = None  # that the robots carry together
     record: Tuple[str, ...] = ()  # names of sensors whose readings are recorded
@@ -172,7 +172,7 @@ class Scenario(NamedTuple):
         return self._replace(title=title_of(self.n, protocol), control=control)
 
     def overridden(self, robots=None, protocol=None, **values):
-        """Return this scenario as a command line changes it; None leaves what it says.
+        """Return this scenario with the changes of a command line; None leaves a value.
 
         ``robots``: their number; ``protocol``: a name; ``values``: of the keys in ``OVERRIDES``.
         """
@@ -182,7 +182,7 @@ class Scenario(NamedTuple):
         return result.changed(**given) if given else result
 
     def changed(self, **values):
-        """Return this scenario with top-level keys set anew, checked as in a file."""
+        """Return this scenario with other top-level keys, checked as in a file."""
         content = self.to_dict()
         if values.get("fidelity", "dynamic") != "dynamic":
             content.pop("engine", None)
@@ -203,16 +203,15 @@ class Scenario(NamedTuple):
         return scenario_from_dict(content, "given value")._replace(path=self.path)
 
     def warnings(self):
-        """Return what looks like a mistake though it can be meant, and a rate that the steps cannot keep,
-        a list of texts."""
+        """Return a list of texts: what looks like a mistake, and rates that whole steps cannot keep."""
         note = rate_note("record_rate", self.record_rate, self.step)
         notes = [note] if note else []
         turned = np.flatnonzero(np.abs(self.poses[:, 2]) > MOST_TURNED)
         if not len(turned):
             return notes
         text = "robot{}: heading {:g} rad is more than {:g} turns; wanted radians, not degrees"
-        told = text.format(turned[0] + 1, self.poses[turned[0], 2], MOST_TURNED / (2 * math.pi))
-        return [told, *notes]
+        warning = text.format(turned[0] + 1, self.poses[turned[0], 2], MOST_TURNED / (2 * math.pi))
+        return [warning, *notes]
 
     def _topology_for(self, n):
         if self.topology is None:

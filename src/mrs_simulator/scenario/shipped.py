@@ -39,7 +39,7 @@ def scenario_path(name):
         for file in (name, name + ".yaml"):
             if os.path.exists(os.path.join(places[-1], file)):
                 return os.path.join(places[-1], file)
-    if os.path.isdir(name):  # whoever reads it says so
+    if os.path.isdir(name):  # reading it reports that
         return name
     raise ScenarioError(_missing(name, places))
 

@@ -31,7 +31,7 @@ from mrs_simulator.msg import (
 from mrs_simulator.record.recording import Collision as RunCollision
 from mrs_simulator.record.run_changes import CONTROLLER_KEYS
 from mrs_simulator.record.run_columns import ARM, arm_axes
-from mrs_simulator.scenario.incidents import WORDS
+from mrs_simulator.scenario.incidents import DESCRIPTIONS
 from mrs_simulator.scenario.incidents import Incident as RunIncident
 from mrs_simulator.scenario.team.load import LoadState
 
@@ -509,8 +509,10 @@ def read_incident(message):
 
     Raises ``MessageError`` for one that is not known.
     """
-    if message.what not in WORDS:
-        raise MessageError("incident {!r}, wanted one of {}".format(message.what, ", ".join(WORDS)))
+    if message.what not in DESCRIPTIONS:
+        raise MessageError(
+            "incident {!r}, wanted one of {}".format(message.what, ", ".join(DESCRIPTIONS))
+        )
     stamp = message.header.stamp.to_sec()
     return RunIncident(stamp, message.robot, message.what, message.rotor, message.ordered)
 

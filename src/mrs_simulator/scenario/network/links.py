@@ -1,6 +1,6 @@
 """Faults of the graph's edges as a scenario states them: delay, loss and switching times.
 
-Edges are written ``(i, j)``, robots from 1: "i hears j".
+Edges are written ``(i, j)``, robots from 1: "i receives from j".
 """
 
 from typing import NamedTuple, Tuple
@@ -24,9 +24,9 @@ class PerEdge(NamedTuple):
     edges: Tuple[Tuple[int, int, float], ...] = ()
 
     def matrix(self, n):
-        """Return the values, (n, n), rows hear columns; 0 of a robot to itself.
+        """Return the values, (n, n), rows receive from columns; 0 on the diagonal.
 
-        Edges of robots beyond n, which are gone from the team, count for nothing.
+        Edges of robots beyond n are left out.
         """
         values = np.full((n, n), self.default)
         for i, j, value in self.edges:
@@ -36,7 +36,7 @@ class PerEdge(NamedTuple):
         return values
 
     def is_symmetric(self, n):
-        """Return whether each edge has the value of its other direction."""
+        """Return whether both directions of each edge have the same value."""
         values = self.matrix(n)
         return np.array_equal(values, values.T)
 
@@ -51,7 +51,7 @@ class Switching(NamedTuple):
 
     ``graphs``: a tuple of edges (i, j) for each; without them edge k of the topology is up in graph
     k mod ``sets``.  A turn lasts ``dwell`` [s], rounded to whole command periods; the graphs come
-    one after the other, or ("random") each turn draws one, all alike probable.
+    one after the other, or ("random") each turn draws one with equal probability.
     """
 
     sets: int = 1
@@ -70,13 +70,13 @@ class Links(NamedTuple):
 
     ``delay`` [s], rounded to whole command periods, and ``loss``, the chance that what is sent over
     an edge at one command never arrives, independent of all else; ``symmetric``: it is lost both ways
-    at once.  After a loss the listener holds what it received last, or drops the edge for this
+    at once.  After a loss the receiver holds what it received last, or drops the edge for this
     command: hold as in Schenato, "To zero or to hold control inputs with lossy links?", 2009; drop as
     in Fagnani and Zampieri, "Average consensus with packet drop communication", 2009.
 
-    ``carries``: "state", the heard robot's pose, which is told: the listener's own is not delayed
-    (Moreau, 2004); or "difference", the relative position as the listener saw it, so that both terms
-    are of the same age (Olfati-Saber and Murray, 2004).
+    ``carries``: "state", the sender's pose: the receiver's own is not delayed
+    (Moreau, 2004); or "difference", the relative position as the receiver measured it, so that both
+    terms are of the same age (Olfati-Saber and Murray, 2004).
     """
 
     delay: PerEdge = PerEdge()
@@ -88,7 +88,7 @@ class Links(NamedTuple):
 
     @property
     def faults(self):
-        """Return in words what the edges are other than perfect; "" if they are not."""
+        """Return the kinds of faults, such as "delayed and lossy"; "" without any."""
         words = [
             word
             for word, value in (("delayed", self.delay), ("lossy", self.loss))
@@ -104,7 +104,7 @@ class Links(NamedTuple):
 
     @property
     def changes_edges(self):
-        """Return whether the graph itself changes, and not only what comes over its edges."""
+        """Return whether the graph itself changes, besides what its edges carry."""
         return self.switches or (self.on_loss == "drop" and "lossy" in self.faults)
 
     def to_plain(self, n):

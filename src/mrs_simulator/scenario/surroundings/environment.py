@@ -1,4 +1,4 @@
-"""What surrounds the robots besides obstacles: current, wind and waves."""
+"""The environment: current, wind and waves."""
 
 import math
 from typing import NamedTuple, Tuple
@@ -13,7 +13,7 @@ HIGHEST_WAVES = 30.0  # [m]
 
 
 class Environment(NamedTuple):
-    """The same everywhere and all the time, but for gusts and waves, which vary about what is given."""
+    """Current, wind and waves: uniform and constant but for gusts and waves."""
 
     current: Tuple[float, float] = (0.0, 0.0)  # [m/s] of the water, common frame
     wind: Tuple[float, float] = (0.0, 0.0)  # [m/s], mean velocity, common frame
@@ -35,7 +35,7 @@ CALM = Environment()
 
 
 class Disturbances(NamedTuple):
-    """What m robots feel of the environment in one step."""
+    """Current, wind and waves that act on m robots in one step."""
 
     current: np.ndarray  # (2,) [m/s], common frame
     wind: np.ndarray  # (m, 2) [m/s], common frame

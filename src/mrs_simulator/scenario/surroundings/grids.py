@@ -1,4 +1,4 @@
-"""Grids of occupied cells: a scene's map, and the map that scans laid over each other make."""
+"""Grids of occupied cells: a scene's map, and the map that overlaid scans give."""
 
 import math
 from typing import NamedTuple, Tuple
@@ -53,7 +53,7 @@ class Grid(NamedTuple):
 
 
 def scene_grid(scenario):
-    """Return the ``Grid`` of what stands in the scene of ``scenario``, None where nothing does.
+    """Return the ``Grid`` of the obstacles of ``scenario``, None without any.
 
     That of a map_server file has its cells; obstacles are drawn into it.  Other scenes have cells of
     ``CELL``, or larger ones.  A cell is occupied if its middle is within half a cell of an obstacle.
@@ -103,7 +103,7 @@ def _draw(grid, obstacle):
 
 
 def scanned_grid(grid, scans):
-    """Return the ``Grid`` that ``scans`` make, with the cells of ``grid``, whose values do not matter.
+    """Return the ``Grid`` of ``scans``, with the cells of ``grid``, whose values are ignored.
 
     ``scans``: ``(pose, reading)`` each, the pose (x, y [m], theta [rad]) in the common frame, and the
     reading of a sonar without a cone or of a laser.  A cell is occupied where a ray ends, free where rays
@@ -113,8 +113,8 @@ def scanned_grid(grid, scans):
     passed = np.zeros(grid.cells.shape, dtype=bool)
     for (x, y, theta), reading in scans:
         places, ranges = reading.places, reading.ranges
-        heard = ~np.isnan(ranges)
-        places, ranges = places[heard], ranges[heard]
+        valid = ~np.isnan(ranges)
+        places, ranges = places[valid], ranges[valid]
         cos, sin = math.cos(theta), math.sin(theta)
         begin = [x, y] + places[:, :2] @ np.array([[cos, sin], [-sin, cos]])
         along = np.column_stack([np.cos(places[:, 2] + theta), np.sin(places[:, 2] + theta)])

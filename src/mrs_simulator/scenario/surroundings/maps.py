@@ -42,7 +42,7 @@ class Map(NamedTuple):
     height: float = 0.5  # [m] of the walls
 
     def located(self, directory):
-        """Return the same with an absolute path of its file, which is relative to ``directory``."""
+        """Return the map with its file, relative to ``directory``, as an absolute path."""
         path = os.path.join(directory, os.path.expanduser(self.file))
         return self._replace(file=os.path.abspath(path))
 
@@ -255,21 +255,23 @@ def mobilesim_lines(path):
     if not rows or rows[0].strip() not in ("2D-Map", "2D-Map-Ex", "2D-Map-Ex2"):
         text = "{}, line 1: {}, wanted 2D-Map"
         raise ScenarioError(text.format(path, shown(rows[0] if rows else None)))
-    lines, within, told = [], False, None
+    lines, within, announced = [], False, None
     for index, row in enumerate(rows[1:], 2):
         words = row.split()
         if words and words[0] == "NumLines:":
-            told = _whole(words[1:], 1, path, index)[0]
+            announced = _whole(words[1:], 1, path, index)[0]
         elif words in (["LINES"], ["DATA"]):
             within = words == ["LINES"]
         elif within and words:
             line = _whole(words, 4, path, index)
             if line[:2] != line[2:]:
                 lines.append([0.001 * value for value in line])
-            elif told is not None:
-                told -= 1  # a point is no wall
-    if told is not None and told != len(lines):
-        raise ScenarioError("{}: {} lines, but NumLines says {}".format(path, len(lines), told))
+            elif announced is not None:
+                announced -= 1  # a point is no wall
+    if announced is not None and announced != len(lines):
+        raise ScenarioError(
+            "{}: {} lines, but NumLines says {}".format(path, len(lines), announced)
+        )
     return lines
 
 

@@ -1,4 +1,4 @@
-"""Obstacles that move: on given tracks, at constant speed, whatever is in their way."""
+"""Obstacles that move on given tracks at constant speed, whatever is in their way."""
 
 from typing import NamedTuple, Tuple
 
@@ -13,7 +13,7 @@ CLOCK_START = (
 
 
 class Track(NamedTuple):
-    """The way of an obstacle's centre: from where it begins through ``to``, back and forth or round."""
+    """The path of an obstacle's centre: from its initial place through ``to``, back and forth or round."""
 
     to: Tuple[Tuple[float, float], ...]  # [m]
     speed: float  # [m/s]
@@ -65,7 +65,7 @@ def obstacles_at(obstacles, time):
 
 
 def advance(obstacle, time, period, directions):
-    """Return how fast an ``obstacle`` comes along unit vectors ``directions`` (n, 2), at most, (n,) [m/s].
+    """Return the greatest speed of an ``obstacle`` along unit vectors ``directions`` (n, 2), (n,) [m/s].
 
     It is the largest mean velocity along each from ``time`` [s] to any time within ``period`` [s]: nowhere
     meanwhile has it come farther than that velocity takes it, as long as its track has at most one corner
@@ -81,17 +81,17 @@ def advance(obstacle, time, period, directions):
 
 
 def scene_time(clock):
-    """Return the time [s] of a scene whose stage's ``clock`` [s] is at that."""
+    """Return the time [s] of the scene at the stage's ``clock`` [s]."""
     return max(0.0, round(clock - CLOCK_START, 9))
 
 
 def scene_facts(obstacles, begun):
-    """Return what a run that began at ``begun`` [s] of the scene tells of it, {} where nothing moves."""
+    """Return the facts of a run's scene, which was at ``begun`` [s]; {} where nothing moves."""
     return {"scene_time": float(begun)} if begun and any(map(moves, obstacles)) else {}
 
 
 def _moved(obstacle, x, y):
-    """Return the ``obstacle`` at (x, y) [m], as one that stands."""
+    """Return the ``obstacle`` at (x, y) [m], without its track."""
     return obstacle._replace(x=x, y=y, track=None)
 
 

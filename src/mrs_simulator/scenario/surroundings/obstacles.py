@@ -16,7 +16,7 @@ class Box(NamedTuple):
     length: float
     width: float
     height: float
-    track: Any = None  # ``core.moving.Track`` on which it moves, None for one that stands
+    track: Any = None  # ``moving_obstacles.Track`` on which it moves, None for one that stands
 
 
 class Cylinder(NamedTuple):
@@ -27,7 +27,7 @@ class Cylinder(NamedTuple):
     y: float
     radius: float
     height: float
-    track: Any = None  # ``core.moving.Track`` on which it moves, None for one that stands
+    track: Any = None  # ``moving_obstacles.Track`` on which it moves, None for one that stands
 
 
 def is_flat(obstacle):
@@ -48,7 +48,7 @@ def corners(obstacle):
 
 
 def with_obstacles(low, high, obstacles, reach):
-    """Return ``low`` and ``high`` (2,) [m] of a drawing of a team that shows ``obstacles``, too.
+    """Return the bounds ``low`` and ``high`` (2,) [m] of a drawing, widened to show ``obstacles``.
 
     Those farther than ``reach`` [m], the far parts of large ones, and land, which may go on for long,
     are left out: the team keeps its scale.
@@ -74,7 +74,7 @@ def wall(name, start, end, thickness, height):
 def clearance(obstacle, points):
     """Return how far ``points`` (n, 2) are from ``obstacle``, (n,) [m], and the way out, (n, 2) [-].
 
-    Negative inside, where the way out is that of the nearest face.  The obstacle lies in the half-plane
+    Negative inside, where the way out leads to the nearest face.  The obstacle lies in the half-plane
     behind the point nearest to each, across its way out: it is convex.
     """
     away = np.asarray(points, dtype=float) - [obstacle.x, obstacle.y]

@@ -1,9 +1,10 @@
-"""Where poses come from that the control knows: a scenario's ``estimates``."""
+"""Sources of the poses that the control uses: a scenario's ``estimates``."""
 
 from typing import NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.scenario.reading import ScenarioError, Section, number_list, shown
+from mrs_simulator.scenario.reading import ScenarioError, Section, shown
+from mrs_simulator.scenario.team.odometry_errors import read_alpha
 
 ODOMETRY, EKF = "odometry", "ekf"
 ALPHA = (
@@ -13,14 +14,14 @@ ALPHA = (
     0.01,
     0.001,
     0.001,
-)  # of the velocity motion model, where nothing else is said
+)  # of the velocity motion model, by default
 
 
 class Estimates(NamedTuple):
-    """A source of poses: odometry alone, one sensor that tells poses, or a filter.
+    """A source of poses: odometry alone, one sensor that measures poses, or a filter.
 
     ``source``: "odometry", "ekf" or the name of a sensor; ``sensors``: of the filter, by name; ``alpha``:
-    what it takes the odometry's noise for, a1 to a6 of the velocity motion model, None for the scenario's.
+    the odometry noise that it assumes, a1 to a6 of the velocity motion model, None for the scenario's.
     """
 
     source: str
@@ -42,7 +43,7 @@ class Estimates(NamedTuple):
 
 @explained_by("docs/sensors.md#estimated-poses")
 def read_estimates(top):
-    """Return the ``Estimates`` under ``estimates``, None where nothing is said."""
+    """Return the ``Estimates`` under ``estimates``, None without it."""
     given = top.take("estimates")
     if given is None:
         return None
@@ -54,11 +55,6 @@ def read_estimates(top):
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         text = "{}: {}, wanted names of sensors, such as [gps, imu]"
         raise ScenarioError(text.format(section.at(EKF), shown(names)))
-    alpha = None
-    if section.has("alpha"):
-        alpha = tuple(number_list(section.take("alpha"), 6, section.at("alpha")))
-        for k, value in enumerate(alpha):
-            Section({"a": value}, section.at("alpha[{}]".format(k))).number("a", low=0.0)
-    section.take("alpha")
+    estimates = Estimates(EKF, tuple(names), read_alpha(section))
     section.done()
-    return Estimates(EKF, tuple(names), alpha)
+    return estimates

@@ -14,7 +14,7 @@ MASSES = 0.01, 1e5  # [kg]
 
 
 class Load(NamedTuple):
-    """A homogeneous box, robot i holds it at ``grasps[i]``."""
+    """A homogeneous box that robot i holds at ``grasps[i]``."""
 
     mass: float  # [kg]
     size: Tuple[float, ...]  # [m] length, width, height
@@ -24,7 +24,7 @@ class Load(NamedTuple):
 
     @property
     def weight(self):
-        """Return the wrench (6,) [N, N m] about the centre that robots are to give against its weight."""
+        """Return the wrench (6,) [N, N m] about the centre that robots exert against its weight."""
         return np.array([0.0, 0.0, self.mass * GRAVITY, 0.0, 0.0, 0.0])
 
     @property
@@ -55,7 +55,7 @@ class LoadState(NamedTuple):
     force: Any  # (n, 3) [N] that each robot exerts on it, common frame
 
     def at(self, rows):
-        """Return that of the samples ``rows``."""
+        """Return the ``LoadState`` of the samples ``rows``."""
         return LoadState(*(each[rows] for each in self))
 
 

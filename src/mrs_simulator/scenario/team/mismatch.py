@@ -1,4 +1,4 @@
-"""How robots that are not quite as their data say obey their commands, as found by ``report --compare``.
+"""Mismatch between robots and their data in following commands, as found by ``report --compare``.
 
     v(t) = speed v_command(t - delay),    omega(t) = speed/track omega_command(t - delay)
 
@@ -23,7 +23,7 @@ class Mismatch(NamedTuple):
     track: Tuple[float, ...] = (1.0,)  # [-]
 
     def with_robots(self, n):
-        """Return the same of the first n robots; of more, the last one's values are theirs too."""
+        """Return the mismatch of n robots: added ones have the last one's values."""
         return Mismatch(*(values if len(values) == 1 else _cut(values, n) for values in self))
 
     def to_plain(self):
@@ -67,7 +67,7 @@ def _read(section, key, n, default, low, high):
 
 
 class CommandMismatch:
-    """What robots make of their commands, step by step."""
+    """The commands that robots follow, delayed and scaled, step by step."""
 
     def __init__(self, mismatch, axes, n, step):
         """``axes``: names of the commands' components; ``step`` [s]."""
@@ -79,7 +79,7 @@ class CommandMismatch:
         self._rows, self._count = np.arange(n), 0
 
     def applied(self, command):
-        """Return what is obeyed in this step, (n, a), where ``command`` (n, a) is in force."""
+        """Return the command that acts in this step, (n, a), while ``command`` (n, a) is in force."""
         self._commands[self._count % len(self._commands)] = command
         when = (self._count - self._late) % len(self._commands)
         self._count += 1

@@ -1,4 +1,4 @@
-"""What a scenario adds to, takes from and tunes of the sensors that its robots' kinds have.
+"""Changes of a scenario to its robots' sensors: added, removed and tuned mounts.
 
 Only who is meant is checked here; what a mount may hold is known to the room ``sensors``.
 """
@@ -18,7 +18,7 @@ class SensorChange(NamedTuple):
     where: str = ""  # for errors
 
     def concerns(self, number):
-        """Return whether the robot ``number`` is meant."""
+        """Return whether the robot ``number`` is concerned."""
         return self.robots is None or number in self.robots
 
     def to_plain(self):

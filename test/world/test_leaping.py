@@ -142,7 +142,7 @@ def compare(start, scenario, protocol=None):
     assert len(by_leap[1]) == len(by_step[1])
     assert by_leap[3].time == by_step[3].time and by_leap[3].commanded.all()
     np.testing.assert_allclose(by_leap[3].twist, by_step[3].twist, rtol=0.0, atol=ROUNDING)
-    np.testing.assert_array_equal(by_leap[3]._commands.heard, by_step[3]._commands.heard)
+    np.testing.assert_array_equal(by_leap[3]._commands.received, by_step[3]._commands.received)
     return by_step[2], by_leap[2]
 
 

@@ -80,7 +80,7 @@ def refuse_places(rows, poses, twists=0.0):
 def refuse_overlaps(kinds, poses, obstacles, mirrored=(), z=None):
     """Raise ``WorldError`` that names the first robots, or robot and obstacle, that overlap.
 
-    Two ``mirrored`` rows may: nobody put them there.
+    Two ``mirrored`` rows may, since real robots are where they are.
     """
     bodies = Bodies(kinds, obstacles, mirrored)
     first, second, depth, _ = bodies.overlaps(poses, z)
@@ -136,7 +136,7 @@ def refuse_uneven_wheels(team, errors):
 
 
 def refuse_events(team, events, fidelity):
-    """Raise ``WorldError`` that names the first of ``events`` that can befall none of the ``team``."""
+    """Raise ``WorldError`` that names the first of ``events`` that cannot happen to the ``team``."""
     for event in events:
         kind = team.kinds[event.robot - 1] if event.robot <= team.n else None
         if kind is not None and (not hasattr(kind.module, "lost") or fidelity == "point_mass"):

@@ -11,29 +11,31 @@ AT_REST = [0.0, 0.0, np.nan, np.nan]  # efforts of thrusters that a watchdog has
 
 
 class Commands:
-    """What robots of a ``team`` are commanded; each one's own watchdog makes silence a command of zero."""
+    """The commands in force of the robots of a ``team``; after its timeout each robot's is zero."""
 
     def __init__(self, team, clock, timeout=None, steps_per_watch=1, mismatch=NO_MISMATCH):
         """``timeout`` [s] of simulated time, by default that of each robot's kind, looked at every
-        ``steps_per_watch``; ``mismatch``: how robots obey."""
+        ``steps_per_watch``; ``mismatch``: how the motion differs from the commands."""
         self._team, self._clock, self._mismatch = team, clock, mismatch
         self._steps_per_watch = steps_per_watch
         self.timeouts = team.timeouts if timeout is None else np.full(team.n, float(timeout))
         self.shortest_timeout = float(self.timeouts.min())
         self._patience = self.shortest_timeout / clock.step_size - 1.0  # [-] steps, at least
-        # Drives that do something of their own when they hear nothing, such as to land.
-        self.own_stops = [group for group in team.groups if hasattr(group.drive, "silent")]
+        # Drives with a behaviour of their own after the timeout, such as to land.
+        self.silence_groups = [group for group in team.groups if hasattr(group.drive, "silent")]
         self.refused = np.zeros(team.n, dtype=int)
         self.begin()
 
     def begin(self):
-        """Let all robots be at rest and never have heard a command."""
+        """Reset: all robots are at rest and have received no command."""
         n = self._team.n
         self.target = np.zeros((n, len(self._team.axes)), order="F")
-        self.efforts = None  # (n, 4) of thrusters told past their controllers, nan: not so
+        self.efforts = None  # (n, 4) of thrusters commanded past their controllers, nan: not so
         self.commanded = np.zeros(n, dtype=bool)
-        self.heard = np.full(n, -1)  # the step of the last accepted command, -1 for none
-        self._longest_silent = self._clock.steps  # no commanded robot was heard last before it
+        self.received = np.full(n, -1)  # the step of the last accepted command, -1 for none
+        self._longest_silent = (
+            self._clock.steps
+        )  # no commanded robot received its last command before it
         self.mismatch = None
         if self._mismatch != NO_MISMATCH:
             fitting = self._mismatch.with_robots(n)
@@ -56,17 +58,17 @@ class Commands:
             np.add.at(self.refused, rows[~finite], 1)
             rows, commands = rows[finite], commands[finite]
         self.target[rows] = commands
-        self.heard[rows] = self._clock.steps
+        self.received[rows] = self._clock.steps
         self.commanded[rows] = True
         if self.efforts is not None:
             self.efforts[rows] = np.nan
 
     def set_efforts(self, rows, efforts):
-        """Tell the thrusters of ``rows`` (m,) ``efforts`` (m, 4); infinite ones are refused and counted."""
+        """Set ``efforts`` (m, 4) of thrusters of ``rows`` (m,); infinite ones are refused and counted."""
         fits = ~np.isinf(efforts).any(axis=1)
         np.add.at(self.refused, rows[~fits], 1)
         self.efforts[rows[fits]] = efforts[fits]
-        self.heard[rows[fits]], self.commanded[rows[fits]] = self._clock.steps, True
+        self.received[rows[fits]], self.commanded[rows[fits]] = self._clock.steps, True
 
     def set_arm_rates(self, row, rates):
         """Let the arm of robot ``row`` turn at ``rates`` (k,) [rad/s], whatever its base does."""
@@ -74,60 +76,60 @@ class Commands:
             self.target[row, -len(rates) :] = rates
 
     def stop(self, rows):
-        """Make the commands of robots ``rows`` zero, as if they had been told to stop."""
+        """Make the commands of robots ``rows`` zero."""
         self.target[rows] = 0.0
         if self.efforts is not None:
             self.efforts[rows] = np.nan
 
     def forget(self, rows):
-        """Let robots ``rows`` be at rest and never have heard a command."""
-        self.target[rows], self.heard[rows], self.commanded[rows] = 0.0, -1, False
+        """Reset robots ``rows``: they are at rest and have received no command."""
+        self.target[rows], self.received[rows], self.commanded[rows] = 0.0, -1, False
 
-    def heard_all(self, step):
-        """Note that all robots heard a command at ``step``."""
-        self.heard[:] = step
+    def note_received_by_all(self, step):
+        """Record that all robots received a command at ``step``."""
+        self.received[:] = step
         self.commanded[:] = True
 
     @property
     def silent(self):
-        """Return which robots, (n,) bool, were commanded once and have been silent for too long."""
-        return (self.heard >= 0) & ~self.commanded
+        """Return the robots, (n,) bool, whose last command has timed out."""
+        return (self.received >= 0) & ~self.commanded
 
     @property
     def can_leap(self):
-        """Return whether robots obey as they are told, and do nothing of their own in silence."""
-        return not (self.mismatch or self.own_stops) and self.efforts is None
+        """Return whether robots follow their commands exactly, and stop after their timeouts."""
+        return not (self.mismatch or self.silence_groups) and self.efforts is None
 
     def obeyed(self):
-        """Return what robots make of the commands in force, (n, a)."""
+        """Return the commands in force, (n, a), as robots obey them under the ``mismatch``."""
         return self.mismatch.applied(self.target) if self.mismatch else self.target
 
     def watch(self):
-        """Stop robots that have heard nothing for longer than their timeouts."""
+        """Stop robots whose last commands are older than their timeouts."""
         now = self._clock.steps
         if now - self._longest_silent <= self._patience or now % self._steps_per_watch:
             return
         if not self._too_long(self._longest_silent, self.shortest_timeout):
             return
-        late = self._too_long(self.heard, self.timeouts) & self.commanded
+        late = self._too_long(self.received, self.timeouts) & self.commanded
         if late.any():
             self.target[late] = 0.0
             self.commanded[late] = False
             if self.efforts is not None:
-                told = late & ~np.isnan(self.efforts).all(axis=1)
-                self.efforts[told] = AT_REST
-        self._longest_silent = int(self.heard[self.commanded].min(initial=self._clock.steps))
+                driven = late & ~np.isnan(self.efforts).all(axis=1)
+                self.efforts[driven] = AT_REST
+        self._longest_silent = int(self.received[self.commanded].min(initial=self._clock.steps))
 
     def stop_silent(self, late):
-        """Let robots ``late``, (n,) bool, do what their drives do in silence, such as land."""
-        for group in self.own_stops:
+        """Give robots ``late``, (n,) bool, their drives' commands after a timeout, such as to land."""
+        for group in self.silence_groups:
             rows = np.arange(self._team.n)[group.rows]
             out = late[rows]
             if out.any():
-                seconds = self._clock.since(self.heard[rows]) - self.timeouts[rows]
+                seconds = self._clock.since(self.received[rows]) - self.timeouts[rows]
                 command = group.of(self.target).copy()
                 command[out] = group.drive.silent(seconds, group.numbers)[out]
                 group.put(self.target, command)
 
-    def _too_long(self, heard, timeout):
-        return self._clock.since(heard) > timeout - 1e-9
+    def _too_long(self, received, timeout):
+        return self._clock.since(received) > timeout - 1e-9

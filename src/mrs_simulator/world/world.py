@@ -22,22 +22,22 @@ from mrs_simulator.sensors.state import State
 from mrs_simulator.vehicles.odometry_rates import odometry_notes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.world import checks
-from mrs_simulator.world.arms.grasp_state import Grips, refuse_load
+from mrs_simulator.world.arms.grasp_state import GraspState, refuse_load
 from mrs_simulator.world.checks import WorldError
 from mrs_simulator.world.clock import Clock
 from mrs_simulator.world.commands import EVERY, Commands
 from mrs_simulator.world.contact.contacts import Contacts
-from mrs_simulator.world.contact.shores import Shore, refuse_in_water
+from mrs_simulator.world.contact.shores import Shore, refuse_wheels_in_water
 from mrs_simulator.world.flight.flights import Flights
 from mrs_simulator.world.flight.manoeuvres import HOVER_HEIGHT
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion.motions import Surroundings, new_motion
-from mrs_simulator.world.rendering.camera_renderer import Eyes
+from mrs_simulator.world.rendering.camera_renderer import CameraRenderer
 from mrs_simulator.world.wheel_odometry.estimates import Estimates, wheel_odometry
 
 __all__ = ["EVERY", "World", "WorldError"]
 
-PASSIVE = (  # attributes of a world that tell how it was made, and do nothing in a step
+PASSIVE = (  # attributes that describe how a world was made, and do nothing in a step
     *("team", "mirrored", "fidelity", "obstacles", "_clock", "_around", "_watching", "_odometry"),
     *("_events", "_takeoff", "_given_load", "_start", "_start_z"),
 )
@@ -86,7 +86,7 @@ class World:
         "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
         are read beside the odometry; ``odometry_errors``: ``core.odometry_errors``, instead of those
         built in; ``events``: ``core.incidents.Event``s in the order of their times; ``takeoff``: whether
-        robots begin on the ground and rise to ``z`` before anybody obeys; ``load``: a ``core.load.Load``
+        robots begin on the ground and rise to ``z`` before the run; ``load``: a ``core.load.Load``
         that the robots' tools carry; ``engine``: what moves robots on wheels in fidelity
         dynamic.  Raises ``WorldError``.
         """
@@ -160,7 +160,7 @@ class World:
         checks.refuse_mirrored(self.mirrored, team.n)
         if self.fidelity != "point_mass":
             checks.refuse_overlaps(team, poses, obstacles_at(self.obstacles, self.time), z=z)
-            refuse_in_water(team, poses, self.obstacles, self.mirrored)
+            refuse_wheels_in_water(team, poses, self.obstacles, self.mirrored)
         checks.refuse_events(team, self._events, self.fidelity)
         checks.refuse_uneven_wheels(team, self._around.errors)
         refuse_load(self._given_load, team, poses, self._around.hand_length)
@@ -191,9 +191,11 @@ class World:
         self._shore = None
         if self.fidelity != "point_mass":
             self._shore = Shore.of(team, motion, self._faults, self.obstacles, self.mirrored)
-        self._grips = None
+        self._grasps = None
         if team.has_arms:
-            self._grips = Grips(team, motion, self._faults, around.hand_length, self._given_load)
+            self._grasps = GraspState(
+                team, motion, self._faults, around.hand_length, self._given_load
+            )
         clock.begun = clock.steps
 
     def reset(self):
@@ -283,7 +285,7 @@ class World:
 
     @property
     def commanded(self):
-        """Return which robots, (n,) bool, obey a command that they have heard not too long ago."""
+        """Return which robots, (n,) bool, obey a command that has not timed out."""
         return self._commands.commanded
 
     @property
@@ -293,36 +295,36 @@ class World:
 
     @property
     def timeouts(self):
-        """Return after which silence [s] of simulated time each robot stops, (n,)."""
+        """Return the robots' timeouts of commands, (n,) [s] of simulated time."""
         return self._commands.timeouts
 
     @property
     def timed_out(self):
-        """Return which robots, (n,) bool, were commanded once and have been silent for too long.
+        """Return the robots, (n,) bool, whose last command has timed out.
 
-        Mirrored ones are never among them: they have a watchdog of their own.
+        Mirrored ones are never among them: they have watchdogs of their own.
         """
         late = self._commands.silent
         late[self.mirrored] = False
         return late
 
     def odometry(self):
-        """Return what the robots' odometry says, (n, 3), each in its own odometry frame."""
+        """Return the poses by odometry, (n, 3), each in its robot's odometry frame."""
         return _read_only(self._estimates.odometry())
 
     def odometry_spatial(self):
         """Return the ``Spatial`` that goes with ``odometry``, None for a team on the ground.
 
-        Heights are above the ground, whatever the odometry: nobody's begins at another height.
+        Heights are above the ground, whatever the odometry.
         """
         return self._estimates.spatial()
 
     def odometry_origins(self):
-        """Return where the odometry frames lie in the common frame, (n, 3)."""
+        """Return the poses of the odometry frames in the common frame, (n, 3)."""
         return _read_only(self._estimates.origins())
 
     def estimate(self):
-        """Return the poses in the common frame as odometry has told them last, (n, 3), read-only."""
+        """Return the newest poses by odometry in the common frame, (n, 3), read-only."""
         return _read_only(self._estimates.pose())
 
     def estimate_z(self):
@@ -332,16 +334,16 @@ class World:
 
     @property
     def notes(self):
-        """Return what users of this world should know, a list of texts."""
+        """Return notes for users on the rates of this world's odometry, a list of texts."""
         return odometry_notes(self.team, self._odometry[1], self.step_size)
 
     @property
     def senses(self):
-        """Return what a ``sensors.suite.Suite`` is made of: team, obstacles, and what cameras see."""
-        return self.team, self.obstacles, Eyes(self.team, self.obstacles)
+        """Return team, obstacles and the cameras' renderer, of which a ``sensors.suite.Suite`` is made."""
+        return self.team, self.obstacles, CameraRenderer(self.team, self.obstacles)
 
     def sensed(self):
-        """Return what sensors read now, a ``sensors.state.State``."""
+        """Return the ``sensors.state.State`` now, which sensors read."""
         motion = self._motion
         travel, contacts = tuple(motion.wheel_travel), tuple(motion.contacts())
         pose, twist = self.pose, self.twist
@@ -358,12 +360,12 @@ class World:
 
     @property
     def load(self):
-        """Return the load as it is carried, such as a ``CarriedLoad``; None where there is none."""
-        return self._grips.load if self._grips else None
+        """Return the carried load, such as a ``CarriedLoad``; None where there is none."""
+        return self._grasps.load if self._grasps else None
 
     @property
     def rising(self):
-        """Return whether all robots wait until those that fly are up, before the run."""
+        """Return whether robots still take off before the run, while all others wait."""
         return self._flights.rising
 
     def flight_states(self):
@@ -374,7 +376,7 @@ class World:
     # Changes -------------------------------------------------------------------------------------
 
     def take_off(self, rows, height=HOVER_HEIGHT):
-        """Let robots ``rows``, which fly, rise to ``height`` [m] and hover, whatever they are commanded.
+        """Let flying robots ``rows`` rise to ``height`` [m] and hover, whatever their commands.
 
         Motors that were cut turn again.  ``WorldError`` names a robot that cannot.
         """
@@ -382,18 +384,18 @@ class World:
         self._commands.forget(rows)  # they hover until they are commanded anew
 
     def power(self, rows):
-        """Let motors that were cut turn again, of robots ``rows`` that stand upright on the ground."""
+        """Switch the motors of robots ``rows``, which stand upright on the ground, on again."""
         self._flights.power(rows, self._commands.target)
 
     def land(self, rows):
-        """Let robots ``rows``, which fly, come down where they are and stay down until they take off.
+        """Land flying robots ``rows`` where they are; they stay down until they take off.
 
-        Told again, they still land.  ``WorldError`` names a robot that does not fly.
+        A second call changes nothing.  ``WorldError`` names a robot that does not fly.
         """
         self._flights.land(rows)
 
     def cut_motors(self, rows, falls=False):
-        """Cut the motors of robots ``rows``, which fly; in the air only where it is said that it ``falls``.
+        """Cut the motors of flying robots ``rows``; in the air only with ``falls``.
 
         ``WorldError`` names a robot that would fall, or has no motors; then nothing is cut.
         """
@@ -408,11 +410,11 @@ class World:
         self._commands.set(rows, commands)
 
     def set_efforts(self, rows, efforts):
-        """Tell the thrusters of vessels ``rows`` (m,) what their controllers would, ``efforts`` (m, 4).
+        """Command the thrusters of vessels ``rows`` (m,) directly, past the vessels' controllers.
 
-        Commands of the left and the right one, force ahead [N] and torque [N m]; nan where the
-        controllers act, by the command in force.  ``set_commands`` ends it, and so does the watchdog,
-        with thrusters at rest.  Raises ``WorldError`` where no forces are moved by.
+        ``efforts`` (m, 4): commands of the left and the right thruster, force ahead [N] and torque [N m];
+        nan where the controllers act, by the command in force.  ``set_commands`` ends it, and so does the
+        watchdog, with thrusters at rest.  Raises ``WorldError`` for other robots and without forces.
         """
         rows, efforts = np.asarray(rows, dtype=int), np.asarray(efforts, dtype=float)
         for row in rows.tolist():
@@ -430,7 +432,7 @@ class World:
         self._commands.set_arm_rates(row, np.asarray(rates, dtype=float))
 
     def stop(self, rows):
-        """Make the commands in force of robots ``rows`` zero, as if they had been told to stop."""
+        """Make the commands in force of robots ``rows`` zero."""
         self._commands.stop(rows)
 
     def place(self, rows, poses, twists=None, z=None):
@@ -452,10 +454,10 @@ class World:
         """Advance by one step: watchdogs, motion, odometry, collisions."""
         commands, faults, flights = self._commands, self._faults, self._flights
         commands.watch()
-        if commands.own_stops:
+        if commands.silence_groups:
             commands.stop_silent(self.timed_out)
         if faults.due and not flights.rising:
-            faults.strike_due()
+            faults.inject_due()
         if self._obstacles_move:
             then = (self._clock.steps + 1) * self.step_size
             self._motion.move_obstacles(obstacles_at(self.obstacles, then))
@@ -469,17 +471,17 @@ class World:
         faults.look()
         if self._shore:
             self._shore.look()
-        if self._grips:
-            self._grips.look()
+        if self._grasps:
+            self._grasps.look()
         self._estimates.update()
         contacts = self._motion.contacts()
         if contacts:
             self._contacts.note(contacts)
 
     def rise(self):
-        """Let robots that begin on the ground take off, before the run: time begins when all are up.
+        """Let robots that begin on the ground take off before the run, whose time begins when all are up.
 
-        Raises ``WorldError`` where one has not come up after ``LONGEST_RISE``.
+        Raises ``WorldError`` where one is not up after ``LONGEST_RISE``.
         """
         while self.rising:
             self.step()
@@ -493,14 +495,14 @@ class World:
         self._clock.rewind()
         self._commands.rewind()
         self._contacts.begin()
-        self._faults.discard()
+        self._faults.clear_reports()
         self._estimates.begin()
 
     def can_leap(self, every):
-        """Return whether :meth:`leap` moves these robots, of which each hears a command ``every`` steps.
+        """Return whether :meth:`leap` can move these robots, which get a command ``every`` steps.
 
-        Whatever is part of this world must say so by a ``can_leap`` of its own that is true, unless it is
-        one of ``PASSIVE``: a part that says nothing is asked at each step.
+        Each part of this world, except ``PASSIVE`` ones, must have a true ``can_leap`` of its own: without
+        one, a part acts at each step.
         """
         parts = [part for name, part in vars(self).items() if name not in PASSIVE]
         there = [part for part in parts if part is not None and part is not False]
@@ -514,7 +516,7 @@ class World:
         done, why = self._motion.leap(steps, until, every, target, function, *given)
         self._clock.steps += done
         if done >= until:
-            self._commands.heard_all(self._clock.steps - (done - until) % every)
+            self._commands.note_received_by_all(self._clock.steps - (done - until) % every)
         return done, why
 
     def measure_closest_approach(self):
@@ -530,7 +532,7 @@ class World:
         return self._faults.take()
 
     def close(self):
-        """Give back what the motion holds."""
+        """Release the motion's resources, such as a solver."""
         self._motion.close()
 
 

@@ -8,7 +8,7 @@ AT_END = 1e-6  # [rad] from the end of a joint, at which it counts as reached
 class ArmedMotion:
     """A motion of the bases, with arms on top whose joints follow their rates at once.
 
-    What is not told here is that of the bases, as any motion of theirs has it.
+    All other attributes are those of the bases' motion.
     """
 
     def __init__(self, team, bases, mirrored=()):
@@ -29,7 +29,7 @@ class ArmedMotion:
 
     @property
     def efforts(self):
-        """What thrusters are told past their controllers, as the bases' motion has it."""
+        """Efforts of thrusters that are commanded past their controllers, as of the bases' motion."""
         return self._bases.efforts
 
     @efforts.setter

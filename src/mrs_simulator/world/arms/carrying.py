@@ -15,7 +15,7 @@ REACH = 0.1  # [m] from its grasp, at which a robot may take hold
 
 
 class LoadError(ValueError):
-    """A load that the robots cannot take hold of; the message says who and why."""
+    """A load that the robots cannot take hold of; the message names the robot and the reason."""
 
 
 class CarriedLoad:
@@ -68,7 +68,7 @@ class CarriedLoad:
         return gone
 
     def fall(self):
-        """Let the load lie on the ground below where it was, held by nobody."""
+        """Put the load, which no robot holds, on the ground below."""
         self.held[:] = False
         place = self.state.place.copy()
         place[2] = 0.5 * min(self.load.size)

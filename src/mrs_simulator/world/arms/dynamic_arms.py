@@ -20,7 +20,7 @@ from mrs_simulator.world.motion.dynamic import DynamicMotion
 
 ITERATIONS = 50  # [-] of the solver in one substep
 SUBSTEP = 0.004  # [s] the longest step of the solver
-STRONGEST = 1e4  # [N m] of a joint whose description tells no effort
+STRONGEST = 1e4  # [N m] of a joint whose description gives no effort
 
 
 class ArmedBodies(DynamicMotion):
@@ -63,9 +63,9 @@ class ArmedBodies(DynamicMotion):
     def _found_in(self, body, model):
         """Return the indices of the joints of an arm of this ``model``, and that of its tool's link."""
         count = pybullet.getNumJoints(body, physicsClientId=self._client)
-        told = [pybullet.getJointInfo(body, i, physicsClientId=self._client) for i in range(count)]
-        joints = {info[1].decode(): info[0] for info in told}
-        links = {info[12].decode(): info[0] for info in told}
+        infos = [pybullet.getJointInfo(body, i, physicsClientId=self._client) for i in range(count)]
+        joints = {info[1].decode(): info[0] for info in infos}
+        links = {info[12].decode(): info[0] for info in infos}
         return [joints[PREFIX + name] for name in model.joints], links[PREFIX + model.tool]
 
     def bend(self, body, kind, q):

@@ -1,4 +1,4 @@
-"""What the arms of a team hold, and which of their joints have come to an end."""
+"""The grasps of a team with arms, and the joints that are at their ends."""
 
 import numpy as np
 
@@ -22,8 +22,8 @@ def refuse_load(load, team, poses, hand_length):
         raise WorldError(str(error)) from None
 
 
-class Grips:
-    """The tools of a team with arms, at work."""
+class GraspState:
+    """The grasps of the tools, and incidents of arms and load."""
 
     def __init__(self, team, motion, faults, hand_length, load):
         """``load``: a ``core.load.Load`` that all carry, or None."""
@@ -46,7 +46,7 @@ class Grips:
         return self._team.tools(self._motion.pose, self._motion.joints(), self._hand_length)
 
     def look(self):
-        """Report who has come to the end of an arm's joint, or has let go of the load, in this step."""
+        """Report the joints that have come to an end and the grasps that let go in this step."""
         ended = set(map(tuple, np.argwhere(self._motion.ended).tolist()))
         for row, joint in sorted(ended - self._ended):
             self._faults.report(row, ARM_END, joint + 1)

@@ -41,10 +41,10 @@ class Bodies:
         self.mirrored = np.zeros(team.n, dtype=bool)
         self.mirrored[list(mirrored)] = True
         self._are_mirrored = self.mirrored.any()
-        # Whom a solver keeps apart from each other and from obstacles, so that nothing here does.
+        # Robots that a solver keeps apart from each other and from obstacles.
         self.solved = np.zeros(team.n, dtype=bool)
         self.resting = (
-            None  # (n,) bool of those that a solver cannot move, since they stand; None: nobody
+            None  # (n,) bool of those that a solver cannot move, since they stand; None: no robot
         )
         self._list = VerletList(2.0 * self.footprints.farthest)
         self.moved_elsewhere()

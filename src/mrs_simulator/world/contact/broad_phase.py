@@ -1,4 +1,4 @@
-"""Which robots may touch something soon: circles around their bodies, and obstacles."""
+"""Broad phase of the contacts: robots that may touch something soon, by circles around their bodies."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from mrs_simulator.scenario.surroundings.obstacles import clearance
 from mrs_simulator.world.contact.collisions import VerletList
 
 MARGIN = 0.02  # [m] between two outlines, below which they may touch
-APART = 0.07  # [m] beyond that, at which two that were near are so no more
+APART = 0.07  # [m] beyond that, from which on two that were near no longer are
 
 
-class Nearness:
+class BroadPhase:
     """Robots with a ``reach`` (n,) [m] each, among obstacles."""
 
     def __init__(self, reach, obstacles):
@@ -31,11 +31,11 @@ class Nearness:
         """To be called when robots were put to new places."""
         self._list.clear()
         self._room = self._way = (
-            0.0  # [m] that each may move before anybody is near, and may have moved
+            0.0  # [m] that each may move before any two are near, and may have moved
         )
 
     def near(self, place, way, before):
-        """Return which robots at ``place`` (n, 2) are near something, (n,) bool; None for nobody.
+        """Return the robots at ``place`` (n, 2) that are near something, (n,) bool; None for no robot.
 
         ``way`` [m]: how far each moves in the coming step at most; ``before`` (n,) bool: which of them were
         near, and are so until they are ``APART``.

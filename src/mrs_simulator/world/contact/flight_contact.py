@@ -31,7 +31,7 @@ def is_available():
     return importlib.util.find_spec("pybullet") is not None
 
 
-class Touching:
+class FlightContacts:
     """The m robots of a drive that flies, and the solver for those within reach of something."""
 
     def __init__(self, kinds, names, obstacles, free):
@@ -54,7 +54,7 @@ class Touching:
         self._before, self._obstacles = self._obstacles, _solid(obstacles)
 
     def solver(self, inner, step):
-        """Return the ``touch`` of ``flown`` for a ``step`` [s] from ``inner``, None if nobody is near."""
+        """Return the ``touch`` of ``flown`` for a ``step`` [s] from ``inner``, None if no robot is near."""
         self._found = {}
         near = self._within_reach(inner, step)
         if not near.any():
@@ -108,14 +108,14 @@ class Touching:
     def _open(self):
         import pybullet
 
-        from mrs_simulator.world.contact.movers import Movers
+        from mrs_simulator.world.contact.movers import ObstacleMover
         from mrs_simulator.world.contact.scene import add_ground, add_obstacle
 
         self._client = pybullet.connect(pybullet.DIRECT)
         bodies = {add_ground(self._client): "ground"}
         solid = [add_obstacle(self._client, each) for each in self._obstacles]
         bodies.update(zip(solid, (each.name for each in self._obstacles)))
-        self._movers = Movers(self._client, self._given, solid)
+        self._movers = ObstacleMover(self._client, self._given, solid)
         for body in bodies:
             self._change(body, lateralFriction=FRICTION, restitution=BOUNCE)
         self._fixed = bodies

@@ -1,4 +1,4 @@
-"""Obstacles on tracks in a solver: bodies without mass that go their way and push whatever is in it."""
+"""Obstacles on tracks in a solver: bodies without mass that push what is in their way."""
 
 import numpy as np
 import pybullet
@@ -11,8 +11,8 @@ JUMP = 2.0  # [-] of the way at its speed, beyond which an obstacle was put else
 NEAR = 0.1  # [m] from a robot's reach
 
 
-class Movers:
-    """Those of the obstacles that move, in the solver of one ``client``.
+class ObstacleMover:
+    """Moves the obstacles on tracks in the solver of one ``client``.
 
     The solver takes the velocity of a body without mass into its contacts, and does not move it: it is put
     where it is before each substep.

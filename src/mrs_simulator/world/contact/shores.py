@@ -22,7 +22,7 @@ def off_land(team, points, obstacles):
     return on_wheels & (gaps > 0.0).all(axis=0)
 
 
-def refuse_in_water(team, poses, obstacles, mirrored=()):
+def refuse_wheels_in_water(team, poses, obstacles, mirrored=()):
     """Raise ``WorldError`` that names the first robot on wheels whose pose (n, 3) is in water."""
     wet = off_land(team, poses[:, :2], obstacles)
     wet[list(mirrored)] = False
@@ -39,7 +39,7 @@ class Shore:
 
     @classmethod
     def of(cls, team, motion, faults, obstacles, mirrored):
-        """Return that of a ``team`` among ``obstacles``; None without land, or without wheels."""
+        """Return the ``Shore`` of a ``team`` among ``obstacles``; None without land, or without wheels."""
         far = np.full((team.n, 2), FAR_AWAY)
         needed = off_land(team, far, obstacles).any()
         return cls(team, motion, faults, obstacles, mirrored) if needed else None
@@ -55,7 +55,7 @@ class Shore:
         return np.where(self._wet[:, np.newaxis], 0.0, command) if self._wet.any() else command
 
     def look(self):
-        """Report who has come into the water in this step."""
+        """Report the robots that have come into the water in this step."""
         wet = off_land(self._team, self._motion.pose[:, :2], self._land)
         wet[self._mirrored] = False
         for row in np.flatnonzero(wet & ~self._wet).tolist():

@@ -12,18 +12,18 @@ DOWNWARDS = ("falling", "upside down")
 
 
 class Flights:
-    """What robots that fly do whatever they are commanded, and what may be asked of them."""
+    """Take-offs, landings and motors of the robots that fly."""
 
     def __init__(self, team, motion, clock, faults, mirrored, takeoff):
         """``mirrored``: rows of robots that are not simulated; ``takeoff`` (n,) [m]: heights to which
-        robots rise before anybody obeys, None where they do not."""
+        robots rise before the run, None where they do not."""
         self._team, self._motion, self._clock, self._faults = team, motion, clock, faults
         self._mirrored, self.takeoff = set(mirrored.tolist()), takeoff
         self._aloft = np.flatnonzero(team.airborne).tolist()
         self.begin()
 
     def begin(self):
-        """Let all obey their commands, but for a take-off before the run."""
+        """Reset: all robots obey their commands, except for a take-off before the run."""
         self._manoeuvres = Manoeuvres(self._team)
         self.rising = self.takeoff is not None  # whether all wait until those that fly are up
         if self.rising:
@@ -80,7 +80,7 @@ class Flights:
             raise WorldError("height {} m: wanted above 0, to {:g} m".format(height, FARTHEST))
         states = self.states(command)
         for row in rows.tolist():
-            lost = self._faults.has_lost_rotor(row)
+            lost = self._faults.lost_rotor(row)
             if lost or states[row] in DOWNWARDS:
                 state = "has lost a rotor" if lost else "is {}".format(states[row])
                 raise WorldError("robot{} {}: wanted one that can take off".format(row + 1, state))
@@ -95,10 +95,10 @@ class Flights:
         self._manoeuvres.land(self._flyers(rows, "land"))
 
     def power(self, rows, command):
-        """Let motors that were cut turn again, of ``rows`` that stand upright."""
+        """Switch the motors of ``rows``, which stand upright, on again."""
         states = self.states(command)
         for row in self._flyers(rows, "power").tolist():
-            if states[row] == "motors off" and not self._faults.has_lost_rotor(row):
+            if states[row] == "motors off" and not self._faults.lost_rotor(row):
                 self._motion.power(row)
 
     def cut_motors(self, rows, falls, have_motors):
@@ -120,7 +120,7 @@ class Flights:
                 )
         self._manoeuvres.release(rows)
         for row in rows.tolist():
-            self._faults.strike(row, OFF)
+            self._faults.inject(row, OFF)
 
     def _flyers(self, rows, what):
         every = np.arange(self._team.n)

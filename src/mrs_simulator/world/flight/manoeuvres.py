@@ -1,4 +1,4 @@
-"""What robots that fly do by themselves when told: take off, land, and stay down."""
+"""Manoeuvres of flying robots: take off, land, and stay down."""
 
 import numpy as np
 
@@ -9,9 +9,9 @@ SLOW = 0.1  # [m/s, rad/s] of a command, below which a robot is said to hover
 
 
 class Manoeuvres:
-    """Which of the n robots of a team rise or come down, whatever they are commanded meanwhile.
+    """The robots of a team that take off or land, whatever their commands.
 
-    One that has landed so stays down until it is told to take off.
+    One that has landed so stays down until it takes off.
     """
 
     def __init__(self, team):
@@ -43,7 +43,7 @@ class Manoeuvres:
     def applied(self, command, z, climb, all_wait=False):
         """Return what robots at heights ``z`` (n,) [m] obey instead of ``command`` (n, a).
 
-        ``climb`` (n,) [m/s]: how fast they rise; ``all_wait``: whether nobody obeys meanwhile.
+        ``climb`` (n,) [m/s]: how fast they rise; ``all_wait``: whether all others stand still meanwhile.
         """
         there = self.rising & (np.abs(self._height - z) < THERE) & (np.abs(climb) < STILL)
         self.release(there)

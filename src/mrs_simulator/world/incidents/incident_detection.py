@@ -1,24 +1,24 @@
-"""What befalls robots in the world: noticed where it begins, and told once."""
+"""Detection of incidents in the motion: each is reported once, when it begins."""
 
 import numpy as np
 
 from mrs_simulator.scenario.incidents import NOT_FINITE, SATURATED, UPSIDE_DOWN
 
-HELD = {SATURATED: 0.5, UPSIDE_DOWN: 0.0}  # [s] for which it holds before it is told
-LASTING = (UPSIDE_DOWN,)  # told once, and not at each turn of a body that tumbles
+HELD = {SATURATED: 0.5, UPSIDE_DOWN: 0.0}  # [s] for which it holds before it is reported
+LASTING = (UPSIDE_DOWN,)  # reported once, and not at each turn of a body that tumbles
 
 
-class Watch:
-    """Notices what comes over m robots, and how long it has held."""
+class IncidentDetector:
+    """Detects incidents of m robots by how long their conditions hold."""
 
     def __init__(self, m, step):
-        """``step`` [s] between two looks."""
+        """``step`` [s] between two updates."""
         self._step = step
         self._since = {what: np.zeros(m) for what in HELD}
         self._found = []
 
-    def look(self, what, holds):
-        """Note that ``what`` now holds for robots, (m,) bool."""
+    def update(self, what, holds):
+        """Record for which robots, (m,) bool, the condition ``what`` holds now."""
         since = self._since[what]
         if what in LASTING:
             holds = holds | (since > 0.0)
@@ -29,12 +29,12 @@ class Watch:
         self._since[what] = held
         self._found += [(row, what) for row in np.flatnonzero(begun).tolist()]
 
-    def tell(self, rows, what):
-        """Note that ``what`` has come over robots ``rows``."""
+    def add(self, rows, what):
+        """Record the incident ``what`` of robots ``rows``."""
         self._found += [(row, what) for row in rows]
 
     def take(self):
-        """Return ``(row, what)`` of all that was noticed since the last call."""
+        """Return ``(row, what)`` of all incidents detected since the last call."""
         if not self._found:
             return ()
         taken, self._found = self._found, []
@@ -42,7 +42,7 @@ class Watch:
 
 
 def not_finite(inner):
-    """Return which robots, (m,) bool, have a number in their ``inner`` state that is none; None: nobody."""
+    """Return the robots, (m,) bool, whose ``inner`` state is not finite; None where all are."""
     total = 0.0
     for part in _arrays(inner):
         total += part.sum()
@@ -54,9 +54,9 @@ def not_finite(inner):
     return bad if bad.any() else None
 
 
-def mended(inner, before, bad, watch):
-    """Return ``inner`` with the states ``before`` of robots ``bad``, (m,) bool, and tell ``watch``."""
-    watch.tell(np.flatnonzero(bad).tolist(), NOT_FINITE)
+def mended(inner, before, bad, detector):
+    """Return ``inner`` with the states ``before`` of robots ``bad``, (m,) bool; report to ``detector``."""
+    detector.add(np.flatnonzero(bad).tolist(), NOT_FINITE)
     return _replaced(inner, before, bad)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.scenario.incidents import LOST, SATURATED, UPSIDE_DOWN
 from mrs_simulator.vehicles.team import columns_of
-from mrs_simulator.world.contact.flight_contact import Touching
-from mrs_simulator.world.incidents.incident_detection import Watch, mended, not_finite
+from mrs_simulator.world.contact.flight_contact import FlightContacts
+from mrs_simulator.world.incidents.incident_detection import IncidentDetector, mended, not_finite
 from mrs_simulator.world.motion.forced import ForcedMotion
 from mrs_simulator.world.motion.kinematic import KinematicMotion
 from mrs_simulator.world.motion.weather import Weather
@@ -43,17 +43,17 @@ class AirborneMotion(KinematicMotion):
 
     # Motors --------------------------------------------------------------------------------------
 
-    def strike(self, row, fault, rotor=0):
-        """Let the ``fault``, of ``core.incidents.FAULTS``, befall robot ``row``: a ``rotor``, its index, or
-        its motors.  ``ValueError`` for one that has none."""
+    def inject(self, row, fault, rotor=0):
+        """Inject the ``fault``, of ``core.incidents.FAULTS``, into robot ``row``: into a ``rotor``, its
+        index, or its motors.  ``ValueError`` for one that has none."""
         for group, flight in self._flying():
             member = np.flatnonzero(np.arange(self.team.n)[group.rows] == row)
             if len(member) and hasattr(group.drive, "lost"):
-                return flight.strike(int(member[0]), fault, rotor)
+                return flight.inject(int(member[0]), fault, rotor)
         raise ValueError("a {} has no rotors".format(self.team.kinds[row].title))
 
     def power(self, row):
-        """Let the motors of robot ``row``, which flies, turn again."""
+        """Switch the motors of robot ``row``, which flies, on again."""
         for group, flight in self._flying():
             own = np.arange(self.team.n)[group.rows] == row
             if own.any() and hasattr(group.drive, "lost"):
@@ -67,11 +67,11 @@ class AirborneMotion(KinematicMotion):
             result[group.rows] = flight.powered
         return result
 
-    def mishaps(self):
-        """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
+    def detected_incidents(self):
+        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``core.incidents``."""
         found = []
         for group, flight in self._flying():
-            for member, what in flight.watch.take():
+            for member, what in flight.detector.take():
                 found.append((int(np.arange(self.team.n)[group.rows][member]), what))
         return found
 
@@ -169,7 +169,7 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         self._bodies.solved[rows[free]] = hasattr(group.drive, "lost")
         touching = None
         if hasattr(group.drive, "lost"):
-            touching = Touching(group.kinds, names, self._bodies.obstacles, free)
+            touching = FlightContacts(group.kinds, names, self._bodies.obstacles, free)
         return AirborneGroup(group, pose, z, self.step, weather, touching)
 
     def move_obstacles(self, obstacles):
@@ -183,9 +183,9 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         self._bodies.resting = self._risen <= 0.0 if self._bodies.moves else None
         return super()._separate()
 
-    def mishaps(self):
-        """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
-        return super().mishaps() + ForcedMotion.mishaps(self)
+    def detected_incidents(self):
+        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``core.incidents``."""
+        return super().detected_incidents() + ForcedMotion.detected_incidents(self)
 
     def contacts(self):
         """Return the contacts of the last step: ``(first, second, x, y, z)`` each."""
@@ -194,7 +194,7 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         return wheeled + touched + super().contacts()
 
     def close(self):
-        """Give back what the solvers hold."""
+        """Disconnect from the solvers."""
         super().close()
         for _, flight in self._flying():
             flight.close()
@@ -210,7 +210,7 @@ class AirborneGroup:
         forces.
         """
         self._group, self._weather, self._touching = group, weather, touching
-        self.watch = Watch(len(group.kinds), step)
+        self.detector = IncidentDetector(len(group.kinds), step)
         self._take(group.drive.begin(np.array(pose), np.array(z), group.numbers))
 
     def _take(self, inner):
@@ -235,11 +235,11 @@ class AirborneGroup:
         inner = group.drive.flown(*given, *forces)
         bad = not_finite(inner)
         if bad is not None:
-            inner = self._stopped(mended(inner, self._inner, bad, self.watch), bad)
+            inner = self._stopped(mended(inner, self._inner, bad, self.detector), bad)
         self._take(inner)
         self._look()
         below = self.spatial.z < 0.0
-        if below.any():  # nobody sinks into the ground
+        if below.any():  # robots do not sink into the ground
             place = np.column_stack([self._pose[:, :2], np.maximum(self.spatial.z, 0.0)])
             self.stop(below, place, LANDED)
         return self._pose
@@ -254,16 +254,16 @@ class AirborneGroup:
     def _look(self):
         drive = self._group.drive
         if hasattr(drive, "upside_down"):
-            self.watch.look(UPSIDE_DOWN, drive.upside_down(self._inner))
-            self.watch.look(SATURATED, drive.saturated(self._inner, self._group.numbers))
+            self.detector.update(UPSIDE_DOWN, drive.upside_down(self._inner))
+            self.detector.update(SATURATED, drive.saturated(self._inner, self._group.numbers))
 
     def move_obstacles(self, obstacles):
         """Let a solver have the ``obstacles`` where they are after the next step."""
         if self._touching is not None:
             self._touching.move_obstacles(obstacles)
 
-    def strike(self, member, fault, rotor):
-        """Let a ``fault`` befall the robot ``member``: a ``rotor``, its index, or its motors."""
+    def inject(self, member, fault, rotor):
+        """Inject a ``fault`` into the robot ``member``: into a ``rotor``, its index, or its motors."""
         drive = self._group.drive
         if fault == LOST:
             self._take(drive.lost(self._inner, member, rotor))
@@ -271,7 +271,7 @@ class AirborneGroup:
             self._take(drive.powerless(self._inner, member))
 
     def power(self, rows):
-        """Let the motors of robots ``rows`` (m,) bool turn again."""
+        """Switch the motors of robots ``rows`` (m,) bool on again."""
         self._take(self._group.drive.powered(self._inner, rows))
 
     def contacts(self):
@@ -287,6 +287,6 @@ class AirborneGroup:
             self._take(self._group.drive.stopped(self._inner, pushed, place, most))
 
     def close(self):
-        """Give back what a solver holds."""
+        """Disconnect from the solver."""
         if self._touching is not None:
             self._touching.close()

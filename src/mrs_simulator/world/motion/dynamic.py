@@ -17,7 +17,7 @@ from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.limits import AxisLimits
 from mrs_simulator.vehicles.team import shared
 from mrs_simulator.world.contact.bodies import Bodies
-from mrs_simulator.world.contact.movers import Movers
+from mrs_simulator.world.contact.movers import ObstacleMover
 from mrs_simulator.world.contact.scene import (
     add_ground,
     add_obstacle,
@@ -32,7 +32,7 @@ SUBSTEP = 0.005  # [s] the longest step of the solver
 ITERATIONS = 10  # [-] of the solver in one substep
 GROUND_FRICTION = 1.0  # [-] pybullet multiplies the two friction coefficients
 SETTLING = 40  # [-] substeps in which a robot put on the ground comes to rest
-STILL = 1e-3  # [m/s, rad/s] below which a robot that is told to stand does
+STILL = 1e-3  # [m/s, rad/s] below which a robot that is to stand counts as standing
 STANDING = 25  # [-] steps in which all do before the solver rests
 NO_RAMP = 1e3  # [m/s^2, rad/s^2] stands for no ramp: motors have torque, not infinite acceleration
 
@@ -53,7 +53,7 @@ class DynamicMotion:
     """Robots as rigid bodies on their wheels, in a pybullet world of their own."""
 
     SUBSTEP, ITERATIONS = SUBSTEP, ITERATIONS  # of the solver, unless others are given
-    z = spatial = None  # nobody leaves the ground
+    z = spatial = None  # all robots are on the ground
 
     def __init__(
         self,
@@ -101,7 +101,7 @@ class DynamicMotion:
         # On flat ones robots drive.
         fixed = [None if is_flat(o) else add_obstacle(self._client, o) for o in obstacles]
         self._names.update({body: o.name for body, o in zip(fixed, obstacles) if body is not None})
-        self._movers = Movers(self._client, obstacles, fixed)
+        self._movers = ObstacleMover(self._client, obstacles, fixed)
         self._bodies = {}  # by row
         self._populate(poses)
         models = [self._models[kind] for kind in self.team.kinds]
@@ -287,7 +287,7 @@ class DynamicMotion:
         mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
         for row, pose in zip(self._mirrored, mirrored[0].tolist()):
             self._put(row, pose)
-        speeds = self._told(command)
+        speeds = self._wheel_targets(command)
         self._drive(speeds)
         if self._is_solved(speeds):
             self._read()
@@ -295,8 +295,8 @@ class DynamicMotion:
         else:
             self.twist = np.zeros_like(self.twist)
 
-    def _told(self, command):
-        """Let velocities follow ``command`` (n, a) for a step; return what the wheels that roll are told,
+    def _wheel_targets(self, command):
+        """Let velocities follow ``command`` (n, a) for a step; return the speeds of the wheels that roll,
         (n, 2) [rad/s]."""
         if len(self._mirrored):
             command = command.copy()
@@ -311,8 +311,8 @@ class DynamicMotion:
         return speeds
 
     def _is_solved(self, speeds):
-        """Let the solver move its bodies for a step, and return True, unless all of them stand, told
-        wheel ``speeds`` (n, 2) [rad/s]."""
+        """Let the solver move its bodies for a step, and return True, unless all of them stand at wheel
+        ``speeds`` (n, 2) [rad/s]."""
         pushed = [forces for forces in self._pushed if forces is not None]
         if not pushed and self._stand(speeds):
             return False
@@ -326,7 +326,7 @@ class DynamicMotion:
         return True
 
     def _stand(self, speeds):
-        """Return whether all robots stand, told to turn their wheels at ``speeds`` (n, 2) [rad/s].
+        """Return whether all robots stand, with their wheels commanded to ``speeds`` (n, 2) [rad/s].
 
         The solver ends before it converges, and robots at rest would creep by up to 0.2 mm/s; with 200
         iterations it is nothing.
@@ -342,7 +342,7 @@ class DynamicMotion:
         """Let what else pulls at bodies do so; here nothing does."""
 
     def add_name(self, body, name):
-        """Let contacts of a further ``body`` be told by ``name``."""
+        """Report contacts of a further ``body`` under ``name``."""
         self._names[body] = name
 
     def _rates(self, index, group):
@@ -381,7 +381,7 @@ class DynamicMotion:
             pybullet.applyExternalTorque(body, -1, [0.0, 0.0, m], frame, physicsClientId=client)
 
     def _drive(self, speeds):
-        """Let the wheels turn at ``speeds`` (n, 2) [rad/s]; told are those whose speed is new."""
+        """Let the wheels turn at ``speeds`` (n, 2) [rad/s]; only motors with a new speed are set."""
         changed = np.flatnonzero(np.any(speeds != self._driven, axis=1)).tolist()
         for row, speed in zip(changed, speeds[changed].tolist()):
             if not self._wheels[row] or row not in self._bodies:

@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.scenario.surroundings.environment import CALM
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team import columns_of
-from mrs_simulator.world.incidents.incident_detection import Watch, mended, not_finite
+from mrs_simulator.world.incidents.incident_detection import IncidentDetector, mended, not_finite
 from mrs_simulator.world.motion.kinematic import KinematicMotion
 from mrs_simulator.world.motion.weather import Weather
 
@@ -40,7 +40,7 @@ class ForcedMotion(KinematicMotion):
 
     @property
     def wheeled(self):
-        """Return the ``WheeledPart``, None where nobody stands on wheels."""
+        """Return the ``WheeledPart``, None where no robot is on wheels."""
         return self._wheeled
 
     def _firm(self, mirrored):
@@ -51,7 +51,7 @@ class ForcedMotion(KinematicMotion):
         super().reset(poses)
         self._reach = np.inf  # waves push harder than thrusters
         self.efforts = (
-            None  # (n, 4) told to thrusters past the controllers, nan where not; None: nowhere
+            None  # (n, 4) of thrusters commanded past the controllers, nan where not; None: nowhere
         )
         self._parts = {
             group.drive: self._part(group)
@@ -91,16 +91,16 @@ class ForcedMotion(KinematicMotion):
         """Return the contacts of the last step: ``(first, second, x, y)`` each."""
         return self._wheeled_contacts() + [contact[:4] for contact in self._contacts]
 
-    def mishaps(self):
-        """Return ``(row, what)`` of what was noticed in the last step, ``what`` of ``core.incidents``."""
+    def detected_incidents(self):
+        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``core.incidents``."""
         return [
             (int(np.arange(self.team.n)[group.rows][member]), what)
             for group, part in self._watched
-            for member, what in part.watch.take()
+            for member, what in part.detector.take()
         ]
 
     def close(self):
-        """Give back what the solver holds."""
+        """Disconnect from the solver."""
         if self._wheeled is not None:
             self._wheeled.close()
 
@@ -155,13 +155,13 @@ class ForcedGroup:
         self._numbers = columns_of(group.kinds, group.drive)  # whatever the limits
         self._weather, self._step = weather, step
         self._state = group.drive.begin(len(group.kinds))
-        self.watch = Watch(len(group.kinds), step)
+        self.detector = IncidentDetector(len(group.kinds), step)
         weather.reset()
 
     def advance(self, pose, command, efforts=None):
         """Return the poses (m, 3) after a step from ``pose`` under ``command`` (m, axes).
 
-        ``efforts`` (m, 4): of thrusters that are told past the controllers.
+        ``efforts`` (m, 4): of thrusters that are commanded past the controllers.
         """
         after, state = self._drive.forced(
             pose,
@@ -178,7 +178,7 @@ class ForcedGroup:
         if bad is not None:  # they are where they were, at rest
             at_rest = self._drive.begin(len(after))
             after = np.where(bad[:, np.newaxis], pose, after)
-            state = mended(state, at_rest, bad, self.watch)
+            state = mended(state, at_rest, bad, self.detector)
         self._state = state
         return after
 

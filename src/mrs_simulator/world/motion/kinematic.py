@@ -71,7 +71,7 @@ def currents(team, environment, mirrored):
 class KinematicMotion:
     """Robots moved exactly, with the firmware's limits, bodies kept apart."""
 
-    z = spatial = None  # nobody leaves the ground
+    z = spatial = None  # all robots are on the ground
 
     def __init__(self, kinds, poses, obstacles=(), limits="firmware", step=0.02, mirrored=(),
                  encoders=False, environment=CALM, errors=None):  # fmt: skip
@@ -90,7 +90,7 @@ class KinematicMotion:
         )
         self._retargeted = [g for g in self.team.groups if not self._is_clipped(g)]
         self._unramped = [group for group in self.team.groups if not group.drive.RAMPS]
-        # [m] that nobody exceeds in a step
+        # [m] the longest way in a step
         self._reach = step * float(self.team.speeds[:, 0].max())
         self._encoders, self._bounds, self._shares = encoders, None, None
         self._bodies = Bodies(self.team, obstacles, self._firm(mirrored))
@@ -106,7 +106,10 @@ class KinematicMotion:
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self.pose = np.array(poses, dtype=float, order="F")
-        self._twist, self._told = None, np.zeros((len(self._mirrored), 3))  # what ``place`` told
+        self._twist, self._mirrored_twist = (
+            None,
+            np.zeros((len(self._mirrored), 3)),
+        )  # as ``place`` set them
         # What ramps, group after group: velocities along the team's axes, or joints instead.
         self._inner = np.zeros((self.team.n, len(self.team.axes)), order="F")
         self.wheel_travel = [  # how far the wheels of each group have rolled, (m, encoders) [m]
@@ -156,7 +159,7 @@ class KinematicMotion:
         """Put mirrored robots ``rows`` (m,) at ``poses`` (m, 3) with body ``twists`` (m, 3)."""
         self.pose, self._twist = self.pose.copy(order="F"), None
         self.pose[rows] = poses
-        self._told[np.searchsorted(self._mirrored, rows)] = twists
+        self._mirrored_twist[np.searchsorted(self._mirrored, rows)] = twists
 
     def advance(self, command):
         """Move for one step under ``command`` (n, a), a column for each axis of the team."""
@@ -188,10 +191,10 @@ class KinematicMotion:
         if self._bounds is None:
             self._bounds = self._bounds_of_leaps()
         pose, inner = self.pose.copy(order="F"), self._inner.copy(order="F")
-        told = command.copy(order="F")  # the law may raise: nothing has happened then
-        moved = pose, inner, told, *self._bounds, self.step, self._reach, self._bodies.room
+        obeyed = command.copy(order="F")  # the law may raise: nothing has happened then
+        moved = pose, inner, obeyed, *self._bounds, self.step, self._reach, self._bodies.room
         done, self._bodies.room, why = function(steps, until, every, *moved, *given)
-        command[:] = told
+        command[:] = obeyed
         self.pose, self._inner, self._twist, self._contacts = pose, inner, None, []
         return done, why
 
@@ -284,7 +287,7 @@ class KinematicMotion:
             self._twist = self._own_twist()
             if self._current is not None:
                 self._twist[:, :2] += into_body(self._current, self.pose[:, 2])
-            self._twist[self._mirrored] = self._told
+            self._twist[self._mirrored] = self._mirrored_twist
         return self._twist
 
     def _own_twist(self):
@@ -339,7 +342,7 @@ class PointMassMotion:
         """``kinds``: the ``Team``, or its kinds; ``hand_length`` [m] is l, as the drives' points take it.
 
         ``mirrored``: rows of robots that ``place`` alone moves; ``period`` [s] for which a command is
-        held, by default ``step``: a car's tells the steering angle at its end; ``environment``: its current
+        held, by default ``step``: a car's gives the steering angle at its end; ``environment``: its current
         carries points in the water; ``z`` (n,) [m]: heights at which robots begin, by default 0.
         """
         self.step, self._period = step, period or step
@@ -386,12 +389,12 @@ class PointMassMotion:
             self.z[rows] = z
 
     def _renew(self):
-        """Let poses and twists be arrays that nobody else knows."""
+        """Replace poses and twists by copies, since callers may keep the old arrays."""
         self.pose, self.twist = self.pose.copy(order="F"), self.twist.copy(order="F")
 
     def advance(self, command):
         """Move for one step under ``command`` (n, a); the body twist is the point's velocity."""
-        self._renew()  # somebody may have kept them
+        self._renew()
         mirrored_twist = self.twist[self._mirrored]
         command = np.array(command, dtype=float)
         command[self._mirrored] = 0.0
@@ -415,9 +418,9 @@ class PointMassMotion:
 
     def leap(self, steps, until, every, command, function, *given):
         """Move as ``KinematicMotion.leap`` does, by ``stretches.point_stretch``."""
-        pose, twist, told = (each.copy("F") for each in (self.pose, self.twist, command))
-        result = function(steps, until, every, pose, twist, told, self.step, *given)
-        self.pose, self.twist, command[:] = pose, twist, told
+        pose, twist, obeyed = (each.copy("F") for each in (self.pose, self.twist, command))
+        result = function(steps, until, every, pose, twist, obeyed, self.step, *given)
+        self.pose, self.twist, command[:] = pose, twist, obeyed
         return result
 
     def move_obstacles(self, obstacles):

@@ -1,4 +1,4 @@
-"""Which motion moves a team: by its fidelity, and by what its robots move in."""
+"""Choice of a team's motion, by fidelity, medium and engine."""
 
 from typing import Any, NamedTuple
 
@@ -39,7 +39,7 @@ class Surroundings(NamedTuple):
     hand_length: float  # [m]
     command_period: float  # [s]
     engine: str = ENGINES[0]  # what moves robots on wheels with forces
-    errors: Any = None  # ``core.odometry_errors``, of whose wheels robots roll
+    errors: Any = None  # ``core.odometry_errors``, which give the true wheels
 
 
 def new_motion(team, poses, z, around):

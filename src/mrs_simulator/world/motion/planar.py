@@ -12,7 +12,7 @@ import pybullet
 from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.scenario.surroundings.moving_obstacles import moves
 from mrs_simulator.scenario.surroundings.obstacles import is_flat
-from mrs_simulator.world.contact.broad_phase import Nearness
+from mrs_simulator.world.contact.broad_phase import BroadPhase
 from mrs_simulator.world.motion.dynamic import STANDING, STILL, DynamicMotion, seen_at_centre
 from mrs_simulator.world.motion.planar_body import PlanarBodies
 from mrs_simulator.world.motion.rolling import Wheels, rolled
@@ -49,14 +49,14 @@ class PlanarMotion(DynamicMotion):
             np.array([getattr(stance, key) for stance in own])
             for key in ("mass", "inertia", "ahead")
         )
-        self._nearness = Nearness([stance.reach for stance in own], self._solid)
+        self._broad_phase = BroadPhase([stance.reach for stance in own], self._solid)
         self._radius = np.array([kind.numbers.radius for kind in self.team.kinds])
 
     def reset(self, poses):
         """Put the robots at rest at ``poses`` (n, 3)."""
         self._take_out(list(self._bodies))
         super().reset(poses)
-        self._nearness.moved_elsewhere()
+        self._broad_phase.moved_elsewhere()
         self._since = np.zeros(self.team.n, dtype=int)  # steps in the solver
         self._calm = np.zeros(self.team.n, dtype=bool)
         self._counted = [  # by encoders of those that wheel forces push, [m]
@@ -66,7 +66,7 @@ class PlanarMotion(DynamicMotion):
         self._divide()
 
     def _divide(self):
-        """Tell apart whom the solver moves, who rolls and who is pushed in the plane."""
+        """Divide robots into those in the solver, those that roll and those pushed in the plane."""
         free = set(range(self.team.n)) - set(self._bodies) - set(self._mirrored.tolist())
         groups = self.team.groups
         self._pushed = list(
@@ -106,7 +106,7 @@ class PlanarMotion(DynamicMotion):
         moving = [each for each in self._plane.obstacles if moves(each)]
         super().move_obstacles(obstacles)
         solid = [each for each in obstacles if not is_flat(each)]
-        self._nearness.stand(solid + [each for each in moving if not is_flat(each)])
+        self._broad_phase.stand(solid + [each for each in moving if not is_flat(each)])
 
     # A step --------------------------------------------------------------------------------------
 
@@ -114,7 +114,7 @@ class PlanarMotion(DynamicMotion):
         """Move for one step under ``command`` (n, a), a column for each axis of the team."""
         mirrored = self.pose[self._mirrored], self.twist[self._mirrored]
         self._choose()
-        speeds = self._told(command)
+        speeds = self._wheel_targets(command)
         pose, twist = self.pose.copy(), self.twist.copy()
         self._roll(speeds, pose, twist)
         for forces in filter(None, self._sliding):
@@ -138,7 +138,7 @@ class PlanarMotion(DynamicMotion):
         return super()._rates(index, group)
 
     def _roll(self, speeds, pose, twist):
-        """Move those that roll in the plane, in place; whoever tips is left to the solver."""
+        """Move those that roll in the plane, in place; those that tip are left to the solver."""
         rows = self._rolling
         if not len(rows):
             return
@@ -215,7 +215,7 @@ class PlanarMotion(DynamicMotion):
         solved = list(self._bodies)
         before[solved] = True
         fastest = np.sqrt((self.twist[:, :2] ** 2).sum(axis=1).max())
-        near = self._nearness.near(self.pose[:, :2], self.step * (fastest + QUICKER), before)
+        near = self._broad_phase.near(self.pose[:, :2], self.step * (fastest + QUICKER), before)
         if near is None and not solved:
             return
         near = np.zeros_like(before) if near is None else near
@@ -228,7 +228,7 @@ class PlanarMotion(DynamicMotion):
             self._put_in(enters)
 
     def _put_in(self, rows):
-        """Let robots ``rows`` be bodies in the solver, as they are now, and no longer in the plane."""
+        """Move robots ``rows`` from the plane into the solver, as bodies in their present state."""
         client = {"physicsClientId": self._client}
         for row in rows:
             kind, (x, y, theta) = self.team.kinds[row], self.pose[row].tolist()
@@ -251,7 +251,7 @@ class PlanarMotion(DynamicMotion):
         self._divide()
 
     def _take_out(self, rows):
-        """Let robots ``rows`` be no bodies in the solver."""
+        """Remove the bodies of robots ``rows`` from the solver."""
         for row in rows:
             body = self._bodies.pop(row)
             del self._names[body]

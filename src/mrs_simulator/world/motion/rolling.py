@@ -85,7 +85,7 @@ def _slid(wheels, pose, twist, held, rims, duration, substeps):
         p, q = _rolling_impulses(wheels, velocity, held, duration)
         slides = ~_within(wheels, p, q, duration)
         free, velocity, rows = velocity, held.copy(), np.flatnonzero(slides)
-        if len(rows):  # mostly those whose wheels have just been told another speed
+        if len(rows):  # mostly those whose wheels have just got another target speed
             own = _unpushed(free[rows], duration), rims[:, rows], p[:, rows], q[:, rows]
             velocity[rows], p[:, rows], q[:, rows] = _projected(wheels.of(rows), *own, duration)
         # An arc where they roll; where they slide the velocity goes first, then the place.

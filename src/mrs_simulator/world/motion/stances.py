@@ -29,7 +29,7 @@ class Stance(NamedTuple):
     def shift(self):
         """Return by how much [-] the load on both wheels falls for a force ahead.
 
-        With casters on both sides of the axle it stays as it is: that of each cannot be told.
+        With casters on both sides of the axle it stays as it is: that of each is unknown.
         """
         if self.front > 0.0 > self.rear:
             return 0.0

@@ -26,9 +26,9 @@ def stretch(steps, until, every, pose, inner, command, limits, step, reach, room
     ``pose`` (n, 3); ``inner`` (n, 2), speeds; ``command`` (n, 2), in force.  The law, ``term(points,
     *given)``, is asked after ``until`` steps and after every ``every`` from then on.  ``limits`` (n, 10):
     least and greatest target, most change, twice that, and limit of commands, of v and omega each.
-    ``reach`` [m]: what nobody exceeds in a step of ``step`` [s]; ``room`` [m]: how far robots may move
+    ``reach`` [m]: the longest way in a step of ``step`` [s]; ``room`` [m]: how far robots may move
     before bodies can touch; ``l`` [m]; ``scope``: saturation, a row of ``SCOPES``.  A step in which bodies
-    may touch (``NEAR``) is not made; a command that nobody could follow (``ODD``) is not given.
+    may touch (``NEAR``) is not made; a command that no robot could follow (``ODD``) is not given.
     """
     n = len(pose)
     after, mean, points = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
@@ -117,7 +117,7 @@ def sliding_stretch(
     """Move omnidirectional bases, of which none turns, as ``stretch`` does unicycles.
 
     Arguments as there, but for columns of three axes; ``wheels`` (n, 4, 3) of each robot: what one of its
-    rims does at vx and at vy, and the limit of its speed.  Where a robot turns, or is told to, no step is
+    rims does at vx and at vy, and the limit of its speed.  Where a robot turns, or is to turn, no step is
     made.
     """
     n = len(pose)

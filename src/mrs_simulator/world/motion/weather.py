@@ -20,7 +20,7 @@ DAMPING = 0.1  # [-] lambda of the waves' spectrum: how broad it is
 
 
 class Gusts:
-    """How much faster than its mean the wind blows at each of m robots."""
+    """The wind's deviation from its mean at each of m robots."""
 
     def __init__(self, deviation, time, step, seed, rows):
         """``deviation`` sigma [m/s]; ``time`` T [s]; ``step`` [s]; ``rows``: of the robots in the team."""

@@ -1,26 +1,27 @@
-"""What cameras in the scene see, by pybullet's software renderer."""
+"""Pictures of simulated cameras, by pybullet's renderer."""
 
 from mrs_simulator.sensors.suite import SensorError
 
 
-class Eyes:
+class CameraRenderer:
     """Renders the scene of a team; pybullet and its models are loaded for the first picture."""
 
     def __init__(self, team, obstacles=()):
         """``team``: the ``vehicles.Team``; ``obstacles``: ``Box`` and ``Cylinder``."""
         self._team, self._obstacles, self._view, self._shown = team, tuple(obstacles), None, None
 
-    def __call__(self, state, eye, ahead, numbers):
+    def __call__(self, state, eye, ahead, settings):
         """Return colours (height, width, 3) uint8 and depth (height, width) [m] from ``eye`` (3,) [m].
 
-        ``ahead`` (3,): where it looks; ``numbers``: of a camera.  Depth is along its axis, inf for nothing.
+        ``ahead`` (3,): where it looks; ``settings``: ``CameraSettings``.  Depth is along its axis, inf for
+        nothing.
         """
         if self._view is None:
             self._view = self._opened(state)
         if self._shown is not state:  # several cameras look at the same time
             self._view.show(state.pose, state.spatial, state.time)
             self._shown = state
-        return self._view.seen(eye, ahead, numbers)
+        return self._view.seen(eye, ahead, settings)
 
     def _opened(self, state):
         try:

@@ -13,7 +13,7 @@ import pybullet
 
 from mrs_simulator.scenario.surroundings.moving_obstacles import obstacles_at
 from mrs_simulator.vehicles import Team
-from mrs_simulator.world.contact.movers import Movers
+from mrs_simulator.world.contact.movers import ObstacleMover
 from mrs_simulator.world.contact.scene import add_looks, add_obstacle, mass_centre
 from mrs_simulator.world.rendering.pinhole import depths, upright_field
 from mrs_simulator.world.rendering.renderers import SOFTWARE, chosen_renderer
@@ -59,7 +59,7 @@ class View:
         self._add_floor(poses, obstacles)
         self._obstacles = tuple(obstacles)
         bodies = [add_obstacle(self._client, obstacle) for obstacle in self._obstacles]
-        self._movers = Movers(self._client, self._obstacles, bodies)
+        self._movers = ObstacleMover(self._client, self._obstacles, bodies)
         self.look_at(*_framing(poses, WINDOW_FIELD_OF_VIEW if window else FIELD_OF_VIEW))
         self._configure(pybullet.COV_ENABLE_RENDERING, True)
 
@@ -167,7 +167,7 @@ class View:
 
 
 def _pinhole(numbers, renderer):
-    """Return OpenGL's projection for the ``numbers`` of a camera, whose axis meets the picture's middle.
+    """Return OpenGL's projection for the ``settings`` of a camera, whose axis meets the picture's middle.
 
     The software renderer looks half a pixel aside of the middles of pixels, which is made up for.
     """
@@ -188,7 +188,7 @@ def _need_display(name):
     """Return a connection to the X server ``name``; ``ViewError`` if none answers.
 
     pybullet would end the process.  The connection is kept: a virtual server starts anew when its
-    last client leaves, and turns away who comes meanwhile.
+    last client leaves, and refuses further ones meanwhile.
     """
     if not name:
         raise ViewError("pybullet's window needs a display: DISPLAY is not set")

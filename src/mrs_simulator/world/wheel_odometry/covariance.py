@@ -1,4 +1,4 @@
-"""How sure wheel odometry is of a pose, by the model of its errors that a scenario declares."""
+"""Covariance of wheel odometry, by the scenario's model of its errors."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from mrs_simulator.scenario.team.odometry_errors import step_deviations
 
 
 class OdometryCovariance:
-    """Covariances of the poses that odometry tells, each in its own frame, to first order.
+    """Covariances of the poses by odometry, each in its own frame, to first order.
 
     Errors that are new in each step, of covariance Q in the robot's axes, and errors e that stay, of
     variances V, on which a step's way depends by D, give
@@ -16,20 +16,20 @@ class OdometryCovariance:
 
     with F and G the slopes of the new pose by the old one and by the way (Smith and Cheeseman, 1986).
     What is drawn once for a run stays, and so does what is the same for all robots, such as ``Ed``:
-    nobody who hears the odometry knows it, and its variance is its own square, as of an unknown sign.
+    it is unknown to those who use the odometry, and its variance is its square, as of an unknown sign.
     """
 
     def __init__(self, team, errors, poses, odometry):
         """``errors``: ``core.odometry_errors.OdometryErrors``.
 
-        ``poses``, ``odometry`` (n, 3): true and told, where robots begin; they are known exactly there.
+        ``poses``, ``odometry`` (n, 3): true and reported poses at the beginning, which are known exactly.
         """
         self._errors = errors
         self._counted, self._track = np.zeros(team.n, dtype=bool), np.ones(team.n)
         for group in team.groups:
             self._counted[group.rows] = group.drive.ENCODERS > 0  # others know how they move
             self._track[group.rows] = getattr(group.numbers, "track", 1.0)
-        self._by_wheels = 0.0 if errors.gyro else 1.0  # a gyro tells turns in their place
+        self._by_wheels = 0.0 if errors.gyro else 1.0  # a gyro measures turns in their place
         bias, self._walk = errors.gyro or (0.0, 0.0)
         drawn = errors.factor / 3.0**0.5  # evenly, one for distances and one for turns
         stays = drawn, drawn, bias, errors.Ed - 1.0, errors.Eb - 1.0
@@ -39,19 +39,19 @@ class OdometryCovariance:
         self._slopes = np.zeros((team.n, 3, len(self._variances)))
 
     def follow(self, poses, odometry, seconds):
-        """Take in ``poses`` and ``odometry`` (n, 3) by now, ``seconds`` after those that came before."""
+        """Update by ``poses`` and ``odometry`` (n, 3), ``seconds`` after the last ones."""
         if not seconds > 0.0:
             return
-        way, told = relative(self._poses, poses), relative(self._odometry, odometry)
+        way, reported = relative(self._poses, poses), relative(self._odometry, odometry)
         before = self._odometry[:, 2]
         self._poses, self._odometry = np.array(poses), np.array(odometry)
-        forth, turn = _slopes(before, told)
+        forth, turn = _slopes(before, reported)
         new = turn @ self._step_noise(way, seconds) @ np.swapaxes(turn, 1, 2)
         self._new = forth @ self._new @ np.swapaxes(forth, 1, 2) + new
-        self._slopes = forth @ self._slopes + turn @ self._step_slopes(told, seconds)
+        self._slopes = forth @ self._slopes + turn @ self._step_slopes(reported, seconds)
 
     def _step_noise(self, way, seconds):
-        """Return the covariance (n, 3, 3) of what is new on a ``way`` (n, 3), in the robots' axes."""
+        """Return the covariance (n, 3, 3) of new errors on a ``way`` (n, 3), in the robots' axes."""
         speed, rate = np.hypot(way[:, 0], way[:, 1]) / seconds, way[:, 2] / seconds
         distance, turn, heading = step_deviations(self._errors.alpha, speed, rate, seconds)
         noise = np.zeros((len(way), 3, 3))
@@ -59,10 +59,10 @@ class OdometryCovariance:
         noise[:, 2, 2] = turn**2 + heading**2 + self._walk**2 * seconds
         return noise
 
-    def _step_slopes(self, told, seconds):
-        """Return how what was ``told`` (n, 3) of a step depends on the errors that stay, (n, 3, 5)."""
-        x, y, turn = told.T
-        slopes = np.zeros((len(told), 3, len(self._variances)))
+    def _step_slopes(self, reported, seconds):
+        """Return the slopes (n, 3, 5) of the step ``reported`` (n, 3) by the errors that stay."""
+        x, y, turn = reported.T
+        slopes = np.zeros((len(reported), 3, len(self._variances)))
         slopes[:, 0, 0], slopes[:, 1, 0], slopes[:, 2, 1] = x, y, turn
         slopes[:, 2, 2] = seconds
         # The right wheel Ed times the left one: arcs for straight lines, and the reverse.

@@ -1,4 +1,4 @@
-"""Where robots are by their own odometry, as they have told it last."""
+"""Poses of the robots by their own odometry, as last reported."""
 
 import numpy as np
 
@@ -24,12 +24,12 @@ def wheel_odometry(team, fidelity, seed, errors, step):
 
 
 class Estimates:
-    """Odometry of the robots that a ``motion`` moves: true poses, or what their wheels make of them."""
+    """Odometry of the robots that a ``motion`` moves: true poses, or those reckoned from their wheels."""
 
     def __init__(self, team, motion, clock, starts, mirrored, wheels, by_wheels, rate):
         """``starts`` (n, 3): where robots begin; ``wheels``: their ``WheelOdometry``, None for none.
 
-        ``by_wheels``: whether that is what robots tell, and not their true poses; ``rate`` [Hz] as
+        ``by_wheels``: whether robots report that, and not their true poses; ``rate`` [Hz] as
         ``World``'s ``odometry_rate``.
         """
         self._team, self._motion, self._clock = team, motion, clock
@@ -53,11 +53,11 @@ class Estimates:
             self._wheels.reset()
 
     def begin(self):
-        """Let all robots tell where they are."""
-        if self._schedule is None:  # they tell the newest
+        """Let all robots report their poses."""
+        if self._schedule is None:  # they always report the newest
             return
-        self._told = self._newest().copy()
-        self._told_z = None if self._motion.z is None else self._motion.z.copy()
+        self._reported = self._newest().copy()
+        self._reported_z = None if self._motion.z is None else self._motion.z.copy()
 
     def update(self):
         """Follow the motion by one step."""
@@ -66,9 +66,9 @@ class Estimates:
         if self._schedule is not None:
             due = self._schedule.due(self._clock.steps - self._clock.begun)
             rows = np.union1d(due, self._mirrored)
-            self._told[rows] = self._newest()[rows]
-            if self._told_z is not None:
-                self._told_z[rows] = self._motion.z[rows]
+            self._reported[rows] = self._newest()[rows]
+            if self._reported_z is not None:
+                self._reported_z[rows] = self._motion.z[rows]
 
     def _count_wheels(self):
         joints, pose = self._motion.joints(), self._motion.pose
@@ -79,7 +79,7 @@ class Estimates:
             self._wheels.pose[self._aloft] = moved
 
     def odometry(self):
-        """Return what odometry says, (n, 3), each in its own frame."""
+        """Return the poses by odometry, (n, 3), each in its own frame."""
         return self._wheels.pose if self._by_wheels else self._motion.pose
 
     def spatial(self):
@@ -90,17 +90,17 @@ class Estimates:
         return spatial._replace(orientation=turned(spatial.orientation, -self._starts[:, 2]))
 
     def origins(self):
-        """Return where the odometry frames lie in the common frame, (n, 3)."""
+        """Return the poses of the odometry frames in the common frame, (n, 3)."""
         return self._starts if self._by_wheels else np.zeros((self._team.n, 3))
 
     def pose(self):
-        """Return the poses in the common frame as odometry has told them last, (n, 3)."""
-        return self._newest() if self._schedule is None else self._told
+        """Return the last reported poses in the common frame, (n, 3)."""
+        return self._newest() if self._schedule is None else self._reported
 
     def z(self):
         """Return the heights (n,) [m] that go with :meth:`pose`, None for a team on the ground."""
         z = self._motion.z
-        return z if self._schedule is None or z is None else self._told_z
+        return z if self._schedule is None or z is None else self._reported_z
 
     def _newest(self):
         if not self._by_wheels:

@@ -21,7 +21,7 @@ class TeamStream:
 
 
 class RobotStreams:
-    """A stream for each robot and sensor: who else is in the team changes nothing."""
+    """A stream for each robot and sensor, independent of the rest of the team."""
 
     def __init__(self, seed, rows, sensor):
         """``rows``: of the robots in the team; ``sensor``: a number for each kind of sensor."""

@@ -33,7 +33,7 @@ class WheelOdometry:
         self._counted = [group.drive.ENCODERS > 0 for group in team.groups]
         for group in team.groups:
             if not group.drive.ENCODERS:
-                continue  # the world tells what such robots know of themselves
+                continue  # their odometry is the true motion, set by the world
             m, shared = len(group.kinds), len(team.groups) == 1
             rows = np.arange(team.n)[group.rows]
             noise = TeamStream(seed, m) if shared else RobotStreams(seed, rows, SENSOR)
@@ -79,7 +79,7 @@ class WheelOdometry:
             self.pose = compose(before, moved + self._noise_of(moved / self._step))
 
     def _turn(self, before, heading):
-        """Let a gyro tell how far robots have turned in this step, along the arc that this makes."""
+        """Replace the turns of this step by those of a gyro, on the arc that results."""
         bias, walk = self._gyro
         last = self._begun if self._heading is None else self._heading
         self._heading = np.array(heading)

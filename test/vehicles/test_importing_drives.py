@@ -110,7 +110,7 @@ def test_an_imported_robot_moves_with_forces_as_commanded(tmp_path, name):
         ("f1tenth", "omnidirectional", {}, "rear_right_wheel_joint'; wanted three or four that"),
         ("youbot", "car", {}, "wanted four, the front two on joints with a vertical axis"),
         ("robotino3", "differential", {}, "wanted as many left as right, which turn about y"),
-        ("f1tenth", "car", {}, "linear.x.max: nothing given, and .*f1tenth.urdf does not tell it"),
+        ("f1tenth", "car", {}, "linear.x.max: nothing given, and .*f1tenth.urdf does not give it"),
         ("crazyflie2", "quadrotor", {}, "linear.x.max: nothing given"),
         ("f1tenth", "boat", {}, "import.drive: 'boat', wanted one of differential, car"),
     ],

@@ -1,4 +1,4 @@
-"""Where robots go on to: under a command held for a while, and then braking, by their drives' own models.
+"""Predicted courses: under a command held for a while, then braking, by the drives' models.
 
 All motion is that without forces.  Of n robots; ``inner`` states are a list of what ramps, group after
 group of a team; places are those of centres.
@@ -54,7 +54,7 @@ class Courses:
         return [self._phase(g, own, g.of(command), times)[2] for g, own in self._each(inner)]
 
     def speeds(self, inner):
-        """Return how fast the centres go in ``inner`` states, (n,) [m/s]."""
+        """Return the centres' speeds in ``inner`` states, (n,) [m/s]."""
         result = np.zeros(self.team.n)
         for g, own in self._each(inner):
             if g.drive.MEDIUM == "air":
@@ -190,7 +190,7 @@ def _flown(mean, ends, heading, steps):
 
 
 def _longest(group, inner):
-    """Return in what time [s] the slowest robot of a ``group`` stands, told to."""
+    """Return the time [s] in which the slowest robot of a ``group`` brakes to rest."""
     drive, numbers = group.drive, group.numbers
     if drive.MEDIUM == "air" or not drive.RAMPS:
         late = drive.lateness(numbers) if hasattr(drive, "lateness") else 1.0
@@ -202,6 +202,6 @@ def _longest(group, inner):
 
 
 def _left(group, velocity):
-    """Return the way (m,) [m] that robots still run on at the last ``velocity`` (m, 3) looked at."""
+    """Return the remaining way (m,) [m] from the last ``velocity`` (m, 3)."""
     late = group.drive.lateness(group.numbers) if hasattr(group.drive, "lateness") else 0.0
     return late * np.linalg.norm(velocity[:, :2], axis=1)

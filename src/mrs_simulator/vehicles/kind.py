@@ -60,7 +60,7 @@ class Kind(NamedTuple):
     odometry_rate: float  # [Hz] of the real robot's driver
     mounts: Dict[str, Any]  # kept as it was read
     sources: Dict[str, str]  # key path -> where its numbers are from
-    notes: Tuple[str, ...] = ()  # what its users should know, told as warnings of a run
+    notes: Tuple[str, ...] = ()  # what its users should know, among the warnings of a run
     shape: Tuple[Part, ...] = ()  # how it looks where there is no model
     arm: Optional[Arm] = None  # on the base
 
@@ -74,7 +74,7 @@ class Kind(NamedTuple):
 
     @property
     def axes(self):
-        """Return the components of ``geometry_msgs/Twist`` that the robot obeys."""
+        """Return the components of ``geometry_msgs/Twist`` that the robot follows."""
         return self.module.AXES
 
 

@@ -1,4 +1,4 @@
-"""What the robots' limits are: those of their kinds, or those that a scenario gives."""
+"""Limits of robots: their kinds', or a scenario's."""
 
 import math
 from typing import NamedTuple
@@ -19,7 +19,7 @@ class AxisLimits(NamedTuple):
     acceleration: np.ndarray
 
     def velocities(self):
-        """Return the greatest speeds, (a,) or (n, a), as ``core.kinematics.Limits`` does."""
+        """Return the greatest speeds, (a,) or (n, a), as ``kinematics.Limits`` does."""
         return self.top
 
     def accelerations(self):

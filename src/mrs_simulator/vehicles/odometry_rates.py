@@ -1,15 +1,15 @@
-"""How often robots tell their odometry: by one rate for all, or each as its kind does."""
+"""Rates of the robots' odometry: one for all, or each kind's own."""
 
 import numpy as np
 
 from mrs_simulator.core.step_rates import rate_note, steps_between
 
 OF_KINDS = "kinds"  # the rate that means each kind's own
-MOST_NAMED = 5  # [-] robots whose rate is told
+MOST_NAMED = 5  # [-] robots that the notes name
 
 
 def odometry_steps(team, rate, step):
-    """Return after how many steps each robot of ``team`` tells its odometry anew, (n,) whole numbers.
+    """Return the steps between two odometries of each robot of ``team``, (n,) whole numbers.
 
     ``rate`` [Hz] of all robots, or ``OF_KINDS``; ``step`` [s].  The nearest whole number of steps, at
     least one: :func:`odometry_notes` says where that is another rate.
@@ -19,7 +19,7 @@ def odometry_steps(team, rate, step):
 
 
 def odometry_notes(team, rate, step):
-    """Return what to know of rates that a world with this ``step`` [s] cannot keep, a list of texts."""
+    """Return notes on rates that whole steps of ``step`` [s] cannot keep, a list of texts."""
     if rate is None:
         return []
     rates = enumerate(_wanted(team, rate).tolist(), 1)
@@ -36,7 +36,7 @@ def _wanted(team, rate):
 
 
 class OdometrySchedule:
-    """Which robots tell their odometry when, each every so many steps since a common beginning."""
+    """When each robot publishes odometry, every so many steps since a common start."""
 
     def __init__(self, steps):
         """``steps`` (n,): as of :func:`odometry_steps`."""
@@ -50,7 +50,7 @@ class OdometrySchedule:
         return int(self._steps.min())
 
     def due(self, elapsed):
-        """Return the rows of the robots that tell it ``elapsed`` steps after the beginning, (m,)."""
+        """Return the rows of the robots due ``elapsed`` steps after the start, (m,)."""
         if self._alike:
             return self._rows if elapsed % int(self._steps[0]) == 0 else self._rows[:0]
         return self._rows[elapsed % self._steps == 0]

@@ -1,7 +1,7 @@
-"""Scenarios that name no files: what a program tells others over a topic, or keeps in a rosbag.
+"""Scenarios that name no files, to be published or kept in a rosbag.
 
-Whoever reads such a scenario opens no file that it names, since anybody may have sent it.  So a kind in
-a file, its bases, its description and its model are put in as data.
+A program opens no file that a received scenario names, since its sender is unknown.  So a kind in a
+file, its bases, its description and its model are included as data.
 """
 
 import json
@@ -29,14 +29,14 @@ LEFT_OUT = (
     "model",
     "sources",
     "notes",
-)  # of a kind that is told: paths, and what others need not know
+)  # of a published kind: paths, and what receivers do not need
 
 
 def portable(scenario):
     """Return ``scenario`` with kinds that name no files, what each of these stands for, and notes.
 
     The second is a mapping of the kinds' names, as the first has them, to those in ``scenario``; notes
-    are texts on models that are not told, whose robots others draw as outlines.
+    are texts on models left out, whose robots displays draw as outlines.
     """
     beside = os.path.dirname(scenario.path) if scenario.path else ""
     own, names, notes = {}, {}, []
@@ -45,21 +45,21 @@ def portable(scenario):
             own[name] = scenario.own_kinds[name]
         elif name in scenario.own_kinds or is_file(name):
             try:
-                content = _told(name, beside, scenario.own_kinds, notes)
+                content = _portable_kind(name, beside, scenario.own_kinds, notes)
             except ScenarioError:
                 if name in scenario.kinds:
                     raise
                 continue  # no robot is of that kind
-            told = _free_name(content["name"], own) if is_file(name) else name
-            own[told], names[name] = content, told
+            free = _free_name(content["name"], own) if is_file(name) else name
+            own[free], names[name] = content, free
     kinds = tuple(names.get(name, name) for name in scenario.kinds)
     scenario = scenario._replace(obstacles=obstacles_of(scenario), map=None)
-    stands_for = {told: name for name, told in names.items()}
+    stands_for = {free: name for name, free in names.items()}
     return scenario._replace(kinds=kinds, own_kinds=own), stands_for, notes
 
 
 def team_from_message(scenario):
-    """Return the ``Team`` of a ``scenario`` that came over a topic or in a bag: anybody may have sent it.
+    """Return the ``Team`` of a ``scenario`` received over a topic or read from a bag, opening no file.
 
     Raises ``ScenarioError`` for one that names a file, and ``ValueError`` as ``Team`` does.
     """
@@ -81,7 +81,7 @@ def _free_name(name, taken):
     return result
 
 
-def _told(name, beside, own, notes):
+def _portable_kind(name, beside, own, notes):
     """Return the content of the kind ``name`` over its bases, with the ``shape`` of its model."""
     content, where, directory = merged(name, beside, own)
     kind = read_kind(content, where, directory)

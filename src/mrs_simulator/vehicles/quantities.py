@@ -57,7 +57,7 @@ def quantity(value, unit, where, **bounds):
     """Return ``value`` in the SI ``unit`` as a float, "" for a pure number.
 
     ``value`` is a number or a text such as ``"360 deg/s"``; ``bounds``: ``low``, ``high`` and
-    ``above`` as in ``core.reading.number``.  Raises ``ScenarioError``.
+    ``above`` as in ``reading.number``.  Raises ``ScenarioError``.
     """
     if isinstance(value, str):
         match, known = _QUANTITY.fullmatch(value.strip()), UNITS.get(unit, {})

@@ -1,4 +1,4 @@
-"""Finding kinds of robots: those shipped, those of a scenario, and those in files of one's own."""
+"""Finding kinds of robots: shipped, in a scenario, and in users' files."""
 
 import functools
 import os
@@ -40,7 +40,7 @@ def kind(name, beside="", own=None):
 
 @functools.lru_cache(maxsize=None)
 def shipped_kind(name, others=()):
-    """Return the shipped ``Kind`` called ``name``; ``others``: names that an error offers, too."""
+    """Return the shipped ``Kind`` called ``name``; ``others``: further names for the error."""
     content, where, directory = merged(name, "", {}, others)
     return read_kind(content, where, directory)
 

@@ -1,11 +1,11 @@
-"""How a robot looks, as data: boxes, cylinders and spheres in the frame of its base_link."""
+"""The shape of a robot, as data: boxes, cylinders and spheres in the frame of its base_link."""
 
 import math
 from typing import NamedTuple, Tuple
 
 from mrs_simulator.scenario.reading import ScenarioError, Section, number, shown
 
-FORMS = {"box": 3, "cylinder": 2, "sphere": 1}  # numbers that tell the size
+FORMS = {"box": 3, "cylinder": 2, "sphere": 1}  # numbers of the size
 MOST_PARTS = 100  # [-] of one robot: pybullet's bodies have at most 128 links
 LARGEST = 100.0  # [m] of a part, and from the centre
 DARK = (0.15, 0.15, 0.15, 1.0)
@@ -23,7 +23,7 @@ class Part(NamedTuple):
     colour: Tuple[float, ...] = GREY
 
     def to_plain(self):
-        """Return it as a kind's file has it."""
+        """Return the part as a kind's file has it."""
         plain = {"form": self.form, "size": list(self.size), "place": list(self.place)}
         return dict(plain, colour=list(self.colour))
 
@@ -58,13 +58,13 @@ def _read_part(content, where):
 
 
 def ride_height(kind):
-    """Return how high [m] the frame of the parts is above the ground; 0 where the drive does not tell."""
+    """Return how high [m] the frame of the parts is above the ground; 0 where the drive has none."""
     height = getattr(kind.module, "ride_height", None)
     return height(kind.numbers) if height else 0.0
 
 
 def outline_parts(kind):
-    """Return what is known of the looks of a ``kind`` without a shape: its outline, and its nose."""
+    """Return the parts that stand for a ``kind`` without a shape: its outline and its nose."""
     body, lifted = kind.body, -ride_height(kind)
     middle = 0.5 * (body.front - body.rear)
     form, size = "box", (body.length, body.width, body.height)

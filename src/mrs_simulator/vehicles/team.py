@@ -52,12 +52,12 @@ class Group(NamedTuple):
     def part(self, values):
         """Return the group's part (m, axes of the drive) of ``values`` (n, a) that lie group after group.
 
-        To be read: of columns that are unevenly spaced it is a copy.  :meth:`fill` writes.
+        Read only: unevenly spaced columns are a copy.  :meth:`fill` writes.
         """
         if self.rows is EVERY:
             return values
         own = values[self.span, self.columns]
-        own.flags.writeable = False  # what is written into a copy would be lost in silence
+        own.flags.writeable = False  # writing to a copy would be lost silently
         return own
 
     def fill(self, values, part):
@@ -141,10 +141,10 @@ class Team:
         # Whether a drive has an inner joint that moves, such as a steering angle.
         self.jointed = tuple(group for group in self.groups if group.drive.JOINTS)
         self.has_joints = bool(self.jointed)
-        # Whether limits of jointed robots are those of their inner states, as their drives have them.
+        # Whether jointed robots are limited by their inner states alone.
         self.limits_joints = self.has_joints and not any(map(_limits_other_axes, self.jointed))
         self._limited = tuple(g for g in self.groups if g.drive.OWN_LIMITS or g.drive.JOINTS)
-        # An axis that a robot does not obey has no limit: its command is 0.
+        # An axis that a robot ignores has no limit: its command is 0.
         by_axis = {}
         for each in distinct:
             given = dict(zip(each.axes, of_kind[each]))
@@ -157,7 +157,7 @@ class Team:
         self.afloat = self._rows(lambda each: each.module.MEDIUM == "water", bool)
         self.is_spatial = bool(self.airborne.any())
         self.record_columns = self._record_columns()
-        # Of all components of a Twist: where the axes are, and which a robot does not obey, (n, 6) bool.
+        # Of all components of a Twist: where the axes are, and which a robot ignores, (n, 6) bool.
         self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
         self.ignored_axes = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
         self.ignored_axes[:, self.components] = ~self.robot_axes
@@ -168,8 +168,8 @@ class Team:
         self._pivots = np.zeros(self.n)  # [m] ahead of the centres, about which the points turn
         for group in self.jointed:
             self._pivots[group.rows] = group.drive.pivot(group.numbers)
-        self.rest_joints = np.zeros(self.n)  # [rad], inner joints of robots that begin
-        self._arms_of = {}  # by l, of the one last asked for
+        self.rest_joints = np.zeros(self.n)  # [rad], initial inner joints
+        self._arms_of = {}  # by l, of the last l
 
     @classmethod
     def of(cls, kinds, limits="firmware"):
@@ -230,20 +230,20 @@ class Team:
 
     @property
     def is_of_unicycles(self):
-        """Return whether all robots obey ``(v, omega)`` and have hand points."""
+        """Return whether all robots follow ``(v, omega)`` and have hand points."""
         hands = all(group.drive.POINT == "hand point" for group in self.groups)
         return self.axes == UNICYCLE_AXES and hands and not self.has_joints
 
     @property
     def lateness(self):
-        """Return by how much [s] robots in water or air are late, by their time constants; else 0."""
+        """Return the greatest lag [s] of robots in water or air, by their time constants; else 0."""
         late = [g.drive.lateness(g.numbers) for g in self.groups if hasattr(g.drive, "lateness")]
         return max(late, default=0.0)
 
     def tracking(self, speed):
-        """Return by how much [m] robots are behind velocities of up to ``speed`` (n,) [m/s], at most, (n,).
+        """Return the greatest lag (n,) [m] of robots behind velocities of up to ``speed`` (n,) [m/s].
 
-        0 for those whose drive does not tell.
+        0 for drives without one.
         """
         result = np.zeros(self.n)
         for g in self.groups:
@@ -253,7 +253,7 @@ class Team:
 
     @property
     def downwash(self):
-        """Return how many times as far as beside another a robot is to be above or below it, at most."""
+        """Return the greatest ratio of vertical to horizontal clearance between robots."""
         factors = [getattr(g.numbers, "downwash", 1.0) for g in self.groups]
         return float(max(np.max(factor) for factor in factors))
 
@@ -280,7 +280,7 @@ class Team:
     def by_group(self, of_group, fill=0.0):
         """Return values (n, a), group after group, of which ``of_group(group)`` is each group's part.
 
-        (m, axes of the drive); ``fill``: that of axes which a group does not have.
+        (m, axes of the drive); ``fill``: the value for axes that a group does not have.
         """
         if len(self.groups) == 1:
             return of_group(self.groups[0])
@@ -325,7 +325,7 @@ class Team:
         """Return the controlled points (..., n, 2) [m] of robots at ``pose`` (..., n, 3).
 
         Each is an arm's length ahead of its robot's centre, or, where there are joints, of a pivot ahead
-        of that.  ``pointing``: what :meth:`pointing` returns, for whoever knows it already.
+        of that.  ``pointing``: what :meth:`pointing` returns, to save computing it again.
         """
         arm, x, y = self._arms(l), pose[..., 0], pose[..., 1]
         if arm is None:
@@ -372,9 +372,9 @@ class Team:
         )))  # fmt: skip
 
     def command_within(self, velocity, pose, joints, l, period, scope, pointing=None):
-        """Return what :meth:`saturated` makes of :meth:`command`, but for the last bits, in less time.
+        """Return :meth:`command` after :meth:`saturated`, but for the last bits, in less time.
 
-        A steering angle is limited as it is, not as the turn rate that tells it.
+        A steering angle is limited as it is, not through the turn rate.
         """
         along, across = _along(velocity, *(pointing or self.pointing(pose, joints)))
         along, across, joints = map(self.grouped, (along, across, joints))
@@ -402,7 +402,7 @@ class Team:
     def limits_in(self, command, pose, points, l, period, share=1.0):
         """Return where recorded commands have reached ``share`` of a limit, (k, n) bool.
 
-        As :meth:`at_limits`, and of what shows in no command alone: how fast joints are asked to move.
+        As :meth:`at_limits`, also of the rates of joints, which a single command does not show.
         Arguments as of :meth:`velocities_in`.
         """
         result = self.at_limits(command, share)
@@ -470,7 +470,7 @@ class Team:
     def is_within(self, command):
         """Return whether ``command`` (n, a) is finite and sure to be within each robot's limits.
 
-        ``False`` says nothing: neither do axes without limits, nor limits of a drive's own.
+        ``False`` means unknown, as with axes without limits, or a drive's own limits.
         """
         return self._is_bounded and greatest(self.grouped(command) / self._top) <= 1.0
 

@@ -1,4 +1,4 @@
-"""What a kind of robot looks like from above: polygons about its centre, x ahead, in metres."""
+"""A kind of robot from above: polygons about its centre, x ahead, in metres."""
 
 import functools
 from typing import Any, NamedTuple, Tuple
@@ -47,7 +47,7 @@ def _nose(body):
 
 
 def wheel_places(kind):
-    """Return the centre (x, y) of each wheel, a list; empty where the drive does not tell them."""
+    """Return the centre (x, y) of each wheel, a list; empty where the drive has none."""
     numbers = kind.numbers
     across = getattr(numbers, "spacing", 0.0) or getattr(numbers, "track", 0.0)
     base = getattr(numbers, "wheelbase", 0.0)

@@ -1,4 +1,4 @@
-"""How a kind of robot looks to displays: solid parts, and a description as programs of ROS read it.
+"""Visuals of a kind of robot for displays: solid parts, and a URDF.
 
 Both are data alone: of a kind that came over a topic no file is opened.
 """
@@ -20,7 +20,7 @@ SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius"
 def visual_parts(kind):
     """Return the ``Part`` tuple of a ``Kind``, in the frame of a robot's centre on the ground.
 
-    Those of its shape or model, else its outline and nose.
+    Parts of its shape or model, else its outline and nose.
     """
     parts = kind.shape
     if not parts and kind.model:
@@ -41,7 +41,7 @@ def part_transforms(parts):
 
 
 def volume(part):
-    """Return how much room [m^3] ``part`` takes, as a box about it."""
+    """Return the volume [m^3] of the box around ``part``."""
     size = part.size
     if part.form == "box":
         return float(np.prod(size))

@@ -1,1 +1,1 @@
-"""Arms on wheeled bases: which there are, how they move, and how base and arm move a tool together."""
+"""Arms on wheeled bases: models, kinematics, and the motion of tools by base and arm."""

@@ -1,8 +1,8 @@
 """Moving a tool by base and arm together: damped least squares within limits.
 
 Of m robots with c inputs each, base speeds and joint rates, the tool moves by ``J x``, J (m, 3, c).
-Inputs are measured by what each can do, ``x = S y`` with S the greatest speeds, so that each does its
-share.  For a wanted velocity u and inputs x0 wanted besides,
+Inputs are scaled by the greatest speeds S, ``x = S y``.  For a wanted velocity u and
+secondary inputs x0,
 
     x = x0 + S A' (A A' + lambda^2 I)^-1 (u - J x0),   A = J S,
 

@@ -23,7 +23,7 @@ class ArmModel(NamedTuple):
     home: Tuple[float, ...]  # [rad] the elbow up, the tool ahead of the base
 
 
-# Payloads are not told by the files: 3 kg, 5 kg and 7 kg after the makers' data sheets, from memory.
+# The files have no payloads: 3 kg, 5 kg and 7 kg after the makers' data sheets, from memory.
 PANDA = ArmModel(
     name="panda",
     title="Panda arm",

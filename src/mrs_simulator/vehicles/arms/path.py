@@ -8,7 +8,7 @@ class PathError(ValueError):
 
 
 class JointPath:
-    """From where the joints are, through points at given times, and then at rest."""
+    """A path of joints from where they are through points at given times, ending at rest."""
 
     def __init__(self, chain, begin, names, points, times):
         """``chain``: the arm's; ``begin`` (k,) [rad] where it is; ``names`` of joints, all of the arm's.
@@ -33,9 +33,9 @@ class JointPath:
 
     @property
     def end(self):
-        """Return how long [s] it takes."""
+        """Return the duration [s]."""
         return float(self._times[-1])
 
     def at(self, time):
-        """Return where the joints are wanted at ``time`` [s] after its begin, (k,) [rad]."""
+        """Return the wanted joints (k,) [rad] at ``time`` [s] after the start."""
         return np.array([np.interp(time, self._times, column) for column in self._points.T])

@@ -45,7 +45,7 @@ class ArmedTeam(Team):
     has_arms = True
 
     def __init__(self, kinds, limits="firmware", beside="", own=None):
-        """As ``Team``.  Raises ``ValueError``, also for an arm whose description is not to be had."""
+        """As ``Team``.  Raises ``ValueError``, also for an arm without a description."""
         super().__init__(kinds, limits, beside, own)
         self.bases = Team(self.kinds, limits)
         self._width = len(self.bases.axes)
@@ -63,7 +63,7 @@ class ArmedTeam(Team):
         self.record_columns = self._record_columns()
 
     def _keep_arms(self):
-        """Know the arms' ends and greatest speeds, (n, k), and which robots have which joints."""
+        """Set the arms' joint limits and greatest speeds, (n, k), and which robots have which joints."""
         shape = self.n, self.arm_joints
         self.lower, self.upper = np.zeros(shape), np.zeros(shape)
         self.rates, home = np.zeros(shape), np.zeros((self.n, 1 + self.arm_joints))
@@ -142,7 +142,7 @@ class ArmedTeam(Team):
         """Return the commands (n, a + k) that give the points ``velocity`` (n, d) [m/s].
 
         Held for ``period`` [s] they do so in the mean, but for terms of its third power: bases turn and
-        arms bend meanwhile, so that the mapping is that of the middle.  Arms return home as far as the
+        arms bend meanwhile, so that the mapping is taken at the middle.  Arms return home as far as the
         tools let them; none is sent beyond its ends.
         """
         given = velocity[:, :2], pose[..., :3], joints[:, 0], l, period, pointing
@@ -242,7 +242,7 @@ class ArmedTeam(Team):
         return result
 
     def is_within(self, command):
-        """Return False: what arms may do is looked at by :meth:`saturated`."""
+        """Return False: arms' limits are checked by :meth:`saturated`."""
         return False
 
     def saturated(self, command, joints, period, scope):

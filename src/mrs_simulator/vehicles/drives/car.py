@@ -4,7 +4,7 @@
 
 (x, y) the rear axle's centre, v its speed, delta the steering angle (positive to the left), L the
 wheelbase.  Commands are Twists as ackermann controllers read them: ``linear.x = v``,
-``angular.z = v tan(delta)/L``; at ``v = 0`` the steering angle is not told and the wheels stay.
+``angular.z = v tan(delta)/L``; ``v = 0`` gives no steering angle: the wheels stay.
 Of m robots: ``pose`` (m, 3) [m, m, rad]; ``velocity`` and ``command`` (m, 2), one column for each of
 ``AXES``; ``inner`` (m, 2), what ramps: speed [m/s] and steering angle [rad]; ``joints`` (m,) [rad], the
 steering angles.
@@ -26,7 +26,7 @@ point has exactly one
     v = u_t cos(delta),   delta' = u_n/d - u_t sin(delta)/L.
 
 Condition: the steering angle has to stay within its limits, which are below pi/2.  It does not where a
-car is told to go beside or behind itself: ``phi' = u_n/d`` turns the steered wheel towards u, away from
+car is commanded sideways or backwards: ``phi' = u_n/d`` turns the steered wheel towards u, away from
 the heading.  At the limit one input is lost; the car then drives its tightest circle until the wanted
 direction lies ahead again, and what theory says of points does not hold meanwhile.
 
@@ -48,15 +48,15 @@ SECTION = "wheels"  # of a kind's file
 ENCODERS = 2  # distance of the rear axle [m], and angle turned [rad] as motor and servo give it
 POINT = "point ahead of the steered wheel"
 JOINTS = True  # whether ``joints`` move
-OWN_LIMITS = True  # whether there are others than those of the axes: of steering, and backwards
+OWN_LIMITS = True  # whether there are limits besides the axes': of steering, and backwards
 RAMPS = True  # whether inner states ramp towards their targets
-CREEP = 1e-6  # [m/s] forwards while a standing car steers: at v = 0 a Twist tells no steering angle
+CREEP = 1e-6  # [m/s] forwards while a standing car steers: a Twist with v = 0 has none
 STEEPEST = 1.5  # [rad] of any steering angle; at pi/2 a car turns about its rear axle
 CLOSE = 1e-9  # [rad] to its limit a steering angle is at it
 
 
 class CarParameters(NamedTuple):
-    """What a kind tells of its wheels; of several kinds each number is a column (m,)."""
+    """Wheel parameters of a kind; of several kinds each number is a column (m,)."""
 
     wheelbase: float  # [m]
     steering_max: float  # [rad], to either side
@@ -165,14 +165,14 @@ def bounds(limits, numbers):
 def retargeted(clipped, command, inner, numbers):
     """Return the inner states (m, 2) to which the firmware ramps, by what is ``clipped`` of ``command``.
 
-    The steering angle is that of the command as it was given.
+    The steering angle follows from the command before clipping.
     """
     steering = _possible(steering_of(command, inner[:, 1], numbers), numbers)
     return _columns(clipped[:, 0], steering)
 
 
 def rates(limits, numbers):
-    """Return how fast it does, (m, 2): acceleration [m/s^2] and steering rate [rad/s]."""
+    """Return the ramps' rates, (m, 2): acceleration [m/s^2] and steering rate [rad/s]."""
     result = np.array(limits.acceleration, dtype=float, order="F")
     result[..., 1] = numbers.steering_rate
     return result
@@ -189,7 +189,7 @@ def joints_of(inner):
 
 
 def blocked(inner, moved):
-    """Return the ``inner`` states (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+    """Return the ``inner`` states (m, 2) of robots that moved by ``moved`` (m, 2) [m/s] in a contact.
 
     ``moved`` is given in the body's frame.  A car is no faster than its wheels turn, and never goes the
     other way; its turn rate follows its speed.
@@ -207,7 +207,7 @@ def rim_speeds(mean, joints, numbers):
 
 
 def odometry_pose(pose, rolled, joints, numbers):
-    """Return the poses (m, 3) that odometry makes of ``rolled`` (m, 2): distance [m], turn [rad]."""
+    """Return the poses (m, 3) by odometry after ``rolled`` (m, 2): distance [m], turn [rad]."""
     return displaced(pose, rolled, 1.0)
 
 
@@ -247,7 +247,7 @@ def slowed(inner, factor, joints, numbers):
 
 
 def ride_height(numbers):
-    """Return the height [m] of the model's base_link above the ground: that of the axles."""
+    """Return the height [m] of the model's base_link above the ground, the axles' height."""
     return numbers.radius
 
 

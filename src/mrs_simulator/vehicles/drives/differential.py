@@ -35,7 +35,7 @@ RAMPS = True  # whether inner states ramp towards their targets
 
 
 class DifferentialParameters(NamedTuple):
-    """What a kind tells of its wheels; of several kinds each number is a column (m,)."""
+    """Wheel parameters of a kind; of several kinds each number is a column (m,)."""
 
     track: float  # [m] between the wheels; with skid steer the effective one
     radius: float  # [m]
@@ -95,7 +95,7 @@ def unlimited(numbers):
 
 
 def ride_height(numbers):
-    """Return the height [m] of the model's base_link above the ground: that of the wheels' axle."""
+    """Return the height [m] of the model's base_link above the ground, the axle's height."""
     return numbers.radius
 
 

@@ -109,7 +109,7 @@ def turned(attitude, rates, duration):
 
 
 def advanced(flight, forces, wanted, air, numbers, duration):
-    """Return the ``Flight`` after ``duration`` [s], a few ms, with rotors told ``wanted`` (m, 4) [rad/s].
+    """Return the ``Flight`` after ``duration`` [s], a few ms, under rotor commands ``wanted`` (m, 4).
 
     ``forces``: what is ``Acting`` now; ``air`` (m, 3) [m/s]: the wind, or 0.0.  Symplectic Euler:
     velocities first, then places.

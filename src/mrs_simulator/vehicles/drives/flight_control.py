@@ -85,7 +85,7 @@ def turn_to(attitude, wanted):
 
 
 def rotor_speeds(flight, forces, acceleration, attitude, turning, numbers):
-    """Return the speeds (m, 4) [rad/s] to which rotors are told in the state ``flight``.
+    """Return the commanded rotor speeds (m, 4) [rad/s] in the state ``flight``.
 
     ``forces``: what is ``Acting``; ``acceleration`` (m, 3) wanted; ``attitude`` (m, 4) wanted, which
     changes by ``turning`` (m,) [rad/s] about the vertical.

@@ -36,7 +36,7 @@ SURELY = 0.999  # [-] of a limit: within it whatever is rounded
 
 
 class OmnidirectionalParameters(NamedTuple):
-    """What a kind tells of its wheels; of several kinds each number is a column (m, ...)."""
+    """Wheel parameters of a kind; of several kinds each number is a column (m, ...)."""
 
     rolling: Tuple[Tuple[float, ...], ...]  # (4, 3) [-, -, m]
     inverse: Tuple[Tuple[float, ...], ...]  # (3, 4), its pseudo-inverse
@@ -204,7 +204,7 @@ def at_limits(command, top, numbers, share):
 
 
 def limited(command, top, numbers):
-    """Return commands (m, 3) as the base carries them out: each axis clipped to ``top``, then the
+    """Return the commands (m, 3) that the base executes: each axis clipped to ``top``, then the
     twist slowed as a whole until no rim is beyond its limit."""
     return retargeted(clip_commands(command, top), command, None, numbers)
 
@@ -222,12 +222,12 @@ def retargeted(clipped, command, inner, numbers):
 
 
 def rates(limits, numbers):
-    """Return how fast it does, (m, 3) [m/s^2, m/s^2, rad/s^2]."""
+    """Return the ramps' rates, (m, 3) [m/s^2, m/s^2, rad/s^2]."""
     return limits.acceleration
 
 
 def blocked(inner, moved):
-    """Return the ``inner`` states (m, 3) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+    """Return the ``inner`` states (m, 3) of robots that moved by ``moved`` (m, 2) [m/s] in a contact.
 
     ``moved`` is given in the body's frame.  Neither axis is faster than the wheels turn, nor does it go
     the other way.
@@ -238,12 +238,12 @@ def blocked(inner, moved):
 
 
 def odometry_pose(pose, rolled, joints, numbers):
-    """Return the poses (m, 3) that odometry makes of wheels that ``rolled`` (m, 4) [m] further."""
+    """Return the poses (m, 3) by odometry after wheels ``rolled`` (m, 4) [m]."""
     return displaced(pose, body_twist(rolled, numbers), 1.0)
 
 
 def ride_height(numbers):
-    """Return the height [m] of the model's base_link above the ground: that of the axles."""
+    """Return the height [m] of the model's base_link above the ground, the axles' height."""
     return numbers.radius
 
 

@@ -1,4 +1,4 @@
-"""Quadrotors: they obey ``vx`` (ahead), ``vy`` (to the left), ``vz`` (up) and the turn rate of the heading.
+"""Quadrotors: commands are ``vx`` (ahead), ``vy`` (to the left), ``vz`` (up) and the heading's turn rate.
 
 Velocities are level: ahead is where the heading points, whatever the tilt.  The controlled point is the
 centre.  Of m robots: ``wanted`` and ``velocity`` (m, 3) [m/s] in the common frame.
@@ -16,11 +16,10 @@ Of a body whose attitude follows through three poles at -p, the velocity is
 
 so that places come to lie ``v T`` behind, as without forces, whatever p.
 
-To stop is to hover: a command of zero keeps the place.  On the ground a robot stays until it is told to
-rise.
+A command of zero is to hover at the place.  On the ground a robot stays until it is commanded to rise.
 
-A robot of which a rotor does not pull, because it is lost or the motors are off, cannot hold itself:
-without forces it falls like a stone, obeys nothing any more, and lies where it falls.
+A robot with a lost rotor, or with its motors off, cannot fly: without forces it falls freely, ignores
+commands, and lies where it falls.
 """
 
 from typing import NamedTuple, Optional, Tuple
@@ -46,14 +45,14 @@ WITH_FORCES = "mrs_simulator.vehicles.drives.quadrotor_forces"  # builds on this
 MEDIUM = "air"
 POINT = "centre"
 JOINTS, OWN_LIMITS, RAMPS, ENCODERS = False, False, True, 0  # nothing rolls, no joints move
-HOVER = 5.0  # [s] for which a robot hovers that has heard nothing, before it lands
+HOVER = 5.0  # [s] for which a robot without commands hovers before it lands
 LANDING = 0.3  # [m/s] at which it comes down then
 CLIMBING, NEARING = 0.5, 1.5  # [m/s, 1/s] of a take-off: as fast, and as quickly there
 STEEPEST = 1.2  # [rad] of any tilt
 
 
 class QuadrotorParameters(NamedTuple):
-    """What a kind tells of its flight; of several kinds each number is a column (m, ...).
+    """Flight parameters of a kind; of several kinds each number is a column (m, ...).
 
     Parts are those of x, y and z, of the body's frame where it matters; ``effect`` as in ``rotors``.
     """
@@ -68,12 +67,12 @@ class QuadrotorParameters(NamedTuple):
     attitude_gain: Tuple[float, ...]  # (3,) [1/s]
     rate_gain: Tuple[float, ...]  # (3,) [1/s]
     rate_damping: Tuple[float, ...]  # (3,) [-]
-    turning_max: Tuple[float, ...]  # (3,) [rad/s^2] that controllers ask for
+    turning_max: Tuple[float, ...]  # (3,) [rad/s^2] of the controllers
     tilt_max: float  # [rad]
     response: Tuple[float, ...]  # (3,) [s], time constants of velocities
     sinking: float = flight_control.SINKING * GRAVITY  # [m/s^2], greatest acceleration downwards
     mass: float = np.nan  # [kg], the kind's
-    downwash: float = 1.0  # [-] how many times as far below another as beside it a robot is to be
+    downwash: float = 1.0  # [-] ratio of vertical to horizontal clearance between robots
 
 
 COLUMNS = QuadrotorParameters._fields  # the numbers that the functions below use
@@ -181,7 +180,7 @@ class VelocityState(NamedTuple):
     heading: np.ndarray  # (m,) [rad]
     turning: np.ndarray  # (m,) [rad/s]
     acceleration: np.ndarray  # (m, 3) [m/s^2], mean over the last step, which shows in the tilt
-    working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that pull; None: all of them
+    working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that work; None: all
 
 
 def begin(pose, z, numbers):
@@ -201,7 +200,7 @@ def possible(command, limits):
 
 
 def stays(z, command):
-    """Return which robots at heights ``z`` (m,) stand on the ground and are not told to rise, (m,) bool."""
+    """Return which robots at heights ``z`` (m,) stand on the ground, not commanded to rise, (m,) bool."""
     return (z <= 0.0) & (command[:, 2] <= 0.0)
 
 
@@ -210,12 +209,12 @@ def flown(inner, command, limits, numbers, step):
 
     The command is taken along the heading in the middle of the step.
     """
-    told = possible(command, limits)
-    told[stays(inner.place[:, 2], told)] = 0.0
+    limited = possible(command, limits)
+    limited[stays(inner.place[:, 2], limited)] = 0.0
     acceleration = limits.acceleration[..., 3]
-    turning, mean_turning = ramp(inner.turning, told[:, 3], acceleration, step)
+    turning, mean_turning = ramp(inner.turning, limited[:, 3], acceleration, step)
     middle = inner.heading + 0.5 * step * mean_turning
-    velocity, mean = followed(inner.velocity, level(told, middle), numbers, step)
+    velocity, mean = followed(inner.velocity, level(limited, middle), numbers, step)
     after = VelocityState(
         inner.place + step * mean,
         velocity,
@@ -228,7 +227,7 @@ def flown(inner, command, limits, numbers, step):
 
 
 def _fallen(before, after, step):
-    """Return ``after`` where robots of which a rotor does not pull fall: ``v' = -g e``, and do not turn."""
+    """Return ``after`` where robots with a failed rotor fall, ``v' = -g e``, and do not turn."""
     falls = ~before.working.all(axis=1)
     place, velocity = after.place.copy(order="F"), after.velocity.copy(order="F")
     velocity[falls] = before.velocity[falls] - [0.0, 0.0, step * GRAVITY]
@@ -244,7 +243,7 @@ def _fallen(before, after, step):
 
 
 def without(working, m, rows, rotors):
-    """Return which rotors (m, 4) bool pull where those of ``rows`` no longer do, of ``working`` before.
+    """Return which rotors (m, 4) bool work where those of ``rows`` fail, of ``working`` before.
 
     ``rotors``: indices or a slice.
     """
@@ -281,7 +280,7 @@ def state(inner):
 
 
 def _tilting(inner):
-    """Return the accelerations (m, 3) that show: of those who answer at once and on the ground none."""
+    """Return the accelerations (m, 3) that show in the tilt: none on the ground or without a lag."""
     size = np.sqrt((inner.acceleration[:, :2] ** 2).sum(axis=1))
     shown = (size < GRAVITY * np.tan(STEEPEST)) & (inner.place[:, 2] > 0.0)
     return np.where(shown[:, np.newaxis], inner.acceleration, 0.0)
@@ -291,7 +290,7 @@ def seen(place, velocity, heading, attitude, rates):
     """Return poses (m, 3), body twists (m, 3) in the plane, and ``Spatial``.
 
     ``place`` and ``velocity`` (m, 3) in the common frame; ``attitude`` (m, 4), of which ``heading`` (m,)
-    is; ``rates`` (m, 3) [rad/s] in the body's frame, in which the twist is told.
+    is; ``rates`` (m, 3) [rad/s] and the twist are in the body's frame.
     """
     body = into_body(velocity, attitude)
     pose, twist, rest = (np.empty(place.shape, order="F") for _ in range(3))
@@ -315,7 +314,7 @@ def into_body(vectors, attitude):
 
 
 def stopped(inner, pushed, place, bound):
-    """Return the inner state where contacts put the robots ``pushed`` (m,) bool at ``place`` (m, 3) [m].
+    """Return the inner state after contacts put the robots ``pushed`` (m,) bool at ``place`` (m, 3) [m].
 
     ``bound`` (3,) or (m, 3) [m/s]: no component of their velocity in the common frame is faster.
     """
@@ -365,9 +364,9 @@ def velocity(command, joints, l, period, numbers):
 
 
 def tracking(speed, numbers):
-    """Return by how much [m] robots are behind a velocity of ``speed`` (m,) [m/s], told from rest, at most.
+    """Return the greatest lag [m] behind a velocity of ``speed`` (m,) [m/s], commanded from rest.
 
-    As much as they run on when told to stop.  With forces the velocity follows by 1/k_v, the attitude by
+    It is also the way to stop.  With forces the velocity follows by 1/k_v, the attitude by
     1/k_R; ``e' = -min(e/T, A)`` from e loses ``e T``, or from ``e > A T`` on ``e^2/(2 A) + A T^2/2``.
     """
     slow = 1.0 / parts(numbers.velocity_gain) + 1.0 / parts(numbers.attitude_gain)
@@ -400,5 +399,5 @@ def silent(seconds, numbers):
 
 
 def lateness(numbers):
-    """Return by how much [s] velocities are late, at most: their greatest time constant."""
+    """Return the greatest lag [s] of velocities: their greatest time constant."""
     return float(parts(numbers.response).max())

@@ -1,18 +1,18 @@
 """Quadrotors with forces: rigid bodies under four rotors and the controllers of ``flight_control``.
 
-The functions ``begin``, ``flown``, ``state`` and ``stopped`` stand for those of ``quadrotor``, of the same
-numbers and commands.
+The functions ``begin``, ``flown``, ``state`` and ``stopped`` replace those of ``quadrotor``, for the same
+parameters and commands.
 
-A robot that is not told to rise or sink holds its height, and one that is told no velocity across its
-place: the velocity wanted of its controllers is then
+A robot without a vertical velocity command holds its height, and one without a horizontal one its
+place: its controllers' velocity set point is then
 
     v_wanted = k_p e + c,   c' = k_i e,   e = p_held - p,
 
-with ``c``, across alone, until no steady wind is left in ``e``.  Of commanded velocities wind takes along
-what its drag is over the velocity's gain.
+with a horizontal ``c`` that cancels steady wind.  Under velocity commands wind makes an error of its drag
+over the velocity's gain.
 
-A rotor that is lost pulls no more, and the body does what three of them make of it.  One that comes to be
-upside down has its motors cut, as the supervisors of real ones do it; without motors it falls and tumbles.
+A lost rotor gives no thrust; the body moves under the other three.  Motors of a robot that turns upside
+down are cut, as by the supervisors of real ones; without motors it falls and tumbles.
 """
 
 from typing import NamedTuple, Optional
@@ -32,9 +32,9 @@ from mrs_simulator.vehicles.drives.rotors import hover_speed, parts, spun
 
 SUBSTEP = 0.002  # [s] the longest
 VELOCITY_EVERY = 5  # [-] substeps from one use of the velocity's controller to the next
-PLACE_GAIN = 1.5  # [1/s] k_p, with which place and height are held
-LEARNING = 0.5  # [1/s^2] k_i, with which a place is held in wind
-STRONGEST = 1.0  # [m/s] of c at most, so that it does not grow for ever where contacts hold a robot
+PLACE_GAIN = 1.5  # [1/s] k_p, of place and height
+LEARNING = 0.5  # [1/s^2] k_i, of a place in wind
+STRONGEST = 1.0  # [m/s] greatest c, against windup where contacts hold a robot
 STILL_AIR = np.zeros(3)  # [m/s]
 AT_LIMIT = 0.99  # [-] of a rotor's greatest speed, from which on it is at its limit
 
@@ -46,11 +46,9 @@ class QuadrotorState(NamedTuple):
     aim: np.ndarray  # (m,) [rad], heading that the controllers aim at
     held: (
         np.ndarray
-    )  # (m, 3) [m], the place that is kept while no velocity across, or up, is asked for
-    against: (
-        np.ndarray
-    )  # (m, 2) [m/s], c: by what wind would carry a robot off that is to keep its place
-    working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that pull; None: all of them
+    )  # (m, 3) [m], the place held while no horizontal, or vertical, velocity is commanded
+    against: np.ndarray  # (m, 2) [m/s], c: the wind's drift to cancel where a place is held
+    working: Optional[np.ndarray] = None  # (m, 4) bool, rotors that work; None: all
 
     @property
     def place(self):
@@ -77,20 +75,22 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     ``air`` (m, 3) [m/s]: the wind; ``touch(before, after, step)``: the ``Flight`` after a substep that
     contacts make of ``after``, None while nothing is within reach.
     """
-    told = quadrotor.possible(command, limits)
+    limited = quadrotor.possible(command, limits)
     if inner.working is not None:
-        told[~inner.working.any(axis=1)] = 0.0
+        limited[~inner.working.any(axis=1)] = 0.0
     z = inner.place[:, 2]
-    stays = quadrotor.stays(z, told)
-    told[stays] = 0.0
-    wanted = quadrotor.level(told, inner.aim + 0.5 * step * told[:, 3])
-    keeps, against = _keep_place(inner, wanted, told, limits, step)
+    stays = quadrotor.stays(z, limited)
+    limited[stays] = 0.0
+    wanted = quadrotor.level(limited, inner.aim + 0.5 * step * limited[:, 3])
+    keeps, against = _keep_place(inner, wanted, limited, limits, step)
     wanted[z <= 0.0, :2] = 0.0  # straight up from the ground
     working = inner.working
-    flight = moved(inner.flight, wanted, inner.aim, told[:, 3], air, numbers, step, working, touch)
+    flight = moved(
+        inner.flight, wanted, inner.aim, limited[:, 3], air, numbers, step, working, touch
+    )
     if stays.any():
         flight = _resting(inner.flight, flight, stays, numbers, step)
-    aim = wrap_angle(inner.aim + step * told[:, 3])
+    aim = wrap_angle(inner.aim + step * limited[:, 3])
     over = upright_share(flight.attitude) < 0.0
     if over.any():
         working = quadrotor.without(working, len(aim), over, slice(None))
@@ -100,13 +100,13 @@ def flown(inner, command, limits, numbers, step, air=STILL_AIR, touch=None):
     return QuadrotorState(flight, aim, held, against, working)
 
 
-def _keep_place(inner, wanted, told, limits, step):
-    """Let ``wanted`` (m, 3), in place, keep robots where ``told`` (m, 4) no velocity.
+def _keep_place(inner, wanted, limited, limits, step):
+    """Set ``wanted`` (m, 3) to hold robots' places where ``limited`` (m, 4) commands no velocity, in place.
 
-    Return which parts of their places are kept, (m, 3) bool, and ``against``.
+    Return which coordinates are held, (m, 3) bool, and ``against``.
     """
-    across = ~told[:, :2].any(axis=1) & (inner.place[:, 2] > 0.0)
-    keeps = np.column_stack([across, across, told[:, 2] == 0.0])
+    across = ~limited[:, :2].any(axis=1) & (inner.place[:, 2] > 0.0)
+    keeps = np.column_stack([across, across, limited[:, 2] == 0.0])
     away = np.where(keeps, inner.held - inner.place, 0.0)
     against = inner.against + LEARNING * step * away[:, :2]
     against = np.minimum(np.maximum(against, -STRONGEST), STRONGEST)
@@ -118,7 +118,7 @@ def _keep_place(inner, wanted, told, limits, step):
 
 
 def lost(inner, row, rotor):
-    """Return the inner state in which robot ``row`` has lost a ``rotor``, which stands at once."""
+    """Return the inner state in which robot ``row`` has lost a ``rotor``, which stops at once."""
     rotors = inner.flight.rotors.copy(order="F")
     rotors[row, rotor] = 0.0
     return quadrotor.lost(inner, row, rotor)._replace(flight=inner.flight._replace(rotors=rotors))
@@ -147,7 +147,7 @@ def saturated(inner, numbers):
 def _resting(before, after, stays, numbers, step):
     """Return ``after`` where robots that stay, (m,) bool, stand as ``before``, their rotors running out.
 
-    Upside down, if they lay so.
+    Upside down, if they were.
     """
     heading = headings(before.attitude)
     still = at_rest(before.place, heading)
@@ -176,10 +176,10 @@ def moved(flight, wanted, heading, turning, air, numbers, duration, working=None
             acceleration = wanted_acceleration(flight.velocity, wanted, numbers)
             attitude = attitude_of(acceleration, heading + index * step * turning)
         forces = acting(flight, numbers)
-        told = rotor_speeds(flight, forces, acceleration, attitude, turning, numbers)
+        speeds = rotor_speeds(flight, forces, acceleration, attitude, turning, numbers)
         if working is not None:
-            told = np.where(working, told, 0.0)
-        before, flight = flight, advanced(flight, forces, told, air, numbers, step)
+            speeds = np.where(working, speeds, 0.0)
+        before, flight = flight, advanced(flight, forces, speeds, air, numbers, step)
         if working is not None:
             _keep_energy(before, flight, ~working.any(axis=1), numbers)
         if touch is not None:
@@ -190,7 +190,7 @@ def moved(flight, wanted, heading, turning, air, numbers, duration, working=None
 
 
 def _keep_energy(before, after, free, numbers):
-    """Let the rates of bodies that turn freely, (m,) bool, have no more energy than before, in place.
+    """Limit the rotational energy of bodies that turn freely, (m,) bool, to that before, in place.
 
     Nothing adds to ``w J w`` where no rotor turns them; a substep of first order would.
     """
@@ -203,7 +203,7 @@ def _keep_energy(before, after, free, numbers):
 
 
 def _carry(flight):
-    """Let the ground carry robots that would sink into it, in place."""
+    """Stop robots at the ground, in place."""
     down = flight.place[:, 2] <= 0.0
     flight.place[down, 2] = 0.0
     flight.velocity[down, 2] = np.maximum(flight.velocity[down, 2], 0.0)
@@ -217,7 +217,7 @@ def state(inner):
 
 
 def stopped(inner, pushed, place, bound):
-    """Return the inner state where contacts put robots, as ``quadrotor.stopped`` does."""
+    """Return the inner state after contacts, as ``quadrotor.stopped`` does."""
     return inner._replace(
         flight=inner.flight._replace(**quadrotor.put(inner, pushed, place, bound))
     )

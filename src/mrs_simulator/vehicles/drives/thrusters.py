@@ -1,8 +1,8 @@
-"""Two fixed thrusters astern, left and right: their curves, their lag, and who pushes how much.
+"""Two fixed thrusters astern, left and right: thrust curves, lag and allocation.
 
     X = T_left + T_right,   N = a (T_right - T_left),
 
-a [m] from the middle to each.  A thruster is told a ``command`` between -``astern`` and ``ahead``:
+a [m] from the middle to each.  A thruster has a ``command`` between -``astern`` and ``ahead``:
 
 - ``linear``: from -1 to 1, in proportion to the greatest thrust astern and ahead;
 - ``square``: a propeller's speed n [rad/s], ``T = k n |n|`` with another k astern (Otter);

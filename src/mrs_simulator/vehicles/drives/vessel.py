@@ -1,4 +1,4 @@
-"""Vessels with two thrusters: they obey the speed through the water ``u`` and the turn rate ``r``.
+"""Vessels with two thrusters: commands are the speed through the water ``u`` and the turn rate ``r``.
 
 With forces they are bodies in water (``hydrodynamics``) with speed controllers (``vessel_dynamics``).
 Without forces u and r follow with the time constant of their controllers, ``(M + k_d)/(d + k_p)``, and the
@@ -39,14 +39,12 @@ MEDIUM = "water"
 POINT = "point ahead of the bow"
 JOINTS = False  # whether ``joints`` move
 OWN_LIMITS = True  # whether there are others than those of the axes: backwards
-RAMPS = (
-    False  # whether inner states ramp towards their targets: they follow as controllers let them
-)
+RAMPS = False  # whether inner states ramp towards their targets: they follow their controllers
 ENCODERS = 2  # distance through the water [m] by the log, and angle turned [rad] by the gyro
 
 
 class VesselParameters(NamedTuple):
-    """What a kind tells of its hull and thrusters; of several kinds each number is a column (m, ...)."""
+    """Hull and thruster parameters of a kind; of several kinds each number is a column (m, ...)."""
 
     inertia: Tuple[float, ...]  # (4,) m1, m2 [kg], m3 [kg m^2], s [kg m], added mass included
     linear: Tuple[float, ...]  # (3,) damping, [N s/m, N s/m, N m s]
@@ -153,7 +151,7 @@ def _possible(command, limits, numbers):
 
 
 def target(command, inner, limits, numbers):
-    """Return the inner states, u and r (m, 2), that controllers bring about: the possible ones."""
+    """Return the inner states, u and r (m, 2), that controllers track: those within limits."""
     return _possible(command, limits, numbers)
 
 
@@ -172,10 +170,10 @@ def followed(inner, wanted, limits, numbers, step):
 
 
 def forced(pose, inner, command, limits, numbers, disturbances, step, efforts=None):
-    """Return poses (m, 3) and ``Afloat`` after ``step`` [s] with forces under ``command`` (m, 2).
+    """Return poses (m, 3) and ``VesselState`` after ``step`` [s] with forces under ``command`` (m, 2).
 
-    ``disturbances``: the ``Disturbances`` of these robots; ``efforts`` (m, 4): what thrusters are told
-    past the controllers, as of ``vessel_dynamics.thruster_commands``.
+    ``disturbances``: the ``Disturbances`` of these robots; ``efforts`` (m, 4): direct
+    thruster commands, as of ``vessel_dynamics.thruster_commands``.
     """
     return moved_with_forces(
         pose, inner, _possible(command, limits, numbers), numbers, disturbances, step, efforts
@@ -183,7 +181,7 @@ def forced(pose, inner, command, limits, numbers, disturbances, step, efforts=No
 
 
 def blocked(inner, moved):
-    """Return the ``inner`` states (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+    """Return the ``inner`` states (m, 2) of robots that moved by ``moved`` (m, 2) [m/s] in a contact.
 
     ``moved`` through the water, in the body's frame: no faster than they went, nor the other way.
     """
@@ -198,7 +196,7 @@ def rim_speeds(mean, joints, numbers):
 
 
 def odometry_pose(pose, rolled, joints, numbers):
-    """Return the poses (m, 3) by dead reckoning of ``rolled`` (m, 2): way through the water, turn."""
+    """Return the poses (m, 3) by dead reckoning after ``rolled`` (m, 2): way through the water, turn."""
     return displaced(pose, rolled, 1.0)
 
 
@@ -243,5 +241,5 @@ def ride_height(numbers):
 
 
 def lateness(numbers):
-    """Return by how much [s] speeds are late, at most: their greatest time constant."""
+    """Return the greatest lag [s] of speeds: their greatest time constant."""
     return float(responses(numbers).max())

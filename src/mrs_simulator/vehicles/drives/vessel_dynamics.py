@@ -1,11 +1,11 @@
-"""How vessels go with forces: inner state, controllers, thrusters, hull, wind and waves.
+"""Dynamics of vessels: inner state, controllers, thrusters, hull, wind and waves.
 
 Speed controllers as real boats carry them, of the error e of u and of r each,
 
     force = k_f wanted + k_p e + k_i int e dt + k_d e',
 
 e' of the measured velocity, behind a first-order filter of ``FILTER``; the integral waits while the
-thrusters give less than the controllers ask for.  ``numbers`` are those of ``vessel``.
+thrusters saturate.  ``numbers`` are those of ``vessel``.
 """
 
 import functools
@@ -17,9 +17,9 @@ from mrs_simulator.core.kinematics import cos_sin
 from mrs_simulator.vehicles.drives import hydrodynamics, thrusters
 from mrs_simulator.vehicles.drives.rotors import parts
 
-FILTER = 0.1  # [s] behind which controllers see accelerations
-SHORT = 1e-6  # [N, N m] by which thrusters give less than is asked for, beyond rounding
-SUBSTEP = 0.02  # [s] the longest
+FILTER = 0.1  # [s] time constant of measured accelerations
+SHORT = 1e-6  # [N, N m] beyond rounding by which thrusters saturate
+SUBSTEP = 0.02  # [s] at most
 
 
 class VesselState(NamedTuple):
@@ -55,11 +55,11 @@ def responses(numbers):
 
 
 def thruster_commands(vessel, wanted, numbers, efforts=None):
-    """Return the commands (m, 2) that the controllers give thrusters for ``wanted`` (m, 2) u and r, and
-    where, (2, m) bool, they ask for more than there is.
+    """Return the thruster commands (m, 2) of the controllers for ``wanted`` (m, 2) u and r, and where,
+    (2, m) bool, thrusters saturate.
 
-    ``efforts`` (m, 4): commands of the left and right thruster, force ahead [N] and torque [N m] that
-    are told instead of what controllers ask for, nan where they are not; None: nowhere.
+    ``efforts`` (m, 4): direct commands of the left and right thruster, force ahead [N] and torque [N m],
+    that replace the controllers' output, nan where they do not; None: nowhere.
     """
     error = (wanted - vessel.velocity[:, ::2]).T
     effort = _gain(numbers, 0) * wanted.T + _gain(numbers, 1) * error
@@ -137,7 +137,7 @@ def twist_of(vessel):
 
 
 def stopped(vessel, pushed, moved):
-    """Return the state in which contacts let the robots ``pushed`` (m,) bool move by ``moved`` (k, 2).
+    """Return the state of robots, ``pushed`` (m,) bool of which moved by ``moved`` (k, 2) in contacts.
 
     [m/s] through the water, in the body's frame: no faster than they went, nor the other way.
     """

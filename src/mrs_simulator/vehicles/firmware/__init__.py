@@ -1,1 +1,1 @@
-"""What vehicles' own firmware makes of the commands that its users know, as functions of arrays."""
+"""Commands of vehicles' own firmware, as functions of arrays."""

@@ -1,4 +1,4 @@
-"""What an AR.Drone makes of a Twist whose components are shares of its greatest angles and speeds.
+"""The AR.Drone's Twist, whose components are shares of its greatest angles and speeds.
 
 As ardrone_autonomy hands them on: ``linear.x`` tilts ahead, ``linear.y`` to the left, both by shares of
 ``euler_angle_max``; ``linear.z`` is a share of ``control_vz_max``, ``angular.z`` of ``control_yaw``,

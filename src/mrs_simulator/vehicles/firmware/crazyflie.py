@@ -20,7 +20,7 @@ DEGREES = math.pi / 180.0
 LEAST_THRUST, MOST_THRUST, FULL = 1000.0, 60000.0, 65535.0  # of cmd_vel: cut off, clipped, all
 COEFFICIENTS = 8  # of a piece of a trajectory, from that of 1 on
 MOST_PIECES = 31  # that its memory holds
-SETPOINT_VALID = 0.5  # [s] after which a setpoint is no longer obeyed
+SETPOINT_VALID = 0.5  # [s] after which a setpoint expires
 
 
 class State(NamedTuple):
@@ -39,7 +39,7 @@ class Piece(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """Where a robot is to be, and how it goes on."""
+    """Wanted place, velocity and acceleration of a robot."""
 
     place: np.ndarray  # (3,) [m]
     velocity: np.ndarray  # (3,) [m/s]
@@ -118,10 +118,10 @@ def from_rest_to_rest(begin, end, duration):
 
 
 class Commander:
-    """The commander of one robot: what it was told last, and the command that follows.
+    """The commander of one robot: its latest setpoint or flight, and the command that follows.
 
     A setpoint that streams in has priority over planned flights until none came for ``SETPOINT_VALID``, or
-    ``release``.  ``stopped``: whether its motors are to be off.
+    ``release``.  ``stopped``: whether its motors are off.
     """
 
     def __init__(self, kind, step):
@@ -131,15 +131,15 @@ class Commander:
         self.group = 0
         self.stopped = False
         self._pieces, self._trajectories = {}, {}
-        self._flight, self._setpoint, self._heard = None, None, -math.inf
+        self._flight, self._setpoint, self._received = None, None, -math.inf
 
     @property
     def active(self):
-        """Return whether it was told anything yet."""
+        """Return whether it has received anything yet."""
         return self._flight is not None or self._setpoint is not None or self.stopped
 
     def is_in(self, mask):
-        """Return whether it belongs to a group of ``mask``; 0: everybody does."""
+        """Return whether it belongs to a group of ``mask``; 0: all do."""
         return mask == 0 or bool(mask & self.group)
 
     # Planned flights -----------------------------------------------------------------------------
@@ -205,21 +205,21 @@ class Commander:
     # Setpoints -----------------------------------------------------------------------------------
 
     def stream(self, now, setpoint):
-        """Obey ``setpoint``, a function of a ``State`` that returns velocity (3,) [m/s] and turn rate
+        """Follow ``setpoint``, a function of a ``State`` that returns velocity (3,) [m/s] and turn rate
         [rad/s]."""
-        self._setpoint, self._heard, self.stopped = setpoint, now, False
+        self._setpoint, self._received, self.stopped = setpoint, now, False
         self._flight = None
 
     def is_streaming(self, now):
         """Return whether setpoints have priority."""
-        return self._setpoint is not None and now - self._heard <= SETPOINT_VALID
+        return self._setpoint is not None and now - self._received <= SETPOINT_VALID
 
     def release(self):
-        """Let planned flights have their way again."""
-        self._heard = -math.inf
+        """End the priority of setpoints over planned flights."""
+        self._received = -math.inf
 
     def stop(self):
-        """Have the motors off."""
+        """Switch the motors off."""
         self._flight = self._setpoint = None
         self.stopped = True
 

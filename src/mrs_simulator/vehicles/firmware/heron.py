@@ -5,11 +5,11 @@ import numpy as np
 from mrs_simulator.core.kinematics import wrap_angle
 
 COURSE_GAIN = 0.3  # [1/s] of the heading's error
-CONTROLLED = np.full(4, np.nan)  # efforts of a boat whose controllers do it all
+CONTROLLED = np.full(4, np.nan)  # efforts of a boat under its controllers alone
 
 
 def drive(left, right):
-    """Return the efforts (4,) of thrusters told ``left`` and ``right``, -1..1."""
+    """Return the efforts (4,) of thruster commands ``left`` and ``right``, -1..1."""
     return np.array([np.clip(left, -1.0, 1.0), np.clip(right, -1.0, 1.0), np.nan, np.nan])
 
 

@@ -3,7 +3,7 @@
 A differential drive is described by the gazebo_ros drive plugin in the file, or by the YAML file of a
 ``diff_drive_controller``; any other drive is named by the user.  All give
 the content of a kind's file, which the user's own keys go over.
-``docs/robots_of_your_own.md`` tells users of it.
+``docs/robots_of_your_own.md`` describes it.
 """
 
 import os

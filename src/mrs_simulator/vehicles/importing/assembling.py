@@ -166,7 +166,7 @@ def _spacing(facts, wheels, notes):
 def _track(facts, wheels, spacing, notes):
     """Return the track [m] at which wheel speeds give the turn rate.
 
-    That of the drive, times its multiplier.  Four wheels that slide, at ``(+-x, +-y)``, under a drive that
+    The drive's track, times its multiplier.  Four wheels that slide, at ``(+-x, +-y)``, under a drive that
     has no multiplier: the effective one of dry friction, ``2 (x^2 + y^2)/y``.
     """
     if not wheels.wheelbase or facts.track_factor != 1.0:
@@ -299,7 +299,7 @@ def _limits(description, facts, wheels, radius, track, given, where):
         if top is None and not is_given(given, "limits", "firmware", axis, "max"):
             raise ScenarioError(
                 "{}: limits.firmware.{}.max: nothing given, and neither {} nor the wheel joints' "
-                "limit velocity tells it; wanted a number [{}]".format(
+                "limit velocity gives it; wanted a number [{}]".format(
                     where, axis, facts.source, unit
                 )
             )

@@ -12,7 +12,7 @@ SIDES = ("left", "right")
 
 
 class DriveFacts(NamedTuple):
-    """Facts of a differential drive; None where the source does not tell."""
+    """Facts of a differential drive; None where the source does not give them."""
 
     source: str  # the file and the plugin or controller
     joints: Tuple[Tuple[str, ...], Tuple[str, ...]]  # of the left and the right wheels

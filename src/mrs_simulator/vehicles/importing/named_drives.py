@@ -1,4 +1,4 @@
-"""Robots whose description names no drive: the user names it, and geometry tells the rest.
+"""Robots whose description names no drive: the user names it, and geometry gives the rest.
 
 Wheels are joints that turn about a level axis, and hang from no other wheel.  One that hangs from a joint
 with a vertical axis is steered: by a motor on a car, by the ground under a caster.
@@ -180,14 +180,14 @@ def _limits(tops, given, where, source):
         if top is None and not is_given(given, "limits", "firmware", axis, "max"):
             unit = "m/s" if axis.startswith("linear") else "rad/s"
             raise ScenarioError(
-                "{}: limits.firmware.{}.max: nothing given, and {} does not tell it; wanted a "
+                "{}: limits.firmware.{}.max: nothing given, and {} does not give it; wanted a "
                 "number [{}]".format(where, axis, source, unit)
             )
     return {"firmware": {axis: {"max": top} for axis, top in tops.items() if top is not None}}
 
 
 def _rim(description, wheels, radius):
-    """Return the greatest speed [m/s] of the wheels' rims, None where their joints do not tell."""
+    """Return the greatest speed [m/s] of the wheels' rims, None where their joints have no limit."""
     rate = min(description.joints[wheel.joint].velocity for wheel in wheels)
     return rate * radius if math.isfinite(rate) else None
 
@@ -324,7 +324,7 @@ def quadrotor(description, packages, given, where):
 
 
 def _flight(description, mass):
-    """Return what a <properties> tag tells of the section ``flight``, and a top speed [m/s] or None.
+    """Return the section ``flight`` in a <properties> tag, and a top speed [m/s] or None.
 
     As gym-pybullet-drones writes it: thrust ``kf`` and torque ``km`` per rpm^2 of each rotor.
     """

@@ -61,7 +61,7 @@ class Packages:
     def file(self, uri, where):
         """Return ``(path, "")`` of the file that ``uri`` names, or ``(None, why)`` if there is none.
 
-        Raises ``ScenarioError`` for a scheme that nobody can follow.
+        Raises ``ScenarioError`` for an unknown scheme.
         """
         scheme, _, rest = uri.rpartition("://")
         if scheme == "package":

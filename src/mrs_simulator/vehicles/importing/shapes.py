@@ -23,7 +23,7 @@ def found_shapes(link, into, packages, notes, needed=True):
 
     A collision mesh becomes the box around it.  A visual mesh that is not there is replaced by the
     link's collision shapes.  A collision mesh that is not there is an error if ``needed``, for the
-    outline, else left out.  What was done is told in ``notes``.  Raises ``ScenarioError``.
+    outline, else left out.  ``notes`` says what was done.  Raises ``ScenarioError``.
     """
     solids = [solid(shape, into, packages, notes, needed) for shape in link.collisions]
     collisions = [shape for shape in solids if shape is not None]

@@ -1,4 +1,4 @@
-"""Expanding xacro files with whichever tool is there: xacrodoc, or ROS's own xacro.
+"""Expanding xacro files with an installed tool: xacrodoc, or ROS's own xacro.
 
 Neither is required: a plain URDF needs none.  Expanding evaluates expressions of the file, so it
 may come from the user's own disk only.

@@ -1,4 +1,4 @@
-"""Compilation by numba, an optional package, where ``MRS_SIMULATOR_COMPILED=1`` asks for it."""
+"""Compilation by numba, an optional package, enabled by ``MRS_SIMULATOR_COMPILED=1``."""
 
 import contextlib
 import os
@@ -17,7 +17,7 @@ MOST_KEPT = 256  # [-] kernels that a directory keeps
 
 
 def is_wanted():
-    """Return whether the environment asks for compiled functions; ``ValueError`` unless 0 or 1."""
+    """Return whether the environment enables compiled functions; ``ValueError`` unless 0 or 1."""
     wanted = os.environ.get(VARIABLE, "0")
     if wanted not in ("0", "1"):
         raise ValueError("{}={}: wanted 0 or 1".format(VARIABLE, wanted))
@@ -60,7 +60,7 @@ def jit(cache=False, **options):
 
 
 def bound_kept(compiled, most=MOST_KEPT):
-    """Keep no more than ``most`` kernels with those beside ``compiled``; it is used now, the oldest go.
+    """Keep at most ``most`` kernels in the directory of ``compiled``, which is in use; remove the oldest.
 
     Another process that reads one of them meanwhile compiles it again.
     """

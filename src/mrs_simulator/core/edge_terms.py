@@ -18,7 +18,7 @@ from mrs_simulator.core import compiling
 
 @functools.lru_cache(maxsize=None)
 def compiled():
-    """Return the module ``compiled_terms`` where the environment asks for it, else None."""
+    """Return the module ``compiled_terms`` where the environment enables it, else None."""
     if not compiling.is_wanted():
         return None
     from mrs_simulator.core import compiled_terms  # only where it is wanted

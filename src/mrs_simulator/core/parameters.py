@@ -28,7 +28,7 @@ class Parameter(NamedTuple):
     why: str = ""
 
     def wanted(self):
-        """Return in words what values are allowed."""
+        """Return a text with the allowed values."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         bounds = []

@@ -147,7 +147,7 @@ def is_infinitesimally_bearing_rigid(points, pairs):
     """Return whether only translation and scaling of ``points`` (n, d) keep all bearings.
 
     Rank ``d n - d - 1`` of the bearing rigidity matrix.  In the plane that is infinitesimal rigidity; in
-    space it asks for fewer edges.  Zhao and Zelazo, 2016.
+    space fewer edges suffice.  Zhao and Zelazo, 2016.
     """
     n, d = np.shape(points)
     rank = np.linalg.matrix_rank(bearing_rigidity_matrix(points, pairs), tol=1e-8)

@@ -102,6 +102,11 @@ class Scenario(NamedTuple):
         return len(self.poses)
 
     @property
+    def directory(self):
+        """Return the directory of the scenario's file, "" without one."""
+        return os.path.dirname(self.path)
+
+    @property
     def starts(self):
         """Return the initial ``poses`` (n, 3), of robots off the ground with their heights, (n, 4)."""
         return self.poses if self.altitude is None else np.column_stack([self.poses, self.altitude])

@@ -38,14 +38,13 @@ def portable(scenario):
     The second is a mapping of the kinds' names, as the first has them, to those in ``scenario``; notes
     are texts on models left out, whose robots displays draw as outlines.
     """
-    beside = os.path.dirname(scenario.path) if scenario.path else ""
     own, names, notes = {}, {}, []
     for name in dict.fromkeys((*scenario.kinds, *scenario.own_kinds)):
         if name in scenario.own_kinds and not names_a_file(name, scenario.own_kinds):
             own[name] = scenario.own_kinds[name]
         elif name in scenario.own_kinds or is_file(name):
             try:
-                content = _portable_kind(name, beside, scenario.own_kinds, notes)
+                content = _portable_kind(name, scenario.directory, scenario.own_kinds, notes)
             except ScenarioError:
                 if name in scenario.kinds:
                     raise
@@ -81,9 +80,9 @@ def _free_name(name, taken):
     return result
 
 
-def _portable_kind(name, beside, own, notes):
+def _portable_kind(name, relative_to, own, notes):
     """Return the content of the kind ``name`` over its bases, with the ``shape`` of its model."""
-    content, where, directory = merged(name, beside, own)
+    content, where, directory = merged(name, relative_to, own)
     kind = read_kind(content, where, directory)
     plain = {key: value for key, value in content.items() if key not in LEFT_OUT}
     if kind.model and not kind.shape:

@@ -22,11 +22,11 @@ def shipped_kinds():
 
 
 @explained_by("docs/kinds.md")
-def kind(name, beside="", own=None):
+def kind(name, relative_to="", own=None):
     """Return the ``Kind`` called ``name``.
 
     ``name``: a shipped kind, one of ``own``, or the path of a kind's file (``.yaml``) or of a robot's
-    description (``.urdf``, ``.xacro``), relative to the directory ``beside``; a ``Kind`` is returned
+    description (``.urdf``, ``.xacro``), relative to the directory ``relative_to``; a ``Kind`` is returned
     as it is.  ``own``: the scenario's kinds, mappings by name; a base of theirs is found in the same
     way.  Raises ``ValueError`` (``ScenarioError``).
     """
@@ -34,7 +34,7 @@ def kind(name, beside="", own=None):
         return name
     if name not in (own or {}) and not is_file(name):
         return shipped_kind(name, tuple(own or ()))
-    content, where, directory = merged(name, beside, own or {})
+    content, where, directory = merged(name, relative_to, own or {})
     return read_kind(content, where, directory)
 
 
@@ -45,15 +45,15 @@ def shipped_kind(name, others=()):
     return read_kind(content, where, directory)
 
 
-def merged(name, beside, own, others=(), above=()):
-    """Return the content of the kind ``name`` over that of its bases, its place and directory.
+def merged(name, relative_to, own, others=(), above=()):
+    """Return the content of the kind ``name`` merged over its bases, its place and its directory.
 
     ``above``: the kinds that it is a base of, none of which may be its own base.
     """
     if name in own:
-        content, where, directory = own[name], "kinds.{}".format(name), beside
+        content, where, directory = own[name], "kinds.{}".format(name), relative_to
     else:
-        where = _path_of(name, beside, tuple(own) + tuple(others))
+        where = _path_of(name, relative_to, tuple(own) + tuple(others))
         content, directory = None, os.path.dirname(where)
     if where in above or len(above) >= DEEPEST:
         raise ScenarioError("{}: base {!r} leads back to it".format(above[0], name))
@@ -88,7 +88,7 @@ def merged(name, beside, own, others=(), above=()):
 def file_named(scenario):
     """Return what in the ``scenario`` names a file, "" if nothing does.
 
-    A scenario that came over a topic or in a bag may have come from anybody: it opens no files.
+    The sender of a scenario from a topic or a bag is unknown: it opens no files.
     """
     if scenario.map is not None:
         return scenario.map.file
@@ -104,7 +104,6 @@ def file_named(scenario):
 
 def files_of_kinds(scenario):
     """Return the paths of the models of those kinds of ``scenario`` that are files, and what these say."""
-    beside = os.path.dirname(scenario.path) if scenario.path else ""
     models, said = [], []
     for name in dict.fromkeys(scenario.kinds):
         if (
@@ -112,7 +111,7 @@ def files_of_kinds(scenario):
             and is_file(name)
             or names_a_file(name, scenario.own_kinds)
         ):
-            content, _, _ = merged(name, beside, scenario.own_kinds)
+            content, _, _ = merged(name, scenario.directory, scenario.own_kinds)
             models += [content["model"]] if isinstance(content.get("model"), str) else []
             said.append(content)
     return models, said
@@ -139,7 +138,7 @@ def names_a_file(name, own):
 
 
 def _imported(request, content, where, directory):
-    """Return ``content`` over that of the robot which ``request`` describes, as ``merged`` does."""
+    """Return ``content`` merged over the robot that ``request`` describes, as ``merged`` does."""
     request = read_request(request, "{}: import".format(where), directory)
     beneath, notes = imported(request, content, where)
     result = _over(beneath, content)
@@ -154,9 +153,9 @@ def is_file(name):
     return str(name).endswith(KIND_FILES)
 
 
-def _path_of(name, beside, others):
+def _path_of(name, relative_to, others):
     if is_file(name):
-        return os.path.abspath(os.path.join(beside, os.path.expanduser(name)))
+        return os.path.abspath(os.path.join(relative_to, os.path.expanduser(name)))
     known = shipped_kinds() + tuple(others)
     if name not in known:
         raise ScenarioError(unknown_name("model", name, known))

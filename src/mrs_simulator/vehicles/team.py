@@ -1,7 +1,6 @@
 """A team: the robots of a run, each of its kind, grouped by drive."""
 
 import functools
-import os
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
@@ -65,7 +64,7 @@ class Group(NamedTuple):
         values[self.span, self.columns] = part
 
     def inner_command(self, command, joints):
-        """Return the inner states that the group's ``command`` asks for, both (m, axes of the drive)."""
+        """Return the inner states of the group's ``command``, both (m, axes of the drive)."""
         return (
             self.drive.inner_command(command, joints, self.numbers)
             if self.drive.JOINTS
@@ -117,15 +116,15 @@ class Team:
         False  # whether limits of each axis are all that there are, and no axis is without
     )
 
-    def __init__(self, kinds, limits="firmware", beside="", own=None):
+    def __init__(self, kinds, limits="firmware", relative_to="", own=None):
         """``kinds``: a ``Kind`` or its name for each robot; ``limits`` as in ``kind_limits``.
 
-        ``beside``, ``own``: where kinds that are not shipped are found, as in ``vehicles.kind``.
+        ``relative_to``, ``own``: where kinds that are not shipped are found, as in ``vehicles.kind``.
 
         Raises ``ValueError`` for an unknown kind.
         """
         found = {}
-        self.kinds = tuple(_looked_up(each, found, beside, own) for each in kinds)
+        self.kinds = tuple(_looked_up(each, found, relative_to, own) for each in kinds)
         self.n = len(self.kinds)
         distinct = list(dict.fromkeys(self.kinds))
         known = {axis for each in distinct for axis in each.axes}
@@ -180,8 +179,7 @@ class Team:
     def from_scenario(cls, scenario, limits="scenario"):
         """Return the team of ``scenario``, under its own limits or other ``limits``."""
         limits = scenario.limits if limits == "scenario" else limits
-        beside = os.path.dirname(scenario.path) if scenario.path else ""
-        return cls(scenario.kinds, limits, beside, scenario.own_kinds)
+        return cls(scenario.kinds, limits, scenario.directory, scenario.own_kinds)
 
     def __deepcopy__(self, memo):
         return self
@@ -424,7 +422,7 @@ class Team:
         return self.in_rows(self._excess(command, period, self._own(command, joints)))
 
     def _own(self, command, joints):
-        """Return the groups with limits of their own or joints, what ``command`` asks for, and joints.
+        """Return the groups with own limits or joints, the inner states of ``command``, and joints.
 
         ``command`` (n, a) lies group after group here and below, ``joints`` (n,) in the robots' order.
         """
@@ -572,7 +570,7 @@ def shared(values):
     return first if all(value == first for value in values) else np.array(values)
 
 
-def _looked_up(name, found, beside, own):
+def _looked_up(name, found, relative_to, own):
     if name not in found:
-        found[name] = kind(name, beside, own)
+        found[name] = kind(name, relative_to, own)
     return found[name]

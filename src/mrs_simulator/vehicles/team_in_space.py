@@ -18,9 +18,9 @@ class TeamInSpace(Team):
 
     dimension = 3
 
-    def __init__(self, kinds, limits="firmware", beside="", own=None):
+    def __init__(self, kinds, limits="firmware", relative_to="", own=None):
         """As ``Team``.  Raises ``ValueError`` that names a robot which does not fly."""
-        super().__init__(kinds, limits, beside, own)
+        super().__init__(kinds, limits, relative_to, own)
         climbs = [CLIMB in kind.axes for kind in self.kinds]
         if not all(climbs):
             row = climbs.index(False)

@@ -1,7 +1,6 @@
 """The scenario under the user's hands, and what its law says of it; without Qt."""
 
 import functools
-import os
 
 import numpy as np
 
@@ -98,8 +97,7 @@ class EditedScenario:
 
     def kind(self, name):
         """Return the ``Kind`` that ``name`` means in the scenario."""
-        beside = os.path.dirname(self.scenario.path) if self.scenario.path else ""
-        return kind(name, beside, self.scenario.own_kinds)
+        return kind(name, self.scenario.directory, self.scenario.own_kinds)
 
     def team(self):
         """Return the ``Team`` of the scenario's robots."""

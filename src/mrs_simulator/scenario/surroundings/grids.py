@@ -72,8 +72,7 @@ def scene_grid(scenario):
 
 
 def _served_grid(scenario):
-    beside = scenario.path.rpartition("/")[0] if scenario.path else ""
-    source = scenario.map.located(beside)
+    source = scenario.map.located(scenario.directory)
     cells, side, (x, y, yaw) = served_cells(source.file)
     cos, sin = math.cos(source.pose[2]), math.sin(source.pose[2])
     place = source.pose[0] + cos * x - sin * y, source.pose[1] + sin * x + cos * y

@@ -84,8 +84,7 @@ def obstacles_of(scenario):
     """
     if scenario.map is None:
         return scenario.obstacles
-    beside = os.path.dirname(scenario.path) if scenario.path else ""
-    source = scenario.map.located(beside)
+    source = scenario.map.located(scenario.directory)
     found = walls(source, tuple(map(_changed, files_of_map(scenario))))
     taken = {obstacle.name for obstacle in scenario.obstacles} & {box.name for box in found}
     if taken:
@@ -96,8 +95,7 @@ def obstacles_of(scenario):
 
 def files_of_map(scenario):
     """Return the paths of the map that ``scenario`` names, and of the image that it names, if it does."""
-    beside = os.path.dirname(scenario.path) if scenario.path else ""
-    path = scenario.map.located(beside).file
+    path = scenario.map.located(scenario.directory).file
     if os.path.splitext(path)[1].lower() not in SERVED:
         return [path]
     return [path, _image_of(Section(load_yaml(path), path), path)]

@@ -44,9 +44,9 @@ class ArmedTeam(Team):
 
     has_arms = True
 
-    def __init__(self, kinds, limits="firmware", beside="", own=None):
+    def __init__(self, kinds, limits="firmware", relative_to="", own=None):
         """As ``Team``.  Raises ``ValueError``, also for an arm without a description."""
-        super().__init__(kinds, limits, beside, own)
+        super().__init__(kinds, limits, relative_to, own)
         self.bases = Team(self.kinds, limits)
         self._width = len(self.bases.axes)
         groups = _groups(self.kinds)
@@ -180,7 +180,7 @@ class ArmedTeam(Team):
         return tool_inputs(_whole(places, inner), wanted, besides, scale, low, high)
 
     def command_within(self, velocity, pose, joints, l, period, scope, pointing=None):
-        """Return what :meth:`saturated` makes of :meth:`command`."""
+        """Return :meth:`command` after :meth:`saturated`."""
         command = self.command(velocity, pose, joints, l, period, pointing)
         return self.saturated(command, joints, period, scope)
 
@@ -272,9 +272,9 @@ class ArmedTeamInSpace(ArmedTeam):
 
     dimension = 3
 
-    def __init__(self, kinds, limits="firmware", beside="", own=None):
+    def __init__(self, kinds, limits="firmware", relative_to="", own=None):
         """As ``ArmedTeam``.  Raises ``ValueError`` that names a robot without an arm."""
-        super().__init__(kinds, limits, beside, own)
+        super().__init__(kinds, limits, relative_to, own)
         for row, each in enumerate(self.kinds):
             if each.arm is None:
                 text = "control.dimension: 3, but robot{}, a {}, has no arm; wanted 2"

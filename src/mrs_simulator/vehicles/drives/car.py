@@ -124,7 +124,7 @@ def twist_of(speed, steering, numbers):
 
 
 def steering_of(command, joints, numbers):
-    """Return the steering angles, (m,) [rad], that ``command`` (m, 2) asks for: ``atan(L omega/v)``.
+    """Return the steering angles, (m,) [rad], of ``command`` (m, 2): ``atan(L omega/v)``.
 
     Where ``v = 0`` the present angle.
     """
@@ -146,12 +146,12 @@ def _within(value, least, most):
 
 
 def inner_command(command, joints, numbers):
-    """Return the inner states (m, 2) that ``command`` (m, 2) asks for: speed and steering angle."""
+    """Return the inner states (m, 2) of ``command`` (m, 2): speed and steering angle."""
     return _columns(command[:, 0], steering_of(command, joints, numbers))
 
 
 def target(command, inner, limits, numbers):
-    """Return the inner states (m, 2) to which the firmware ramps: those asked for, clipped."""
+    """Return the inner states (m, 2) to which the firmware ramps: the commanded ones, clipped."""
     return retargeted(_within(command, *bounds(limits, numbers)), command, inner, numbers)
 
 
@@ -212,7 +212,7 @@ def odometry_pose(pose, rolled, joints, numbers):
 
 
 def excess(inner, joints, numbers, period):
-    """Return by which factor the ``inner`` states asked for are beyond limits of the car's own, (m,).
+    """Return by which factor commanded ``inner`` states are beyond limits of the car's own, (m,).
 
     Of speed backwards, and of the steering rate that brings ``joints`` there within ``period`` [s].
     """
@@ -235,11 +235,11 @@ def at_limits(command, top, numbers, share):
 
 
 def slowed(inner, factor, joints, numbers):
-    """Return the commands (m, 2) that ask for ``inner`` (m, 2) with speed and steering rate divided by
+    """Return the commands (m, 2) of ``inner`` (m, 2) with speed and steering rate divided by
     ``factor``, a number or (m,).
 
-    The point moves in the same direction, more slowly: the steering angle asked for comes nearer to the
-    present one.  (The Twist over the factor would ask for the same angle.)  Then, and only then, it is
+    The point moves in the same direction, more slowly: the commanded steering angle comes nearer to the
+    present one.  (The Twist over the factor would have the same angle.)  Then, and only then, it is
     clipped to what the wheels can do.
     """
     wanted = joints + (inner[:, 1] - joints) / factor
@@ -337,7 +337,7 @@ def wanted(along, across, joints, l, period, numbers):
     """Return the inner states (m, 2), speed and steering angle, that move the points ``along`` and
     ``across`` the steered wheels, (m,) [m/s], over ``period`` [s].
 
-    The steering angle asked for is ``delta + delta' period``, which may be more than the wheels can do
+    The commanded steering angle is ``delta + delta' period``, which may be more than the wheels can do
     until ``slowed``.  A car that cannot steer further drives forwards along its tightest circle, as fast
     as the point is wanted to move, until the wanted direction lies ahead.
     """
@@ -355,7 +355,7 @@ def wanted(along, across, joints, l, period, numbers):
 
 
 def command(along, across, joints, l, period, numbers):
-    """Return the commands (m, 2) that ask for what is :func:`wanted`."""
+    """Return the commands (m, 2) of what is :func:`wanted`."""
     return velocities(wanted(along, across, joints, l, period, numbers), numbers)
 
 

@@ -30,7 +30,7 @@ ENCODERS = 2  # wheels that are counted: left, right
 POINT = "hand point"
 JOINTS = False  # whether ``joints`` move
 CLIPPED = True  # whether targets of ramps are commands clipped axis by axis, and nothing else
-OWN_LIMITS = False  # whether there are others than those of the axes
+OWN_LIMITS = False  # whether there are limits besides the axes'
 RAMPS = True  # whether inner states ramp towards their targets
 
 
@@ -110,7 +110,7 @@ def rates(limits, numbers):
 
 
 def blocked(inner, moved):
-    """Return the ``inner`` states (m, 2) of robots that a contact let move by ``moved`` (m, 2) [m/s].
+    """Return the ``inner`` states (m, 2) of robots that moved by ``moved`` (m, 2) [m/s] in a contact.
 
     ``moved`` is given in the body's frame.  A robot is no faster than its wheels turn, and never
     goes the other way.
@@ -131,7 +131,7 @@ def rim_speeds(mean, joints, numbers):
 
 
 def odometry_pose(pose, rolled, joints, numbers):
-    """Return the poses (m, 3) that odometry makes of wheels that ``rolled`` (m, 2) [m] further."""
+    """Return the poses (m, 3) by odometry after wheels ``rolled`` (m, 2) [m]."""
     return displaced(pose, body_speeds(rolled, numbers.track), 1.0)
 
 

@@ -1,4 +1,4 @@
-"""Rigid bodies in the air under four rotors: their state, and how it goes on.
+"""Rigid bodies in the air under four rotors: their state and its integration.
 
     p' = v,   m v' = thrust b - m g e + drag,   q' = q (w, 0)/2,   J w' = torque - w x J w,
 

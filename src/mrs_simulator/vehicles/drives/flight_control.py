@@ -25,7 +25,7 @@ from mrs_simulator.vehicles.drives.rotors import (
     speeds_of,
 )
 
-SINKING = 0.5  # [-] of gravity: greatest downward acceleration asked for
+SINKING = 0.5  # [-] of gravity: greatest commanded downward acceleration
 CLIMBING = 0.8  # [-] of the greatest upward acceleration, the rest is left for torques
 
 

@@ -9,7 +9,7 @@ first turns the body counter-clockwise.  With ``s = n^2``,
 
 Air that moves against the body with v resists with ``-sum(n) (d, d, d_z) v`` in the body's frame, the
 drag of spinning blades (Forster, "System identification of the Crazyflie 2.0 nano quadrocopter", 2015).
-Motors follow the speed asked for as first-order lags.
+Motors follow commanded speeds as first-order lags.
 
 Arrays hold one robot per row and lie in memory column by column.  A number is a scalar where all m robots
 have the same, else an array (m,); one of k parts is a tuple, else an array (m, k).

@@ -38,7 +38,7 @@ SECTION = "hull"  # of a kind's file
 MEDIUM = "water"
 POINT = "point ahead of the bow"
 JOINTS = False  # whether ``joints`` move
-OWN_LIMITS = True  # whether there are others than those of the axes: backwards
+OWN_LIMITS = True  # whether there are limits besides the axes': backwards
 RAMPS = False  # whether inner states ramp towards their targets: they follow their controllers
 ENCODERS = 2  # distance through the water [m] by the log, and angle turned [rad] by the gyro
 

@@ -19,12 +19,12 @@ DEEPEST = 12  # [-] directories below one in ROS_PACKAGE_PATH
 class Packages:
     """Finds packages' directories and the files that descriptions name."""
 
-    def __init__(self, beside, given=None, search=None):
-        """``beside``: directory of the description; ``given``: directories by package name.
+    def __init__(self, relative_to, given=None, search=None):
+        """``relative_to``: directory of the description; ``given``: directories by package name.
 
         ``search``: directories in the manner of ``ROS_PACKAGE_PATH``, by default its own.
         """
-        self._beside = os.path.abspath(beside)
+        self._relative_to = os.path.abspath(relative_to)
         self._given = dict(given or {})
         paths = os.environ.get("ROS_PACKAGE_PATH", "") if search is None else search
         self._search = [path for path in paths.split(os.pathsep) if path]
@@ -42,7 +42,7 @@ class Packages:
 
     def _around(self):
         """Return the packages in which the description lies, by name."""
-        found, directory = {}, self._beside
+        found, directory = {}, self._relative_to
         while directory != os.path.dirname(directory):
             name = package_name(directory)
             if name:
@@ -71,7 +71,7 @@ class Packages:
                 return None, "package {} is not in ROS_PACKAGE_PATH".format(shown(name))
             path = os.path.join(directory, inner)
         elif scheme in ("", "file"):
-            path = os.path.join(self._beside, urllib.parse.unquote(rest) if scheme else rest)
+            path = os.path.join(self._relative_to, urllib.parse.unquote(rest) if scheme else rest)
         else:
             raise ScenarioError(
                 "{}: {}, wanted package://, file:// or a path".format(where, shown(uri))

@@ -804,10 +804,10 @@ def test_the_legend_tells_the_signs_that_are_to_be_seen(view):
     assert view._legend() == set()
     view.show_topology([(1, 2)], True)
     view.show_targets(POSES[:, :2])
-    assert view._legend() == {"hears", "target"}
+    assert view._legend() == {"directed edge", "target"}
     fresh = np.array([True] * (len(POSES) - 1) + [False])
     view.show_snapshot(snapshot(0.0, POSES, fresh)._replace(real=frozenset([1])))
-    assert view._legend() == {"hears", "target", "start", "trail", "real", "stale"}
+    assert view._legend() == {"directed edge", "target", "start", "trail", "real", "stale"}
     told = drawn(view)
     view.set_legend_shown(False)
     assert (drawn(view) != told).any()

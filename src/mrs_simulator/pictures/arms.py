@@ -1,4 +1,4 @@
-"""Arms and what they carry, in a picture: links as cylinders between the joints, a load as a box."""
+"""Arms and their load in a picture: links as cylinders between the joints, the load as a box."""
 
 import functools
 import math
@@ -38,8 +38,8 @@ class Placed:
 def placed_arms(kinds, place, turn, joints):
     """Return the arms, a list of ``Placed``, of robots at ``place`` (n, 3), turned by ``turn`` (n, 3, 3).
 
-    ``joints`` (n, 1 + k) [rad]; None, or of another team: at home.  None are drawn of which no description
-    is to be had.
+    ``joints`` (n, 1 + k) [rad]; None, or of another team: at home.  Arms without a description
+    are left out.
     """
     rows_of = {}
     for row, kind in enumerate(kinds):
@@ -53,9 +53,9 @@ def placed_arms(kinds, place, turn, joints):
         except ScenarioError:
             continue
         q = np.array([arm.home for arm in arms])
-        told = np.zeros((0, 0)) if joints is None else np.asarray(joints)
-        if len(told) == len(kinds) and told.shape[1] > q.shape[1]:
-            q = told[rows, 1 : 1 + q.shape[1]]
+        given = np.zeros((0, 0)) if joints is None else np.asarray(joints)
+        if len(given) == len(kinds) and given.shape[1] > q.shape[1]:
+            q = given[rows, 1 : 1 + q.shape[1]]
         bases = np.tile(np.eye(4), (len(rows), 1, 1))
         bases[:, :3, :3], bases[:, :3, 3] = turn[rows], place[rows]
         roots = bases @ np.array([arm.placed for arm in arms])

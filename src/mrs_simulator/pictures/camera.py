@@ -1,4 +1,4 @@
-"""Where a picture is taken from: a pinhole camera that orbits a target."""
+"""A pinhole camera that orbits a target."""
 
 from typing import NamedTuple, Tuple
 
@@ -28,7 +28,7 @@ class Camera(NamedTuple):
 
     @property
     def eye(self):
-        """Return where the eye is, (3,) [m]."""
+        """Return the camera's position (3,) [m]."""
         return np.asarray(self.target, dtype=float) - self.distance * self.axes[2]
 
     def turned(self, yaw, pitch):
@@ -98,7 +98,7 @@ def _centred(values, depth, start):
 
 
 def scale(height):
-    """Return how many pixels 1 m takes at a depth of 1 m in a picture ``height`` pixels high."""
+    """Return the pixels per metre at a depth of 1 m in a picture ``height`` pixels high."""
     return 0.5 * height / np.tan(np.radians(0.5 * FIELD_OF_VIEW))
 
 

@@ -1,4 +1,4 @@
-"""What a picture consists of, whoever paints it: polygons, lines and texts in pixels, back to front."""
+"""The primitives of a picture for any toolkit: polygons, lines and texts in pixels, back to front."""
 
 from typing import Any, NamedTuple, Tuple
 

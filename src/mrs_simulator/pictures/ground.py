@@ -68,7 +68,7 @@ def _parallels(across, along, axis):
 
 
 def sky(view):
-    """Return what is above the horizon; None where the camera looks below it."""
+    """Return the sky; None where the camera looks below the horizon."""
     horizon = 0.5 * view.height - view.scale * math.tan(math.radians(-view.camera.pitch))
     if horizon <= 0.0:
         return None
@@ -78,6 +78,6 @@ def sky(view):
 
 
 def unit(view):
-    """Return a text that says how wide the grid is."""
+    """Return a text with the grid's spacing."""
     place = np.array([(8.0, view.height - 12.0)])
     return view.texts(place, ("grid {:g} m".format(step(view)),), left=True)

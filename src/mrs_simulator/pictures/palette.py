@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 
 class Palette(NamedTuple):
-    """Colours of all that has none of its own."""
+    """Colours of everything that has no colour of its own."""
 
     ground: Tuple[float, float, float]
     water: Tuple[float, float, float]

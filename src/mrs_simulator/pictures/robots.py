@@ -248,7 +248,7 @@ def _faces(view, model, place, turn, shades, away, rimmed=True):
 
 
 def _noses(view, kind, place, turn, shades, away):
-    """Return the arrow on top of each robot that says where it is heading."""
+    """Return the arrow on top of each robot that shows its heading."""
     nose = kind_model(kind).nose
     world = place[:, np.newaxis] + np.einsum("vd,med->mve", nose, turn)
     above = np.einsum("md,md->m", turn[:, :, 2], view.eye - world[:, 0]) > 0.0

@@ -22,7 +22,7 @@ FLIES = 2.0  # [-] of a robot's height: above it there is a plumb line
 
 
 class Scene(NamedTuple):
-    """What is to be seen of n robots at one time."""
+    """The visible state of n robots at one time."""
 
     kinds: Tuple[Any, ...]  # a ``Kind`` each
     numbers: Tuple[int, ...]
@@ -52,7 +52,7 @@ class Scene(NamedTuple):
 
     @property
     def on_water(self):
-        """Return whether water is where no land is: all robots float or fly, or land is told of."""
+        """Return whether the ground is water: all robots float or fly, or some obstacle is land."""
         if any(is_flat(obstacle) for obstacle in self.obstacles):
             return True
         return {kind.module.MEDIUM for kind in set(self.kinds)} - {"air"} == {"water"}

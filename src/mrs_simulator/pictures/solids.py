@@ -1,4 +1,4 @@
-"""Robots and obstacles as convex polyhedra, and in which order their parts are painted.
+"""Robots and obstacles as convex polyhedra, and the painting order of their parts.
 
 A picture is painted from back to front.  Two convex parts that a plane separates hide each other in one
 order only: the part on the eye's side of that plane is painted last.
@@ -126,7 +126,7 @@ def kind_model(kind, coarse=False):
 
 
 def _model_parts(kind):
-    """Return the parts of the kind's URDF; none where it has no file, or one that tells no shapes."""
+    """Return the parts of the kind's URDF; none where it has no file, or one without shapes."""
     try:
         return model_shape(kind.model) if kind.model else ()
     except (ScenarioError, OSError):

@@ -1,4 +1,4 @@
-"""A camera with a picture of a certain size."""
+"""The projection of a camera onto a picture of a given size."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ LIGHT_FROM = (-0.5, -0.6, 1.0)  # right, ahead over the ground, up: from behind 
 
 
 class View:
-    """Turns things in the common frame into what a ``Drawing`` consists of."""
+    """Projects points of the common frame into the primitives of a ``Drawing``."""
 
     def __init__(self, camera, width, height, palette):
         self.camera, self.width, self.height, self.palette = (

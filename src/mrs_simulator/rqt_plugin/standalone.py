@@ -123,7 +123,7 @@ def main():
 
 
 def _refuse_parameters():
-    """End with a message where a parameter is given, as to a node: nobody would read it."""
+    """End with a message if a ROS parameter is given, which would not be read."""
     for argument in sys.argv[1:]:
         name, assigned, _ = argument.partition(":=")
         if assigned and name.startswith("_") and not name.startswith("__"):
@@ -133,7 +133,7 @@ def _refuse_parameters():
 
 
 def _start_master():
-    """Start a master where ``ROS_MASTER_URI`` says, for this host alone unless told otherwise."""
+    """Start a master where ``ROS_MASTER_URI`` says, for this host alone unless ``ROS_HOSTNAME`` is set."""
     os.environ.setdefault("ROS_HOSTNAME", "localhost")
     port = urlparse(rosgraph.get_master_uri()).port or 11311
     master = subprocess.Popen(

@@ -27,7 +27,7 @@ TICK = 100  # [ms] between two looks at everything else
 
 
 class StudyWidget(StudyPanels):
-    """Everything a coordination study needs; ``close_study`` ends what was started here."""
+    """The window of a coordination study; ``close_study`` ends what was started here."""
 
     def __init__(self, connection, processes, scenario, autosave=None, parent=None):
         """``connection``: ``RosConnection``; ``scenario``: what to begin with; ``autosave``, if any."""
@@ -70,11 +70,11 @@ class StudyWidget(StudyPanels):
         return self.study.scenario
 
     def show_scenario(self, scenario):
-        """Take in ``scenario``; whatever its protocol raises is raised, and the old one stays."""
+        """Open ``scenario``; where its protocol raises an exception, the old scenario stays."""
         self.editing.take(scenario)
 
     def _restored(self, scenario):
-        """Take in edits that a crash has left."""
+        """Open edits recovered after a crash."""
         self.editing.take(scenario)
         self.live.put_away()
         self.pending_team.changed()
@@ -144,7 +144,7 @@ class StudyWidget(StudyPanels):
         self.edits.keep()
 
     def _on_result(self, name, success, answer):
-        """Take in the ``answer`` to what was asked as ``name``."""
+        """Handle the ``answer`` to the request ``name``."""
         if name == "set_topology":
             self.pending_graph.answered(success)
         if name == "set_team":
@@ -154,12 +154,12 @@ class StudyWidget(StudyPanels):
         self.say(answer if name == "keep" else self.study.take_result(name, success, answer))
         if name == "preflight":
             check = self.study.preflight
-            told = check.findings, check.passed, check.outcome, check.may_judge()
-            self.preflight.set_findings(*told)
+            shown = check.findings, check.passed, check.outcome, check.may_judge()
+            self.preflight.set_findings(*shown)
 
     @guarded
     def showEvent(self, event):
-        """Take the keys from the start, not only once somebody has clicked here."""
+        """Take the keys from the start, without a first click."""
         super().showEvent(event)
         self.bar.bind_keys(self.window())
         if QApplication.focusWidget() is None:
@@ -180,12 +180,12 @@ class StudyWidget(StudyPanels):
         self.connection.close()
 
     def save_settings(self):
-        """Return what is to survive a restart, as texts by name."""
+        """Return what survives a restart, texts by name."""
         programs = self.program_control.programs.kept()
         return dict(saved_layout(self), scenario=self.files.text(), programs=programs)
 
     def restore_settings(self, settings):
-        """Take in what ``save_settings`` returned; anything that is not right is left out."""
+        """Restore what ``save_settings`` returned; invalid parts are left out."""
         try:
             if settings.get("scenario"):
                 self.show_scenario(scenario_from_yaml(str(settings["scenario"]), "last scenario"))

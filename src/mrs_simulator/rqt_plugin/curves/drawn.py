@@ -39,7 +39,7 @@ WRONG = "QLineEdit { border: 1px solid #e5484d; }"
 
 
 class _Canvas(FigureCanvasQTAgg):
-    """Draws only while it is seen, and only after its owner brought the figure up to date."""
+    """Paints only while visible, and only after its owner updated the figure."""
 
     prepare = None
 
@@ -88,7 +88,7 @@ class DrawnCurves(QWidget):
         self._error, self._dirty = ErrorCurve(function, background), True
 
     def set_axes(self, axes, in_space=False):
-        """Offer what a team has whose robots obey the command ``axes``, names of Twist components.
+        """Offer the quantities of a team whose commands have ``axes``, names of Twist components.
 
         ``in_space``: whether they leave the ground.
         """
@@ -153,12 +153,12 @@ class DrawnCurves(QWidget):
             self._on_look()
 
     def showEvent(self, event):
-        """Redraw from now on."""
+        """Resume redrawing."""
         super().showEvent(event)
         self._timer.start(SOON)
 
     def hideEvent(self, event):
-        """Cost nothing from now on."""
+        """Stop redrawing."""
         super().hideEvent(event)
         self._timer.stop()
 
@@ -208,7 +208,7 @@ class DrawnCurves(QWidget):
         self._timer.setInterval(max(PERIOD, int(taken / MOST_DRAWING)))
 
     def _renew(self):
-        """Let the next redraw come at once: a person waits for it."""
+        """Redraw at once, without the usual pause."""
         self._dirty = True
         if self._timer.isActive() and self._timer.interval() != SOON:
             self._timer.start(SOON)
@@ -218,7 +218,7 @@ class DrawnCurves(QWidget):
         return self._history.numbers, tuple(time[:1]), len(time), tuple(time[-1:])
 
     def _prepare(self):
-        """Bring the figure up to date."""
+        """Update the figure."""
         stamp = self._stamp()
         if self._drawn is None or stamp[:2] != self._drawn[:2] or stamp[3] < self._drawn[3]:
             self._follow.setChecked(True)  # another run
@@ -231,10 +231,10 @@ class DrawnCurves(QWidget):
         self._on_drawn()
 
     def _on_drawn(self):
-        """Do what is to follow each redraw."""
+        """Hook called after each redraw."""
 
     def _data(self):
-        """Return the curves to draw, and what there is to say."""
+        """Return the curves to draw, and a remark."""
         time, numbers = self._history.time, self._history.numbers
         if self._index() == ERROR:
             return self._error_data(numbers, time)

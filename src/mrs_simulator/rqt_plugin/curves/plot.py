@@ -171,7 +171,7 @@ class CurvesPlot:
         axis.set_major_formatter(form)
 
     def _name_curves(self):
-        """Tell which line is which: a legend above or beside the axes, or a colour bar."""
+        """Identify the lines: by a legend above or beside the axes, or a colour bar."""
         self._bar, self._side, self._top = None, 0.0, 0.8 * self.em()
         if not self._curves:
             return

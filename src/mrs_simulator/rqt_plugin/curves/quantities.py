@@ -78,7 +78,7 @@ QUANTITIES = (
 )
 ERROR, LATERAL, HEIGHT, CLIMB = 5, 6, 7, 8
 ORDER = (0, 1, HEIGHT, 2, 3, LATERAL, CLIMB, 4, ERROR)  # of the tabs
-OF_AXES = {LATERAL: "linear.y"}  # what only robots that obey an axis have
+OF_AXES = {LATERAL: "linear.y"}  # quantities only of robots commanded along an axis
 OF_SPACE = (HEIGHT, CLIMB)  # what only a team that leaves the ground has
 
 
@@ -90,7 +90,7 @@ def in_space(history, name, *column):
 
 
 def shown_quantities(axes, in_space=False):
-    """Return the places in ``QUANTITIES`` of what a team that obeys the command ``axes`` has.
+    """Return the indices in ``QUANTITIES`` of the quantities of a team commanded along ``axes``.
 
     ``in_space``: whether it leaves the ground.
     """
@@ -124,7 +124,7 @@ class Job:
     def _work(self):
         try:
             self._value = self._function(self.given)
-        except Exception as error:  # is raised where the result is wanted
+        except Exception as error:  # raised where the result is used
             self._error = error
         self.done = True
 
@@ -187,9 +187,9 @@ class ErrorCurve:
             self.problem = "The formation error failed: see the log"
 
     def _signature(self, numbers, time, pose):
-        """Return what tells whether the history still begins with the samples computed.
+        """Return a mark that changes once the history no longer begins with the samples computed.
 
-        A history that is full drops every other sample, so its length alone does not tell.
+        A full history drops every other sample, so its length is not enough.
         """
         last = len(self.values) - 1
         if last >= len(time):

@@ -72,7 +72,7 @@ def _multiples(frame, step):
 
 
 def _digits(step):
-    """Return how many digits after the point tell multiples of ``step``."""
+    """Return the decimals that multiples of ``step`` need."""
     return max(0, -math.floor(math.log10(step) + 1e-9))
 
 

@@ -14,7 +14,7 @@ EDGE_WIDTH = 1.4  # [px]
 
 
 def draw_edges(painter, style, segments, directed):
-    """Draw the ``segments``, wide by weight, with a head at the robot that hears.
+    """Draw the ``segments``, wide by weight, with a head at the receiver.
 
     Of very many only one in k is drawn; return k.
     """

@@ -1,4 +1,4 @@
-"""Draws what the signs of the map mean."""
+"""Draws the map's legend."""
 
 import math
 
@@ -18,7 +18,7 @@ LEGEND = {  # in the order of the map's words
     "start": "start",
     "trail": "trail",
     "target": "target",
-    "hears": "edge to its receiver",
+    "directed edge": "edge to its receiver",
     "edge": "undirected edge",
     "real": "real robot",
     "stale": "no recent data",
@@ -31,7 +31,7 @@ LEGEND = {  # in the order of the map's words
 
 
 def draw_legend(painter, style, frame, shown):
-    """Say in the lower left corner what the signs of the map mean: those in ``shown``, names."""
+    """Draw the legend of the signs ``shown``, names, in the lower left corner."""
     area, line = frame.area, style.line
     entries = [name for name in LEGEND if name in shown]
     columns = _columns(entries, int((HIGHEST * area.height() / line - 0.3) / 1.2))
@@ -82,11 +82,11 @@ def _draw_sign(painter, style, name, at):
     elif name == "trail":
         painter.setPen(QPen(style.mixed(0.8), 1.4 * unit, Qt.DashLine))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))
-    elif name in ("hears", "edge"):
+    elif name in ("directed edge", "edge"):
         begin, end = np.array([[x - reach, y]]), np.array([[x + reach, y]])
         painter.setPen(QPen(style.mixed(0.5), EDGE_WIDTH * unit))
         painter.drawLine(QLineF(x - reach, y, x + reach, y))
-        if name == "hears":
+        if name == "directed edge":
             width = np.array([EDGE_WIDTH * unit])
             draw_heads(painter, style, begin, end, width, style.mixed(0.5))
     elif name == "real":
@@ -106,7 +106,7 @@ def _draw_sign(painter, style, name, at):
 
 
 def _draw_sensed(painter, style, name, x, y):
-    """Draw the sign of what a sensor of the type ``name`` says about the point (x, y) [px]."""
+    """Draw the sign ``name`` of a sensor's readings about the point (x, y) [px]."""
     unit, reach, shade = style.unit, 0.65 * style.line, style.mixed(0.6)
     box = QRectF(x - 3.0 * reach, y - 2.0 * reach, 4.0 * reach, 4.0 * reach)
     painter.setPen(QPen(shade, 1.6 * unit))

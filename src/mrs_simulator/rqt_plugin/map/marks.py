@@ -1,4 +1,4 @@
-"""Draws marks about robots and places: starts, wanted places, rings, alarms and collisions.
+"""Draws marks about robots and places: starts, targets, rings, alarms and collisions.
 
 Each ``draw_`` function gets a painter, the ``MapStyle`` of the widget and the ``Frame``; positions are
 arrays, one point per row, in metres.

@@ -15,7 +15,7 @@ class ObstacleEditor:
     """Those obstacles that may be edited, the one selected, and what a drag makes of it.
 
     ``edited`` is called with all of them after each edit; whether they are taken up is for others to
-    say, by showing them or others.
+    decide by showing them or others.
     """
 
     def __init__(self, edited, changed):
@@ -165,7 +165,7 @@ class ObstacleEditor:
             self._put(self.current._replace(name=name, x=round(x, 9)))
 
     def place(self, shape, centre, is_free):
-        """Place a new ``shape`` about ``centre`` (2,) [m], or as near to it as ``is_free`` says."""
+        """Place a new ``shape`` about ``centre`` (2,) [m], or as near to it as ``is_free`` allows."""
         name, half = shapes.free_name(shape, self._names), 0.5 * SIZE
         for number in range(SPIRAL):
             away, angle = 0.25 * math.sqrt(number), 2.4 * number  # [rad] the golden angle

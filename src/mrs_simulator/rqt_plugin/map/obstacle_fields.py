@@ -141,8 +141,8 @@ class ObstacleFields(QWidget):
             self._editor.change(**{number: math.radians(value) if number == "yaw" else value})
         else:
             wanted = "a number above 0" if number in ABOVE_0 else "a number"
-            told = number, self._editor.current.name, text, wanted
-            self.refused.emit("{} of {}: {!r}, wanted {}".format(*told))
+            shown = number, self._editor.current.name, text, wanted
+            self.refused.emit("{} of {}: {!r}, wanted {}".format(*shown))
         self._show_number(name)
 
 

@@ -26,14 +26,14 @@ class ObstacleKeys:
         self._view, self._editor, self.menu = view, view.editor, None
 
     def press(self, event):
-        """Do what the key says; return whether it says anything."""
+        """Do the action of the key; return whether it has one."""
         action = self._action(event)
         if action is not None:
             action()
         return action is not None
 
     def knows(self, event):
-        """Return whether the key says anything here."""
+        """Return whether the key has an action."""
         return self._action(event) is not None
 
     def _action(self, event):

@@ -93,17 +93,17 @@ class PaintedMap(MapScene):
         shapes, chosen = self.team.shapes, self._selected
         is_chosen = any(number == chosen for number, _ in self._readings)
         # The robot chosen last, above all others, which are then paler.
-        for (number, _), heard in sorted(
+        for (number, _), received in sorted(
             self._readings.items(), key=lambda each: each[0][0] == chosen
         ):
             row = rows.get(number)
             if row is None or not self.team.known[row]:
                 continue
             body = shapes.reach[row], 0.5 * (shapes.front[row] - shapes.rear[row])
-            team = self._pose_of(row, heard.reading), body, style.shade(number)
+            team = self._pose_of(row, received.reading), body, style.shade(number)
             whole = number == chosen  # of others it would cover the map
             painter.setOpacity(1.0 if whole or not is_chosen else PALE)
-            draw_reading(painter, style, self._frame, *team, heard.reading, whole)
+            draw_reading(painter, style, self._frame, *team, received.reading, whole)
         painter.setOpacity(1.0)
 
     def _pose_of(self, row, reading):
@@ -191,7 +191,7 @@ class PaintedMap(MapScene):
         if self._shown["targets"] and self._targets is not None:
             shown.add("target")
         if self._shown["edges"] and self._edges.list:
-            shown.add("hears" if self._edges.directed else "edge")
+            shown.add("directed edge" if self._edges.directed else "edge")
         if self.team.real:
             shown.add("real")
         if not self.team.fresh.all():

@@ -38,7 +38,7 @@ SHOWN = (
         "sensor readings; of more than {} robots, those of the robot selected".format(MOST_ROBOTS),
     ),
 )
-HIDDEN = ("sensors",)  # at first: nobody listens to what is not shown
+HIDDEN = ("sensors",)  # at first: sensors are subscribed to only while shown
 TIPS = {mode: tip for mode, _, tip in MODES}
 
 

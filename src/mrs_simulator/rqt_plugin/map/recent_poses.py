@@ -15,7 +15,7 @@ class RecentPoses:
         self._times, self._poses = deque(maxlen=KEPT), deque(maxlen=KEPT)
 
     def clear(self):
-        """Forget everything."""
+        """Clear everything."""
         self._times.clear()
         self._poses.clear()
 

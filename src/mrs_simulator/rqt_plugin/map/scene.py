@@ -185,10 +185,10 @@ class MapScene(QWidget):
         self._selected = int(number)
         self.update()
 
-    def show_readings(self, heard):
+    def show_readings(self, readings):
         """Show what sensors read, ``{(number, name): ReceivedReading}``."""
-        if heard or self._readings:
-            self._readings = heard
+        if readings or self._readings:
+            self._readings = readings
             self.update()
 
     def set_trails_shown(self, shown):

@@ -37,31 +37,31 @@ def draw_reading(painter, style, frame, pose, body, shade, reading, whole=True):
 
 
 def signs_of(readings):
-    """Return the names, as the legend knows them, of what is drawn of ``readings``, by any key."""
-    told = [heard.reading for heard in readings.values()]
-    ranges = [each for each in told if isinstance(each, RangeReading)]
+    """Return the legend's names of the signs drawn for ``readings``, a dict."""
+    values = [received.reading for received in readings.values()]
+    ranges = [each for each in values if isinstance(each, RangeReading)]
     signs = {"cone" if each.cone > 0.0 else "rays" for each in ranges}
-    signs |= {"seen" for each in told if isinstance(each, RangeBearingReading)}
-    pressed = (each for each in told if isinstance(each, BumperReading))
+    signs |= {"seen" for each in values if isinstance(each, RangeBearingReading)}
+    pressed = (each for each in values if isinstance(each, BumperReading))
     return signs | {"pressed" for each in pressed if np.any(each.front) or np.any(each.rear)}
 
 
 def draw_cones(painter, style, frame, pose, shade, reading, whole):
-    """Draw the cone of each transducer, up to its echo with an arc there; paler where it hears nothing."""
+    """Draw the cone of each transducer, up to its echo with an arc there; paler without an echo."""
     origins = frame.to_screen(in_plane(pose, reading.places[:, :2]))
     headings = np.degrees(pose[2] + reading.places[:, 2])
     half = math.degrees(reading.cone)
     for (x, y), heading, far in zip(origins.tolist(), headings.tolist(), reading.ranges.tolist()):
-        heard = math.isfinite(far)
-        if math.isnan(far) or not (heard or whole):
+        has_echo = math.isfinite(far)
+        if math.isnan(far) or not (has_echo or whole):
             continue
-        radius = (far if heard else reading.most) * frame.scale
+        radius = (far if has_echo else reading.most) * frame.scale
         box = QRectF(x - radius, y - radius, 2.0 * radius, 2.0 * radius)
         cone = QPainterPath(QPointF(x, y))
         cone.arcTo(box, heading - half, 2.0 * half)
         cone.closeSubpath()
-        painter.fillPath(cone, faded(shade, FELT if heard else SILENT))
-        if heard:
+        painter.fillPath(cone, faded(shade, FELT if has_echo else SILENT))
+        if has_echo:
             painter.setPen(QPen(shade, 1.6 * style.unit))
             painter.drawArc(box, round(16 * (heading - half)), round(32 * half))
 
@@ -84,7 +84,7 @@ def draw_rays(painter, style, frame, pose, shade, reading, whole):
 
 
 def draw_seen(painter, style, frame, pose, shade, reading):
-    """Draw a line to where each of the robots seen is said to be, and a ring there."""
+    """Draw a line to the measured position of each robot, and a ring there."""
     begin = QPointF(*frame.to_screen(in_plane(pose, np.array([reading.place])))[0].tolist())
     painter.setPen(QPen(shade, 1.2 * style.unit, Qt.DotLine))
     painter.setBrush(Qt.NoBrush)

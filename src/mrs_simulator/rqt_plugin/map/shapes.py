@@ -1,4 +1,4 @@
-"""The measures of a team's robots as the map draws them, each as its kind is.  No painting."""
+"""Dimensions of a team's robots as the map draws them.  No painting."""
 
 from typing import Any, NamedTuple, Tuple
 

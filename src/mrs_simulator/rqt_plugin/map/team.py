@@ -1,4 +1,4 @@
-"""The robots that the map shows: which they are, where they are, and which overlap.  No painting."""
+"""The robots on the map: numbers, poses and overlaps.  No painting."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class MapTeam:
         self.place(poses, np.ones(len(poses), dtype=bool))
 
     def take_kinds(self, kinds):
-        """Draw robots 1..n as these ``Kind``s are; a team of another number as the first of them."""
+        """Draw robots 1..n as these ``Kind``s; a team of another size as the first of them."""
         self._kinds = tuple(kinds)
         self._take_shapes()
 
@@ -35,12 +35,12 @@ class MapTeam:
     def place(self, poses, fresh, real=frozenset(), spatial=None):
         """Put the robots at ``poses`` (n, 3), arms at home.
 
-        ``fresh`` (n,) bool: who was heard lately; ``real``: the numbers of robots that are not simulated;
+        ``fresh`` (n,) bool: which have recent data; ``real``: the numbers of robots that are not simulated;
         ``spatial``: what poses leave out, of robots off the ground.
         """
         self.pose, self.fresh, self.real = poses, fresh, real
         self.joints = None  # [rad] of arms, None: at home
-        self.carried = None  # a ``LoadState``, None where nothing tells where the load is
+        self.carried = None  # a ``LoadState``, None where the load's pose is unknown
         fits = spatial is not None and len(spatial.z) == len(poses)
         self.spatial = spatial if fits else None
         self.z = spatial.z if fits else None  # [m], None: on the ground

@@ -31,10 +31,10 @@ class Drag(NamedTuple):
 
 
 class MapView(PaintedMap):
-    """A map under the mouse; it tells what is edited there, and of robots that are clicked."""
+    """A map with mouse and keys: signals for edits and clicked robots."""
 
     pose_edited = Signal(int, float, float, float)  # number, x [m], y [m], theta [rad]
-    edge_added = Signal(int, int)  # i hears j
+    edge_added = Signal(int, int)  # i receives from j
     edge_removed = Signal(int, int)
     robot_clicked = Signal(int)
     obstacles_edited = Signal(object)  # all that may be edited, a tuple
@@ -93,7 +93,7 @@ class MapView(PaintedMap):
         self._cursor = at
 
     def _cursor_at(self, at):
-        """Return the shape of the cursor that tells what a press at ``at`` would do."""
+        """Return the cursor for what a press at ``at`` would do."""
         if self._mode == "obstacles":
             return self._keys.cursor_at(self._frame.to_plane(at))
         return Qt.ArrowCursor if self._robot_at(at) < 0 else Qt.PointingHandCursor
@@ -149,7 +149,7 @@ class MapView(PaintedMap):
     def _join(self, row, other):
         if other < 0 or other == row:
             return
-        # Drawn as it will be: from the robot that is heard to the one that hears.
+        # Drawn as it will be: from the sender to the receiver.
         pair = self.team.numbers[other], self.team.numbers[row]
         if not self._edges.holds(*pair):
             self.edge_added.emit(*pair)

@@ -153,7 +153,7 @@ class _Row:
         return value
 
     def complain(self, error):
-        """Say what is wrong; the field stays as it is."""
+        """Show the error; the field stays as it is."""
         self._say(str(error))
 
     def warn(self, text):

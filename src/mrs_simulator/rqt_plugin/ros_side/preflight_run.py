@@ -12,20 +12,20 @@ from mrs_simulator.scenario.reading import Section, read_json, reason
 
 LIMIT = 120.0  # [s] of wall time for the whole check
 CONTROLLER = "/pioneer_control"
-# Parameters that the check has in common with the controller: it listens and judges as that one does.
+# Parameters that the check shares with the controller.
 SHARED = tuple(
     p.name for p in NODES["preflight"] if p in NODES["pioneer_control"] and p is not REAL
 )
 
 
 class Finding(NamedTuple):
-    """Something that is not as it is to be."""
+    """A check that did not pass."""
 
     robot: str  # such as robot3; "" for the whole team
     what: str
     value: str
     wanted: str
-    judged: bool = False  # whether a person who sees the robots may start them all the same
+    judged: bool = False  # whether a person who sees the robots may overrule it
 
     @property
     def key(self):
@@ -51,23 +51,23 @@ class PreflightRun:
     def begin(self, scenario_path, own=(), accepted=None):
         """Check the robots of the scenario; with ``accepted``, start the controller afterwards.
 
-        ``own``: findings that the GUI knows of already; ``accepted``: keys of findings that a person
-        has judged.
+        ``own``: findings of the GUI's own; ``accepted``: keys of findings that a person has
+        overruled.
         """
         self.running, self._accepted, self.outcome = True, accepted, ""
-        topics, real = self._connection.odometry_topics(), who_is_real(self._connection)
+        topics, real = self._connection.odometry_topics(), real_arguments(self._connection)
         run = ["--scenario", scenario_path] + real
         self._connection.do(
             "preflight", lambda: self._check(run, list(own), topics, alone=not real)
         )
 
     def cancel(self):
-        """Start nothing when the check ends; return whether something was to be started."""
+        """Do not start the controller after the check; return whether it was to start."""
         was, self._accepted = self.starting, None
         return was
 
     def ended(self, success, answer):
-        """Take in the answer of a check; return whether the controller is to start now."""
+        """Handle the answer of a check; return whether the controller is to start now."""
         self.running = False
         if not success:
             answer = (0, [Finding("", "the check itself", str(answer).strip()[-500:], "to end")])
@@ -80,11 +80,11 @@ class PreflightRun:
         return start
 
     def may_judge(self):
-        """Return whether a person may start the robots in spite of what was found."""
+        """Return whether a person may start the robots in spite of the findings."""
         return self.outcome == "refused" and all(finding.judged for finding in self.findings)
 
     def keys(self):
-        """Return the keys of what was found."""
+        """Return the keys of the findings."""
         return frozenset(finding.key for finding in self.findings or ())
 
     def _check(self, run, findings, topics, alone):
@@ -96,10 +96,10 @@ class PreflightRun:
             findings.append(
                 Finding("", "clock", "/use_sim_time is true, and no stage runs", "false")
             )
-        arguments = run + ["--json", path] + _as_the_controller(topics)
-        _, said = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
+        arguments = run + ["--json", path] + _shared_arguments(topics)
+        _, output = self._processes.run("preflight", "preflight", *arguments, limit=LIMIT)
         if not os.path.exists(path):
-            return False, said or "no answer within {:g} s".format(LIMIT)
+            return False, output or "no answer within {:g} s".format(LIMIT)
         try:
             passed, found = read_findings(path)
         except (ValueError, OSError) as error:
@@ -129,17 +129,17 @@ def _read_check(row, where):
     return None if passed else Finding(*texts, judged)
 
 
-def who_is_real(connection):
-    """Return the argument that tells which of a stage's robots are real; without a stage all are."""
+def real_arguments(connection):
+    """Return the argument with the stage's real robots, in a list; [] without a stage: all are real."""
     if not connection.is_fresh("stage"):
         return []
     snapshot = connection.snapshot()
-    # Nobody has to be said as well: the parameter outlives the controller before.
+    # An empty list is passed as well: the parameter outlives the last controller.
     return ["_real:={}".format(sorted(snapshot.real) if snapshot else [])]
 
 
-def _as_the_controller(topics):
-    """Return the arguments with which ``preflight`` listens and judges as the controller does."""
+def _shared_arguments(topics):
+    """Return the arguments that give ``preflight`` the controller's topics and parameters."""
     given = rospy.get_param(CONTROLLER, {})
     arguments = [
         "_{}:={}".format(name, given[name]) for name in SHARED if given.get(name, "") != ""

@@ -1,4 +1,4 @@
-"""The scenario under edit, kept in a file of its own until the GUI ends in good order.  No Qt."""
+"""Autosaves the edited scenario in a file until the GUI ends normally.  No Qt."""
 
 import contextlib
 import fcntl
@@ -19,7 +19,7 @@ class Orphan(NamedTuple):
 
 
 class Autosave:
-    """One file, locked while this GUI lives; files that nobody locks are what a crash has left."""
+    """One file, locked while this GUI runs; unlocked files were left by a crash."""
 
     def __init__(self, directory=None):
         """``directory``: default ``mrs_simulator/edits`` in the user's cache."""
@@ -41,7 +41,7 @@ class Autosave:
         self._file.flush()
 
     def forget(self):
-        """Remove the file: there is nothing that is not saved."""
+        """Remove the file: nothing is unsaved."""
         if self._file is not None:
             with contextlib.suppress(OSError):
                 os.remove(self._path)
@@ -49,7 +49,7 @@ class Autosave:
             self._file = None
 
     def orphans(self):
-        """Return the ``Orphan`` of each GUI that has ended without a word, the newest first."""
+        """Return the ``Orphan`` of each GUI that has crashed, the newest first."""
         found = []
         with contextlib.suppress(OSError):
             for name in os.listdir(self._directory):
@@ -74,7 +74,7 @@ class Autosave:
             os.remove(orphan.path)
 
 
-def told(orphan):
+def time_of(orphan):
     """Return when the edits of ``orphan`` were made, for a message."""
     day = "%H:%M" if time.time() - orphan.time < 43200.0 else "%Y-%m-%d %H:%M"
     return time.strftime(day, time.localtime(orphan.time))

@@ -1,6 +1,6 @@
 """The controller of a study: started, after a check where robots are real, stopped and replaced; no Qt."""
 
-from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, who_is_real
+from mrs_simulator.rqt_plugin.ros_side.preflight_run import Finding, real_arguments
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.run.stage_run import lockstep_option
 from mrs_simulator.study.results.report import write_scenario
@@ -23,7 +23,7 @@ class ControlRun:
         return "some robots are real: they are checked before the controller starts"
 
     def start_anyway(self):
-        """Start the controller in spite of what the last check found; what is new keeps it from it."""
+        """Start the controller in spite of the last findings, unless a new check has others."""
         accepted = self._preflight.keys()
         self._preflight.begin(self.written(), self._own_findings(), accepted)
         return (
@@ -36,7 +36,7 @@ class ControlRun:
         return ""
 
     def checked(self, success, answer):
-        """Take in the answer of a check; return a message."""
+        """Handle the answer of a check; return a message."""
         preflight = self._preflight
         if preflight.ended(success, answer):
             why = self._state.no_start()
@@ -47,7 +47,7 @@ class ControlRun:
         return ErrorMessage(text) if refused else text
 
     def _own_findings(self):
-        """Return what the GUI knows and the command ``preflight`` does not."""
+        """Return findings of the GUI's own."""
         found, wanted = [], self._edited.derived.protocol
         control, stage = self._connection.newest("control"), self._connection.newest("stage")
         if self._state.started_elsewhere() and control.protocol != wanted:
@@ -72,11 +72,11 @@ class ControlRun:
     def launch(self):
         """Start a controller of the GUI's own, in place of the one before."""
         self._connection.begin_run()
-        arguments = ["--scenario", self.written()] + who_is_real(self._connection)
+        arguments = ["--scenario", self.written()] + real_arguments(self._connection)
         stage = self._connection.newest("stage")
         waits = stage.lockstep if stage is not None else self._stage.lockstep
         arguments.append(lockstep_option(waits and not self._state.real()))
-        arguments.append("_autostart:=true")  # somebody pressed start, and real robots are checked
+        arguments.append("_autostart:=true")  # the user pressed start, and real robots are checked
         self._processes.start("control", "pioneer_control", *arguments)
 
     def written(self):

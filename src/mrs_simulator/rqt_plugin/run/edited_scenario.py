@@ -1,4 +1,4 @@
-"""The scenario under the user's hands, and what its law says of it; without Qt."""
+"""The edited scenario, and what its protocol derives from it; without Qt."""
 
 import functools
 
@@ -22,14 +22,14 @@ PREDICTION_REST = 0.25  # [s] after the last edit until theory's error is comput
 
 
 class EditedScenario:
-    """A scenario whose law has taken it up; edits that the law refuses change nothing."""
+    """A scenario that its law accepts; edits that the law refuses change nothing."""
 
     def __init__(self, scenario, connection, state):
-        """``state``: the ``StudyState``, which says whether a controller is to follow the edits."""
+        """``state``: the ``StudyState``, which knows whether a controller follows the edits."""
         self._connection, self._state = connection, state
         self.scenario = scenario
-        self.derived = None  # law_answers.Facts of the scenario, since it was taken up
-        # A user's law runs in neither thread of the GUI: one process for edits, which somebody waits
+        self.derived = None  # law_answers.Facts of the scenario, since it was applied
+        # A user's law runs in neither thread of the GUI: one process for edits, which the user waits
         # for, one for what takes longer, of shipped laws too.
         self.laws, self._background = LawProcess(), LawProcess(LONGEST_PREDICTION)
         self._prediction = DebouncedWorker(PREDICTION_REST)
@@ -38,7 +38,7 @@ class EditedScenario:
         self.take_run_prediction = self._run_prediction.take
 
     def take(self, scenario):
-        """Take up ``scenario``; whatever its protocol raises is raised, and the old one stays."""
+        """Apply ``scenario``; where its protocol raises an exception, the old one stays."""
         self.derived = self.laws.ask("facts", scenario)
         self.scenario = scenario
         self.predict(scenario)
@@ -50,7 +50,7 @@ class EditedScenario:
     def predict_run(self, scenario, poses):
         """Compute the prediction of a run from ``poses`` (n, 3), for ``take_run_prediction``.
 
-        ``scenario``: None where it is not known what runs: then there is none.
+        ``scenario``: None if the running law is unknown: no prediction.
         """
         work = None
         if scenario is not None and len(poses) == scenario.n and np.isfinite(poses).all():

@@ -1,18 +1,18 @@
-"""Messages on what went wrong, told apart from those on what was done.  No Qt."""
+"""Messages on errors, and the texts of exceptions in them.  No Qt."""
 
 from mrs_simulator.core.doc_links import named, with_page
 
 
 class ErrorMessage(str):
-    """A message on something that went wrong; plain texts tell what was done."""
+    """A message on an error, shown as such; plain texts are shown as information."""
 
     __slots__ = ()
 
 
 def reason(error):
-    """Return for a message why something was refused, and the page that explains it where there is one.
+    """Return the text of an error for a message, with the documentation page on it where there is one.
 
-    Of an ``error`` that nobody worded, its kind is told.
+    An ``error`` without a text of the package's own is named by its class.
     """
     worded = isinstance(error, (ValueError, OSError))
     return with_page(error) if worded else named(error)

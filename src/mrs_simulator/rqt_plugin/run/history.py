@@ -13,7 +13,7 @@ from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
 from mrs_simulator.scenario.team.load import LoadState
 from mrs_simulator.verdict.estimation import SAME
 
-MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is let go
+MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is dropped
 FEWEST_SAMPLES = 500
 MOST_COLLISIONS = 10000
 STATE = 7  # [-] columns of a sample before those of the command: pose 3, twist 3, joint
@@ -26,12 +26,12 @@ IN_SPACE = 8  # [-] columns after it, of robots that leave the ground: z, orient
 class Snapshot(NamedTuple):
     """The team at one time; arrays hold one robot per row."""
 
-    time: float  # [s] of the stage; of real robots alone since the first was heard
+    time: float  # [s] of the stage; of real robots alone since the first message
     numbers: Tuple[int, ...]
     pose: np.ndarray  # (n, 3) [m, m, rad], common frame
     twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robot's frame
     command: np.ndarray  # (n, a) [m/s, rad/s]
-    fresh: np.ndarray  # (n,) bool, whether the robot was heard lately
+    fresh: np.ndarray  # (n,) bool, whether there is recent data of the robot
     real: FrozenSet[int] = frozenset()  # numbers of the robots that are not simulated
     axes: Tuple[str, ...] = (
         UNICYCLE_AXES  # the components of Twist that commands have, those of arms last
@@ -42,16 +42,16 @@ class Snapshot(NamedTuple):
 
 
 class History:
-    """The samples of a run, bounded: when full, every other one is let go, the whole run stays."""
+    """The samples of a run, bounded: when full, every other sample is dropped."""
 
     def __init__(self):
-        self.before_clearing = lambda: None  # called while what is forgotten is still there
-        self._filled, self._told = 0, EstimateLog()
+        self.before_clearing = lambda: None  # called before the samples are dropped
+        self._filled, self._estimate_log = 0, EstimateLog()
         self.applied = ControllerRecord()  # by the controllers of this run
         self.clear()
 
     def clear(self):
-        """Forget everything."""
+        """Clear everything."""
         if self._filled:
             self.before_clearing()
         # What was edited and what the stage published when the run began: later edits are of other runs.
@@ -66,17 +66,15 @@ class History:
         self.collisions = deque(maxlen=MOST_COLLISIONS)
         self.incidents = deque(maxlen=MOST_COLLISIONS)
         self._filled, self._stride, self._skipped = 0, 1, 0
-        self._lent = False  # whether somebody else reads the samples held
+        self._lent = False  # whether a frozen copy shares the arrays
         self._time, self._table = np.empty(0), np.empty((0, 0, STATE + len(UNICYCLE_AXES)))
-        self._estimate = (
-            None  # (rows, n, 3) as soon as the control has told any, nan where none held
-        )
-        self._told.clear()
+        self._estimate = None  # (rows, n, 3) once estimates were received, nan where there is none
+        self._estimate_log.clear()
 
     def append(self, snapshot):
         """Add ``snapshot``; another team, or a time that went back, begins anew.
 
-        Of one time the newest is kept: a command, or the stage's word in place of odometry.
+        Of samples of one time the newest is kept: a command, or the stage's state instead of odometry.
         """
         newest = self._time[self._filled - 1] if self._filled else -np.inf
         team = snapshot.numbers, snapshot.axes, snapshot.spatial is not None
@@ -140,22 +138,22 @@ class History:
         for name in ("_time", "_table", "_estimate"):
             held = getattr(self, name)
             if held is not None:
-                # Others may read what is lent to them.
+                # Frozen copies keep their arrays.
                 thinned = np.empty_like(held) if self._lent else held
                 thinned[:kept] = held[::2]
                 setattr(self, name, thinned)
         self._lent, self._filled, self._stride = False, kept, 2 * self._stride
 
-    def take_estimates(self, told):
-        """Take in what the control ``told``: ``(stamp [s], robots' numbers, pose (n, 3))`` of each time.
+    def take_estimates(self, estimates):
+        """Add ``estimates`` of the control, each ``(stamp [s], robots' numbers, pose (n, 3))``.
 
         Each sample gets the estimates that held then, whichever of the two came first.
         """
-        for stamp, numbers, pose in told:
+        for stamp, numbers, pose in estimates:
             if tuple(numbers) == self.numbers:
-                self._told.add(stamp, pose)
-        begin = int(np.searchsorted(self.time, self._told.first - SAME))
-        known, poses = self._told.at(self.time[begin:])
+                self._estimate_log.add(stamp, pose)
+        begin = int(np.searchsorted(self.time, self._estimate_log.first - SAME))
+        known, poses = self._estimate_log.at(self.time[begin:])
         if not known.any():
             return
         if self._estimate is None:
@@ -172,9 +170,9 @@ class History:
         return 0 if self.begun is None else int(np.searchsorted(self.time, self.begun))
 
     def frozen(self, begin):
-        """Return a ``History`` of the samples from row ``begin`` on, which later ones leave as it is.
+        """Return a ``History`` of the samples from row ``begin`` on, not affected by later ones.
 
-        Nothing is copied: it would be a pause of a tenth of a second.
+        Nothing is copied, which would take a tenth of a second.
         """
         result = self.kept(slice(begin, None))
         result.before_clearing = lambda: None
@@ -208,7 +206,7 @@ class History:
 
     @property
     def estimate(self):
-        """Return the poses (m, n, 3) that the control knew, nan where it told none; None without any."""
+        """Return the control's estimated poses (m, n, 3), nan where it has none; None without any."""
         return None if self._estimate is None else self._estimate[: self._filled]
 
     @property

@@ -65,7 +65,7 @@ class PreflightPanel(QWidget):
             widget.setVisible(offered)
 
     def set_running(self, starting):
-        """Say that a check is under way; ``starting``: the controller starts after it."""
+        """Show that a check is under way; ``starting``: the controller starts after it."""
         after = ", the controller starts if they are ready" if starting else ""
         self._title.say("Checking the robots{} ...".format(after), "aside")
         self._table.set_rows([])

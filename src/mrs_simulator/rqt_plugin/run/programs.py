@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 
-# By name: what they are called in the GUI, and what they do.
+# By name: title in the GUI, and tooltip.
 OWN = {
     "stage": ("stage", "The simulation, as Start simulation starts it"),
     "control": (
@@ -22,8 +22,8 @@ TAKEN = {*OWN, "preflight", "report"}  # names of programs of the GUI's
 ELSEWHERE = {
     "stage": "stage",
     "control": "control",
-}  # what tells that one runs that was started elsewhere
-MOST_KEPT, LONGEST = 50, 2000  # [-] commands that are taken up again, and characters of each
+}  # published by one that was started elsewhere
+MOST_KEPT, LONGEST = 50, 2000  # [-] commands that are restored, and characters of each
 SIGNALS = {-2: "interrupted", -9: "killed", -15: "terminated"}
 
 
@@ -33,15 +33,15 @@ class Program(NamedTuple):
     name: str
     title: str
     tip: str
-    state: str  # in words
+    state: str
     is_running: bool
     is_ending: bool
     can_start: str  # why it cannot be started now, or ""
-    failed: bool  # whether it ended by itself, and not in good order
+    failed: bool  # whether it ended by itself, with an error
 
 
 class Programs:
-    """What was started here, and what can be."""
+    """The programs that were or can be started here."""
 
     def __init__(self, study):
         """``study``: the ``StudyRun``."""
@@ -52,7 +52,7 @@ class Programs:
     def all(self):
         """Return each ``Program``."""
         titles = {**OWN, **{name: (name, shlex.join(c)) for name, c in self._commands.items()}}
-        return [self._program(name, *told) for name, told in titles.items()]
+        return [self._program(name, *texts) for name, texts in titles.items()]
 
     def _program(self, name, title, tip):
         running, ending = self._processes.is_running(name), self._processes.is_ending(name)
@@ -117,7 +117,7 @@ class Programs:
         return json.dumps([shlex.join(words) for words in self._commands.values()])
 
     def take_up(self, text):
-        """Put the commands of ``kept`` on the list; nothing is started, whatever it says.
+        """Put the commands of ``kept`` on the list; nothing is started.
 
         What is no list of commands is left out.
         """

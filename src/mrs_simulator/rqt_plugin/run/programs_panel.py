@@ -42,7 +42,7 @@ QUIET = "Nothing has been received on /diagnostics yet."
 
 
 class ProgramsPanel(QWidget):
-    """Shows ``Program``s; ``asked`` tells an action and a name, ``added`` a command."""
+    """Shows ``Program``s; ``asked`` emits an action and a name, ``added`` a command."""
 
     asked = Signal(str, str)
     added = Signal(str)
@@ -179,7 +179,7 @@ def short(name):
 
 
 def part_text(part):
-    """Return all that a ``Part`` says, for a tooltip."""
+    """Return the whole text of a ``Part``, for a tooltip."""
     lines = ["{}: {}".format(part.name, part.message)]
     lines += ["{} = {}".format(*pair) for pair in part.values]
     return "\n".join(lines + ["{:.0f} s ago".format(part.age)])

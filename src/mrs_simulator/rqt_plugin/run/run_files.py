@@ -31,7 +31,7 @@ class RunFiles:
         self._connection, self._processes = connection, processes
         self._edited, self._missed = edited, missed
         self.saving, self._cancelled = "", threading.Event()  # what a save is at
-        self._keeping = []  # ``Event``s, set when a run that nobody saved is written
+        self._keeping = []  # ``Event``s, set when an unsaved run is written
 
     @staticmethod
     def results_directory():
@@ -48,32 +48,34 @@ class RunFiles:
         write = self._writing(history, directory)
         self._cancelled.clear()
 
-        def tell(share):
+        def report(share):
             self.saving = "writing run.csv, {:.0%}".format(share)
 
         def work():
-            tell(0.0)
-            path = write(tell)
+            report(0.0)
+            path = write(report)
             self.saving = "making figures and the verdict"
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
             arguments = [path, "--out", directory, "--formats", "png,pdf,svg"]
-            code, said = self._processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
+            code, output = self._processes.run("report", "report", *arguments, limit=REPORT_LIMIT)
             if self._cancelled.is_set():
                 return False, CANCELLED.format(directory)
             verdict = os.path.join(directory, VERDICT_FILE)
-            return (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, said)
+            return (
+                (True, verdict) if code in (0, 1) and os.path.exists(verdict) else (False, output)
+            )
 
         self.saving = "preparing"
         self._connection.do("save", work)
 
     def cancel(self):
-        """Save no more than the data; the answer of ``save`` says so."""
+        """Cancel saving; data already written stays, as the answer of ``save`` reports."""
         self._cancelled.set()
         self._processes.cancel("report")
 
     def keep(self, history):
-        """Write the data of a run that nobody has saved beside the other results; return a message."""
+        """Write the data of an unsaved run beside the other results; return a message."""
         return self._to_keep(history)()
 
     def keep_aside(self, history):
@@ -121,16 +123,16 @@ class RunFiles:
         A law, a gain or a team that were edited since are not part of it.
         """
         scenario = self._edited.scenario if history.scenario is None else history.scenario
-        obeyed, changes, staged = None, [], None
+        applied, changes, staged = None, [], None
         if history.begun is not None:
             origin = self._origin(history)
-            obeyed, changes = history.applied.during(
+            applied, changes = history.applied.during(
                 origin + history.begun, origin + history.time[-1]
             )
         try:
             if history.staged is not None:
                 staged = scenario_from_yaml(history.staged, "stage/scenario")
-            ran, unknown = what_ran(scenario, staged, obeyed)
+            ran, unknown = what_ran(scenario, staged, applied)
             changed_by(ran, changes)
         except ValueError as error:
             return scenario, {
@@ -147,14 +149,14 @@ class RunFiles:
     def _writing(self, history, directory, ran=None):
         """Return a function that writes a run's data, and returns its path; from any thread.
 
-        It calls ``tell``, if given, with the share that is written, after each hundredth.  ``ran``: what
+        It calls ``report``, if given, with the share that is written, after each hundredth.  ``ran``: what
         :meth:`ran` returned, if it is known.
         """
         # The run begins with the first command, as it does for the recorder.
         run, lost = estimated(history.frozen(history.first_row()))
         scenario, facts = self.ran(history) if ran is None else ran
         numbers, when = run.numbers, run.time
-        meta = self._told(when[0], when[-1], history)
+        meta = self._controller_facts(when[0], when[-1], history)
         meta.update(facts, warnings=meta["warnings"] + facts.get("warnings", []))
         incidents = [
             i._replace(time=i.time - when[0]) for i in history.incidents if i.time >= when[0]
@@ -170,16 +172,16 @@ class RunFiles:
             meta.update(truth_unknown=True, warnings=[*meta["warnings"], UNKNOWN])
         if not history.real.issuperset(numbers):
             meta.update(scene_facts(scenario.obstacles, scene_time(when[0])))
-        return lambda tell=lambda share: None: write_run(run, scenario, directory, meta, tell)
+        return lambda report=lambda share: None: write_run(run, scenario, directory, meta, report)
 
-    def _told(self, begin, end, history):
+    def _controller_facts(self, begin, end, history):
         """Return what is known of the run in ``history`` from ``begin`` to ``end`` [s]."""
         controller, origin = self._connection.controller, self._origin(history)
         real = history.real.issuperset(history.numbers)
         meta = {"warnings": controller.warnings(origin + begin, origin + end)}
         ended = controller.ended(origin + begin)
         meta.update({"ended": ended} if ended else {})
-        # Nobody tells of real robots' collisions.
+        # Collisions of real robots are not measured.
         return dict(meta, collisions_unknown=True) if real else meta
 
 

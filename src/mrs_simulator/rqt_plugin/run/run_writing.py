@@ -12,7 +12,7 @@ from mrs_simulator.vehicles.team_in_space import team_of
 def estimated(run):
     """Return the samples of a ``History`` with the poses that the control estimated, and how many are lost.
 
-    Lost are those of whose times it told none; after the last that it told, a run is over.  Of a
+    Lost are those without an estimate of their times; after the last estimate a run is over.  Of a
     control that estimated nothing all samples are returned.
     """
     if run.estimate is None:
@@ -25,7 +25,7 @@ def estimated(run):
     return run.kept(known if lost else slice(0, end)), lost
 
 
-def write_run(run, scenario, directory, meta, tell):
+def write_run(run, scenario, directory, meta, report):
     """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
     when, heights, axes, load = run.time, run.spatial, run.axes, run.load
     truth = run.estimate if meta.get("truth_unknown") else run.pose
@@ -43,7 +43,7 @@ def write_run(run, scenario, directory, meta, tell):
         samples = zip(when - when[0], truth, run.command, run.joints, run.twist)
         for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
             if row % hundredth == 0:
-                tell(row / len(when))
+                report(row / len(when))
             points = team.point(poses, inner, scenario.hand_length)
             given = given if axes == team.axes else on_axes(given, axes, team.axes)
             more = speeds, inner, None if heights is None else heights.of(row)
@@ -53,15 +53,15 @@ def write_run(run, scenario, directory, meta, tell):
                 more = speeds, inner, flat, flat.z + tools[:, 2]
             if load is not None:
                 more += (load.at(row),)
-            told = {"estimate": run.estimate[row]} if estimated else {}
-            file.sample(round(float(stamp), 9), poses, given, points, *more, **told)
+            more_columns = {"estimate": run.estimate[row]} if estimated else {}
+            file.sample(round(float(stamp), 9), poses, given, points, *more, **more_columns)
     collisions = [c._replace(time=c.time - when[0]) for c in run.collisions if c.time >= when[0]]
     write_facts(file.path, collisions, meta)
     return file.path
 
 
 def _for_robots(scenario, numbers):
-    """Return ``scenario`` for the robots ``numbers``, under a title that tells how many there are."""
+    """Return ``scenario`` for the robots ``numbers``, under a title with their number."""
     n, kinds = len(numbers), scenario.kinds
     if n == scenario.n:
         return scenario

@@ -1,4 +1,4 @@
-"""The simulation of a study: starts a stage or attaches to one, and tells it the team; without Qt."""
+"""The simulation of a study: starts a stage or attaches to one, and sets its team; without Qt."""
 
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
@@ -83,10 +83,10 @@ class StageRun:
 
     def _scenario(self):
         """Return the scenario of the stage that runs, None before it is known."""
-        told = self._connection.newest("scenario")
-        if told is None or not self._connection.is_fresh("stage"):
+        message = self._connection.newest("scenario")
+        if message is None or not self._connection.is_fresh("stage"):
             return None
-        return scenario_from_yaml(told.data, "stage/scenario")
+        return scenario_from_yaml(message.data, "stage/scenario")
 
     def kept(self):
         """Return a message on what a running stage does not take over from the scenario, or ""."""

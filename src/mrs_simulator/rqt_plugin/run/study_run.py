@@ -17,7 +17,7 @@ LONGEST_OUTPUT = 500  # [characters] that are shown of a program that failed
 
 
 class StudyRun:
-    """The scenario under the user's hands, and the programs that run it."""
+    """The edited scenario, and the programs that run it."""
 
     def __init__(self, connection, processes, scenario):
         self.connection, self.processes = connection, processes
@@ -50,7 +50,7 @@ class StudyRun:
         return self.edited.scenario
 
     def do(self, name, speed=1.0):
-        """Do what the button called ``name`` says; return a message, or ""."""
+        """Do the action of the button ``name``; return a message, or ""."""
         try:
             return self._actions[name](speed)
         except OSError as error:  # a full disk, a directory that may not be written
@@ -128,16 +128,16 @@ class StudyRun:
 def how_ended(code, output):
     """Return in words how a program ended that was not asked to; ``output``: what it has printed.
 
-    One that was killed has said nothing of it.
+    A killed program prints nothing about it.
     """
     if code < 0:
         return "killed by signal {}; its output is in the tab Programs".format(-code)
-    said = last_lines(output)
-    return "ended with {}{}".format(code, ": " + said if said else "")
+    last = last_lines(output)
+    return "ended with {}{}".format(code, ": " + last if last else "")
 
 
 def last_lines(output):
-    """Return the last whole lines of ``output`` that tell more than that something went on."""
+    """Return the last whole lines of ``output``, without progress reports."""
     lines = [line for line in output.strip().splitlines() if not line.startswith("[INFO]")]
     while len(lines) > 1 and len("\n".join(lines)) > LONGEST_OUTPUT:
         del lines[0]

@@ -1,12 +1,12 @@
 """Status texts and enabled actions, without Qt and ROS."""
 
-EMERGENCY = "emergency stop"  # how a controller says so
+EMERGENCY = "emergency stop"  # the controller's text for it
 RELEASED = "the emergency stop was released"
 NO_MASTER = "no ROS master"
 NO_STAGE = "no simulation runs"
 REAL_ALONE = "the robots are real, there is no simulation to {}"
-HANGS = 3.0  # [s] of wall time without a word after which a controller hangs
-START_LIMIT = 20.0  # [s] of wall time that one which was started here has for its first word
+HANGS = 3.0  # [s] of wall time without a message after which a controller hangs
+START_LIMIT = 20.0  # [s] of wall time within which one started here has to publish its status
 SILENT = "has not answered for {:.0f} s"
 NEVER = "has not answered since it started {:.0f} s ago"
 USUAL_TOPIC = "/robot{}/odom"
@@ -28,11 +28,11 @@ class StudyState:
 
     def has_control(self):
         """Return whether a controller takes edits: one that runs, stands or is about to start."""
-        heard = self.connection.is_fresh("control") and not self.processes.is_ending("control")
-        return heard or self.processes.is_running("control")
+        is_fresh = self.connection.is_fresh("control") and not self.processes.is_ending("control")
+        return is_fresh or self.processes.is_running("control")
 
     def hangs(self):
-        """Return how long a controller that is there has said nothing, in words, or ""."""
+        """Return the text on a controller that does not respond, or ""."""
         silence, here = self.connection.silence("control"), self.processes.is_running("control")
         if silence is None:
             age = self.processes.age("control") if here else 0.0
@@ -131,7 +131,7 @@ class StudyState:
     # What can be done ----------------------------------------------------------------------------
 
     def actions(self):
-        """Return ``name: (possible, remark)`` of the run's actions; the remark says why, or what of it."""
+        """Return ``name: (possible, remark)`` of the run's actions, with a reason or a warning."""
         stage, alive = self.connection.newest("stage"), self.connection.is_fresh("stage")
         paused = alive and stage is not None and stage.paused
         reasons = {
@@ -169,7 +169,7 @@ class StudyState:
             return "already running"
         if self.processes.is_ending("stage"):
             return "the last simulation is ending"
-        if self.real_alone():  # two would answer for one robot
+        if self.real_alone():  # two sources of one robot's state
             return "real robots publish odometry: a simulation would be mixed up with them"
         return ""
 
@@ -234,10 +234,12 @@ class StudyState:
 
     def poses_locked(self, n):
         """Return why the robots of a scenario of ``n`` cannot be dragged now, or ""."""
-        heard = len(self.connection.snapshot().numbers) if self.connection.is_fresh("state") else n
-        if heard != n and not self.processes.is_running("stage"):
+        running = (
+            len(self.connection.snapshot().numbers) if self.connection.is_fresh("state") else n
+        )
+        if running != n and not self.processes.is_running("stage"):
             return "{} robots run, the scenario has {}: attach to the simulation first".format(
-                heard, n
+                running, n
             )
         return self.team_locked()
 

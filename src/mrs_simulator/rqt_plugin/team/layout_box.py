@@ -14,7 +14,7 @@ SEED = Parameter("seed", 0, low=0, meaning="the same seed gives the same layout"
 
 
 class LayoutBox(QGroupBox):
-    """Offers layouts; ``chosen`` gives the poses (n, 3) [m, m, rad] of one, ``refused`` says why not."""
+    """Offers layouts; ``chosen`` emits the poses (n, 3) [m, m, rad] of one, ``refused`` an error."""
 
     chosen = Signal(object)
     refused = Signal(str)

@@ -31,7 +31,7 @@ DIGITS = 6  # most that are shown, unless all of them stand before the point
 
 
 class TeamModel(QAbstractTableModel):
-    """Poses and kinds of a team, one robot per row; ``accepted`` and ``refused`` tell of edits."""
+    """Poses and kinds of a team, one robot per row; signals ``accepted`` and ``refused`` after edits."""
 
     accepted = Signal()
     refused = Signal(str)
@@ -46,7 +46,7 @@ class TeamModel(QAbstractTableModel):
         self._level = 0  # among DECIMALS
 
     def set_decimals(self, level):
-        """Show as many decimals as ``DECIMALS[level]`` says."""
+        """Show ``DECIMALS[level]`` decimals."""
         if level != self._level:
             self._level = level
             if len(self.poses):
@@ -127,7 +127,7 @@ class TeamModel(QAbstractTableModel):
 
     @guarded
     def data(self, index, role=Qt.DisplayRole):
-        """Return a cell's text or look."""
+        """Return a cell's text or style."""
         row, column = index.row(), index.column()
         if role in (Qt.DisplayRole, Qt.EditRole):
             return self._text(row, column, exact=role == Qt.EditRole)
@@ -157,11 +157,11 @@ class TeamModel(QAbstractTableModel):
         return short_number(self._value(row, column), DECIMALS[level][column - 1])
 
     def _tooltip(self, row):
-        """Return what is to be said of a robot, None if nothing."""
-        told = [kind_name(self.kinds[row])] if self.is_mixed() else []
-        told += ["robot{} is a real robot".format(row + 1)] if row + 1 in self.real else []
-        told += [self._overlap(row)] if row in self.overlapping else []
-        return "\n".join(told) or None
+        """Return a robot's tooltip, None for none."""
+        lines = [kind_name(self.kinds[row])] if self.is_mixed() else []
+        lines += ["robot{} is a real robot".format(row + 1)] if row + 1 in self.real else []
+        lines += [self._overlap(row)] if row in self.overlapping else []
+        return "\n".join(lines) or None
 
     def _overlap(self, row):
         first, second = self._pairs
@@ -173,7 +173,7 @@ class TeamModel(QAbstractTableModel):
 
     @guarded
     def setData(self, index, value, role=Qt.EditRole):
-        """Take what was typed or chosen, if it can be; the old value stays otherwise."""
+        """Apply a value that was typed or chosen; keep the old one if it is not valid."""
         row, column = index.row(), index.column()
         if role != Qt.EditRole or str(value) == self._text(row, column, exact=True):
             return False
@@ -198,7 +198,7 @@ class TeamModel(QAbstractTableModel):
 
 
 def kind_name(kind):
-    """Return the name of a kind for a person: of a kind's file that of the file."""
+    """Return the name of a kind for display; for a kind's file, the file's name."""
     return os.path.basename(kind)
 
 

@@ -1,4 +1,4 @@
-"""The team: how many robots, and where they begin."""
+"""The team: number of robots and initial poses."""
 
 import math
 
@@ -193,7 +193,7 @@ class TeamPanel(QWidget):
         self._change(self.poses(), self.kinds(), heights)
 
     def set_pose(self, number, x, y, theta):
-        """Put robot ``number`` elsewhere [m, m, rad], as when it is dragged; no signal."""
+        """Move robot ``number`` to a pose [m, m, rad], as when dragged; no signal."""
         if not 1 <= number <= len(self._model.poses):
             raise ValueError("robot{}: wanted 1 to {}".format(number, len(self._model.poses)))
         poses = self._model.poses
@@ -238,7 +238,7 @@ class TeamPanel(QWidget):
     # What the user does --------------------------------------------------------------------------
 
     def _change(self, poses, kinds, heights=None):
-        """Show a new team and tell of it, if it is new; more robots begin as high as the last."""
+        """Show a new team and emit it if it differs; added robots begin as high as the last one."""
         heights = self._heights if heights is None else heights
         more = len(poses) - len(heights)
         if more > 0:

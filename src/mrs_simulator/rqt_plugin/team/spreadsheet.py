@@ -22,7 +22,7 @@ def read_number(text, where):
 
 
 def read_rows(text):
-    """Return lists [x, y] or [x, y, heading] of pasted ``text``; ``ValueError`` says what is bad."""
+    """Return lists [x, y] or [x, y, heading] of pasted ``text``; raises ``ValueError`` for bad values."""
     rows = []
     for number, line in enumerate(text.rstrip().splitlines(), 1):
         where = "pasted row {}".format(number)

@@ -22,7 +22,7 @@ from mrs_simulator.core.graphs import PRESETS, Topology
 from mrs_simulator.core.spectra import algebraic_connectivity
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
-MOST_ANALYSED = 200  # robots up to which eigenvalues are worked out while one edits
+MOST_ANALYSED = 200  # robots up to which eigenvalues are computed while editing
 # Presets with an amount: its first value, suffix, decimals, and what it is.
 AMOUNTS = {
     "random": (0.3, "", 2, "probability of an edge, in addition to a spanning tree"),
@@ -36,7 +36,7 @@ COLUMNS = ("robot", "neighbour", "weight")
 
 
 class TopologyPanel(QWidget):
-    """Edges in a table, presets, and lambda_2 with what follows from it, as one edits."""
+    """A table of edges, presets, and lambda_2 with what follows from it, updated while editing."""
 
     topology_changed = Signal(object, bool)  # edges (i, j, weight), directed
 
@@ -115,7 +115,7 @@ class TopologyPanel(QWidget):
         form.addRow(self._message)
         return form
 
-    # What others say -----------------------------------------------------------------------------
+    # Inputs --------------------------------------------------------------------------------------
 
     def set_topology(self, edges, directed):
         """Show ``edges``, ``(i, j, weight)``; no signal."""
@@ -133,7 +133,7 @@ class TopologyPanel(QWidget):
             self._show()
 
     def set_convergence_time(self, text):
-        """Show how long theory says that the team takes, in words, "" where it says nothing."""
+        """Show the predicted convergence time, a text; "" without a prediction."""
         self._figures["time"].setText(text or "\u2013")
 
     def edges(self):
@@ -196,7 +196,7 @@ class TopologyPanel(QWidget):
     def _on_directed(self, directed):
         if not self._filling:
             edges = self._edges
-            if not directed:  # one of two opposite edges says it all
+            if not directed:  # one of two opposite edges is enough
                 edges = [e for e in edges if e[0] < e[1] or (e[1], e[0]) not in _pairs(edges)]
             self._change(edges, directed)
 

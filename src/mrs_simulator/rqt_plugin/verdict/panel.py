@@ -57,11 +57,13 @@ class VerdictPanel(QWidget):
         self.verdict = verdict
         checks = sorted(verdict["checks"], key=lambda check: ORDER.index(check["passed"]))
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
-        told = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
+        parts = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
         outcome = outcome_of(verdict)
         title = "{}: {}".format(verdict["title"] or "run", TITLES[outcome])
         reason = [verdict["reason"]] if verdict.get("reason") else []
-        self._title.say("{} ({})".format(title, ", ".join(reason + told)), TINTS[OUTCOMES[outcome]])
+        self._title.say(
+            "{} ({})".format(title, ", ".join(reason + parts)), TINTS[OUTCOMES[outcome]]
+        )
         self._table.set_rows(
             [_cells(check) for check in checks],
             [_tip(check) for check in checks],
@@ -112,7 +114,7 @@ def _tip(check):
 
 
 def _more(verdict):
-    """Return what else the verdict tells, a line each."""
+    """Return further facts of the verdict, a line each."""
     lines = []
     if verdict["final_gaps"]:
         gaps = ", ".join("{:.4f}".format(gap) for gap in verdict["final_gaps"][:MOST_GAPS])

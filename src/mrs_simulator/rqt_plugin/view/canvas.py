@@ -90,7 +90,7 @@ class Canvas(QWidget):
 
     @guarded
     def paintEvent(self, _):
-        """Paint the scene, or say that there is none."""
+        """Paint the scene, or a text where there is none."""
         begun, painter = time.perf_counter(), QPainter(self)
         try:
             if self._scene is None or not len(self._scene.pose):

@@ -47,7 +47,7 @@ def _fill(painter, layer):
 
 
 def _codes(colours):
-    """Return ``colours`` (m, 4) as numbers 0xAARRGGBB, a list: as few as can be told apart."""
+    """Return ``colours`` (m, 4) as numbers 0xAARRGGBB, a list: without indistinguishable ones."""
     parts = np.clip(np.round(255.0 * colours), 0, 255).astype(int)
     return (parts @ (1 << 16, 1 << 8, 1, 1 << 24)).tolist()
 

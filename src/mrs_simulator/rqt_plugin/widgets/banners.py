@@ -1,4 +1,4 @@
-"""Strips of text across the window for what nobody may overlook, each with its buttons."""
+"""Banners across the window for important messages, each with its buttons."""
 
 from python_qt_binding.QtCore import QEvent, QSize, Qt
 from python_qt_binding.QtGui import QPalette
@@ -26,7 +26,7 @@ MOST_LINES = 4  # of a text
 
 
 class Banners(QWidget):
-    """One strip for each matter that there is something to say of, the heaviest on top."""
+    """One banner for each matter, the most severe on top."""
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -38,7 +38,7 @@ class Banners(QWidget):
         self.setVisible(False)
 
     def notify(self, matter, kind, text, *buttons):
-        """Show ``text`` of the ``matter``; ``kind``: a key of ``KINDS``; ``buttons``: (label, function)."""
+        """Show ``text`` on the ``matter``; ``kind``: a key of ``KINDS``; ``buttons``: (label, function)."""
         strip = self._strips.get(matter)
         labels = [label for label, _ in buttons]
         if strip is None or (strip.kind, strip.labels) != (kind, labels):
@@ -52,7 +52,7 @@ class Banners(QWidget):
         self.setVisible(True)
 
     def clear(self, matter):
-        """Say nothing more of the ``matter``."""
+        """Remove the banner of the ``matter``."""
         strip = self._strips.pop(matter, None)
         if strip is not None:
             self._column.removeWidget(strip)
@@ -61,7 +61,7 @@ class Banners(QWidget):
             self.setVisible(bool(self._strips))
 
     def text(self, matter):
-        """Return what is said of the ``matter``, "" for nothing."""
+        """Return the text on the ``matter``, "" for none."""
         strip = self._strips.get(matter)
         return strip.text if strip is not None else ""
 

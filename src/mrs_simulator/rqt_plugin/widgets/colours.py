@@ -13,7 +13,7 @@ STEPS = 24  # [-] distinct colours of a team with more than ``MOST_IN_LEGEND`` r
 ON_LIGHT, ON_DARK = (0.0, 0.92), (0.3, 1.0)
 DARK = 0.5  # [-] lightness, below which a ground is dark
 BRIGHTENED = 0.25  # [-] share of white in the colours of a small team on a dark ground
-# A mode is one of a row of joined buttons.  Some styles hardly tell a pressed button from another in a
+# A mode is one of a row of joined buttons.  Some styles hardly distinguish a pressed button in a
 # dark theme.
 CHECKED = (
     "QToolButton:checked { background: palette(highlight); color: palette(highlighted-text);"
@@ -40,8 +40,8 @@ def _brightened(shade):
 def shades(count, ground):
     """Return the distinct ``QColor``s of a team of ``count`` robots on the ``QColor`` ``ground``.
 
-    :func:`places` tells whose they are: those of a small team repeat, those of a large one go from
-    the first robot to the last.
+    :func:`places` assigns them to robots: they repeat in a small team, and range from the first to the last
+    robot in a large one.
     """
     return _shades(count > MOST_IN_LEGEND, ground.lightnessF() < DARK)
 

@@ -2,7 +2,7 @@
 
 A field sends ``finished`` when a new value stands in it, and ``given_up`` when the old one is
 wanted back.  ``read`` returns what stands in it, ``show_value`` shows a value, ``settle`` marks the
-text as taken over, ``busy`` tells whether somebody is editing.
+text as applied, ``busy`` returns whether it is being edited.
 """
 
 import math
@@ -45,7 +45,7 @@ def number_text(value):
 
 
 class _Patient:
-    """Leaves the wheel to the scroll area around, unless the field has the focus."""
+    """Leaves the wheel to the surrounding scroll area unless it has the focus."""
 
     @guarded
     def wheelEvent(self, event):
@@ -57,10 +57,10 @@ class _Patient:
 
 
 class _Escapable:
-    """Escape gives a text that is being typed up; with none, the key is left to others."""
+    """Escape discards the text being typed; otherwise the key is passed on."""
 
     def event(self, event):
-        """Keep Escape from being a shortcut while somebody is typing; all else as usual."""
+        """Keep Escape from being a shortcut while a text is edited."""
         if event.type() == QEvent.ShortcutOverride and self._escapes(event):
             event.accept()
             return True
@@ -68,7 +68,7 @@ class _Escapable:
 
     @guarded
     def keyPressEvent(self, event):
-        """Give the text up, or take the key as usual."""
+        """Discard the text, or handle the key as usual."""
         if self._escapes(event):
             self.give_up()
         else:
@@ -83,7 +83,7 @@ class _Escapable:
 
 
 class PatientSpinBox(_Escapable, _Patient, QSpinBox):
-    """A spin box that speaks when its value is finished."""
+    """A spin box with a signal when its value is entered."""
 
     def __init__(self, parent=None):
         super().__init__(parent)
@@ -165,7 +165,7 @@ class TextField(_Escapable, QLineEdit):
         self.setModified(False)
 
     def busy(self):
-        """Return whether somebody is typing."""
+        """Return whether a text is being edited."""
         return self.hasFocus() and self.isModified()
 
 
@@ -218,7 +218,7 @@ class WholeField(_Escapable, _Patient, QDoubleSpinBox):
         self.lineEdit().setModified(False)
 
     def busy(self):
-        """Return whether somebody is typing."""
+        """Return whether a text is being edited."""
         return self.hasFocus() and self.lineEdit().isModified()
 
 

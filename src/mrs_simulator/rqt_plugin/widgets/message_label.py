@@ -51,7 +51,7 @@ class TintedLabel(QLabel):
 
 
 class MessageLabel(TintedLabel):
-    """A text that wraps, and takes no room while there is nothing to say."""
+    """A text that wraps, and takes no room while empty."""
 
     def __init__(self, kind="error", parent=None):
         """``kind`` is a key of ``COLOURS``."""

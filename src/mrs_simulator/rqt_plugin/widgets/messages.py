@@ -1,4 +1,4 @@
-"""All messages so far, those on trouble in colour, and how many of these nobody has seen."""
+"""The list of messages, errors in colour, with a count of unseen errors."""
 
 import html
 import logging
@@ -16,7 +16,7 @@ MOST_FAULTS = 20  # [-] kept while the GUI is busy
 
 
 class MessageList(QPlainTextEdit):
-    """Messages with their times; ``unseen_changed`` tells how many on trouble came while hidden."""
+    """Messages with their times; ``unseen_changed`` emits the number of errors added while hidden."""
 
     unseen_changed = Signal(int)
 
@@ -28,7 +28,7 @@ class MessageList(QPlainTextEdit):
         self.setMaximumBlockCount(MOST_LINES)
 
     def add(self, text, trouble=False):
-        """Add ``text``; in the colour of errors where it tells of ``trouble``."""
+        """Add ``text``, in the colour of errors if ``trouble``."""
         line = html.escape("{}  {}".format(time.strftime("%H:%M:%S"), text))
         line = line.replace("\n", "<br>").replace("  ", "&nbsp; ")
         if trouble:
@@ -50,24 +50,24 @@ class MessageList(QPlainTextEdit):
 
 
 class ErrorLog(logging.Handler):
-    """Keeps what :func:`guarded` logs, from any thread, until it is taken to be shown."""
+    """Collects what :func:`guarded` logs, from any thread, until it is shown."""
 
     def __init__(self):
         super().__init__(logging.ERROR)
-        self._told = deque(maxlen=MOST_FAULTS)
+        self._texts = deque(maxlen=MOST_FAULTS)
         LOG.addHandler(self)
 
     def emit(self, record):
-        """Keep one record."""
+        """Add the text of ``record``."""
         error = record.exc_info[1] if record.exc_info else None
         kind = "" if error is None else ": {}: {}".format(type(error).__name__, error)
-        self._told.append("internal error of the GUI {}{}".format(record.getMessage(), kind))
+        self._texts.append("internal error of the GUI {}{}".format(record.getMessage(), kind))
 
     def take(self):
         """Return the texts since the last call."""
-        return [self._told.popleft() for _ in range(len(self._told))]
+        return [self._texts.popleft() for _ in range(len(self._texts))]
 
     def close(self):
-        """Listen no more."""
+        """Remove this handler from the log."""
         LOG.removeHandler(self)
         super().close()

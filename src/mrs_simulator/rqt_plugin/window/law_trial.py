@@ -1,4 +1,4 @@
-"""Keeps the window alive while a user's law is tried in its process."""
+"""Keeps the window responsive while a user's law is loaded in its process."""
 
 from python_qt_binding.QtCore import QEventLoop
 from python_qt_binding.QtWidgets import QApplication
@@ -7,7 +7,7 @@ LONGEST = 20  # [ms] that events are handled between two looks at the law
 
 
 class LawTrial:
-    """While it is under way nothing but the emergency stop and giving up works."""
+    """Meanwhile only the emergency stop and *Cancel* work."""
 
     def __init__(self, panels, laws, began):
         """``laws``: the ``LawProcess`` that tries them; ``began()`` is called as a long trial begins."""
@@ -21,7 +21,7 @@ class LawTrial:
         return not self._panels.across.isEnabled()
 
     def close(self):
-        """Give up what is under way, and whatever may follow."""
+        """Cancel the current trial, and all that follow."""
         self._closed = True
 
     def _show_progress(self, seconds):

@@ -1,4 +1,4 @@
-"""Shows the run as it goes on: robots, samples, collisions, pictures, and what the controller tells."""
+"""Shows the current run: robots, samples, collisions, theory, and the controller's status."""
 
 import math
 import time
@@ -15,7 +15,7 @@ MOST_PAINTING = 0.35  # of the time that the map may take; beyond, it is painted
 
 
 class LiveRun:
-    """Takes what came in through the connection to map, curves and history."""
+    """Passes what the connection received to map, curves and history."""
 
     def __init__(self, panels, study, history, pending_team, pending_graph):
         self._panels, self._study, self._history = panels, study, history
@@ -24,11 +24,11 @@ class LiveRun:
         self._last_frame = 0.0, None  # when the map last got a snapshot, and which
         self._last_control = None
         self._reported_trouble = ""  # by the controller
-        self._dismissed = ()  # warnings of the controller's that somebody has read
+        self._dismissed = ()  # the controller's warnings that the user has closed
         self._of_run, self._until = False, math.inf  # whether theory is of the run; [s] until when
 
     def put_away(self):
-        """Put away what is shown of a run: the team beside it is another one now."""
+        """Clear what is shown of a run, because the team has changed."""
         self._panels.verdict.clear()
         if not self._connection.is_fresh("state"):  # else the stage begins a run with the new team
             self._connection.forget("state")
@@ -63,17 +63,17 @@ class LiveRun:
             else:
                 self._history.append(snapshot)
         self._history.take_estimates(self._connection.take_estimates())
-        obeyed = self._connection.take_applied()
-        for told in obeyed:
-            self._history.applied.note(*told)
-        self._follow_run(bool(obeyed))
+        settings = self._connection.take_applied()
+        for applied in settings:
+            self._history.applied.note(*applied)
+        self._follow_run(bool(settings))
 
     # Theory --------------------------------------------------------------------------------------
 
     def show_theory(self):
         """Show beside the curves the theory of the edited scenario, unless a run has begun.
 
-        Whatever is edited after its begin is no matter of a run until a controller obeys it.
+        Later edits concern a run only once its controller applies them.
         """
         if not self._of_run:
             edited = self._study.edited
@@ -81,9 +81,9 @@ class LiveRun:
             self._panels.curves.set_prediction(None, None)  # that of what was
 
     def _follow_run(self, is_changed):
-        """Show theory of a run that has begun, from where its robots really stood, and of no other.
+        """Show theory of a run that has begun, from the actual initial poses.
 
-        ``is_changed``: whether a controller obeys something else.
+        ``is_changed``: whether a controller applied other settings.
         """
         history, study = self._history, self._study
         if history.begun is None:
@@ -104,7 +104,7 @@ class LiveRun:
             self._show_theory_of_run()
 
     def _show_theory_of_run(self):
-        """Compare the error with the places that are wanted now, theory until the first change."""
+        """Measure the error from the current targets; show theory until the first change."""
         history, edited = self._history, self._study.edited
         ran, facts = self._study.files.ran(history)
         changes = read_changes(facts.get("changes", []))
@@ -130,7 +130,7 @@ class LiveRun:
             self._panels.curves.set_prediction(*shown)
 
     def _answer(self, found):
-        """Return the ``Prediction`` found, an empty one where none was, which is said."""
+        """Return the ``Prediction`` found; an empty one, with a message, where there was an error."""
         if found[1] is not None:
             self._panels.say(ErrorMessage("no prediction: {}".format(reason(found[1]))))
         return found[0] or Prediction(None, None, "")
@@ -138,12 +138,12 @@ class LiveRun:
     # Controller ----------------------------------------------------------------------------------
 
     def follow_control(self):
-        """Show what the running controller says of its places and its graph."""
+        """Show targets, graph and warnings of the running controller."""
         control, panels = self._connection.newest("control"), self._panels
         if not self._connection.is_fresh("control"):
             panels.banners.clear("warnings")
             if self._last_control is not None and self._connection.is_fresh("state"):
-                panels.map.show_targets(None)  # nobody wants them there any more
+                panels.map.show_targets(None)  # no controller, no targets
                 self._last_control = None
             return
         if control is self._last_control:
@@ -155,7 +155,7 @@ class LiveRun:
         self._follow_graph(control)
 
     def _follow_graph(self, control):
-        """Show the controller's graph; what it said before it took in the one drawn here is old."""
+        """Show the controller's graph, unless it is older than the one edited here."""
         edges = list(control.edges)
         if self._graph.is_old(edges, control.directed):
             return
@@ -164,7 +164,7 @@ class LiveRun:
             self._panels.topology.set_topology(edges, control.directed)
 
     def _report_trouble(self, control):
-        """Say once why a controller, here or elsewhere, stopped all robots or some of them."""
+        """Report once why a controller stopped all robots or some of them."""
         if control.trouble != self._reported_trouble and (not control.running or control.stopped):
             text = control.trouble and "controller: {}".format(control.trouble)
             # Of the emergency stop there is a bar of its own.
@@ -172,7 +172,7 @@ class LiveRun:
         self._reported_trouble = control.trouble
 
     def _show_warnings(self, control):
-        """Show in the message bar what a controller that drives warns of, such as a deadlock."""
+        """Show the warnings of a running controller in a banner, such as a deadlock."""
         warnings = control.warnings if control.running else ()
         if not warnings or warnings == self._dismissed:
             self._panels.banners.clear("warnings")

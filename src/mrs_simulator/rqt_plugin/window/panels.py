@@ -1,4 +1,4 @@
-"""The panels of a study, each in its place; what they tell one another is for others to connect."""
+"""The panels of a study and their layout; their signals are connected elsewhere."""
 
 from python_qt_binding.QtCore import QSize, Qt
 from python_qt_binding.QtWidgets import (

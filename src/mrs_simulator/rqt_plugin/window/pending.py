@@ -1,4 +1,4 @@
-"""Edits that stage or controller have not taken over yet: what they tell until then is old.  No Qt."""
+"""Edits that stage or controller have not applied yet: what they publish until then is old.  No Qt."""
 
 import math
 import time
@@ -20,7 +20,7 @@ class PendingTeam:
         self._changed_at = time.monotonic()
 
     def is_settled(self):
-        """Return whether the stage's robots stand where they were put here."""
+        """Return whether the stage has applied the team edited here."""
         return self._changed_at is None and not self._awaited
 
     def send(self):
@@ -34,26 +34,26 @@ class PendingTeam:
         return self._study.send_team()
 
     def answered(self):
-        """Take in that the stage has answered."""
+        """Note that the stage has answered."""
         self._awaited = False
 
 
 class PendingGraph:
-    """A graph that was drawn here, until the controller tells it as its own."""
+    """A graph that was edited here, until the controller publishes it."""
 
     def __init__(self):
         self._wanted, self._answered_at = None, -math.inf  # (edges, directed); [s]
 
     def asked(self, edges, directed):
-        """Take in that the controller was asked for this graph."""
+        """Note that the controller was asked for this graph."""
         self._wanted, self._answered_at = (sorted(edges), directed), math.inf
 
     def answered(self, success):
-        """Take in the controller's answer."""
+        """Note the controller's answer."""
         self._answered_at = time.monotonic() if success else -math.inf
 
     def is_old(self, edges, directed):
-        """Return whether the controller told these ``edges`` before it took in the graph drawn here."""
+        """Return whether the controller published these ``edges`` before it applied the edited graph."""
         if self._wanted is None:
             return False
         taken_in = (sorted(edges), directed) == self._wanted

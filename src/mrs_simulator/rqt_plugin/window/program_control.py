@@ -1,11 +1,11 @@
-"""The panel of programs, and what is asked for there."""
+"""Connects the panel of programs with the programs."""
 
 from mrs_simulator.rqt_plugin.run.programs import Programs
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 
 
 class ProgramControl:
-    """Hands on what a person asks of programs, and shows how they are while the panel is seen."""
+    """Passes requests of the panel to the programs, and shows their states while visible."""
 
     def __init__(self, panels, study):
         self._panels, self._study, self.programs = panels, study, Programs(study)
@@ -35,7 +35,7 @@ class ProgramControl:
                 self._panels.programs.select(program.name)
 
     def follow(self):
-        """Start what is to be started again; show the programs if somebody looks."""
+        """Restart programs that have ended for it; show the programs while visible."""
         for message in self.programs.follow(self._panels.bar.speed()):
             self._panels.say(message)
         looked_at = self._panels.programs.isVisible() or self._panels.sensors.isVisible()

@@ -1,4 +1,4 @@
-"""Saves a run, tells how far that has come, and shows the verdict."""
+"""Saves a run with a progress banner, and shows the verdict."""
 
 import os
 import time
@@ -9,7 +9,7 @@ from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.scenario.reading import reason
 from mrs_simulator.verdict.verdict_file import read_verdict
 
-SHORTEST_KEPT = 2.0  # [s] of commands, of a run that is kept though nobody has saved it
+SHORTEST_KEPT = 2.0  # [s] of commands, of an unsaved run that is kept
 TITLE = "Save results to a new directory"
 
 
@@ -50,7 +50,7 @@ class Results:
         return not len(self._history.time) and self._panels.say(nothing)
 
     def show_progress(self):
-        """Tell how far the saving has come."""
+        """Show the progress of saving."""
         if self._since is None:
             self._panels.banners.clear("saving")
             return
@@ -59,7 +59,7 @@ class Results:
         self._panels.banners.notify("saving", "aside", text, ("Cancel", self._study.files.cancel))
 
     def ended(self, success, answer):
-        """Take in the end of a saving; show the verdict, and return whether all was saved."""
+        """Handle the end of saving; show the verdict, and return whether all was saved."""
         self._since = None
         if success:
             self._show_verdict(answer)
@@ -78,13 +78,13 @@ class Results:
         self._panels.results_tabs.setCurrentWidget(self._panels.verdict)
 
     def keep_unsaved(self):
-        """Keep the data of a run that nobody has saved, before it is forgotten, in the background."""
+        """Keep the data of an unsaved run in the background, before it is cleared."""
         if self._history.is_unsaved(SHORTEST_KEPT):
             self._panels.say("keeping the previous run, which was not saved")
             self._study.files.keep_aside(self._history)
 
     def close(self):
-        """Keep the data of a run that nobody has saved, before the GUI ends."""
+        """Keep the data of an unsaved run before the GUI ends."""
         self._study.files.wait_kept()
         if self._history.is_unsaved(SHORTEST_KEPT):
             self._panels.say(self._study.files.keep(self._history))

@@ -13,7 +13,7 @@ def saved_layout(panels):
 
 
 def restore_layout(panels, settings):
-    """Take in what ``saved_layout`` returned; anything that is not right is left out."""
+    """Restore what ``saved_layout`` returned; invalid parts are left out."""
     for key, splitter in (("across", panels.across), ("down", panels.right)):
         sizes = str(settings.get(key, "")).split()
         if len(sizes) == 2 and all(s.isdigit() and WIDTHS[0] <= int(s) <= WIDTHS[1] for s in sizes):

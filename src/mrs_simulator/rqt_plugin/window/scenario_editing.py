@@ -1,4 +1,4 @@
-"""The scenario under the user's hands: shown in the panels, and changed by what is done there."""
+"""The edited scenario: shown in the panels, and changed by edits there."""
 
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.rqt_plugin.window.obstacle_editing import ObstacleEditing
@@ -6,7 +6,7 @@ from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
 
 class ScenarioEditing:
-    """Shows the study's scenario, and hands the user's edits of team, protocol and graph to the study."""
+    """Shows the study's scenario, and applies the user's edits of team, protocol and graph."""
 
     def __init__(self, panels, study, live, pending_team, pending_graph):
         """``live``: the ``LiveRun``, which is put away as soon as the team is another one."""
@@ -25,7 +25,7 @@ class ScenarioEditing:
     # Showing -------------------------------------------------------------------------------------
 
     def take(self, scenario):
-        """Take in ``scenario``: team, protocol, parameters, topology, obstacles.
+        """Open ``scenario``: team, protocol, parameters, topology, obstacles.
 
         Whatever its protocol and its map raise is raised, and the old scenario stays.
         """
@@ -40,7 +40,7 @@ class ScenarioEditing:
         self.obstacles.begin()
         self._panels.bar.set_speed(scenario.speed)
         self._show_protocol()
-        self._panels.map.fit(whole=True)  # with its own wanted places, not those of the one before
+        self._panels.map.fit(whole=True)  # with its own targets, not the previous ones
 
     def _show_team(self):
         """Show the team in force."""
@@ -64,7 +64,7 @@ class ScenarioEditing:
         self._show_derived()
 
     def _show_derived(self):
-        """Show what follows from the scenario in force: warnings, graph and wanted places."""
+        """Show what follows from the scenario in force: warnings, graph and targets."""
         panels, connection, derived = (
             self._panels,
             self._study.connection,
@@ -79,7 +79,7 @@ class ScenarioEditing:
         panels.topology.set_convergence_time("...")
         panels.topology.set_topology(edges, directed)
         panels.map.show_topology(edges, directed)
-        if not connection.is_fresh("control"):  # which says where it wants them
+        if not connection.is_fresh("control"):  # which publishes its targets
             panels.map.show_targets(None if connection.is_fresh("state") else derived.targets)
         self._live.show_theory()
 
@@ -103,8 +103,8 @@ class ScenarioEditing:
 
     def _change_team(self):
         team = self._panels.team
-        wanted = team.poses(), team.kinds(), team.altitude()
-        if self._panels.say(self._study.edited.set_team(*wanted)):
+        edited = team.poses(), team.kinds(), team.altitude()
+        if self._panels.say(self._study.edited.set_team(*edited)):
             self._show_team()
             return
         self._team.changed()

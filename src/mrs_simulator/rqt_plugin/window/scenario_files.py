@@ -31,7 +31,7 @@ class ScenarioFiles:
         return from_anywhere(self._study.scenario).to_yaml()
 
     def load(self, path):
-        """Open the scenario file at ``path``; what is wrong with it is said, the old one stays."""
+        """Open the scenario file at ``path``; on an error, show it and keep the old scenario."""
         say = self._panels.say
         try:
             self._editing.take(load_scenario(path))

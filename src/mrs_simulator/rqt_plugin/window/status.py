@@ -1,4 +1,4 @@
-"""Shows the state of master, stage, controller and robots, and what nobody may overlook."""
+"""Shows the state of master, stage, controller and robots, and banners on what needs attention."""
 
 import html
 
@@ -43,7 +43,7 @@ class Status:
             label.setVisible(bool(text))
 
     def show_possible(self):
-        """Offer what can be done now, and say why the rest cannot."""
+        """Enable the possible actions; give the others' reasons in their tooltips."""
         panels, state = self._panels, self._study.state
         actions = state.actions()
         if self._results.can_be_saved():
@@ -62,7 +62,7 @@ class Status:
         panels.map_panel.set_editable("obstacles", not why, why)
 
     def show_alarm(self):
-        """Say across the window that the emergency stop is latched, and how it is released."""
+        """Show a banner while the emergency stop is latched."""
         self._panels.bar.bind_keys(self._panels.window())
         if self._panels.bar.is_emergency():
             self._panels.banners.notify("emergency", "alarm", LATCHED)

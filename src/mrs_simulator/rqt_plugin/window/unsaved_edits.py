@@ -1,12 +1,12 @@
-"""Keeps a scenario that is in no file where a crash leaves it, and offers what a crash has left."""
+"""Autosaves an edited scenario, and offers to restore edits after a crash."""
 
-from mrs_simulator.rqt_plugin.run.autosave import told as time_of
+from mrs_simulator.rqt_plugin.run.autosave import time_of
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.scenario.scenario import scenario_from_yaml
 
 
 class UnsavedEdits:
-    """The edits of this GUI, and those of others that ended without a word."""
+    """The edits of this GUI, and those that a crash has left."""
 
     def __init__(self, autosave, panels, study, files, restored):
         """``autosave``: an ``Autosave``, None to keep nothing; ``restored(scenario)`` takes edits up."""

@@ -10,7 +10,7 @@ from ros_fixtures import log_of, wait_until
 
 from mrs_simulator import PioneerControl, run_experiment
 from mrs_simulator.control.safety.bounds import Surroundings
-from mrs_simulator.control.safety.deadlock_detector import Standstill
+from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
 from mrs_simulator.control.safety.filter import FIXED_RATE, filter_acts, margins, safe_velocities
 from mrs_simulator.record.controller_log import deadlock_in, deadlock_text
 from mrs_simulator.scenario.reading import ScenarioError
@@ -119,7 +119,7 @@ def test_points_sent_through_things_touch_nothing(period):
 
 
 def test_who_is_held_and_since_when():
-    held = Standstill(3)
+    held = DeadlockDetector(3)
     points = np.array([[0.0, 0.0], [1.0, 0.0], [9.0, 0.0]])
     wanted, still = np.array([[1.0, 0.0], [0.0, 0.0], [0.5, 0.0]]), np.zeros((3, 2))
     free = np.array([[0.0, 0.0], [0.0, 0.0], [0.5, 0.0]])

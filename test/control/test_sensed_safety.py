@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.control.safety.sensed import Seer, arcs, nearest, safe_by_sensors
+from mrs_simulator.control.safety.sensed import SensedNeighbourhood, arcs, nearest, safe_by_sensors
 from mrs_simulator.protocols.loading import ProtocolError
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import ScenarioError
@@ -29,7 +29,7 @@ def heard(ranges, directions, cone=CONE):
 
 def test_of_a_pair_each_takes_half():
     # h = 1.2^2 - 1 = 0.44, as the filter that knows both has it: 2.4 (u_1 - u_2) <= 0.44^3.
-    seer = Seer((0.0, 0.0), 0.5, np.array([0.5, 0.5]), PERIOD)
+    seer = SensedNeighbourhood((0.0, 0.0), 0.5, np.array([0.5, 0.5]), PERIOD)
     out, limit = seer.bounds([seen([2], [1.2], [0.0])])
     np.testing.assert_allclose(out, [[-1.0, 0.0]])
     np.testing.assert_allclose(limit, 0.5 * 0.44**3 / 2.4)
@@ -41,7 +41,7 @@ def test_robots_are_where_the_sensor_is_and_sees_them():
 
 
 def test_a_wall_ahead_of_a_ray_leaves_half_of_the_gap_each_second():
-    seer = Seer((0.1, 0.0), 0.4, np.zeros(1), PERIOD)
+    seer = SensedNeighbourhood((0.1, 0.0), 0.4, np.zeros(1), PERIOD)
     out, limit = seer.bounds([heard([1.5, np.inf], [0.0, 90.0], cone=0.0)])
     np.testing.assert_allclose(out, [[-1.0, 0.0]])
     np.testing.assert_allclose(limit, 0.5 * (1.4 - 0.4))
@@ -75,7 +75,7 @@ def test_the_nearest_velocity_is_that_of_a_search(monkeypatch):
 
 
 def test_a_robot_that_has_sensed_nothing_yet_stands_still():
-    seer = Seer((0.0, 0.0), 0.5, np.array([0.5, 0.5]), PERIOD)
+    seer = SensedNeighbourhood((0.0, 0.0), 0.5, np.array([0.5, 0.5]), PERIOD)
     wanted = np.array([[1.0, 0.0]])
     assert not safe_by_sensors(wanted, [seer], STRAIGHT, [[None]]).any()
     free = safe_by_sensors(wanted, [seer], STRAIGHT, [[seen([], [], [])]], np.array([0.3]))

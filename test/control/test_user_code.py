@@ -18,13 +18,13 @@ from mrs_simulator.control import worker_process
 from mrs_simulator.control.user_code import (
     CallFailed,
     InPlace,
-    ThreadApart,
     TimedOut,
     UserCodeError,
     Worker,
+    WorkerThread,
     call,
 )
-from mrs_simulator.control.worker_process import FreshProcess, Nursery, ProcessApart
+from mrs_simulator.control.worker_process import ForkedProcess, ForkServer, FreshProcess
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.nodes.control.law_client import (
     Law,
@@ -80,9 +80,9 @@ def serve(request):
 
 def apart(kind):
     """Return what runs ``serve``, and what is to be closed at the end."""
-    if kind is ProcessApart:
-        nursery = Nursery(lambda: serve)
-        return ProcessApart(nursery), nursery.close
+    if kind is ForkedProcess:
+        fork_server = ForkServer(lambda: serve)
+        return ForkedProcess(fork_server), fork_server.close
     if kind is FreshProcess:
         return FreshProcess(__name__), lambda: None
     return kind(lambda: serve), lambda: None
@@ -123,12 +123,12 @@ def test_only_errors_leave_users_code():
         call(raises, KeyboardInterrupt)
 
 
-@pytest.mark.parametrize("kind", [ProcessApart, FreshProcess, ThreadApart, InPlace])
+@pytest.mark.parametrize("kind", [ForkedProcess, FreshProcess, WorkerThread, InPlace])
 def test_what_runs_apart_answers_and_its_errors_come_back(kind):
     runs, close = apart(kind)
     worker = Worker(runs)
     assert worker.ask(("hello",), LONG) == "hello"
-    assert (worker.ask(("pid",), LONG) == os.getpid()) is (kind in (ThreadApart, InPlace))
+    assert (worker.ask(("pid",), LONG) == os.getpid()) is (kind in (WorkerThread, InPlace))
     with pytest.raises(CallFailed, match="enough") as raised:
         worker.ask(("exit",), LONG)
     assert raised.value.kind == "SystemExit"
@@ -140,7 +140,7 @@ def test_what_runs_apart_answers_and_its_errors_come_back(kind):
     close()
 
 
-@pytest.mark.parametrize("kind", [ProcessApart, FreshProcess])
+@pytest.mark.parametrize("kind", [ForkedProcess, FreshProcess])
 def test_what_is_given_up_is_killed_with_all_that_it_has_started(kind):
     runs, close = apart(kind)
     worker = Worker(runs)
@@ -180,7 +180,7 @@ def test_two_threads_may_end_a_process_at_once():
     assert process._connection.closings == 1
 
 
-@pytest.mark.parametrize("kind, said", [(ProcessApart, "ended"), (FreshProcess, "exit code 7")])
+@pytest.mark.parametrize("kind, said", [(ForkedProcess, "ended"), (FreshProcess, "exit code 7")])
 def test_a_process_that_ends_is_told(kind, said):
     runs, close = apart(kind)
     worker = Worker(runs)
@@ -190,7 +190,7 @@ def test_a_process_that_ends_is_told(kind, said):
     close()
 
 
-@pytest.mark.parametrize("kind", [ProcessApart, FreshProcess, ThreadApart])
+@pytest.mark.parametrize("kind", [ForkedProcess, FreshProcess, WorkerThread])
 def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
     runs, close = apart(kind)
     worker, seen = Worker(runs), []
@@ -200,7 +200,7 @@ def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
     assert seen and all(seen) and worker.given_up
     with pytest.raises(TimedOut, match="given up"):
         worker.ask(("hello",), LONG)
-    if kind is not ThreadApart:
+    if kind is not WorkerThread:
         wait_until(lambda: is_gone(process))
     close()
 
@@ -208,10 +208,10 @@ def test_what_takes_too_long_is_given_up_while_others_go_on(kind):
 def test_processes_end_with_the_program_that_has_them():
     code = (
         "import os, signal, time\n"
-        "from mrs_simulator.control.worker_process import Nursery, ProcessApart\n"
+        "from mrs_simulator.control.worker_process import ForkServer, ForkedProcess\n"
         "def hang(_):\n    time.sleep(60.0)\n"
-        "nursery = Nursery(lambda: hang)\n"
-        "runs = ProcessApart(nursery)\n"
+        "fork_server = ForkServer(lambda: hang)\n"
+        "runs = ForkedProcess(fork_server)\n"
         "runs.send(('',))\n"
         "print(runs._process, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -226,11 +226,11 @@ def law():
     """Return a law in a process of its own, whose commands may take half a second."""
     scenario = load_scenario(scenario_path("paper.yaml")).with_robots(2)
     scenario = scenario._replace(control=scenario.control._replace(parameters={}))
-    nursery = Nursery(lambda: LawService(Odd))
-    made = Law(scenario, Odd, LONG, where_to_run(Odd, nursery))
+    fork_server = ForkServer(lambda: LawService(Odd))
+    made = Law(scenario, Odd, LONG, where_to_run(Odd, fork_server))
     yield made
     made.end()
-    nursery.close()
+    fork_server.close()
 
 
 def at(what):
@@ -317,17 +317,17 @@ def test_a_process_whose_asker_has_gone_ends_without_a_word(requests):
 
 
 def test_a_law_is_made_again_whichever_of_its_processes_was_killed():
-    nursery = Nursery(lambda: lambda which: (os.getpid(), os.getppid())[which])
+    fork_server = ForkServer(lambda: lambda which: (os.getpid(), os.getppid())[which])
     for which in (1, 1, 1, 0):  # what has taken the place of the first has a spare, too
-        worker = Worker(ProcessApart(nursery))
+        worker = Worker(ForkedProcess(fork_server))
         process = worker.ask((which,), LONG)
         os.kill(process, signal.SIGKILL)
         wait_until(lambda process=process: is_gone(process))
         with pytest.raises(CallFailed, match="ended"):
             worker.ask((which,), LONG)
         assert worker.given_up
-    process = Worker(ProcessApart(nursery)).ask((1,), LONG)
-    nursery.close()
+    process = Worker(ForkedProcess(fork_server)).ask((1,), LONG)
+    fork_server.close()
     wait_until(lambda: is_gone(process))
 
 

@@ -21,7 +21,11 @@ import inspect
 
 import numpy as np
 
-ARCS = ("first", "second", "weight")  # of the topology: who hears, whom, how much, (m,) each
+ARCS = (
+    "first",
+    "second",
+    "weight",
+)  # of the topology: receiver, sender and weight of each arc, (m,) each
 
 
 def array_law(function):
@@ -77,7 +81,7 @@ def form_of(control):
 
 
 def has_form(control):
-    """Return whether the law of ``control`` can be compiled, and nothing but it decides on commands.
+    """Return whether the law of ``control`` can be compiled, and it alone decides on commands.
 
     No faults of edges, no safety filter, no method of the loop that a class replaced.
     """

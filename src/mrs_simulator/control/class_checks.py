@@ -5,7 +5,7 @@ from mrs_simulator.core.parameters import Parameter, shown
 
 HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
 DIMENSIONS = (2, 3)
-# What PioneerControl keeps in itself: read by laws, assigned by nobody else.
+# Attributes of PioneerControl: laws read them and may not assign them.
 OWN = {
     "numbers": "the robots' numbers",
     "team": "the robots' vehicles",
@@ -28,7 +28,7 @@ OWN = {
     "_is_filtered": "whether the safety filter acts",
     "_surroundings": "what robots keep away from",
     "_scene_begun": "the time of the scene at which the law began",
-    "_standstill": "how long robots have stood still",
+    "_deadlocks": "how long the safety filter has held robots",
     "_has_joints": "whether the drives have inner joints",
     "_given": "the commands of the last period",
 }
@@ -50,7 +50,7 @@ def refuse_own_name(cls, base, name, value):
 
 
 def check_class(cls, base):
-    """Raise ``TypeError`` that names what a subclass ``cls`` of ``base``, PioneerControl, has wrong."""
+    """Raise ``TypeError`` that names what is wrong in a subclass ``cls`` of ``base``, PioneerControl."""
     _refuse_hidden_hook(cls)
     _refuse_names(cls, base)
     _refuse_parameters(cls, base)

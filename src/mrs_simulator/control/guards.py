@@ -1,7 +1,7 @@
 """Guards of real robots as functions of arrays: fences, distances, jumps, speeds, standstill.
 
 Poses are in the common frame, (n, 3) [m, m, rad], or (n, 4) with the heights [m] of a team that leaves
-the ground, unless said otherwise; comparisons with NaN, a robot that is not heard, are false.
+the ground, unless said otherwise; comparisons with NaN, the pose of a robot without odometry, are false.
 """
 
 import math
@@ -20,12 +20,16 @@ PLACE = [0, 1, 3]  # columns of x, y and the height
 MARGIN = 1.5  # [-] by which a robot may be faster than its limits say
 AT_ORIGIN = 1e-3  # [m], [rad] within which odometry counts as newly begun
 AWAY = 0.02  # [m], [rad] beyond which it does not
-LEAST_TOLD = np.array([0.05, 0.1])  # [m/s, rad/s] from which on a robot counts as told to move
-LEAST_DONE = 0.2  # [-] of what it was told that a moving robot does at least, its ramps included
-FROZEN_AFTER = np.array([0.02, math.radians(2.0)])  # [m, rad] that it was told to move meanwhile
+LEAST_COMMAND = np.array(
+    [0.05, 0.1]
+)  # [m/s, rad/s] from which on a robot counts as commanded to move
+LEAST_MOTION = 0.2  # [-] of its command that a moving robot reaches at least, its ramps included
+FROZEN_AFTER = np.array(
+    [0.02, math.radians(2.0)]
+)  # [m, rad] that it was commanded to move meanwhile
 COMMAND_UNIT = np.array([1e-3, math.radians(1.0)])  # [m/s, rad/s] to which drivers round commands
 SMOOTHING = 0.5  # [s] over which its measured speed is averaged
-LONGEST_GAP = 1.0  # [s] between two looks, after which nothing is known of the time between
+LONGEST_GAP = 1.0  # [s] between two poses, after which the motion between them is unknown
 
 
 def checked_fence(fence):
@@ -137,7 +141,7 @@ def _for(columns, pair):
 
 
 class Violations:
-    """Robots that broke a bound: they stand until the cause is gone and a person says go on."""
+    """Robots that broke a bound: they stand until the cause is gone and a person releases them."""
 
     def __init__(self, numbers, fence=None, min_distance=0.0):
         """``numbers``: the robots' numbers; ``fence`` [m]; ``min_distance`` [m] between centres."""
@@ -160,11 +164,11 @@ class Violations:
         return found
 
     def _shown(self, pose):
-        """Return how many coordinates of ``pose`` the fence speaks of."""
+        """Return how many coordinates of ``pose`` the fence bounds."""
         return 3 if pose.shape[1] > 3 and self.fence is not None and len(self.fence) == 6 else 2
 
     def check(self, pose, others=()):
-        """Take in ``pose``; return the texts of the robots that are stopped from now on.
+        """Check ``pose``; return the texts of the robots that are stopped from now on.
 
         ``others``: causes ``{row: text}`` found elsewhere, which are gone when they are released.
         """
@@ -174,7 +178,7 @@ class Violations:
         return [self._line(row, new) for row in sorted(new)]
 
     def release(self, pose):
-        """Let the robots go on whose cause is gone at ``pose``."""
+        """Release the robots whose cause is gone at ``pose``."""
         causes = self.causes(pose)
         self.reasons = {row: causes[row] for row in self.reasons if row in causes}
 
@@ -187,9 +191,9 @@ class Violations:
 
 
 class Standstill:
-    """Finds robots that are told to move and do not: motors off, stuck, miswired, or a dead link.
+    """Finds robots that are commanded to move and do not: motors off, stuck, miswired, or a dead link.
 
-    Speeds along the axes and turn rate are told and done each for itself; a robot that does either moves.
+    Speeds along the axes and turn rate are looked at one by one; a robot that follows any of them moves.
     """
 
     def __init__(self, patience):
@@ -198,7 +202,7 @@ class Standstill:
         self._time = None
 
     def forget(self):
-        """Watch from the next pose on, as if for the first time."""
+        """Reset: watch from the next pose on."""
         self._time = None
 
     def stuck(self, now, pose, command):
@@ -208,18 +212,21 @@ class Standstill:
         the last call.
         """
         columns = command.shape[1]
-        told = np.where(np.abs(command) >= _for(columns, LEAST_TOLD), np.sign(command), 0.0)
+        commanded = np.where(np.abs(command) >= _for(columns, LEAST_COMMAND), np.sign(command), 0.0)
         if self._time is None or not 0.0 <= now - self._time <= LONGEST_GAP:
-            self._speed, self._since = np.zeros_like(told), np.full(told.shape, float(now))
-            self._told = told
+            self._speed, self._since = (
+                np.zeros_like(commanded),
+                np.full(commanded.shape, float(now)),
+            )
+            self._commanded = commanded
         else:
             fade = math.exp((self._time - now) / SMOOTHING)
             self._speed = fade * self._speed + self._moved(pose, columns) / SMOOTHING
         self._time, self._pose = now, pose.copy()
-        # Whichever way: one that is told to turn back takes seconds to slow down.
-        moves = (told != 0.0) & (np.abs(self._speed) >= LEAST_DONE * np.abs(command))
-        self._since[moves | (told == 0.0) | (told != self._told)] = now
-        self._told = told
+        # In either direction: a robot that is to reverse takes seconds to slow down.
+        moves = (commanded != 0.0) & (np.abs(self._speed) >= LEAST_MOTION * np.abs(command))
+        self._since[moves | (commanded == 0.0) | (commanded != self._commanded)] = now
+        self._commanded = commanded
         late = (now - self._since).max(axis=1) > self._patience
         return np.flatnonzero(late & ~moves.any(axis=1)).tolist()
 
@@ -229,7 +236,7 @@ class Standstill:
 
 
 class Repetition:
-    """Finds robots that are told to move while their odometry repeats itself: a link that is lost.
+    """Finds robots that are commanded to move while their odometry repeats itself: a link that is lost.
 
     A driver that has lost its robot may go on publishing the last pose, with new stamps.
     """
@@ -242,15 +249,15 @@ class Repetition:
         self.forget()
 
     def forget(self):
-        """Watch from the next call on, as if for the first time."""
+        """Reset: watch from the next call on."""
         n = len(self._patience)
-        self._total = np.zeros((n, 1))  # [m, rad] that each was told to move so far
+        self._total = np.zeros((n, 1))  # [m, rad] that each was commanded to move so far
         self._totals = deque()  # (time, total) over the window
-        self._begun, self._told = np.full(n, -math.inf), np.full(n, -math.inf)
+        self._begun, self._commanded = np.full(n, -math.inf), np.full(n, -math.inf)
         self._time = None
 
     def frozen(self, now, changed, command):
-        """Return the rows of the robots that should have moved and tell the very same as before.
+        """Return the rows of the robots that should have moved and still report the same pose.
 
         ``changed`` (n,) [s]: when the odometry of each last changed, by the clock of ``now`` [s];
         ``command`` [m/s, rad/s] as :func:`planar` returns it, in force since the last call.
@@ -258,16 +265,16 @@ class Repetition:
         if not self._window:
             return []
         unit = _for(command.shape[1], COMMAND_UNIT)
-        told = np.floor(np.abs(command) / unit + 0.5) * unit
+        commanded = np.floor(np.abs(command) / unit + 0.5) * unit
         before = now if self._time is None else self._time
-        self._time, self._total = now, self._total + told * (now - before)
+        self._time, self._total = now, self._total + commanded * (now - before)
         self._totals.append((now, self._total))
         while len(self._totals) > 1 and self._totals[1][0] <= now - self._window + 1e-9:
             self._totals.popleft()
-        moving = told.any(axis=1)
-        # A robot at rest has said the same for long: what counts is what it says once told to move.
-        self._begun[moving & (before - self._told > self._patience)] = before
-        self._told[moving] = now
+        moving = commanded.any(axis=1)
+        # A robot at rest has reported the same pose for long: the time counts from its command to move.
+        self._begun[moving & (before - self._commanded > self._patience)] = before
+        self._commanded[moving] = now
         late = now - np.maximum(changed, self._begun) >= self._patience
         wanted = self._total - self._totals[0][1]
         return np.flatnonzero(
@@ -286,12 +293,12 @@ def body_motion(before, after):
 
 
 class JumpBounds(NamedTuple):
-    """How far a robot may be from where it was heard last."""
+    """How far a robot may be from its last pose."""
 
     slack: float  # [m], [rad]
     v_max: float  # [m/s]
     omega_max: float  # [rad/s]
-    longest: float = math.inf  # [s] of silence for which a robot is believed to go on moving
+    longest: float = math.inf  # [s] without odometry for which a robot may go on moving
     silence: float = math.inf  # [s] after which a pose at the origin means that odometry began anew
 
     def exceeded(self, before, after, dt, climb=0.0):
@@ -317,38 +324,38 @@ class Tracks:
     """The newest pose of each robot; from a jump on, the last one before it, until accepted."""
 
     def __init__(self, n, bounds=None):
-        """``bounds``: of each robot :class:`JumpBounds`, or None where every pose is believed.
+        """``bounds``: of each robot :class:`JumpBounds`, or None where every pose is accepted.
 
-        None instead of all of them: every pose of every robot is believed.
+        None instead of all of them: every pose of every robot is accepted.
         """
         self.pose = np.full((n, 3), np.nan)
         self.first = np.full((n, 3), np.nan)
         self.jumps = {}
-        self._heard, self._z = np.full((n, 3), np.nan), np.zeros(n)
+        self._received, self._z = np.full((n, 3), np.nan), np.zeros(n)
         self._times = [None] * n
         self._bounds = bounds
 
     def take(self, row, pose, times, z=0.0):
-        """Take in ``pose`` of robot ``row`` at the height ``z`` [m].
+        """Add ``pose`` of robot ``row`` at the height ``z`` [m].
 
         ``times`` [s]: when it came, and its stamp.
         """
         last, self._times[row] = self._times[row], times
         bounds = self._bounds and self._bounds[row]
         if bounds and last is not None:
-            # Of two messages that come in one burst the stamps tell the time between them.
+            # Of two messages that come in one burst the stamps give the time between them.
             dt = max(0.0, times[0] - last[0], times[1] - last[1])
-            jump = bounds.exceeded(self._heard[row], pose, dt, z - self._z[row])
+            jump = bounds.exceeded(self._received[row], pose, dt, z - self._z[row])
             if jump:
                 self.jumps[row] = jump
-        self._heard[row], self._z[row] = pose, z
+        self._received[row], self._z[row] = pose, z
         if row not in self.jumps:
             self.pose[row] = pose
         if last is None:
             self.first[row] = pose
 
     def take_all(self, rows, poses, times, z):
-        """Take in ``poses`` (m, 3) of the robots ``rows`` (m,) at the heights ``z`` (m,) [m].
+        """Add ``poses`` (m, 3) of the robots ``rows`` (m,) at the heights ``z`` (m,) [m].
 
         ``times`` [s] as of ``take``, which does so one by one.
         """
@@ -357,13 +364,13 @@ class Tracks:
                 self.take(row, pose, times, height)
             return
         new = rows[np.isnan(self.first[rows, 0])]
-        self.pose[rows] = self._heard[rows] = poses
+        self.pose[rows] = self._received[rows] = poses
         self.first[new] = self.pose[new]
         for row in new.tolist():
             self._times[row] = times
 
     def accept(self):
-        """Believe the robots that jumped from now on."""
+        """Accept the poses of the robots that jumped."""
         for row in self.jumps:
-            self.pose[row] = self.first[row] = self._heard[row]
+            self.pose[row] = self.first[row] = self._received[row]
         self.jumps = {}

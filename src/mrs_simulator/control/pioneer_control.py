@@ -14,10 +14,10 @@ from mrs_simulator.control.positions import (  # noqa: F401, laws import them fr
     RaisedPosition,
 )
 from mrs_simulator.control.safety.bounds import Surroundings
-from mrs_simulator.control.safety.deadlock_detector import Standstill
+from mrs_simulator.control.safety.deadlock_detector import DeadlockDetector
 from mrs_simulator.control.safety.distances import squash, sums_of_pairs, tracking_errors
 from mrs_simulator.control.safety.filter import safe_velocities
-from mrs_simulator.control.safety.sensed import Seer, safe_by_sensors
+from mrs_simulator.control.safety.sensed import SensedNeighbourhood, safe_by_sensors
 from mrs_simulator.control.safety.way_out import WayOut
 from mrs_simulator.control.twists import (
     ControlError,
@@ -131,7 +131,7 @@ class PioneerControl:
         surroundings = Surroundings() if surroundings is None else surroundings
         asked = tuple(dict.fromkeys((*self.SENSORS, *surroundings.sensed)))
         self._keep(_surroundings=surroundings, SENSORS=asked)
-        self._keep(_standstill=Standstill(len(numbers)))
+        self._keep(_deadlocks=DeadlockDetector(len(numbers)))
         self._keep(links=links, edge_seed=seed, _given_topology=topology)
         self._keep(readings=readings_by_number(numbers, self.SENSORS, {}))
         self.time = 0.0
@@ -175,7 +175,7 @@ class PioneerControl:
         """Return the wanted velocity ``(ux, uy)`` [m/s] of one hand point from what its robot sees.
 
         ``robot``: its number; ``theta`` [rad] its heading; ``neighbours``: a tuple of
-        :class:`Neighbour`, the robots that it hears.  Of points in space these have a height ``z`` of
+        :class:`Neighbour`.  Of points in space these have a height ``z`` of
         theirs, and ``(ux, uy, uz)`` is wanted.  A law written so is distributed by construction.  With
         ``LOCAL_FRAMES = True`` there is no common compass: relative positions come, and the velocity
         goes, in the robot's own frame, and ``theta`` is 0.
@@ -191,8 +191,8 @@ class PioneerControl:
         return []
 
     def claims_over_links(self, start):
-        """Return what theory says, as :meth:`claims` does, where ``self.links`` have faults; None for
-        nothing: then those of :meth:`claims` are measured, and no theorem stands behind them."""
+        """Return what theory says, as :meth:`claims` does, where ``self.links`` have faults; None where it
+        says nothing: then those of :meth:`claims` are measured, without a theorem."""
         return None
 
     def prediction_over_links(self, start, time):
@@ -251,11 +251,11 @@ class PioneerControl:
     # What the loops call -------------------------------------------------------------------------
 
     def know(self, obstacles):
-        """Let the law know the ``obstacles`` of the scene, of ``core.obstacles``."""
+        """Set the ``obstacles`` of the scene, which the law may read."""
         self._keep(obstacles=tuple(obstacles))
 
     def begin_scene(self, time):
-        """Let the law begin at ``time`` [s] of the scene, which tells where obstacles on tracks are."""
+        """Set the ``time`` [s] of the scene at which the law begins, by which obstacles on tracks move."""
         self._keep(_scene_begun=float(time))
 
     def commands(self, pose, time=0.0, joints=None, readings=None):
@@ -270,7 +270,7 @@ class PioneerControl:
         or NaN, and whatever the law itself raises.
         """
         if self._has_joints:
-            self._know_joints(time, joints)
+            self._set_joints(time, joints)
         if readings is not None and readings is not self._sensed:
             known = readings_by_number(self.numbers, self.SENSORS, readings)
             self._keep(_sensed=readings, readings=known)
@@ -305,8 +305,8 @@ class PioneerControl:
         check_finite(command, self.numbers, self.team.axes)
         return self.saturated(command, self.saturation)
 
-    def _know_joints(self, time, joints):
-        """Take in the ``joints``; None: those that the last command leads to."""
+    def _set_joints(self, time, joints):
+        """Set the ``joints``; None: to those that the last command leads to."""
         if joints is None and (self._given is None or time <= self.time):
             joints = self.team.rest_joints
         elif joints is None:
@@ -448,10 +448,10 @@ class PioneerControl:
         if run.meta.get(OF_POINTS):  # whose points are hand points, whatever the robots are
             rows = run.command.reshape(-1, 2), run.pose[:, :, 2].ravel()
             return point_mass_from_unicycle(*rows, self.l).reshape(run.hand.shape)
-        told = run.command, run.pose, run.hand, self.l, self.period
+        recorded = run.command, run.pose, run.hand, self.l, self.period
         if self.team.has_arms:
-            return self.team.velocities_in(*told, run.joints)
-        return self.team.velocities_in(*told)
+            return self.team.velocities_in(*recorded, run.joints)
+        return self.team.velocities_in(*recorded)
 
     def commands_for(self, velocity, pose):
         """Return the commands (n, a) that give the points ``velocity`` (n, d) [m/s]: eq. (7)."""
@@ -475,7 +475,7 @@ class PioneerControl:
         points, distance = self.points(pose), self.safe_distance
         if self._surroundings.sensed:
             velocity = self._safe_by_sensors(wanted, points, pose)
-            self._standstill.note(self.time, wanted, velocity, points, distance)
+            self._deadlocks.note(self.time, wanted, velocity, points, distance)
             return self.saturated(self.commands_for(velocity, pose), "robot")
         bounds, speed = self.safe_bounds(points), self._surroundings.speed
         velocity = safe_velocities(
@@ -493,11 +493,11 @@ class PioneerControl:
         passed = safe if self.way_out is None else self._with_way_out(safe, pose)
         if passed is not safe:
             velocity = self.team.velocity(passed, pose, self.joints, self.l, self.period)
-        self._standstill.note(self.time, wanted, velocity, points, distance)
+        self._deadlocks.note(self.time, wanted, velocity, points, distance)
         return passed
 
     def _with_way_out(self, command, pose):
-        """Return ``command`` (n, a) where it leaves robots a way out, and where not they brake."""
+        """Return ``command`` (n, a) for robots to which it leaves a way out; the others brake."""
         heights = np.ones(len(pose)) if self._heights is None else np.array(self._heights)
         around = self._surroundings.standing()
         return self.way_out.certified(command, pose, heights, self.time, around)
@@ -509,16 +509,16 @@ class PioneerControl:
         reach = self._reach
         # Their centres are seen, while their points are kept apart.
         reaches = reach + np.broadcast_to(self.team.lead(self.l), len(reach))
-        seers = [Seer(*each, reaches, self.period) for each in zip(own, reach)]
+        sensed = [SensedNeighbourhood(*each, reaches, self.period) for each in zip(own, reach)]
         names = self._surroundings.sensed
         readings = [
             [getattr(self.readings[number], name) for name in names] for number in self.numbers
         ]
-        return safe_by_sensors(wanted, seers, turn, readings, self._surroundings.speed)
+        return safe_by_sensors(wanted, sensed, turn, readings, self._surroundings.speed)
 
     @property
     def way_out(self):
-        """Return the ``WayOut`` that robots keep; None for points, and for robots that know no places."""
+        """Return the ``WayOut`` that robots keep; None for points, and where the filter goes by sensors."""
         if self.fidelity == "point_mass" or self._surroundings.sensed:
             return None
         if self._way_out is None:
@@ -538,18 +538,18 @@ class PioneerControl:
 
     @property
     def filter_sensors(self):
-        """Return the names of the sensors by which the safety filter acts; () where it knows places."""
+        """Return the names of the sensors by which the safety filter acts; () where it knows positions."""
         return self._surroundings.sensed
 
     @property
     def filter_sees_robots(self):
-        """Return whether the safety filter tells robots, and keeps the distance of each pair."""
+        """Return whether the safety filter distinguishes robots, and keeps the distance of each pair."""
         return not self._surroundings.sensed or self._surroundings.sees
 
     def safe_bounds(self, points, time=None, standing=False):
         """Return the ``Bounds`` that the safety filter keeps robots' ``points`` (n, 2) in.
 
-        ``time`` [s] since the law began, by default now, tells where obstacles on tracks are; ``standing``:
+        ``time`` [s] since the law began, by default now, gives where obstacles on tracks are; ``standing``:
         leave them out.
         """
         around = self.safe_surroundings(standing)
@@ -578,7 +578,7 @@ class PioneerControl:
     @property
     def safety_deadlock(self):
         """Return the robots that the safety filter holds still, ``(number, since [s])`` of each."""
-        rows = self._standstill.rows(self.time)
+        rows = self._deadlocks.rows(self.time)
         return tuple((self.numbers[row], since) for row, since in rows)
 
     @property
@@ -612,7 +612,7 @@ class PioneerControl:
     @property
     def _late(self):
         """Return the bounds on the robots' tracking errors, (n,) [m], 0 where they obey at once, or where
-        courses tell how far they run on."""
+        their braking is predicted."""
         if self.way_out is not None:
             return np.zeros(self.team.n)
         return tracking_errors(self.team, self.fidelity, self._surroundings.speed)

@@ -1,4 +1,4 @@
-"""What a law is told of robots: positions in the common frame, and neighbours from a robot's own place."""
+"""Positions and neighbours as laws get them: in the common frame, and relative to a robot."""
 
 from typing import NamedTuple
 
@@ -34,7 +34,7 @@ class RaisedPosition(Position):
 
 
 class Neighbour(NamedTuple):
-    """A robot that another hears: relative position of its hand point [m] and the edge's weight."""
+    """A neighbour of a robot: relative position of its hand point [m] and the edge's weight."""
 
     number: int
     x: float

@@ -12,7 +12,7 @@ try:
     from geometry_msgs.msg import Twist, Vector3
 except ModuleNotFoundError as error:
     if error.name not in ("geometry_msgs", "geometry_msgs.msg"):
-        raise  # ROS is there, and something of it is missing
+        raise  # ROS is installed incompletely
 
     class _Message:
         """Named fields, with the constructor, the comparison and the text of ROS's messages."""
@@ -79,16 +79,16 @@ _new = object.__new__
 
 
 class PlanarTwist(Twist):
-    """A ``Twist`` of ``v`` and ``omega``, whose vectors are made once somebody asks for them."""
+    """A ``Twist`` of ``v`` and ``omega``, whose vectors are made at the first access."""
 
     __slots__ = ("_v", "_omega")
 
     def __getattr__(self, name):
-        """Make the vectors, which are not there yet."""
+        """Make the vectors at the first access."""
         if name not in Twist.__slots__:
             raise AttributeError("Twist has no attribute {!r}".format(name))
         self.linear, self.angular = Vector3(self._v, 0.0, 0.0), Vector3(0.0, 0.0, self._omega)
-        del self._v, self._omega  # the vectors tell, which may be written to
+        del self._v, self._omega  # from now on the vectors hold, which may be written to
         return getattr(self, name)
 
     def __eq__(self, other):
@@ -100,7 +100,7 @@ class PlanarTwist(Twist):
 
 
 PlanarTwist.__slots__ = Twist.__slots__  # what messages are printed, compared and pickled by
-told = operator.attrgetter("_v", "_omega")  # of those whose vectors nobody asked for
+v_and_omega = operator.attrgetter("_v", "_omega")  # of Twists without vectors yet
 
 
 def make_twist(v, omega):

@@ -6,7 +6,7 @@ import operator
 
 import numpy as np
 
-from mrs_simulator.control.twist_message import Twist, make_twist, told
+from mrs_simulator.control.twist_message import Twist, make_twist, v_and_omega
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, greatest
 
 
@@ -39,7 +39,7 @@ def commands_of(twists, numbers, team):
     twists = _in_order(twists, numbers)
     if team.axes == UNICYCLE_AXES:
         with contextlib.suppress(AttributeError, TypeError, ValueError):
-            return np.array(_rows(map(told, twists), len(twists)), order="F")
+            return np.array(_rows(map(v_and_omega, twists), len(twists)), order="F")
     table = _table(twists, numbers)
     refused = np.logical_and(table, team.ignored_axes)
     if refused.any():

@@ -1,8 +1,8 @@
-"""The one way in which users' code is called, and how it is run apart from what must go on.
+"""Calls of users' code, and running it isolated from the rest of a program.
 
 A law may raise anything, SystemExit too, hang, hold the interpreter's lock or end its process.
 ``call`` turns whatever it raises into an ``Exception``; ``Worker`` has it run in a process
-(:mod:`processes_apart`), or a thread, of its own, and gives it up after a time limit.
+(:mod:`worker_process`), or a thread, of its own, and gives it up after a time limit.
 """
 
 import dis
@@ -18,18 +18,18 @@ from mrs_simulator.core.doc_links import named, words
 
 PATIENCE = 2.0  # [s] of wall time that a request waits for the one before it
 NAP = 0.05  # [s] of wall time between two calls of ``meanwhile``
-FAREWELL = 1.0  # [s] of wall time for a process that has closed its pipe
+GRACE = 1.0  # [s] of wall time for a process that has closed its pipe
 RAISE = dis.opmap["RAISE_VARARGS"]
 ENDED = "its process ended"
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class UserCodeError(RuntimeError):
-    """Users' code raised something that is no error, as ``sys.exit()`` does; the message names it."""
+    """Users' code raised what is no ``Exception``, as ``sys.exit()`` does; the message names it."""
 
 
 class CallFailed(RuntimeError):
-    """Users' code that is run apart raised.
+    """Users' code raised in its worker.
 
     ``kind`` is the error's type, ``trace`` its traceback, and ``said`` it in one or two lines, with the
     user's file and line.
@@ -41,7 +41,7 @@ class CallFailed(RuntimeError):
 
 
 class TimedOut(RuntimeError):
-    """Users' code that is run apart did not end within its limit, and was given up."""
+    """Users' code did not end within its limit in its worker, which was given up."""
 
 
 def call(function, *arguments, **named):
@@ -71,12 +71,12 @@ def is_from_keyboard(error):
 
 
 def raised(error):
-    """Return what users' code raised, of an ``error`` that left :func:`call`."""
+    """Return what users' code raised, given an ``error`` that left :func:`call`."""
     return error.__cause__ if isinstance(error, UserCodeError) else error
 
 
 class Failure(NamedTuple):
-    """What users' code raised, in words that pass between processes."""
+    """What users' code raised, as texts, which can be sent between processes."""
 
     kind: str
     text: str
@@ -113,15 +113,15 @@ def blamed(error):
 
 
 class Worker:
-    """Serves requests one after the other, apart; one that takes too long ends it."""
+    """Serves requests one after the other, isolated; a request that takes too long ends it."""
 
-    def __init__(self, apart):
-        """``apart``: what runs them: :class:`ThreadApart`, :class:`InPlace`, or a process."""
-        self._apart, self._busy = apart, threading.Lock()
+    def __init__(self, runner):
+        """``runner``: :class:`WorkerThread`, :class:`InPlace`, or a process."""
+        self._runner, self._busy = runner, threading.Lock()
         self.given_up = False
 
     def ask(self, request, limit, meanwhile=None):
-        """Return what the service makes of ``request``, a tuple; ``meanwhile()`` is called as it waits.
+        """Return the service's answer to ``request``, a tuple; ``meanwhile()`` is called while waiting.
 
         Raises ``CallFailed``; ``TimedOut`` after ``limit`` [s] of wall time, and from then on.  What
         ``meanwhile`` raises is raised, and ends it.
@@ -132,12 +132,12 @@ class Worker:
         try:
             if self.given_up:
                 raise TimedOut("it was given up")
-            self._apart.send(request)
+            self._runner.send(request)
             self._await(end, limit, meanwhile)
-            done, value = self._apart.receive()
+            done, value = self._runner.receive()
         except (EOFError, OSError):
             self.given_up = True
-            code = self._apart.end(FAREWELL)
+            code = self._runner.end(GRACE)
             text = ENDED if code is None else "{} (exit code {})".format(ENDED, code)
             raise CallFailed("SystemExit", text, text, text) from None
         finally:
@@ -147,7 +147,7 @@ class Worker:
         return value
 
     def _await(self, end, limit, meanwhile):
-        while not self._apart.ready(max(0.0, min(NAP, end - time.monotonic()))):
+        while not self._runner.ready(max(0.0, min(NAP, end - time.monotonic()))):
             if time.monotonic() >= end:
                 self.give_up()
                 raise TimedOut("no answer within {:g} s".format(limit))
@@ -164,13 +164,13 @@ class Worker:
         return self._busy.locked()
 
     def give_up(self):
-        """End it, whatever it is at; nobody waits for that."""
+        """End it, also during a request, without waiting."""
         self.given_up = True
-        self._apart.end()
+        self._runner.end()
 
 
-class ThreadApart:
-    """Runs requests in a thread of this process, which cannot be ended, only left alone."""
+class WorkerThread:
+    """Runs requests in a thread of this process, which cannot be ended, only abandoned."""
 
     def __init__(self, service):
         """``service()``: returns the function that serves a request."""
@@ -199,13 +199,13 @@ class ThreadApart:
         """Return the answer."""
         return self._answer
 
-    def end(self, _farewell=0.0):
+    def end(self, _grace=0.0):
         """Take no more requests."""
         self._requests.put(None)
 
 
 class InPlace:
-    """Runs requests where they are asked for: for laws that are known to end."""
+    """Runs requests in the caller's thread: for laws that are known to end."""
 
     def __init__(self, service):
         """``service()``: returns the function that serves a request."""
@@ -223,5 +223,5 @@ class InPlace:
         """Return the answer."""
         return self._answer
 
-    def end(self, _farewell=0.0):
-        """Nothing is to be ended."""
+    def end(self, _grace=0.0):
+        """Do nothing."""

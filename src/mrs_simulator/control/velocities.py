@@ -43,7 +43,7 @@ def own_velocity(wanted, robot, d):
 
 
 def neighbours_of(row, hand, turn, numbers, topology):
-    """Return a ``Neighbour`` for each robot that the one in ``row`` hears, a tuple.
+    """Return a ``Neighbour`` for each robot that the one in ``row`` receives data of, a tuple.
 
     ``hand`` (n, d) [m]: the points; ``turn`` (d, d) leads into the robot's frame by ``p @ turn``.
     """
@@ -61,7 +61,7 @@ def turned_by(theta):
 
 
 def _numbers(value):
-    """Return ``value`` as an array of floats, None where it is no such thing."""
+    """Return ``value`` as an array of floats, None where it is not numeric."""
     if value is None:
         return None
     try:

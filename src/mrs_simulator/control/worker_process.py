@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection, Pipe
 from mrs_simulator.control.user_code import outcome
 
 DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux' prctl
-CHILD, SPARE = b"+", b"*"  # what a nursery is asked to fork
+CHILD, SPARE = b"+", b"*"  # requests to a fork server
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 # The directory that it is called from may hold a user's random.py.
 PROGRAM = "import sys; del sys.path[0]; from {} import _begin; _begin(*sys.argv[1:])".format(
@@ -30,12 +30,12 @@ PROGRAM = "import sys; del sys.path[0]; from {} import _begin; _begin(*sys.argv[
 
 
 class Piped:
-    """A process at the other end of a pipe; killed, with what it has started, when it is given up."""
+    """A process at the other end of a pipe; ending it kills it and the processes that it started."""
 
     def __init__(self, connection, process):
-        """``process``: its number, which is that of its group."""
+        """``process``: its id, which is that of its group."""
         self._connection, self._process = connection, process
-        self._ending = threading.Lock()  # it is given up here while there its end is seen
+        self._ending = threading.Lock()  # one thread may give it up while another sees its end
 
     def send(self, request):
         """Begin to serve ``request``."""
@@ -70,10 +70,10 @@ class FreshProcess(Piped):
             )
         super().__init__(ours, self._program.pid)
 
-    def end(self, farewell=0.0):
-        """Kill the process; return its exit code.  One that is ending has ``farewell`` [s] for that."""
+    def end(self, grace=0.0):
+        """Kill the process, if it does not end within ``grace`` [s]; return its exit code."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._program.wait(farewell)
+            self._program.wait(grace)
         with self._ending:
             if not self._connection.closed:
                 self._kill()
@@ -95,17 +95,17 @@ def _end_with(parent):
 
 
 def _serve_all(connection, serve):
-    # Who asked may have ended meanwhile, with requests or answers on their way.
+    # The other end may have closed meanwhile, with requests or answers on their way.
     with contextlib.suppress(EOFError, ConnectionError):
         while True:
             connection.send(outcome(serve, connection.recv()))
 
 
-class Nursery:
-    """A process that was forked before there were threads, and forks others whenever asked.
+class ForkServer:
+    """A process that was forked before there were threads, and forks workers on request.
 
-    What is forked has all that the program had loaded, the user's classes too.  It has forked a spare of
-    itself, which takes its place should it be killed.
+    Workers have all that the program had loaded, the user's classes too.  A spare of the server takes its
+    place should it be killed.
     """
 
     def __init__(self, service):
@@ -113,7 +113,7 @@ class Nursery:
         self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         if os.fork() == 0:
             self._channel.close()
-            guarded(_breed, theirs, service)
+            guarded(_serve_forks, theirs, service)
         theirs.close()
         self._spare = self._forked_spare()
 
@@ -144,16 +144,16 @@ class Nursery:
         self._channel.sendmsg([wanted], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, handle)])
 
     def close(self):
-        """End it, and with it all that it has forked."""
+        """End it and all that it has forked."""
         self._channel.close()
         self._spare.close()
 
 
 def guarded(function, *arguments):
-    """Run ``function`` in a forked process, which ends with it and with its parent."""
+    """Run ``function`` in a forked process, which ends after it, or with its parent."""
     try:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)  # their parent sees to the end of both
+            signal.signal(number, signal.SIG_IGN)  # their parent ends them
         ctypes.CDLL(None).prctl(DIES_WITH_PARENT, signal.SIGKILL)
         function(*arguments)
     except BaseException:
@@ -162,8 +162,8 @@ def guarded(function, *arguments):
         os._exit(0)
 
 
-def _breed(channel, service):
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how they ended
+def _serve_forks(channel, service):
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no exit codes are collected
     size = array.array("i").itemsize
     while True:
         data, received, _, _ = channel.recvmsg(1, socket.CMSG_SPACE(size))
@@ -187,16 +187,16 @@ def _serve(connection, service):
     _serve_all(connection, service())
 
 
-class ProcessApart(Piped):
+class ForkedProcess(Piped):
     """Runs requests in a process that is forked for them."""
 
-    def __init__(self, nursery):
-        """``nursery``: forks the process."""
-        connection = nursery.child()
+    def __init__(self, fork_server):
+        """``fork_server``: forks the process."""
+        connection = fork_server.child()
         super().__init__(connection, connection.recv())
 
-    def end(self, _farewell=0.0):
-        """Kill the process; nobody knows its exit code."""
+    def end(self, _grace=0.0):
+        """Kill the process; its exit code is not known."""
         with self._ending:
             if self._connection.closed:
                 return

@@ -28,16 +28,14 @@ NO_BOUNDS = Bounds(np.empty(0, dtype=int), np.empty((0, 2)), *np.empty((3, 0)))
 
 
 class Surroundings(NamedTuple):
-    """What a team is kept from by the safety filter, beside other robots."""
+    """What the safety filter keeps a team from, besides other robots."""
 
     obstacles: Tuple = ()  # of core.obstacles
     arena: Tuple[float, ...] = ()  # (x_min, y_min, x_max, y_max) [m], or ()
     speed: Optional[np.ndarray] = None  # (n,) [m/s] of the controlled points at most
-    sensed: Tuple[
-        str, ...
-    ] = ()  # sensors that tell of others and obstacles; () where these are known
+    sensed: Tuple[str, ...] = ()  # sensors of other robots and obstacles; () where these are known
     sees: bool = False  # whether robots are seen one by one, by one of these sensors
-    afloat: Optional[np.ndarray] = None  # (n,) bool, whom land keeps off; None: all
+    afloat: Optional[np.ndarray] = None  # (n,) bool, robots that land keeps off; None: all
 
     @property
     def fastest(self):
@@ -45,7 +43,7 @@ class Surroundings(NamedTuple):
         return max((each.track.speed for each in self.obstacles if moves(each)), default=0.0)
 
     def standing(self):
-        """Return what of it stands still."""
+        """Return the surroundings without obstacles that move."""
         still = tuple(each for each in self.obstacles if not moves(each))
         return self._replace(obstacles=still)
 
@@ -54,7 +52,7 @@ class Surroundings(NamedTuple):
 
         An obstacle is convex: it lies behind the line through its point nearest to a robot, across the
         way there, so that no robot in front of that line touches it.  Points in space, (n, 3), also
-        pass over it; the arena's border has no upper edge.  ``time`` [s] tells where obstacles on tracks
+        pass over it; the arena's border has no upper edge.  ``time`` [s] gives where obstacles on tracks
         are, and how fast their lines come while velocities are held for ``period`` [s].
         """
         if not (self.obstacles or self.arena):
@@ -96,7 +94,7 @@ class Surroundings(NamedTuple):
         return found + borders
 
     def _land(self, found):
-        """Return which of what is ``found`` is land, (b,) bool."""
+        """Return which of the obstacles and borders ``found`` are land, (b,) bool."""
         land = [is_flat(obstacle) for obstacle in self.obstacles]
         return np.array(land + [False] * (len(found) - len(land)), dtype=bool)
 

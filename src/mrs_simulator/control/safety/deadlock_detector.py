@@ -1,4 +1,4 @@
-"""Deadlocks: robots that the safety filter holds still, with nobody moving who could make room."""
+"""Deadlocks: robots that the safety filter holds still, while no robot near them moves."""
 
 import numpy as np
 
@@ -8,18 +8,18 @@ PATIENCE = 3.0  # [s] for which it is held before that counts as a deadlock
 NEARBY = 2.0  # [-] of the safe distance within which another may make room
 
 
-class Standstill:
-    """Since when robots have been held still."""
+class DeadlockDetector:
+    """Records since when the safety filter has held robots still."""
 
     def __init__(self, n):
         """``n``: the number of robots."""
         self._since = np.full(n, np.nan)
 
     def note(self, time, wanted, velocity, points, distance):
-        """Take in what was ``wanted`` and what the filter let pass, (n, 2) [m/s], at ``time`` [s].
+        """Record the ``wanted`` and the passed ``velocity``, (n, 2) [m/s] each, at ``time`` [s].
 
-        A robot is held where it is wanted to go at ``MOVES`` or more and is let go at less than
-        ``HELD`` of that, and where nobody within ``NEARBY`` safe distances goes.
+        A robot is held where ``MOVES`` or more is wanted, less than ``HELD`` of that is passed, and no
+        robot within ``NEARBY`` safe distances moves.
         """
         begun = np.flatnonzero(self._since > time)
         self._since[begun] = np.nan  # time went back: another run

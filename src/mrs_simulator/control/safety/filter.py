@@ -68,7 +68,7 @@ def safe_velocities(
     wanted = np.asarray(wanted, dtype=float)
     pairs = _pair_rows(points, distance, period, gamma, squash, brakes)
     rows = _joined(pairs, bounds, period)
-    # At first those matter that robots, heading straight for each other, could violate.
+    # At first only pairs matter that could violate their constraint by heading straight for each other.
     size = np.linalg.norm(wanted, axis=1)
     near = rows.reach(size) >= rows.limit
     if not near.any():
@@ -78,7 +78,7 @@ def safe_velocities(
     while True:
         velocity = _nearest(wanted, rows.part(near), speed)
         pressure = rows.pressure(velocity)
-        # Whoever is pushed aside may be pushed towards a robot that it did not head for.
+        # A robot that is pushed aside may be pushed towards one that it did not head for.
         pushed = ~near & (pressure > rows.limit)
         if not pushed.any():
             return velocity * _feasible_shares(velocity, rows, pressure, bounds.comes.any())
@@ -176,7 +176,7 @@ def _pair_rows(points, distance, period, gamma, squash=None, brakes=None):
         needed = of_pairs(distance, first, second)
         seen = np.sqrt(np.maximum(margin + needed * needed, 0.0))
         most = 2.0 * far * brakes.closing(seen - needed, first, second)
-        # By robots' own size, so that small ones go about it as large ones do.
+        # In units of the robots' size, so that the solution scales with it.
         most = np.minimum(most, gamma * margin**3 / needed**4)
     limit = np.minimum(most, margin / period) / size
     return Rows(first, second, -rows, rows, limit)
@@ -280,8 +280,8 @@ def _feasible_shares(velocity, rows, pressure, apart):
     """Return the largest factors up to 1 by which robots may move: standing still is always allowed.
 
     One number for all, or where ``apart`` (n, 1), one for each set of robots that ``rows`` join at this
-    ``velocity`` (n, d): who can flee from what comes need not stop with somebody else who cannot.  What
-    comes does so as well while they stand, and is not heeded then.
+    ``velocity`` (n, d): a robot that can avoid a moving obstacle need not stop with one that cannot.
+    Obstacles that come closer even to robots at rest are left out.
     """
     if not apart:
         return _feasible_share(pressure, rows.limit)
@@ -291,10 +291,10 @@ def _feasible_shares(velocity, rows, pressure, apart):
         least = np.minimum(sets[first], sets[second])
         np.minimum.at(sets, first, least)
         np.minimum.at(sets, second, least)
-    heeded = (rows.first != rows.second) | (rows.limit >= 0.0)
+    counted = (rows.first != rows.second) | (rows.limit >= 0.0)
     shares = np.ones(len(velocity))
     for label in np.unique(sets):
-        own = heeded & (sets[rows.first] == label)
+        own = counted & (sets[rows.first] == label)
         shares[sets == label] = _feasible_share(pressure[own], rows.limit[own])
     return shares[:, np.newaxis]
 

@@ -1,4 +1,4 @@
-"""The safety filter from what a robot's own sensors tell, instead of from known places.
+"""The safety filter by readings of each robot's own sensors, instead of known positions.
 
 A robot takes half of what a pair of robots may use up, since the other one does the same: what both do
 keeps the bound of the pair (Wang, Ames and Egerstedt, 2017, of decentralised barriers).
@@ -15,10 +15,10 @@ SWIRL = 0.5  # [rad] by which a robot that is stopped turns aside
 PARALLEL = 1e-6  # [-] sine of the angle between two lines that do not meet
 ROUNDING = 1e-9  # [m/s]
 TINY = 1e-300
-OVERHEARD = 0.02  # [m] by which another transducer must hear farther to exclude a place
+CONTRADICTED = 0.02  # [m] by which another transducer's range must be longer to exclude a place
 
 
-class Seer:
+class SensedNeighbourhood:
     """One robot among what it senses, all in its own frame."""
 
     def __init__(self, point, radius, reaches, period):
@@ -42,7 +42,10 @@ class Seer:
         return self._of_echoes(reading)
 
     def _of_robots(self, reading):
-        """Return those of other robots: ``-2 p^T u <= min(gamma h^3, h/Tc)/2``, ``p`` from them to here."""
+        """Return the ways out and limits of other robots, ``p`` from them to here:
+
+        ``-2 p^T u <= min(gamma h^3, h/Tc)/2``.
+        """
         apart = self.point - reading.points
         far = np.maximum(np.hypot(*apart.T), 1e-9)
         margin = far * far - (self.radius + self._reaches[reading.numbers - 1]) ** 2
@@ -50,10 +53,10 @@ class Seer:
         return apart / far[:, np.newaxis], limit / (2.0 * far)
 
     def _of_echoes(self, reading):
-        """Return those of what sonar or laser met.
+        """Return the ways out and limits of the echoes of a sonar or laser.
 
-        The body that a sonar hears is convex and touches the arc of its cone from beyond: it lies behind
-        a tangent of the arc, nobody knows which.  Of a ray the point that it meets is known.
+        The body that a sonar detects is convex and touches the arc of its cone from beyond: it lies behind
+        an unknown tangent of the arc.  Of a ray the point that it meets is known.
         """
         if reading.cone == 0.0:
             points = reading.points[np.isfinite(reading.ranges)]
@@ -67,45 +70,48 @@ class Seer:
 
 
 def arcs(reading):
-    """Return where in their cones echoes may come from, and the way from there, (k, 2) each.
+    """Return the places in the cones where echoes may come from, and the ways from there, (k, 2) each.
 
-    A place that lies in the cone of another transducer, which hears farther, is none: what is there would
-    have been heard.  A transducer all of whose places are excluded keeps them.
+    A place in the cone of another transducer with a longer range is excluded: that one would have detected
+    a body there.  A transducer all of whose places are excluded keeps them.
     """
-    heard = np.flatnonzero(np.isfinite(reading.ranges))
-    x, y, direction = reading.places[heard].T
+    echoing = np.flatnonzero(np.isfinite(reading.ranges))
+    x, y, direction = reading.places[echoing].T
     angle = direction[:, np.newaxis] + np.linspace(-reading.cone, reading.cone, ARC)
     along = np.stack(cos_sin(angle), axis=2)
-    place = reading.ranges[heard, np.newaxis, np.newaxis] * along
+    place = reading.ranges[echoing, np.newaxis, np.newaxis] * along
     place += np.stack([x, y], axis=1)[:, np.newaxis]
-    possible = ~_overheard(reading, place)
+    possible = ~_contradicted(reading, place)
     possible[~possible.any(axis=1)] = True
     return place[possible], -along[possible]
 
 
-def _overheard(reading, place):
-    """Return which of ``place`` (h, a, 2) some transducer would have heard, (h, a) bool."""
+def _contradicted(reading, place):
+    """Return which of ``place`` (h, a, 2) a longer range of another transducer excludes, (h, a) bool."""
     way = place[:, :, np.newaxis] - reading.places[:, :2]
     far = np.hypot(way[..., 0], way[..., 1])
     cos, sin = cos_sin(reading.places[:, 2])
     ahead = way[..., 0] * cos + way[..., 1] * sin
     inside = ahead > far * np.cos(reading.cone)
-    ranges = np.where(np.isnan(reading.ranges), 0.0, reading.ranges)  # what is lost tells nothing
-    return (inside & (far < np.minimum(ranges, reading.most) - OVERHEARD)).any(axis=2)
+    ranges = np.where(
+        np.isnan(reading.ranges), 0.0, reading.ranges
+    )  # a lost range excludes nothing
+    return (inside & (far < np.minimum(ranges, reading.most) - CONTRADICTED)).any(axis=2)
 
 
-def safe_by_sensors(wanted, seers, turn, readings, speed=None):
+def safe_by_sensors(wanted, sensed, turn, readings, speed=None):
     """Return the velocities (n, 2) [m/s] nearest to ``wanted`` that each robot's ``readings`` allow.
 
-    ``turn`` (n, 2, 2): ``turn[i] @ v`` is ``v`` of the i-th robot's frame in the common one; ``readings``:
-    a list for each robot, of which one that has not come yet is None: then the robot stands still.
+    ``sensed``: the robots' :class:`SensedNeighbourhood`; ``turn`` (n, 2, 2): ``turn[i] @ v`` is ``v``
+    of the i-th robot's frame in the common one; ``readings``: a list for each robot, in which None stands
+    for no reading yet: then the robot stands still.
     ``speed`` (n,) [m/s]: caps.
     """
     result = np.zeros_like(wanted)
-    for row, (seer, own) in enumerate(zip(seers, readings)):
+    for row, (neighbourhood, own) in enumerate(zip(sensed, readings)):
         if any(reading is None for reading in own):
             continue
-        out, limit = seer.bounds(own)
+        out, limit = neighbourhood.bounds(own)
         velocity = nearest(wanted[row] @ turn[row], out, limit)
         result[row] = turn[row] @ velocity
     if speed is not None:  # standing still is allowed, and what lies between
@@ -143,6 +149,6 @@ def nearest(wanted, out, limit):
 
 
 def _aside(wanted):
-    """Return ``wanted`` (2,) turned aside, all robots to the same side, so that symmetry stops nobody."""
+    """Return ``wanted`` (2,) turned aside, all robots to the same side, to break symmetry."""
     cos, sin = np.cos(SWIRL), np.sin(SWIRL)
     return np.array([cos * wanted[0] - sin * wanted[1], sin * wanted[0] + cos * wanted[1]])

@@ -1,8 +1,8 @@
-"""Whether robots can still brake without touching: commands pass only if afterwards they can.
+"""Certificate that robots can brake without touching: commands pass only if it holds after them.
 
 At each command the robots' courses are looked at, ``vehicles.courses``: the command held for a period, and
 then braking.  Of a pair that might touch on the way, or a robot that might touch what stands there, all
-robots only turn; if they might touch even so, they brake, as was found safe when they were last let go.
+robots only turn; if they might touch even so, they brake, which was safe at their last passed command.
 ``docs/safety.md`` has the proof.
 """
 
@@ -15,14 +15,14 @@ from mrs_simulator.vehicles.courses import Courses
 LATE = 1.0  # [-] periods by which commands may come late
 EXACT = 1e-3  # [m] by which robots may be beside their courses, whatever they do
 # [-] of the way gone since by which robots may be beside it as well, where forces move them.
-ASTRAY = {"ground": 0.1, "water": 0.5, "air": 0.25}
-AHEAD = 0.3  # [s] by which robots heed each other sooner than they have to
+COURSE_ERROR = {"ground": 0.1, "water": 0.5, "air": 0.25}
+AHEAD = 0.3  # [s] by which robots react to each other sooner than they have to
 FASTEST = 100.0  # [m/s] of robots without limits, afterwards
 PASSES, TURNS, BRAKES = 0, 1, 2  # what becomes of a robot's command
 
 
 class WayOut:
-    """Knows how fast robots go by their commands so far, and which further ones leave a way out."""
+    """Predicts the robots' speeds by their commands so far, and certifies commands that leave a way out."""
 
     def __init__(self, team, radii, period, fidelity):
         """``radii`` (n,) [m] of the discs, or balls, that bodies fill; ``period`` [s] of commands;
@@ -31,13 +31,13 @@ class WayOut:
         self._width = len(self._courses.team.axes)
         self._linear = np.array([a.startswith("linear") for a in self._courses.team.axes])
         self._squash = squash(team)
-        self._astray = _astray(self._courses.team, fidelity)
+        self._course_error = _course_error(self._courses.team, fidelity)
         self._slowness, self._late = _slowness(self._courses.team)
         self.brakes = Brakes(self._slowness, self._late + AHEAD)
         self._inner = self._given = self._time = self._speed = None
 
     def certified(self, command, pose, heights, time, obstacles):
-        """Return ``command`` (n, a) with what would leave no way out taken from it, at ``time`` [s].
+        """Return ``command`` (n, a) without the parts that would leave no way out, at ``time`` [s].
 
         ``pose`` (n, 3), ``heights`` (n,) [m]; ``obstacles``: the ``Surroundings`` that stand.
         """
@@ -54,9 +54,9 @@ class WayOut:
         return command
 
     def may_have_acted(self, command, place, obstacles):
-        """Return whether ``command`` (n, a), at ``place`` (n, d), may be one that was taken something from.
+        """Return whether :meth:`certified` may have changed ``command`` (n, a), at ``place`` (n, d).
 
-        Such a robot goes nowhere, and something is near.
+        Such a robot has no speed, and something is near.
         """
         stands = ~command[:, : self._width][:, self._linear].any(axis=1)
         if not stands.any():
@@ -77,7 +77,7 @@ class WayOut:
     def _ways(self, speed):
         """Return how far [m] robots at ``speed`` (n,) [m/s] get until they stand, errors included."""
         way = speed * (self._period + self._late) + 0.5 * speed * speed * self._slowness
-        return way * (1.0 + self._astray) + EXACT + LATE * self._period * speed
+        return way * (1.0 + self._course_error) + EXACT + LATE * self._period * speed
 
     def _near(self, place, ways, obstacles):
         """Return rows of pairs that may meet, two of (p,), and who may meet an obstacle, (n,) bool."""
@@ -110,7 +110,7 @@ class WayOut:
     def _free(self, course):
         """Return how far (k, n) [m] robots may be from the straight lines of their ``course``."""
         way = np.linalg.norm(np.diff(course.place, axis=0), axis=2)
-        may = course.aside + self._astray * np.cumsum(way + course.aside, axis=0)
+        may = course.aside + self._course_error * np.cumsum(way + course.aside, axis=0)
         return may + EXACT + LATE * self._period * course.speed
 
     def _meet(self, course, free, first, second):
@@ -141,11 +141,11 @@ class WayOut:
         return result
 
 
-def _astray(team, fidelity):
+def _course_error(team, fidelity):
     """Return which part of their ways robots may be beside their courses, (n,) [-]."""
     if fidelity != "dynamic":
         return np.zeros(team.n)
-    return np.array([ASTRAY[each.module.MEDIUM] for each in team.kinds])
+    return np.array([COURSE_ERROR[each.module.MEDIUM] for each in team.kinds])
 
 
 def _slowness(team):

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.user_code import CallFailed, InPlace, ThreadApart, TimedOut, Worker
-from mrs_simulator.control.worker_process import ProcessApart
+from mrs_simulator.control.user_code import CallFailed, InPlace, TimedOut, Worker, WorkerThread
+from mrs_simulator.control.worker_process import ForkedProcess
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.verdict.user_values import texts_of
 
@@ -222,14 +222,14 @@ def speaks_ros(protocol):
     return False
 
 
-def where_to_run(protocol, nursery=None):
-    """Return the ``apart`` of a :class:`Law`: a process from ``nursery``, else in this process.
+def where_to_run(protocol, fork_server=None):
+    """Return the ``apart`` of a :class:`Law`: a process from ``fork_server``, else in this process.
 
     There laws of one's own have a thread; those of this package, which are known to end, need none.
     """
-    if nursery is not None:
-        return lambda: ProcessApart(nursery)
-    kind = InPlace if is_shipped(protocol) else ThreadApart
+    if fork_server is not None:
+        return lambda: ForkedProcess(fork_server)
+    kind = InPlace if is_shipped(protocol) else WorkerThread
     return lambda: kind(lambda: LawService(protocol))
 
 

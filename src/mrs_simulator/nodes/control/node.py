@@ -73,8 +73,8 @@ class Job(NamedTuple):
 class ControlNode:
     """Runs one protocol over ROS; whatever goes wrong, the robots are told to stop."""
 
-    def __init__(self, scenario, protocol, nursery=None):
-        """``protocol``: a ``PioneerControl`` subclass; ``nursery``: forks processes for it, or None."""
+    def __init__(self, scenario, protocol, fork_server=None):
+        """``protocol``: a ``PioneerControl`` subclass; ``fork_server``: forks processes for it, or None."""
         self.scenario = scenario
         rate = read(RATE, scenario.control.rate)
         self.period = 1.0 / rate
@@ -84,7 +84,7 @@ class ControlNode:
         real = real_among(scenario.n)
         usual = max(STALL, 2.0 * self.period) if real else SIMULATED_LIMIT
         self.law_limit = read(LAW_LIMIT, usual)
-        apart = where_to_run(protocol, nursery)
+        apart = where_to_run(protocol, fork_server)
         self._obeyed = ObeyedPublisher(scenario._replace(control=control))
         self.law = Law(slowed._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = read(DRY_RUN)

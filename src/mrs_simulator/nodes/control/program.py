@@ -4,7 +4,7 @@ import signal
 import sys
 import threading
 
-from mrs_simulator.control.worker_process import Nursery
+from mrs_simulator.control.worker_process import ForkServer
 from mrs_simulator.nodes.control.law_client import LawService, is_shipped, speaks_ros
 from mrs_simulator.nodes.control.node import ControlNode
 from mrs_simulator.protocols.loading import choose_protocol
@@ -29,12 +29,12 @@ def run(protocol=None, argv=None):
         arguments = parse("Control of a team of robots over ROS.", local, argv, "pioneer_control")
         scenario, protocol = choose_protocol(scenario_from(arguments), protocol)
         # Before there are threads, which no fork survives.
-        nursery = None if is_shipped(protocol) else Nursery(lambda: LawService(protocol))
+        fork_server = None if is_shipped(protocol) else ForkServer(lambda: LawService(protocol))
         own = [parameter.name for parameter in protocol.PARAMETERS]
         foreign = protocol.__module__.partition(".")[0] != "mrs_simulator"
         lifecycle.start_node("pioneer_control", own, foreign)
         apart = read(LAW_PROCESS, not speaks_ros(protocol))
-        node = ControlNode(scenario, protocol, nursery if apart else None)
+        node = ControlNode(scenario, protocol, fork_server if apart else None)
     lifecycle.run(node.spin)
 
 

@@ -331,6 +331,22 @@ def test_a_law_is_made_again_whichever_of_its_processes_was_killed():
     wait_until(lambda: is_gone(process))
 
 
+def test_the_spare_of_a_fork_server_is_there_from_its_beginning(monkeypatch):
+    forked, fork, handle = [], os.fork, signal.signal
+    monkeypatch.setattr(os, "fork", lambda: forked.append(fork()) or forked[-1])
+
+    def slowly(number, handler):
+        time.sleep(0.1 if number == signal.SIGCHLD else 0.0)
+        return handle(number, handler)
+
+    monkeypatch.setattr(worker_process.signal, "signal", slowly)
+    fork_server = ForkServer(lambda: lambda: 7)
+    os.kill(forked[0], signal.SIGKILL)
+    wait_until(lambda: is_gone(forked[0]))
+    assert Worker(ForkedProcess(fork_server)).ask((), LONG) == 7
+    fork_server.close()
+
+
 def test_a_law_whose_processes_are_all_gone_says_what_to_do(law):
     def gone():
         raise BrokenPipeError(32, "Broken pipe")

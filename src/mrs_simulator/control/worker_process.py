@@ -22,6 +22,7 @@ from mrs_simulator.control.user_code import outcome
 
 DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux' prctl
 CHILD, SPARE = b"+", b"*"  # requests to a fork server
+READY = b"!"  # from a spare that can take over
 LOOK_PERIOD = 0.5  # [s] of wall time between two looks for the parent
 # The directory that it is called from may hold a user's random.py.
 PROGRAM = "import sys; del sys.path[0]; from {} import _begin; _begin(*sys.argv[1:])".format(
@@ -137,6 +138,7 @@ class ForkServer:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         with theirs:
             self._hand_over(SPARE, theirs)
+        ours.recv(len(READY))  # until it can take over; or nothing, as the server was killed
         return ours
 
     def _hand_over(self, wanted, end):
@@ -175,6 +177,7 @@ def _serve_forks(channel, service):
             if data == SPARE:  # it outlives its parent, and ends with its channel
                 ctypes.CDLL(None).prctl(DIES_WITH_PARENT, 0)
                 channel = socket.socket(fileno=handle)
+                channel.send(READY)
                 continue
             guarded(_serve, Connection(handle), service)
         os.close(handle)

@@ -333,7 +333,7 @@ def test_the_topology_is_replaced_while_running(ros):
     probe.wait("control('hears') == [1, 1] and control('directed') is False")
     probe.wait("len(control('target_x')) == 3")
     for hears, heard, said in (
-        ([1], [1], "itself"),
+        ([1], [1], "no neighbour of its own"),
         ([1], [4], "from 1 to 3"),
         ([1], [], "as many"),
     ):

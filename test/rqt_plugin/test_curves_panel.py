@@ -260,15 +260,15 @@ def test_theory_begins_with_the_run_which_begins_with_the_first_command(panel):
 
 
 @pytest.mark.parametrize(
-    "function, told",
+    "function, expected",
     [(None, "no formation error"), (lambda pose: None, "no formation"), (lambda p: p[9999], "log")],
 )
-def test_without_an_error_the_plot_says_why(panel, function, told):
+def test_without_an_error_the_plot_says_why(panel, function, expected):
     panel.set_history(make_history(5))
     panel.set_error(function)
     panel._tabs.setCurrentIndex(ERROR)
     settle(panel)
-    assert not lines(panel) and told in panel._plot.axes.texts[0].get_text()
+    assert not lines(panel) and expected in panel._plot.axes.texts[0].get_text()
 
 
 def test_each_sample_is_given_to_the_error_once_until_the_history_begins_anew(monkeypatch):
@@ -491,10 +491,10 @@ def test_curves_show_heights_of_teams_that_fly(panel):
     assert tabs() == ["x", "y", "z", "\u03b8", "v", "climb", "\u03c9", "error"]
     history = History()
     for step in range(5):
-        told = snapshot(0.1 * step)
-        spatial = upright(told.pose[:, 2], [1.0, 2.0, 3.0])
+        expected = snapshot(0.1 * step)
+        spatial = upright(expected.pose[:, 2], [1.0, 2.0, 3.0])
         spatial.twist[:, 0] = 0.1 * step
-        history.append(told._replace(spatial=spatial))
+        history.append(expected._replace(spatial=spatial))
     panel.set_history(history)
     for tab, values in ((2, [[1.0, 2.0, 3.0]] * 5), (5, [[0.1 * k] * 3 for k in range(5)])):
         panel._tabs.setCurrentIndex(tab)

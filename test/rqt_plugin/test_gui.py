@@ -99,12 +99,12 @@ def said(text):
     return gui.messages.toPlainText().count(text)
 click("simulate")
 until(lambda: said("controller: the law failed: ZeroDivisionError"))
-heard = gui.connection.newest("control")
-until(lambda: gui.connection.newest("control") is not heard)
+received = gui.connection.newest("control")
+until(lambda: gui.connection.newest("control") is not received)
 gui._on_tick()
 assert said("the law failed") == 1
-told = gui.banners.text("error")
-assert "law.py:4, in calculateControlLaw: return 1 / 0" in told.replace("\u200b", ""), told
+reported = gui.banners.text("error")
+assert "law.py:4, in calculateControlLaw: return 1 / 0" in reported.replace("\u200b", ""), reported
 os.kill(gui.study.processes._running["stage"].pid, 9)
 until(lambda: said("stage killed by signal 9"))
 """
@@ -419,7 +419,7 @@ gui.team.set_team(poses, gui.scenario.kinds)
 gui.team.team_changed.emit()
 begins_after(then)
 assert abs(gui.history.pose[:, 0] - poses[0]).max() < 1e-6
-# A stage, and nobody who wants the robots anywhere.
+# A stage without a controller.
 gui.protocol.protocol_chosen.emit("consensus")
 until(lambda: gui.map._targets is None)
 gui.protocol.protocol_chosen.emit("formation")
@@ -539,10 +539,10 @@ def test_a_parameter_that_nobody_reads_is_refused_and_help_says_whose_there_are(
     running = [
         subprocess.Popen(each, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for each in asked
     ]
-    (_, refused), (told, _) = (each.communicate(timeout=60) for each in running)
+    (_, refused), (reported, _) = (each.communicate(timeout=60) for each in running)
     assert [each.returncode for each in running] == [2, 0]
     assert b"_v_max:=0.3: the GUI reads no parameters" in refused
-    assert b"stage --help" in told and b"odom_frame" in told and b"v_max" in told
+    assert b"stage --help" in reported and b"odom_frame" in reported and b"v_max" in reported
 
 
 def test_what_a_controller_warns_of_is_in_the_message_bar(gui, ros):
@@ -552,20 +552,20 @@ def test_what_a_controller_warns_of_is_in_the_message_bar(gui, ros):
 from mrs_simulator.ros.message_forms.messages import ControlStatus
 status = rospy.Publisher("pioneer_control/status", ControlStatus, queue_size=1)
 message = ControlStatus(protocol="Formation", running=True, period=0.02)
-def told(*warnings):
+def reported(*warnings):
     message.warnings = warnings
     def is_shown():
         status.publish(message)
         return gui.banners.text("warnings") == "\\n".join(warnings)
     until(is_shown)
-told("robots 1 and 2 hold each other still")
-told("robots 1 and 2 hold each other still", "k is high")
+reported("robots 1 and 2 hold each other still")
+reported("robots 1 and 2 hold each other still", "k is high")
 QTest.mouseClick(gui.banners.button("warnings", "Close"), Qt.LeftButton)
 message.protocol = "the same warnings again"
 until(lambda: status.publish(message) or gui.connection.newest("control").protocol == message.protocol)
 gui._on_tick()
 assert not gui.banners.text("warnings")
-told("k is high")
+reported("k is high")
 message.running = False
 until(lambda: status.publish(message) or not gui.banners.text("warnings"))
 """

@@ -10,7 +10,12 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
 from mrs_simulator.core.spatial import headings
+from mrs_simulator.rqt_plugin.ros_side import master as master_module
+from mrs_simulator.rqt_plugin.ros_side.diagnostics import DiagnosticsConnection
+from mrs_simulator.rqt_plugin.ros_side.inbox import Inbox
+from mrs_simulator.rqt_plugin.ros_side.master import MasterWatch
 from mrs_simulator.rqt_plugin.ros_side.robots import RobotsConnection
+from mrs_simulator.rqt_plugin.ros_side.sensors import SensorsConnection
 from mrs_simulator.rqt_plugin.ros_side.stop_topic import StopTopic
 
 HUNG = """
@@ -32,22 +37,22 @@ class Publisher:
         self.sent.append(message.data)
 
 
-def told(stop):
-    """Return what one who begins to listen hears."""
-    heard = []
-    stop.peer_subscribe("emergency_stop", None, heard.append)
-    return heard
+def published(stop):
+    """Return what a new subscriber receives."""
+    received = []
+    stop.peer_subscribe("emergency_stop", None, received.append)
+    return received
 
 
-def test_a_press_is_told_to_who_comes_later_and_a_release_is_not():
+def test_a_press_is_repeated_to_later_subscribers_and_a_release_is_not():
     stop, stop_publisher = StopTopic(), Publisher()
     stop.set(True)  # there is no master yet
     stop.publisher = stop_publisher
-    assert told(stop) == [Bool(data=True)]
+    assert published(stop) == [Bool(data=True)]
     stop.set(False)
-    assert stop_publisher.sent == [False] and told(stop) == []
+    assert stop_publisher.sent == [False] and published(stop) == []
     stop.set(True)
-    assert stop_publisher.sent == [False, True] and told(stop) == [Bool(data=True)]
+    assert stop_publisher.sent == [False, True] and published(stop) == [Bool(data=True)]
 
 
 def odometry(stamp, x, turn):
@@ -57,15 +62,15 @@ def odometry(stamp, x, turn):
     return message
 
 
-def test_the_time_of_real_robots_counts_from_the_first_heard():
+def test_the_time_of_real_robots_counts_from_the_first_message():
     robots = RobotsConnection()
     robots._on_odometry(odometry(1.7e9, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
     # 3 rad, of a robot that rolls, as the quaternion of the other sign
     turn = -0.0140533125, -0.1981716615, -0.9776114979, -0.0693271672
     robots._on_odometry(odometry(1.7e9 + 2.5, 4.0, turn), 2)
-    heard = robots.snapshot(60.0)
-    assert heard.time == 2.5 and heard.numbers == (1, 2)
-    assert heard.pose[1].tolist() == pytest.approx([4.0, 0.0, 3.0], abs=1e-6)
+    received = robots.snapshot(60.0)
+    assert received.time == 2.5 and received.numbers == (1, 2)
+    assert received.pose[1].tolist() == pytest.approx([4.0, 0.0, 3.0], abs=1e-6)
     robots.forget()
     robots._on_odometry(odometry(1.7e9 + 100.0, 0.0, (0.0, 0.0, 0.0, 1.0)), 1)
     assert robots.snapshot(60.0).time == 0.0
@@ -78,11 +83,15 @@ def test_heights_of_real_robots_are_believed_of_teams_that_fly():
     robots._on_odometry(message, 1)
     assert robots.snapshot(1.0).spatial is None
     robots.set_starts(np.array([[1.0, 2.0, np.pi]]), in_space=True)
-    told = robots.snapshot(1.0)
-    assert told.spatial.z.tolist() == [1.5] and told.spatial.twist.tolist() == [[0.25, 0.0, 0.0]]
-    # Of the two quaternions of a turn either may be told.
-    np.testing.assert_allclose(abs(told.spatial.orientation), [[0.0, 0.6, 0.8, 0.0]], atol=1e-15)
-    np.testing.assert_allclose(headings(told.spatial.orientation), told.pose[:, 2])
+    published = robots.snapshot(1.0)
+    assert published.spatial.z.tolist() == [1.5] and published.spatial.twist.tolist() == [
+        [0.25, 0.0, 0.0]
+    ]
+    # Of the two quaternions of a turn either may be published.
+    np.testing.assert_allclose(
+        abs(published.spatial.orientation), [[0.0, 0.6, 0.8, 0.0]], atol=1e-15
+    )
+    np.testing.assert_allclose(headings(published.spatial.orientation), published.pose[:, 2])
 
 
 def test_a_release_does_not_let_go_what_another_has_stopped_since(gui, ros):
@@ -162,3 +171,13 @@ master.wait()
 """,
         ros.master.pid,
     )
+
+
+def test_the_watch_of_the_master_starts_and_ends_without_one(monkeypatch):
+    monkeypatch.setattr(master_module.rosgraph, "is_master_online", lambda: False)
+    robots, sensors, diagnostics = RobotsConnection(), SensorsConnection(), DiagnosticsConnection()
+    watch = MasterWatch(Inbox(), robots, sensors, diagnostics, StopTopic())
+    watch.start()
+    watch.end()
+    watch.thread.join(20.0)
+    assert not watch.thread.is_alive() and not watch.online

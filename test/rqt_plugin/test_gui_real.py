@@ -177,11 +177,11 @@ from nav_msgs.msg import Odometry
 carried, pose = rospy.Publisher("/robot2/odom", Odometry, queue_size=1), Odometry()
 pose.pose.pose.position.x, pose.pose.pose.orientation.w = 40.0, 1.0
 troubles = set()
-def is_told():
+def is_shown():
     carried.publish(pose)
     troubles.add(gui.connection.newest("control").trouble)
     return any("both publish /robot2/odom" in trouble for trouble in troubles)
-until(is_told)
+until(is_shown)
 until(lambda: not gui.study.is_controlled())
 """
     )
@@ -218,7 +218,7 @@ until(lambda: gui.connection.is_fresh("control"))
 assert abs(gui.connection.snapshot().pose - gui.scenario.poses).max() < 1e-6
 click("control")
 until(lambda: gui.preflight.title().startswith("Not started"))
-# As the controller, the check heard all robots on their own topics and knew the fence.
+# As the controller, the check received all robots on their own topics and knew the fence.
 assert {row[1] for row in gui.preflight.rows()} >= {"geofence"}, gui.preflight.rows()
 assert not any("publishes" in row[1] for row in gui.preflight.rows())
 rospy.set_param("/pioneer_control/geofence", [-9.0, -9.0, 9.0, 9.0])

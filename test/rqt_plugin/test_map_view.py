@@ -119,7 +119,7 @@ def wheel(view, place, notches):
     QApplication.sendEvent(view, event)
 
 
-def heard(signal):
+def emitted(signal):
     """Return a list that grows by the arguments of each emission of ``signal``."""
     calls = []
     signal.connect(lambda *arguments: calls.append(arguments))
@@ -235,7 +235,7 @@ def test_an_untouched_view_fits_after_a_change_of_size(view, app):
 
 
 def test_a_click_names_the_robot_and_a_drag_does_not(view):
-    clicked = heard(view.robot_clicked)
+    clicked = emitted(view.robot_clicked)
     click(view, at(view, 4.0, 3.0))
     click(view, at(view, 2.0, 2.0))
     drag(view, at(view, 4.0, 3.0), at(view, 3.0, 2.0))
@@ -251,7 +251,7 @@ def test_a_click_names_the_robot_and_a_drag_does_not(view):
 
 def test_a_dragged_robot_moves_and_says_so(view):
     view.set_mode("poses")
-    edited = heard(view.pose_edited)
+    edited = emitted(view.pose_edited)
     begin = at(view, 4.1, 0.05)
     drag(view, begin, begin + QPoint(-90, 40))
     shift = np.array([-90.0, -40.0]) / view._frame.scale
@@ -268,14 +268,14 @@ def test_a_dragged_robot_moves_and_says_so(view):
 )
 def test_a_robot_is_turned_to_face_the_cursor(view, modifier, button):
     view.set_mode("poses")
-    edited = heard(view.pose_edited)
+    edited = emitted(view.pose_edited)
     drag(view, at(view, 4.0, 0.0), at(view, 2.0, 2.0), modifier, button)
     assert edited[-1][0] == 2
     assert edited[-1][1:] == pytest.approx((4.0, 0.0, np.radians(135.0)), abs=0.02)
 
 
 def test_robots_stay_where_they_are_in_other_modes(view):
-    edited = heard(view.pose_edited)
+    edited = emitted(view.pose_edited)
     for mode in ("look", "edges"):
         view.set_mode(mode)
         drag(view, at(view, 0.0, 0.0), at(view, 1.0, 1.0))
@@ -301,7 +301,7 @@ def test_the_owner_may_answer_an_edit_with_the_team(view):
 
 def test_a_team_that_changes_under_a_drag_ends_it(view):
     view.set_mode("poses")
-    edited = heard(view.pose_edited)
+    edited = emitted(view.pose_edited)
     QTest.mousePress(view, Qt.LeftButton, NONE, at(view, 4.0, 3.0))
     view.show_team(POSES[:1])
     move(view, QPoint(300, 300))
@@ -331,7 +331,7 @@ def test_robots_of_unknown_pose_are_left_out(view):
     view.show_snapshot(snapshot(2.0, poses))
     view.fit()
     assert view.team.overlapping == set() and np.isfinite(view._frame.bounds()).all()
-    clicked = heard(view.robot_clicked)
+    clicked = emitted(view.robot_clicked)
     click(view, at(view, 4.0, 3.0))
     assert clicked == [(3,)]
 
@@ -341,7 +341,7 @@ def test_robots_of_unknown_pose_are_left_out(view):
 
 def test_an_edge_is_dragged_as_it_is_drawn_to_the_robot_that_hears(view):
     view.set_mode("edges")
-    added = heard(view.edge_added)
+    added = emitted(view.edge_added)
     drag(view, at(view, 4.0, 3.0), at(view, 0.0, 0.0))
     assert added == [(1, 3)]
     view.show_topology(added, True)
@@ -361,7 +361,7 @@ def test_the_edge_that_is_drawn_says_who_hears_whom(view):
 
 def test_a_rubber_band_is_seen_while_drawing_and_escape_ends_it(view):
     view.set_mode("edges")
-    added, before = heard(view.edge_added), drawn(view)
+    added, before = emitted(view.edge_added), drawn(view)
     QTest.mousePress(view, Qt.LeftButton, NONE, at(view, 0.0, 0.0))
     move(view, at(view, 2.0, 2.5))
     assert (drawn(view) != before).any()
@@ -373,7 +373,7 @@ def test_a_rubber_band_is_seen_while_drawing_and_escape_ends_it(view):
 
 def test_no_edge_to_itself_to_the_ground_or_twice(view):
     view.set_mode("edges")
-    added = heard(view.edge_added)
+    added = emitted(view.edge_added)
     drag(view, at(view, 0.0, 0.0), at(view, 0.05, 0.05))
     drag(view, at(view, 0.0, 0.0), at(view, 2.0, 2.0))
     view.show_topology([(2, 1, 1.0)], True)
@@ -387,7 +387,7 @@ def test_no_edge_to_itself_to_the_ground_or_twice(view):
 
 
 def test_a_click_on_an_edge_removes_it_and_only_with_the_mode(view):
-    removed = heard(view.edge_removed)
+    removed = emitted(view.edge_removed)
     view.show_topology([(1, 2, 1.0), (3, 2, 0.5)], True)
     click(view, at(view, 2.0, 0.0))
     view.set_mode("edges")
@@ -405,7 +405,7 @@ def test_a_click_on_an_edge_removes_it_and_only_with_the_mode(view):
 def test_of_two_opposite_edges_that_with_its_head_near_is_removed(view):
     view.show_topology([(1, 2, 1.0), (2, 1, 1.0)], True)
     view.set_mode("edges")
-    removed = heard(view.edge_removed)
+    removed = emitted(view.edge_removed)
     click(view, at(view, 1.0, 0.0))
     click(view, at(view, 3.0, 0.0))
     assert removed == [(1, 2), (2, 1)]
@@ -426,7 +426,7 @@ def test_heads_point_at_the_robot_that_hears_and_are_wider_than_the_line(view):
 def test_edges_of_robots_that_are_not_there_are_left_out(view):
     view.show_topology([(1, 9, 1.0), (7, 2, 1.0), (1, 3)], True)
     view.set_mode("edges")
-    removed = heard(view.edge_removed)
+    removed = emitted(view.edge_removed)
     click(view, at(view, 2.0, 1.5))
     assert removed == [(1, 3)]
 
@@ -450,7 +450,7 @@ def test_trails_are_bounded_and_keep_beginning_and_end():
     assert trails.count[1] == 1 and trails.count[0] > 0.4 * map_trails.TRAIL_POINTS
     assert path[0].tolist() == [0.0, 0.0] and path[-1, 0] > 399.5
     apart = np.diff(path[:, 0])
-    assert apart.max() < 1.5 * apart.min()  # the whole way is told equally well
+    assert apart.max() < 1.5 * apart.min()  # the whole path is sampled evenly
     assert trails.bounds().max(axis=0).tolist() == [path[-1, 0], 1.0]
 
 
@@ -603,7 +603,7 @@ def test_a_team_of_7_3_and_100_and_back(view):
 def test_robots_keep_their_own_numbers(view):
     view.show_snapshot(snapshot(0.0, POSES, numbers=(2, 5, 8)))
     view.show_topology([(2, 8, 1.0)], True)
-    clicked, removed = heard(view.robot_clicked), heard(view.edge_removed)
+    clicked, removed = emitted(view.robot_clicked), emitted(view.edge_removed)
     click(view, at(view, 4.0, 0.0))
     view.set_mode("edges")
     click(view, at(view, 2.0, 1.5))
@@ -800,7 +800,7 @@ def test_each_axis_has_some_ticks_however_low_the_map_is(view, scale):
     assert widest + 0.3 * style.line < step * scale
 
 
-def test_the_legend_tells_the_signs_that_are_to_be_seen(view):
+def test_the_legend_explains_the_visible_signs(view):
     assert view._legend() == set()
     view.show_topology([(1, 2)], True)
     view.show_targets(POSES[:, :2])
@@ -808,9 +808,9 @@ def test_the_legend_tells_the_signs_that_are_to_be_seen(view):
     fresh = np.array([True] * (len(POSES) - 1) + [False])
     view.show_snapshot(snapshot(0.0, POSES, fresh)._replace(real=frozenset([1])))
     assert view._legend() == {"directed edge", "target", "start", "trail", "real", "stale"}
-    told = drawn(view)
+    shown = drawn(view)
     view.set_legend_shown(False)
-    assert (drawn(view) != told).any()
+    assert (drawn(view) != shown).any()
     view.resize(220, 200)  # no room for words
     without = drawn(view)
     view.set_legend_shown(True)
@@ -827,7 +827,7 @@ def test_rings_of_collisions_do_not_bury_many_robots(view):
     assert inked(200) < 0.35 * inked(9)
 
 
-def test_heights_of_robots_in_the_air_are_told_by_number_and_shade(view, app):
+def test_heights_of_robots_in_the_air_are_shown_by_number_and_shadow(view, app):
     view.set_legend_shown(False)
     ground, middle = view.grab().toImage(), at(view, *POSES[0, :2])
     view.show_team(POSES, np.array([4.0, 0.0, 1.0]))
@@ -844,7 +844,7 @@ def test_heights_of_robots_in_the_air_are_told_by_number_and_shade(view, app):
 def test_a_robot_dragged_in_the_air_keeps_its_height(view):
     view.show_team(POSES, np.array([4.0, 0.0, 1.0]))
     view.set_mode("poses")
-    edited = heard(view.pose_edited)
+    edited = emitted(view.pose_edited)
     begin = at(view, *POSES[0, :2])
     drag(view, begin, begin + QPoint(60, -30))
     assert {call[0] for call in edited} == {1} and view.team.z.tolist() == [4.0, 0.0, 1.0]

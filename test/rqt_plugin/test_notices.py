@@ -1,4 +1,4 @@
-"""What nobody may overlook: trouble, laws that are tried, saving, edits that a crash has left."""
+"""Banners and messages: errors, laws being loaded, saving, edits that a crash has left."""
 
 import os
 import threading
@@ -71,13 +71,13 @@ def test_the_heaviest_matter_is_on_top_and_a_strip_goes_with_its_matter(app):
     assert texts == ["Stopped", "Wrong", "Late", "Saving"]
     QTest.mouseClick(banners.button("saving", "Cancel"), Qt.LeftButton)
     assert pressed == [True]
-    for matter in ("saving", "emergency", "error", "timing", "never told"):
+    for matter in ("saving", "emergency", "error", "timing", "unknown"):
         banners.clear(matter)
     assert not banners.isVisible() and banners.text("error") == ""
     banners.close()
 
 
-def test_trouble_is_told_in_the_bar_and_counted_on_the_tab(make_study):
+def test_errors_are_shown_in_a_banner_and_counted_on_the_tab(make_study):
     study = make_study()
     active(study, 1022, 700)
     tabs, index = study.results_tabs, study.results_tabs.indexOf(study.messages)
@@ -93,7 +93,7 @@ def test_trouble_is_told_in_the_bar_and_counted_on_the_tab(make_study):
     assert not study.banners.isVisible()
 
 
-def test_a_fault_of_the_gui_itself_is_told_too(make_study):
+def test_an_error_of_the_gui_itself_is_shown_too(make_study):
     study = make_study()
     guarded(lambda: [][1])()
     study._on_tick()
@@ -124,8 +124,8 @@ def test_while_a_file_never_finishes_importing_the_emergency_stop_works(
     ((enabled, text),) = seen
     assert not enabled and "Loading the protocol" in text
     study.connection.set_emergency.assert_called_once_with(True)
-    told = "cancelled" if gives_up else "hangs.py: no answer within 1.5 s"
-    assert told in study.banners.text("error") and study.settings_tabs.isEnabled()
+    shown = "cancelled" if gives_up else "hangs.py: no answer within 1.5 s"
+    assert shown in study.banners.text("error") and study.settings_tabs.isEnabled()
     assert study.scenario.control.protocol == "formation" and not study.banners.text("law")
 
 
@@ -151,8 +151,8 @@ def test_a_verdict_that_cannot_be_read_is_said_with_its_file(make_study, tmp_pat
     path.write_text('{"passed": true, "checks": [3]}')
     study.connection.take_results.return_value = [("save", True, str(path))]
     study._on_tick()
-    told = study.banners.text("error")
-    assert "cannot be shown" in told and str(path) in told and "checks: 3" in told
+    shown = study.banners.text("error")
+    assert "cannot be shown" in shown and str(path) in shown and "checks: 3" in shown
     assert study.results_tabs.currentWidget() is not study.verdict
 
 

@@ -1,4 +1,4 @@
-"""Programs that the GUI starts are ended for certain: asked first, then told, then killed."""
+"""Programs that the GUI starts are ended for certain: interrupted, then terminated, then killed."""
 
 import os
 import stat

@@ -112,7 +112,7 @@ def test_settings_that_are_no_commands_are_left_out(study, text):
     assert study.save_settings()["programs"] == "[]"
 
 
-def test_a_program_of_ones_own_is_listed_started_and_its_end_told(study):
+def test_a_program_of_ones_own_is_listed_started_and_its_end_reported(study):
     name = add(study, '"{}"'.format(ENDS), "3")
     assert state(study, name) == "not started"
     press(study, "start")
@@ -195,16 +195,16 @@ def test_times_in_words():
     ]
 
 
-def test_diagnostics_are_told_for_each_part_and_those_not_heard_are_stale(study, monkeypatch):
+def test_diagnostics_are_shown_for_each_part_and_old_ones_are_stale(study, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(diagnostics_module.time, "monotonic", lambda: now[0])
     monkeypatch.setattr("mrs_simulator.ros.node.diagnostics.rospy.get_rostime", lambda: None)
-    heard = DiagnosticsConnection()
+    received = DiagnosticsConnection()
     message = array(
         "stage", [Health("", OK, "running", {"robots": 3}), Health("sensors", ERROR, "slow", {})]
     )
-    heard.on_message(message)
-    study.connection.diagnostics.side_effect = heard.parts
+    received.on_message(message)
+    study.connection.diagnostics.side_effect = received.parts
 
     def rows():
         study.program_control.show()
@@ -217,20 +217,20 @@ def test_diagnostics_are_told_for_each_part_and_those_not_heard_are_stale(study,
     now[0] += 6.0
     assert [row[1] for row in rows()] == ["stale", "stale"]
     now[0] += 60.0
-    heard.parts()
+    received.parts()
     assert rows() == [("", "", "Nothing has been received on /diagnostics yet.")]
 
 
 @pytest.mark.parametrize(
-    "name, told",
+    "name, shown",
     [
         ("mrs_gui_7882_1795362977123", "mrs_gui"),
         ("mrs_gui_7882_1795362977123: sensors", "mrs_gui: sensors"),
         ("laser_1_2", "laser_1_2"),
     ],
 )
-def test_what_makes_an_anonymous_name_unique_is_not_shown(name, told):
-    assert short(name) == told
+def test_what_makes_an_anonymous_name_unique_is_not_shown(name, shown):
+    assert short(name) == shown
 
 
 def test_what_is_asked_for_next_puts_the_last_error_away(study):

@@ -103,7 +103,7 @@ def test_what_is_not_allowed_is_not_sent(panel, text):
     assert note.startswith("k = ") and "wanted a number above 0 and below 1" in note
     assert "overshoots" in note
     assert panel.values()["k"] == 0.02
-    # The same values in force, told again, do not hide the reason.
+    # The same values, set again, do not hide the reason.
     panel._form.set_values(DEFAULTS)
     assert notes(panel) == [note] and k.text() == text
     field(panel, "T").setFocus()

@@ -20,7 +20,7 @@ APP = QApplication.instance() or QApplication([])
 SIZE = 800, 300  # [px]
 pytestmark = pytest.mark.usefixtures("no_hidden_errors")
 PLACE = Finding("robot3", "stands in place", "at (1, 2, 0), 0.6 m", "at most 0.3 m and rad", True)
-SILENT = Finding("robot2", "publishes", "never heard on /robot2/odom", "")
+SILENT = Finding("robot2", "publishes", "never received on /robot2/odom", "")
 
 
 def check(name, predicted, measured, passed, note="", tolerance=0.1):

@@ -377,7 +377,7 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
     poses = np.zeros((2, 3))
     poses[1, 0] = 3.0
 
-    def heard(time):
+    def received(time):
         flags = np.ones(2, dtype=bool)
         study.connection.snapshot.return_value = Snapshot(
             time, (1, 2), poses, np.zeros((2, 3)), np.zeros((2, 2)), flags
@@ -385,15 +385,15 @@ def test_a_map_that_paints_slowly_gets_fewer_snapshots(app, study):
         study._on_frame()
         return study.map._time
 
-    assert heard(1.0) == 1.0
+    assert received(1.0) == 1.0
     study.map.cost = 1e4  # [s]
-    assert heard(2.0) == 1.0
+    assert received(2.0) == 1.0
     study.map.cost = 0.0
-    assert heard(3.0) == 3.0
+    assert received(3.0) == 3.0
 
 
 def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(study, monkeypatch):
-    def told(time, x):
+    def reported(time, x):
         pose = np.array([[x, 0.0, 0.0], [3.0, 0.0, 0.0]])
         zeros = np.zeros((2, 3)), np.zeros((2, 2)), np.ones(2, dtype=bool)
         study.connection.snapshot.return_value = Snapshot(time, (1, 2), pose, *zeros)
@@ -404,7 +404,7 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
     monkeypatch.setattr("mrs_simulator.rqt_plugin.window.pending.TEAM_REST", 0.0)
     study.connection.is_fresh.side_effect = lambda name: name == "state"
     view = active(study, 1366, 768).map
-    assert told(1.0, 0.1) == 0.1
+    assert reported(1.0, 0.1) == 0.1
     view.set_mode("poses")
     places = [QPoint(*map(round, view.to_screen(x, 0.0))) for x in (0.1, 1.0, 1.1)]
     QTest.mousePress(view, Qt.LeftButton, Qt.NoModifier, places[0])
@@ -412,14 +412,14 @@ def test_a_robot_put_elsewhere_stays_there_until_the_stage_has_taken_it_over(stu
         held = QEvent.MouseMove, QPointF(place_), Qt.NoButton, Qt.LeftButton, Qt.NoModifier
         QApplication.sendEvent(view, QMouseEvent(*held))
     moved = study.team.poses()[0, 0]
-    assert moved > 0.9 and told(1.1, 0.1) == moved
+    assert moved > 0.9 and reported(1.1, 0.1) == moved
     QTest.mouseRelease(view, Qt.LeftButton, Qt.NoModifier, places[-1])
     study._on_tick()
     assert study.connection.set_team.call_args[0][0][0, 0] == moved
-    assert told(1.2, 0.1) == moved
+    assert reported(1.2, 0.1) == moved
     study.connection.take_results.return_value = [("set_team", False, "no room")]
     study._on_tick()
-    assert told(1.3, 0.1) == 0.1  # where it is, whatever was wanted
+    assert reported(1.3, 0.1) == 0.1  # where it is, whatever was wanted
 
 
 def test_theory_is_drawn_once_it_is_computed_and_that_of_another_team_is_not(study):

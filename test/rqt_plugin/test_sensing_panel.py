@@ -74,11 +74,11 @@ def study(app, no_hidden_errors):
 
 def hear(study, *readings, age=0.01, number=1):
     """Have the connection hear ``(name, reading)`` of a robot, and the GUI show them."""
-    heard = {
+    received = {
         (number, name): ReceivedReading(each, age, 10.0, "/robot{}/{}".format(number, name))
         for name, each in readings
     }
-    study.connection.sensor_readings.return_value = heard
+    study.connection.sensor_readings.return_value = received
     study.sensing.show()
 
 
@@ -122,7 +122,7 @@ def test_a_reading_in_words(reading, text):
     assert reading_text(reading) == text
 
 
-def test_a_type_of_sensor_without_words_of_its_own_is_told_field_by_field():
+def test_a_type_of_sensor_without_a_text_of_its_own_is_shown_field_by_field():
     class Strange(CompassReading):
         __slots__ = ()
 
@@ -181,10 +181,10 @@ def test_a_sensor_is_found_under_the_names_of_drivers():
     assert topic_in(1, form, published, {}, kinds) == "/robot1/RosAria/sonar"
     published["/robot1/sonar"], kinds["/robot1/sonar"] = ["stage"], cloud
     assert topic_in(1, form, published, {}, kinds) == "/robot1/sonar"
-    heard = {"/robot1/RosAria/sonar": ["control"], "/robot1/x": ["control"]}
-    assert topic_in(1, form, published, heard, kinds, ["control"]) == "/robot1/RosAria/sonar"
+    received = {"/robot1/RosAria/sonar": ["control"], "/robot1/x": ["control"]}
+    assert topic_in(1, form, published, received, kinds, ["control"]) == "/robot1/RosAria/sonar"
     only = {"/robot1/x": ["driver"]}
-    assert topic_in(1, form, only, heard, kinds, ["control"]) == "/robot1/x"
+    assert topic_in(1, form, only, received, kinds, ["control"]) == "/robot1/x"
     assert topic_in(1, form, only, {}, kinds) == ""
     assert topic_in(1, form, {"/robot1/sonar": []}, {}, {"/robot1/sonar": "other/Type"}) == ""
 
@@ -205,12 +205,12 @@ def test_what_several_messages_tell_is_one_reading(monkeypatch):
     subscription = sensors_module.SensorSubscription(mount, kind)
     own = "/robot1/RosAria/battery_"
     kinds = {own + "voltage": "std_msgs/Float64", own + "recharge_state": "std_msgs/Int8"}
-    told = dict.fromkeys(kinds, ["driver"]), {}, kinds, None
-    topics = sensors_module.topics_of(1, subscription, told)
+    reported = dict.fromkeys(kinds, ["driver"]), {}, kinds, None
+    topics = sensors_module.topics_of(1, subscription, reported)
     assert list(topics) == list(kinds)
     kinds["/robot1/battery"] = "sensor_msgs/BatteryState"
-    told[0]["/robot1/battery"] = ["stage"]
-    assert list(sensors_module.topics_of(1, subscription, told)) == ["/robot1/battery"]
+    reported[0]["/robot1/battery"] = ["stage"]
+    assert list(sensors_module.topics_of(1, subscription, reported)) == ["/robot1/battery"]
     subscription.listen(topics)
     voltage, recharging = topics.values()
     monkeypatch.setattr(sensors_module, "stamp_of", lambda _: rospy.Time(1.0))
@@ -284,8 +284,10 @@ def test_what_others_sense_is_paler_than_what_the_robot_chosen_does(study):
     dark = []
     for chosen in (0, 1, 2):
         study.map.select(chosen)
-        heard = {(number, "sonar"): ReceivedReading(cone, 0.0, 10.0, "/topic") for number in (1, 2)}
-        study.connection.sensor_readings.return_value = heard
+        received = {
+            (number, "sonar"): ReceivedReading(cone, 0.0, 10.0, "/topic") for number in (1, 2)
+        }
+        study.connection.sensor_readings.return_value = received
         study.sensing.show()
         dark.append(empty - shade(study, 1.0, 0.1).lightness())
     assert dark[0] == dark[1] > 2 * dark[2] > 0
@@ -380,15 +382,15 @@ RUNS = SimpleNamespace(stopped=(), stale=(), running=True, trouble="")
         (2, {}, {"stopped": (2,)}, [("controller", "error")]),
     ],
 )  # fmt: skip
-def test_what_is_told_of_one_robot(robot, stage, control, rows):
+def test_the_status_of_one_robot(robot, stage, control, rows):
     stage = SimpleNamespace(**{**vars(QUIET), **stage})
     control = SimpleNamespace(**{**vars(RUNS), **control})
-    told = status_rows(robot, STANDS, stage, control)
-    assert set(rows) <= {(each.name, each.level) for each in told}
-    assert len(told) == len(rows) + ("motion" not in dict(rows) and robot < 3)
+    reported = status_rows(robot, STANDS, stage, control)
+    assert set(rows) <= {(each.name, each.level) for each in reported}
+    assert len(reported) == len(rows) + ("motion" not in dict(rows) and robot < 3)
 
 
-def test_motion_in_words_and_nothing_where_nothing_is_heard():
+def test_motion_in_words_and_nothing_where_nothing_is_received():
     (motion,) = status_rows(2, STANDS, None, None)
     wanted = "(1.00, 2.00) m, \u03b8 = 180.0\u00b0, v = 0.30 m/s, \u03c9 = \u22120.10 rad/s"
     assert motion.message == wanted and status_rows(1, None, None, None) == []
@@ -480,7 +482,7 @@ def test_scales_end_at_round_numbers(most, end):
     assert round_end(most) == pytest.approx(end)
 
 
-def test_flight_states_and_incidents_of_the_robot_are_told(study):
+def test_flight_states_and_incidents_of_the_robot_are_shown(study):
     incidents = [
         Incident(2.5, "robot2", "rotor_lost", 3),
         Incident(2.6, "robot1", "saturated"),
@@ -551,8 +553,8 @@ gui.shown["sensors"].setChecked(False)
 gui.results_tabs.setCurrentIndex(0)
 until(lambda: gui.connection._sensors.is_idle)
 gui.results_tabs.setCurrentWidget(gui.programs)
-panel, processes, told = gui.programs, gui.study.processes, gui.connection.diagnostics
-until(lambda: any(part.name == "stage" and part.level == "good" for part in told()))
+panel, processes, reported = gui.programs, gui.study.processes, gui.connection.diagnostics
+until(lambda: any(part.name == "stage" and part.level == "good" for part in reported()))
 first = processes._running["stage"].pid
 
 def press(name, action):

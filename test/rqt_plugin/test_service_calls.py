@@ -1,4 +1,4 @@
-"""What the GUI asks for in the background: a server that hangs keeps nobody else waiting."""
+"""What the GUI asks for in the background: a server that hangs blocks no other."""
 
 import os
 import signal
@@ -55,8 +55,8 @@ def test_an_answer_that_is_missing_is_said_once(hung, monkeypatch):
     monkeypatch.setattr(service_calls, "SLOW", 0.05)
     asked = ServiceCalls()
     asked.put(CONTROLLER, "start", hung)
-    told = taken_until(asked, "slow")
-    assert told == [("slow", True, "start: no answer yet from pioneer_control")]
+    reported = taken_until(asked, "slow")
+    assert reported == [("slow", True, "start: no answer yet from pioneer_control")]
     asked.put(STAGE, "pause", lambda: (True, ""))
     assert [name for name, _, _ in taken_until(asked, "pause")] == ["pause"]
 

@@ -29,25 +29,25 @@ FAILED = failure(ValueError("no"))
 
 
 class Connection:
-    """What was heard, all of it fresh, and ``asked``: what was asked for."""
+    """What was received, all of it fresh, and ``asked``: what was asked for."""
 
-    def __init__(self, snapshot=None, **heard):
-        self._snapshot, self.heard, self.asked = snapshot, heard, []
+    def __init__(self, snapshot=None, **received):
+        self._snapshot, self.received, self.asked = snapshot, received, []
         self.controller, self.first_stamp = Interruptions(), lambda: 0.0
 
     registered = ()
 
     def silence(self, name):
-        return 0.0 if name in self.heard else None
+        return 0.0 if name in self.received else None
 
     def newest(self, name):
-        return self.heard.get(name)
+        return self.received.get(name)
 
     def is_fresh(self, name):
-        return name in self.heard
+        return name in self.received
 
     def forget(self, name):
-        self.heard.pop(name, None)
+        self.received.pop(name, None)
 
     def snapshot(self):
         return self._snapshot
@@ -139,7 +139,7 @@ def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bea
 
 
 @pytest.mark.parametrize(
-    "name, parameters, told",
+    "name, parameters, reported",
     [
         ("discrete_consensus", {}, "s to 2 %, at "),
         ("consensus", {"gain": 0.2}, "s to 2 %, at 0.2"),
@@ -147,10 +147,10 @@ def test_the_prediction_is_computed_in_the_background_and_no_further_than_is_bea
         ("flocking", {}, ""),
     ],
 )
-def test_the_settling_is_what_the_protocol_claims(name, parameters, told):
+def test_the_settling_is_what_the_protocol_claims(name, parameters, reported):
     control = make_control(shipped(name, parameters))
     settling = predicted_settling(control, hand_points(shipped(name).poses, control.l))
-    assert settling == told or (told and told in settling)
+    assert settling == reported or (reported and reported in settling)
 
 
 # What runs follows -------------------------------------------------------------------------------
@@ -189,8 +189,8 @@ def test_a_controller_of_another_team_is_not_asked_to_start(tmp_path):
 
 def test_what_a_running_stage_does_not_take_over_is_said():
     text = shipped("consensus", fidelity="dynamic", limits="top").to_yaml()
-    heard = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
-    run = study(connection=Connection(**heard))
+    received = {"stage": SimpleNamespace(), "scenario": SimpleNamespace(data=text)}
+    run = study(connection=Connection(**received))
     assert "its own fidelity, limits: end it to use" in run.stage.kept()
     run.edited.take(shipped("consensus", fidelity="dynamic", limits="top"))
     assert run.stage.kept() == ""
@@ -199,18 +199,21 @@ def test_what_a_running_stage_does_not_take_over_is_said():
 def test_a_simulation_that_has_ended_is_none_to_attach_to():
     run = study(connection=Connection(stage=SimpleNamespace(), state=SimpleNamespace()))
     run.processes.ended = [("stage 123", 0, "")]
-    assert run.ended_processes() == [] and run.connection.heard == {}
+    assert run.ended_processes() == [] and run.connection.received == {}
     assert run.do("simulate") == "" and run.connection.asked == [("begin_simulated_time",)]
 
 
 @pytest.mark.parametrize("protocol, law", [("marching", "Marching"), ("evil:Law", "Consensus")])
 def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
-    told = shipped("marching", speed=1.0)
-    told = told._replace(control=told.control._replace(protocol=protocol))
-    heard = {"stage": SimpleNamespace(speed=5.0), "scenario": SimpleNamespace(data=told.to_yaml())}
-    run = study(connection=Connection(**heard))
+    reported = shipped("marching", speed=1.0)
+    reported = reported._replace(control=reported.control._replace(protocol=protocol))
+    received = {
+        "stage": SimpleNamespace(speed=5.0),
+        "scenario": SimpleNamespace(data=reported.to_yaml()),
+    }
+    run = study(connection=Connection(**received))
     assert run.do("simulate") == "attached to the running stage" and run.connection.asked == []
-    assert run.scenario.poses.tolist() == told.poses.tolist() and run.scenario.speed == 5.0
+    assert run.scenario.poses.tolist() == reported.poses.tolist() and run.scenario.speed == 5.0
     assert run.edited.derived.protocol == law
 
 
@@ -222,11 +225,14 @@ def test_attaching_takes_up_what_runs_but_no_code(protocol, law):
         ({"base": "epuck", "wheels": {"radius": -1}}, "not attached: kinds.mine"),
     ],
 )
-def test_attaching_takes_up_kinds_that_are_told_as_data(own, said):
-    told = shipped("consensus", speed=1.0)
-    told = told._replace(kinds=("mine",) * told.n, own_kinds={"mine": own})
-    heard = {"stage": SimpleNamespace(speed=1.0), "scenario": SimpleNamespace(data=told.to_yaml())}
-    run = study(connection=Connection(**heard))
+def test_attaching_takes_kinds_that_are_published_as_data(own, said):
+    reported = shipped("consensus", speed=1.0)
+    reported = reported._replace(kinds=("mine",) * reported.n, own_kinds={"mine": own})
+    received = {
+        "stage": SimpleNamespace(speed=1.0),
+        "scenario": SimpleNamespace(data=reported.to_yaml()),
+    }
+    run = study(connection=Connection(**received))
     assert str(run.do("simulate")).startswith(said)
     assert (run.scenario.kinds[0] == "mine") == said.startswith("attached")
 
@@ -235,7 +241,7 @@ def test_a_stage_whose_scenario_cannot_be_read_is_not_attached_to():
     run = study(connection=Connection(stage=SimpleNamespace(speed=1.0, lockstep=False)))
     before = run.scenario
     assert "not attached" in run.do("simulate")
-    run.connection.heard["scenario"] = SimpleNamespace(data="poses: 3")
+    run.connection.received["scenario"] = SimpleNamespace(data="poses: 3")
     assert "not attached: stage/scenario" in run.do("simulate") and run.scenario is before
 
 
@@ -278,17 +284,17 @@ def test_a_saved_run_tells_what_its_controller_said(tmp_path):
     assert "2 times, 2.0 s in all: late; " + FAILED in warning
 
 
-def estimated_run(tmp_path, told, real=()):
-    """Return the run that is saved of 8 s of two robots whose control ``told`` poses, times and numbers."""
+def estimated_run(tmp_path, reported, real=()):
+    """Return a saved run of 8 s of two robots; ``reported``: estimates, (time, value) each."""
     history, connection = History(), Connection()
     pose, fresh = np.ones((2, 3)), np.ones(2, dtype=bool)
     for time in np.arange(0.0, 9.0, 0.25):  # the run begins with the command at 1 s
         command = np.full((2, 2), 0.1 * (time >= 1.0))
         history.append(Snapshot(time, (1, 2), pose, pose, command, fresh, frozenset(real)))
         # Some come before the samples of their times, some after.
-        early = [each for each in told if each[0] <= time + 0.3 * (int(time) % 2) - 0.1]
+        early = [each for each in reported if each[0] <= time + 0.3 * (int(time) % 2) - 0.1]
         history.take_estimates([(at, (1, 2), np.full((2, 3), value)) for at, value in early])
-        told = told[len(early) :]
+        reported = reported[len(early) :]
     study("paper_four", connection).files.save(history, str(tmp_path))
     ((_, _, work),) = [asked for asked in connection.asked if asked[:2] == ("do", "save")]
     work()
@@ -306,8 +312,8 @@ def test_a_saved_run_has_the_newest_estimates_of_each_of_its_times(tmp_path):
 
 def test_samples_without_estimates_are_left_out_of_a_saved_run(tmp_path):
     """Estimates hold for half a second: none of 3.75 to 4.75 s are known."""
-    told = [(time, 0.0) for time in np.arange(0.0, 9.0, 0.25) if not 3.0 < time < 5.0]
-    run = estimated_run(tmp_path, told)
+    reported = [(time, 0.0) for time in np.arange(0.0, 9.0, 0.25) if not 3.0 < time < 5.0]
+    run = estimated_run(tmp_path, reported)
     gone = np.arange(3.75, 5.0, 0.25)
     begun = 1.0 + run.time
     assert not np.isin(begun, gone).any() and len(begun) == 31 - len(gone) and begun[-1] == 8.5
@@ -348,10 +354,10 @@ def test_how_a_program_ended_in_words(code, output, said):
     assert how_ended(code, output) == said
 
 
-def test_of_a_long_output_the_last_lines_are_told_whole():
+def test_of_a_long_output_the_last_lines_are_shown_whole():
     lines = ["line {} {}".format(k, 60 * "x") for k in range(20)]
-    told = last_lines("\n".join(lines)).splitlines()
-    assert 2 < len(told) < 9 and told == lines[-len(told) :]
+    reported = last_lines("\n".join(lines)).splitlines()
+    assert 2 < len(reported) < 9 and reported == lines[-len(reported) :]
     assert last_lines(3000 * "x") == 500 * "x"
 
 
@@ -362,7 +368,7 @@ def test_a_recording_that_cannot_be_written_is_said(tmp_path, monkeypatch):
     assert "mrs_runs" in run.do("bag") and not run.processes.running
 
 
-# A run that nobody has saved ----------------------------------------------------------------------
+# A run that was not saved --------------------------------------------------------------------------
 
 
 def commanded(history, seconds, command=0.1):
@@ -462,7 +468,7 @@ def test_a_kept_run_is_the_file_that_one_without_ros_writes(name, tmp_path, monk
         np.testing.assert_array_equal(found.point_z[0], scenario.altitude)
 
 
-def test_the_stage_is_told_how_high_robots_begin():
+def test_the_stage_gets_the_initial_heights():
     connection = Connection()
     run = study("formation_crazyflies", connection)
     run.send_team()
@@ -485,17 +491,17 @@ def test_a_run_whose_periods_were_missed_is_not_judged(tmp_path):
     connection = Connection(stage=stage, control=control)
     run = study("paper_four", connection)
 
-    def told(seconds, missed):
+    def reported(seconds, missed):
         stage.stamp, stage.command_periods = seconds, round(20 * seconds)
         stage.missed_periods = missed
         return run.note_timing()
 
-    assert told(10.0, 500) == "" and told(20.0, 505) == ""  # of 200
-    assert told(30.0, 600) == run.missed.text() and "25%" in run.missed.text()
+    assert reported(10.0, 500) == "" and reported(20.0, 505) == ""  # of 200
+    assert reported(30.0, 600) == run.missed.text() and "25%" in run.missed.text()
     run.files.save(commanded(History(), 4), str(tmp_path))
     connection.asked[-1][2]()
     assert "degraded" in read_run_csv(str(tmp_path / "run.csv")).meta["degraded"]
-    assert told(1.0, 0) == ""  # the stage was started again
+    assert reported(1.0, 0) == ""  # the stage was started again
 
 
 @pytest.mark.parametrize("speed, waits", [(1.0, "false"), (5.0, "true"), (0.0, "true")])

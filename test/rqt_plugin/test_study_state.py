@@ -1,4 +1,4 @@
-"""What the GUI says of the run and offers, from what was heard."""
+"""Status texts and enabled actions, from what was received."""
 
 from types import SimpleNamespace
 
@@ -24,23 +24,23 @@ def snapshot(n=3, stale=(), real=()):
 
 
 class Link:
-    """What was heard: all of it is fresh."""
+    """What was received: all of it is fresh."""
 
-    def __init__(self, master_online=True, snapshot=None, topics=None, **heard):
+    def __init__(self, master_online=True, snapshot=None, topics=None, **received):
         self.master_online, self._snapshot, self._topics = master_online, snapshot, topics or {}
-        self._heard = heard
+        self._received = received
 
     registered = frozenset()
     silent = None  # [s] for which the controller said nothing
 
     def silence(self, name):
-        return self.silent if self.silent is not None else 0.0 if name in self._heard else None
+        return self.silent if self.silent is not None else 0.0 if name in self._received else None
 
     def newest(self, name):
-        return self._heard.get(name)
+        return self._received.get(name)
 
     def is_fresh(self, name):
-        return name in self._heard
+        return name in self._received
 
     def snapshot(self):
         return self._snapshot
@@ -49,14 +49,14 @@ class Link:
         return self._topics
 
 
-def state(checking=False, started=(), ending=(), **heard):
+def state(checking=False, started=(), ending=(), **received):
     preflight = SimpleNamespace(running=checking, starting=checking)
     processes = SimpleNamespace(
         is_running=lambda name: name in started,
         is_ending=lambda name: name in ending,
         age=lambda name: 30.0,
     )
-    return StudyState(Link(**heard), processes, preflight)
+    return StudyState(Link(**received), processes, preflight)
 
 
 @pytest.mark.parametrize(
@@ -140,10 +140,12 @@ def test_nothing_yet_offers_the_speed_to_begin_with():
 
 
 def test_another_number_of_robots_than_the_scenarios_is_not_dragged():
-    heard = dict(state=SimpleNamespace(), stage=STAGE, snapshot=snapshot(10))
-    assert "10 robots run, the scenario has 7" in state(**heard).poses_locked(7)
+    received = dict(state=SimpleNamespace(), stage=STAGE, snapshot=snapshot(10))
+    assert "10 robots run, the scenario has 7" in state(**received).poses_locked(7)
     assert (
-        state(**heard).poses_locked(10) == state(started=["stage"], **heard).poses_locked(7) == ""
+        state(**received).poses_locked(10)
+        == state(started=["stage"], **received).poses_locked(7)
+        == ""
     )
 
 
@@ -152,7 +154,7 @@ def test_no_simulation_starts_beside_one_that_is_ending():
     assert ending.actions()["simulate"] == (False, "the last simulation is ending")
 
 
-def test_a_team_that_is_partly_real_is_told_what_reset_and_speed_do_not_reach():
+def test_a_partly_real_team_shows_what_reset_and_speed_do_not_affect():
     actions = state(snapshot=snapshot(real=[2]), stage=STAGE).actions()
     assert actions["reset"] == (True, "real robots stay where they are: robot2")
     assert actions["speed"][0] and "1 \u00d7" in actions["speed"][1]
@@ -174,7 +176,7 @@ def test_a_controller_that_says_nothing_is_not_no_controller():
     hanging = state(snapshot=snapshot(), started=["control"], control=RUNNING)
     assert hanging.hangs() == ""
     hanging.connection.silent = 7.4
-    hanging.connection._heard = {}
+    hanging.connection._received = {}
     assert hanging.lines()["controller"] == (False, "controller: has not answered for 7 s")
     possible, why = hanging.actions()["control"]
     assert not possible and "has not answered for 7 s: end it first" in why

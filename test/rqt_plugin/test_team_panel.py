@@ -403,7 +403,7 @@ def test_robots_overlap_as_their_own_bodies_do(panel):
     assert panel.overlapping == {1, 2}
 
 
-def test_a_layout_is_told_of_so_that_it_can_be_brought_into_view(panel):
+def test_a_layout_is_signalled_so_that_it_can_be_fitted_into_view(panel):
     arranged = []
     panel.arranged.connect(lambda: arranged.append(panel.poses()))
     press(panel, "Apply")

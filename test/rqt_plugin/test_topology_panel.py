@@ -104,7 +104,7 @@ def test_a_smaller_team_loses_the_edges_of_those_that_go(panel):
     panel.set_topology([(1, 2, 1.0), (3, 4, 1.0)], False)
     panel.set_team(np.zeros((3, 2)))
     assert panel.edges() == [(1, 2, 1.0)]
-    assert panel.changes == []  # nobody edited
+    assert panel.changes == []  # no edit was made
 
 
 def test_undirected_takes_one_of_two_opposite_edges(panel):

@@ -42,7 +42,7 @@ class MasterWatch:
         self._ended, self.online = threading.Event(), False
         self.registered = frozenset()  # the names in KEPT that are published
         self.subscribers = {}  # made once there is a master
-        self.thread = threading.Thread(target=self._look, daemon=True)
+        self.thread = threading.Thread(target=self._run, daemon=True)
 
     def start(self):
         """Start the thread."""

@@ -82,7 +82,7 @@ class PioneerControl:
     _network = None  # of edges with faults
     _heights = None  # (n) [m] of robots that leave the ground
     _sensed = None  # the readings that came last
-    obstacles = ()  # ``core.obstacles``
+    obstacles = ()  # ``scenario.surroundings.obstacles``
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
@@ -224,7 +224,7 @@ class PioneerControl:
         return self if self.MEMORYLESS else None
 
     def energy(self, start):
-        """Return the ``core.curves.Energy`` that falls along the law from ``start`` (n, d), or None."""
+        """Return the ``protocols.curves.Energy`` that decreases from ``start`` (n, d), or None."""
         return None
 
     def graph_at(self, start, hand):
@@ -233,7 +233,7 @@ class PioneerControl:
         return None
 
     def curves(self, run):
-        """Return a list of ``core.curves.Curve`` to draw of ``run`` beside theory."""
+        """Return a list of ``protocols.curves.Curve`` to draw of ``run`` beside theory."""
         return []
 
     def targets(self, hand):

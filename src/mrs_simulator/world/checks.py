@@ -122,7 +122,7 @@ def count_wheels(mounts, fidelity):
 
 
 def refuse_uneven_wheels(team, errors):
-    """Raise ``WorldError`` for unequal wheels, of ``core.odometry_errors``, of robots without a left and a
+    """Raise ``WorldError`` for unequal wheels, of ``OdometryErrors``, of robots without a left and a
     right one."""
     if UnevenWheels.of(errors) is None:
         return

@@ -84,15 +84,15 @@ class World:
         commands; ``command_period`` [s] for which one is held, by default ``step``; ``environment``:
         current, wind and waves; ``odometry_rate`` [Hz] at which ``estimate`` follows the odometry,
         "kinds" for that of each robot's kind, None for each step; ``counts_wheels``: whether encoders
-        are read beside the odometry; ``odometry_errors``: ``core.odometry_errors``, instead of those
-        built in; ``events``: ``core.incidents.Event``s in the order of their times; ``takeoff``: whether
-        robots begin on the ground and rise to ``z`` before the run; ``load``: a ``core.load.Load``
+        are read beside the odometry; ``odometry_errors``: ``OdometryErrors``, instead of those
+        built in; ``events``: ``scenario.incidents.Event``s by their times; ``takeoff``: whether
+        robots begin on the ground and rise to ``z`` before the run; ``load``: a ``scenario.team.load.Load``
         that the robots' tools carry; ``engine``: what moves robots on wheels in fidelity
         dynamic.  Raises ``WorldError``.
         """
         self.mirrored = np.array(sorted(set(mirrored)), dtype=int)
         self.fidelity = fidelity
-        self.obstacles = tuple(obstacles)  # as they begin: ``core.moving.obstacles_at``
+        self.obstacles = tuple(obstacles)  # as they begin: ``moving_obstacles.obstacles_at``
         self._obstacles_move = any(map(moves, self.obstacles))
         self._clock = Clock(step)
         self._around = Surroundings(
@@ -510,7 +510,7 @@ class World:
         return leaping and every * self.step_size <= self._commands.shortest_timeout
 
     def leap(self, steps, every, function, *given):
-        """Advance by up to ``steps`` steps in one compiled call, see ``leaping.Leaps.advance``."""
+        """Advance by up to ``steps`` steps in one compiled call, see ``fused_stepping.Leaps.advance``."""
         until = every - self._clock.steps % every
         target = self._commands.target
         done, why = self._motion.leap(steps, until, every, target, function, *given)
@@ -528,7 +528,7 @@ class World:
         return self._contacts.take()
 
     def take_incidents(self):
-        """Return the ``core.incidents.Incident``s since the last call."""
+        """Return the ``scenario.incidents.Incident``s since the last call."""
         return self._faults.take()
 
     def close(self):

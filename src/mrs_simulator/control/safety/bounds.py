@@ -30,7 +30,7 @@ NO_BOUNDS = Bounds(np.empty(0, dtype=int), np.empty((0, 2)), *np.empty((3, 0)))
 class Surroundings(NamedTuple):
     """What the safety filter keeps a team from, besides other robots."""
 
-    obstacles: Tuple = ()  # of core.obstacles
+    obstacles: Tuple = ()  # of scenario.surroundings.obstacles
     arena: Tuple[float, ...] = ()  # (x_min, y_min, x_max, y_max) [m], or ()
     speed: Optional[np.ndarray] = None  # (n,) [m/s] of the controlled points at most
     sensed: Tuple[str, ...] = ()  # sensors of other robots and obstacles; () where these are known

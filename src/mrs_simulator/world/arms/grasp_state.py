@@ -26,7 +26,7 @@ class GraspState:
     """The grasps of the tools, and incidents of arms and load."""
 
     def __init__(self, team, motion, faults, hand_length, load):
-        """``load``: a ``core.load.Load`` that all carry, or None."""
+        """``load``: a ``scenario.team.load.Load`` that all carry, or None."""
         self._team, self._motion, self._faults = team, motion, faults
         self._hand_length, self._given = hand_length, load
         self.load = None  # as it is carried

@@ -7,7 +7,7 @@ class Faults:
     """Injects the faults that are due, and collects incidents."""
 
     def __init__(self, motion, clock, events):
-        """``events``: ``core.incidents.Event``s in the order of their times."""
+        """``events``: ``scenario.incidents.Event``s in the order of their times."""
         self._motion, self._clock, self._events = motion, clock, events
         self._detected = getattr(motion, "detected_incidents", None)
         self.begin()
@@ -50,7 +50,7 @@ class Faults:
         self._new.append(Incident(self._clock.time, name, what, part, ordered))
 
     def take(self):
-        """Return the ``core.incidents.Incident``s since the last call."""
+        """Return the ``scenario.incidents.Incident``s since the last call."""
         taken, self._new = self._new, []
         return taken
 

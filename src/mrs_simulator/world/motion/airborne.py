@@ -44,7 +44,7 @@ class AirborneMotion(KinematicMotion):
     # Motors --------------------------------------------------------------------------------------
 
     def inject(self, row, fault, rotor=0):
-        """Inject the ``fault``, of ``core.incidents.FAULTS``, into robot ``row``: into a ``rotor``, its
+        """Inject the ``fault``, of ``scenario.incidents.FAULTS``, into robot ``row``: into a ``rotor``, its
         index, or its motors.  ``ValueError`` for one that has none."""
         for group, flight in self._flying():
             member = np.flatnonzero(np.arange(self.team.n)[group.rows] == row)
@@ -68,7 +68,7 @@ class AirborneMotion(KinematicMotion):
         return result
 
     def detected_incidents(self):
-        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``core.incidents``."""
+        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``scenario.incidents``."""
         found = []
         for group, flight in self._flying():
             for member, what in flight.detector.take():
@@ -184,7 +184,7 @@ class ForcedAirborneMotion(AirborneMotion, ForcedMotion):
         return super()._separate()
 
     def detected_incidents(self):
-        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``core.incidents``."""
+        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``scenario.incidents``."""
         return super().detected_incidents() + ForcedMotion.detected_incidents(self)
 
     def contacts(self):

@@ -92,7 +92,7 @@ class ForcedMotion(KinematicMotion):
         return self._wheeled_contacts() + [contact[:4] for contact in self._contacts]
 
     def detected_incidents(self):
-        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``core.incidents``."""
+        """Return ``(row, what)`` of the incidents of the last step, ``what`` of ``scenario.incidents``."""
         return [
             (int(np.arange(self.team.n)[group.rows][member]), what)
             for group, part in self._watched

@@ -39,7 +39,7 @@ class Surroundings(NamedTuple):
     hand_length: float  # [m]
     command_period: float  # [s]
     engine: str = ENGINES[0]  # what moves robots on wheels with forces
-    errors: Any = None  # ``core.odometry_errors``, which give the true wheels
+    errors: Any = None  # ``OdometryErrors``, which give the true wheels
 
 
 def new_motion(team, poses, z, around):

@@ -20,7 +20,7 @@ class OdometryCovariance:
     """
 
     def __init__(self, team, errors, poses, odometry):
-        """``errors``: ``core.odometry_errors.OdometryErrors``.
+        """``errors``: ``OdometryErrors``.
 
         ``poses``, ``odometry`` (n, 3): true and reported poses at the beginning, which are known exactly.
         """

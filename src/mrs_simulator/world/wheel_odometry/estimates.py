@@ -9,7 +9,7 @@ from mrs_simulator.world.wheel_odometry.odometry import WHEEL_MISMATCH, WHEEL_SL
 
 
 def wheel_odometry(team, fidelity, seed, errors, step):
-    """Return the ``WheelOdometry`` of ``team``; ``errors``: ``core.odometry_errors``, or None: built in."""
+    """Return the ``WheelOdometry`` of ``team``; ``errors``: ``OdometryErrors``, or None: built in."""
     slips = (
         fidelity == "kinematic" and errors is None
     )  # wheels that roll in pybullet slip themselves

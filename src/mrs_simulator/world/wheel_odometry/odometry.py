@@ -22,7 +22,7 @@ class WheelOdometry:
     def __init__(self, team, mismatch=0.0, slip=0.0, seed=0, errors=None, step=0.02):
         """``mismatch`` and ``slip`` are relative standard deviations, seeded.
 
-        ``errors``: ``core.odometry_errors.OdometryErrors``, or None; ``step`` [s] between two updates.
+        ``errors``: ``OdometryErrors``, or None; ``step`` [s] between two updates.
         Its unequal wheels show in what encoders count (``uneven_wheels``), and in nothing here.
 
         Each robot has a noise stream of its own; only in a team of one drive all draw from one, as

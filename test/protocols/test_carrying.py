@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrs_simulator.core import grasps
-from mrs_simulator.core.spatial import product, rotated, turned_about_z
+from mrs_simulator.core.spatial import quaternion_product, rotated, turned_about_z
 from mrs_simulator.protocols.carrying.law import Carrying
 from mrs_simulator.record.recording import part_of
 from mrs_simulator.scenario.reading import ScenarioError
@@ -44,56 +44,56 @@ def test_the_grasp_matrix_adds_up_forces_and_torques():
 
 def test_the_weight_is_split_as_a_lever_has_it():
     """By hand: torques about x share 1.4 m levers evenly; about y, 0.1 m to either side: a half for one."""
-    found = grasps.shares(OWN, LOAD.weight)
+    found = grasps.least_forces(OWN, LOAD.weight)
     weight = 6.0 * 9.81
     np.testing.assert_allclose(found[:, 2], [weight / 4.0, weight / 2.0, weight / 4.0])
     np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-12)
-    np.testing.assert_allclose(grasps.internal(OWN, found), 0.0, atol=1e-12)
+    np.testing.assert_allclose(grasps.internal_forces(OWN, found), 0.0, atol=1e-12)
 
 
 def test_internal_forces_move_nothing_and_shares_are_the_smallest():
     rng = np.random.default_rng(1)
     force = rng.normal(size=(3, 3))
-    inner = grasps.internal(OWN, force)
+    inner = grasps.internal_forces(OWN, force)
     np.testing.assert_allclose(grasps.grasp_matrix(OWN) @ inner.ravel(), 0.0, atol=1e-12)
     wrench = grasps.grasp_matrix(OWN) @ force.ravel()
-    np.testing.assert_allclose(grasps.shares(OWN, wrench), force - inner, atol=1e-12)
+    np.testing.assert_allclose(grasps.least_forces(OWN, wrench), force - inner, atol=1e-12)
     pull = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]])  # along the beam
-    np.testing.assert_allclose(grasps.internal(OWN, pull), pull, atol=1e-12)
+    np.testing.assert_allclose(grasps.internal_forces(OWN, pull), pull, atol=1e-12)
 
 
 def test_a_body_is_found_where_its_grips_are():
     for angle in (0.0, 2.0, np.pi, -3.0):
-        turn = product(turned_about_z(angle), [0.0, np.sin(0.2), 0.0, np.cos(0.2)])
+        turn = quaternion_product(turned_about_z(angle), [0.0, np.sin(0.2), 0.0, np.cos(0.2)])
         place = np.array([3.0, -2.0, 0.7])
-        points = grasps.held_at(OWN, place, turn)
-        found, orientation = grasps.fitted(OWN, points)
+        points = grasps.grasp_points(OWN, place, turn)
+        found, orientation = grasps.fitted_pose(OWN, points)
         np.testing.assert_allclose(found, place, atol=1e-12)
         np.testing.assert_allclose(rotated(orientation, OWN), rotated(turn, OWN), atol=1e-12)
     anyhow = np.random.default_rng(4).normal(size=(5, 3))
     turn = np.array([0.5, -0.1, 0.7, 0.5])
-    found, orientation = grasps.fitted(anyhow, grasps.held_at(anyhow, place, turn))
+    found, orientation = grasps.fitted_pose(anyhow, grasps.grasp_points(anyhow, place, turn))
     np.testing.assert_allclose(found, place, atol=1e-12)
     np.testing.assert_allclose(orientation, turn, atol=1e-12)
-    points = grasps.held_at(OWN, place, turn)
+    points = grasps.grasp_points(OWN, place, turn)
     many = np.stack([points, points + 1.0])
-    places, turns = grasps.fitted(OWN, many)
+    places, turns = grasps.fitted_pose(OWN, many)
     np.testing.assert_allclose(places[1] - places[0], 1.0)
-    np.testing.assert_allclose(grasps.held_at(OWN, places, turns), many, atol=1e-12)
+    np.testing.assert_allclose(grasps.grasp_points(OWN, places, turns), many, atol=1e-12)
 
 
 def test_a_body_hangs_where_its_springs_balance_its_weight():
     """By hand: four springs of 400 N/m bend by m g/(4 K) alike; those of a tilted body balance it still."""
     square = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]])
-    place, turn = grasps.hung(square, square, LOAD.weight, 400.0)
+    place, turn = grasps.hanging_pose(square, square, LOAD.weight, 400.0)
     np.testing.assert_allclose(place, [0.0, 0.0, -6.0 * 9.81 / 1600.0], atol=1e-12)
     np.testing.assert_allclose(turn, [0.0, 0.0, 0.0, 1.0], atol=1e-12)
     points = OWN + np.random.default_rng(2).normal(0.0, 0.02, (3, 3))
-    place, turn = grasps.hung(OWN, points, LOAD.weight, 400.0)
-    at = grasps.held_at(OWN, place, turn)
+    place, turn = grasps.hanging_pose(OWN, points, LOAD.weight, 400.0)
+    at = grasps.grasp_points(OWN, place, turn)
     given = grasps.grasp_matrix(at - place) @ (400.0 * (points - at)).ravel()
     np.testing.assert_allclose(given, LOAD.weight, atol=1e-9)
-    _, turn = grasps.hung(OWN, OWN, LOAD.weight, 400.0)
+    _, turn = grasps.hanging_pose(OWN, OWN, LOAD.weight, 400.0)
     # The middle grasp carries half and bends twice as far: 3.68 cm more, over 0.2 m of the body.
     np.testing.assert_allclose(
         2.0 * np.arcsin(turn[1]), np.arcsin(6.0 * 9.81 / 4 / 400 / 0.2), rtol=0.02
@@ -103,10 +103,10 @@ def test_a_body_hangs_where_its_springs_balance_its_weight():
 def test_misfits_of_a_body_at_rest_give_internal_forces_alone():
     points = OWN + np.random.default_rng(2).normal(0.0, 0.02, (3, 3))
     state = CarriedLoad(LOAD, points).state
-    at = grasps.held_at(OWN, state.place, state.orientation)
+    at = grasps.grasp_points(OWN, state.place, state.orientation)
     arms = at - state.place
     np.testing.assert_allclose(
-        grasps.internal(arms, state.force), LOAD.stiffness * (points - at), atol=1e-9
+        grasps.internal_forces(arms, state.force), LOAD.stiffness * (points - at), atol=1e-9
     )
     np.testing.assert_allclose(
         grasps.grasp_matrix(arms) @ state.force.ravel(), LOAD.weight, atol=1e-9

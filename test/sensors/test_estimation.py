@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from protocol_fixtures import check, failed, shipped, verdict_of
 
-from mrs_simulator.core.kinematics import compose, part_of, relative
+from mrs_simulator.core.kinematics import compose, fraction_of_motion, relative
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import ScenarioError, scenario_from_dict
@@ -230,7 +230,7 @@ def test_a_part_of_an_arc_lies_on_it():
     moved = np.array(
         [[1.0, 1.0, 0.5 * np.pi], [2.0, 0.0, 0.0]]
     )  # a quarter of a circle of radius 1
-    part = part_of(moved, 1.0 / 3.0)
+    part = fraction_of_motion(moved, 1.0 / 3.0)
     np.testing.assert_allclose(part[0], [np.sin(np.pi / 6), 1 - np.cos(np.pi / 6), np.pi / 6])
     np.testing.assert_allclose(part[1], [2.0 / 3.0, 0.0, 0.0])
     np.testing.assert_allclose(compose(part, relative(part, moved)), moved)

@@ -67,9 +67,11 @@ def test_thrust_gives_way_to_torques():
 
 
 def test_motors_lag_by_72_ms():
-    after = rotors.spun(row(*[1000.0] * 4), row(*[2000.0] * 4), ONE, 0.072)
+    after = rotors.lagged_speeds(row(*[1000.0] * 4), row(*[2000.0] * 4), ONE, 0.072)
     np.testing.assert_allclose(after, 1632.1206, atol=1e-4)
-    at_once = rotors.spun(row(*[1000.0] * 4), row(*[2000.0] * 4), crazyflie(lag=0.0), 0.002)
+    at_once = rotors.lagged_speeds(
+        row(*[1000.0] * 4), row(*[2000.0] * 4), crazyflie(lag=0.0), 0.002
+    )
     np.testing.assert_allclose(at_once, 2000.0)
 
 

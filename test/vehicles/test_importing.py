@@ -18,7 +18,7 @@ from mrs_simulator.vehicles.importing import imported, read_request, xacro_files
 from mrs_simulator.vehicles.importing.chassis import Mass, joined
 from mrs_simulator.vehicles.importing.meshes import MeshError, mesh_points
 from mrs_simulator.vehicles.importing.packages import Packages
-from mrs_simulator.vehicles.importing.placing import placed, roll_pitch_yaw, undone
+from mrs_simulator.vehicles.importing.placing import inverse_transform, roll_pitch_yaw, transform_at
 from mrs_simulator.world.world import World
 
 
@@ -424,12 +424,12 @@ def test_points_of_meshes(tmp_path):
 
 def test_transforms():
     # A quarter turn about x takes y to z; roll, pitch and yaw come back.
-    turned = placed([1, 2, 3], [np.pi / 2, 0.0, 0.0])
+    turned = transform_at([1, 2, 3], [np.pi / 2, 0.0, 0.0])
     np.testing.assert_allclose(turned @ [0, 1, 0, 1], [1, 2, 4, 1], atol=1e-12)
-    np.testing.assert_allclose(undone(turned) @ turned, np.eye(4), atol=1e-12)
+    np.testing.assert_allclose(inverse_transform(turned) @ turned, np.eye(4), atol=1e-12)
     for rpy in ([0.1, -0.2, 3.0], [0.3, np.pi / 2, 0.0], [-0.4, -np.pi / 2, 0.0]):
-        again = placed([0, 0, 0], roll_pitch_yaw(placed([0, 0, 0], rpy)))
-        np.testing.assert_allclose(again, placed([0, 0, 0], rpy), atol=1e-9)
+        again = transform_at([0, 0, 0], roll_pitch_yaw(transform_at([0, 0, 0], rpy)))
+        np.testing.assert_allclose(again, transform_at([0, 0, 0], rpy), atol=1e-9)
 
 
 def test_masses_are_joined_about_their_centre():

@@ -97,7 +97,7 @@ def test_a_kind_inherits_and_the_nearer_wins(tmp_path):
     assert own.numbers == base.numbers._replace(track=0.4)
     assert own.body == base.body and own.model == base.model
     beside = kind(
-        "other.yaml", beside=os.path.dirname(written(tmp_path, "other.yaml", base="mine.yaml"))
+        "other.yaml", relative_to=os.path.dirname(written(tmp_path, "other.yaml", base="mine.yaml"))
     )
     assert beside.numbers == own.numbers
     mine = kind("fast", own={"fast": {"base": "pioneer3dx", "mass": "12 kg"}})

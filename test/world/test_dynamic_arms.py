@@ -53,12 +53,12 @@ def test_tools_are_where_pybullet_has_them(standing):
 
 def test_a_load_at_rest_hangs_as_statics_has_it(standing):
     load, state = standing.load.load, standing.load.state
-    at = grasps.held_at(standing.load.grasps, state.place, state.orientation)
+    at = grasps.grasp_points(standing.load.grasps, state.place, state.orientation)
     arms = at - state.place
     np.testing.assert_allclose(state.force.sum(axis=0), load.weight[:3], atol=0.2)
     np.testing.assert_allclose(np.cross(arms, state.force).sum(axis=0), 0.0, atol=0.2)
-    wanted = grasps.shares(arms, load.weight)
-    found = state.force - grasps.internal(arms, state.force)
+    wanted = grasps.least_forces(arms, load.weight)
+    found = state.force - grasps.internal_forces(arms, state.force)
     np.testing.assert_allclose(found, wanted, atol=0.2)
     sag = load.weight[2] / (len(at) * load.stiffness)
     mean = standing.team.tools(standing.pose, standing.joints, 0.1).mean(axis=0) - at.mean(axis=0)

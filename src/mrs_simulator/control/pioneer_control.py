@@ -34,7 +34,7 @@ from mrs_simulator.control.velocities import (
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.doc_links import explained_by
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.kinematics import HAND_LENGTH, NO_LIMITS, greatest, point_mass_from_unicycle
+from mrs_simulator.core.kinematics import HAND_LENGTH, NO_LIMITS, max_abs, point_mass_from_unicycle
 from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.scenario.network.links import NO_FAULTS
 from mrs_simulator.scenario.scenario import DEFAULT_KIND
@@ -297,7 +297,7 @@ class PioneerControl:
         else:
             u, pointing = self._wanted_velocities(pose)
             given = u, pose, self.joints, self.l, self.period
-            if greatest(u) <= FASTEST:  # nor is nan
+            if max_abs(u) <= FASTEST:  # nor is nan
                 return self.team.command_within(*given, self.saturation, pointing)
             command = self.team.command(*given, pointing)
         if self.team.is_within(command):

@@ -7,7 +7,7 @@ import operator
 import numpy as np
 
 from mrs_simulator.control.twist_message import Twist, make_twist, v_and_omega
-from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, greatest
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, max_abs
 
 
 class ControlError(ValueError):
@@ -108,7 +108,7 @@ def _refuse_components(refused, table, numbers, team):
 
 def check_finite(command, numbers, axes):
     """Raise ``ControlError`` that names the first robot whose ``command`` (n, a) is not finite."""
-    if greatest(command) < np.inf:
+    if max_abs(command) < np.inf:
         return
     row = np.flatnonzero(~np.isfinite(command).all(axis=1))[0]
     names = ("v", "omega") if axes == UNICYCLE_AXES else axes

@@ -14,7 +14,7 @@ RATE_WINDOWS = (
     1e-1,
 )  # [-] of the start, below which a rate is looked for: first the last
 RATE_FLOOR = 1e-9  # [-] of the start, below which rounding is all there is
-NOTHING = 1e-9  # [m], or the quantity's unit: from less at the start nothing decays but rounding
+NEGLIGIBLE = 1e-9  # [m], or the quantity's unit: from less at the start nothing decays but rounding
 IN_PART = "with forces, robots in water and air follow small velocities in part only"
 RESTS = "it begins at {:.3g}, and below {:.3g} friction holds robots where they are"
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
@@ -147,7 +147,7 @@ def decay_rate(time, values, least=0.0):
     that begin at zero, or there.
     """
     values = np.asarray(values, dtype=float)
-    if values[0] <= max(NOTHING, least):
+    if values[0] <= max(NEGLIGIBLE, least):
         raise NothingDecays(RESTS.format(values[0], least) if least else "")
     low = np.flatnonzero(values <= least)
     if len(low):

@@ -9,7 +9,7 @@ move nothing (Nakamura, Nagai and Yoshikawa, Int. J. Robotics Research, 1989).
 
 import numpy as np
 
-from mrs_simulator.core.spatial import product, rotated
+from mrs_simulator.core.spatial import quaternion_product, rotated
 
 ROUNDS = 30  # [-] of Newton's method, of which six are enough
 LEAST_WIDTH = 0.02  # [m] of grasps across the line that they are nearest to
@@ -28,21 +28,21 @@ def grasp_matrix(arms):
     return result.reshape(arms.shape[:-2] + (6, 3 * n))
 
 
-def shares(arms, wrench):
+def least_forces(arms, wrench):
     """Return the smallest forces (..., n, 3) [N] that give ``wrench`` (..., 6) [N, N m]: ``G+ w``."""
     matrix = grasp_matrix(arms)
     forces = np.linalg.pinv(matrix) @ np.asarray(wrench, dtype=float)[..., np.newaxis]
     return forces.reshape(np.shape(arms))
 
 
-def internal(arms, forces):
+def internal_forces(arms, forces):
     """Return the internal part (..., n, 3) [N] of ``forces`` (..., n, 3): ``(I - G+ G) f``."""
     matrix = grasp_matrix(arms)
     flat = np.reshape(forces, np.shape(forces)[:-2] + (-1, 1))
     return (flat - np.linalg.pinv(matrix) @ (matrix @ flat)).reshape(np.shape(forces))
 
 
-def fitted(grasps, points):
+def fitted_pose(grasps, points):
     """Return place (..., 3) [m] and unit quaternion (..., 4) of a body held at ``points`` (..., n, 3) [m].
 
     ``grasps`` (n, 3): where it is held, in its own axes.  The sum of the squared misfits is least: so it
@@ -64,31 +64,31 @@ def fitted(grasps, points):
     return middle - rotated(turn, np.broadcast_to(about, middle.shape)), turn
 
 
-def hung(grasps, points, weight, stiffness):
+def hanging_pose(grasps, points, weight, stiffness):
     """Return where a body of ``weight`` (6,) [N, N m] hangs at rest: place (3,) [m] and quaternion (4,).
 
     Springs from ``points`` (n, 3) [m] hold it at its ``grasps`` (n, 3): ``G f = w``, ``f_i = K (p_i - x -
     R r_i)``, by Newton's method from where it would rest without weight.
     """
-    place, turn = fitted(grasps, points)
+    place, turn = fitted_pose(grasps, points)
     for _ in range(ROUNDS):
-        at = held_at(grasps, place, turn)
+        at = grasp_points(grasps, place, turn)
         matrix = grasp_matrix(at - place)
         left = matrix @ (stiffness * (points - at)).ravel() - weight
         step = np.linalg.solve(matrix @ matrix.T, left) / stiffness
-        place, turn = place + step[:3], product(np.append(0.5 * step[3:], 1.0), turn)
+        place, turn = place + step[:3], quaternion_product(np.append(0.5 * step[3:], 1.0), turn)
         turn = turn / np.linalg.norm(turn)
     return place, turn
 
 
-def held_at(grasps, place, turn):
+def grasp_points(grasps, place, turn):
     """Return where the grips (..., n, 3) [m] of a body at ``place`` (..., 3), turned by ``turn``, are."""
     turn = np.asarray(turn)[..., np.newaxis, :]
     shape = np.shape(place)[:-1] + np.shape(grasps)
     return np.asarray(place)[..., np.newaxis, :] + rotated(turn, np.broadcast_to(grasps, shape))
 
 
-def are_apart(grasps):
+def are_noncollinear(grasps):
     """Return whether ``grasps`` (n, 3) [m] hold a body firmly: three or more, not on one line."""
     grasps = np.asarray(grasps, dtype=float)
     if len(grasps) < 3:

@@ -54,7 +54,7 @@ class Limits(NamedTuple):
 NO_LIMITS = Limits(np.inf, np.inf, np.inf, np.inf)
 
 
-def greatest(values):
+def max_abs(values):
     """Return the greatest absolute value, a float: nan where one of ``values`` is nan, 0 of none.
 
     ``np.abs(values).max()`` in half of its time for a few values: argmax does without a reduction.
@@ -66,7 +66,7 @@ def greatest(values):
 def wrap_angle(angle):
     """Return ``angle`` [rad] brought into [-pi, pi), any shape; one that lies there stays to the bit."""
     angle = np.asarray(angle, dtype=float)
-    if greatest(angle) < np.pi:
+    if max_abs(angle) < np.pi:
         return angle
     outside = (angle < -np.pi) | (angle >= np.pi)
     return np.where(outside, (angle + np.pi) % (2.0 * np.pi) - np.pi, angle)
@@ -132,7 +132,7 @@ def relative(origin, pose):
     return result
 
 
-def part_of(moved, fraction):
+def fraction_of_motion(moved, fraction):
     """Return where robots are, (n, 3), after a ``fraction`` [-] of the motion ``moved`` (n, 3).
 
     Both in the frames in which they began; the twist of the motion is constant: with p = x + i y and
@@ -200,10 +200,10 @@ def arc(pose, twist, duration):
     """
     moved = duration * twist
     moved[:, -1] *= 0.5
-    return carried(pose, moved)
+    return moved_along_arcs(pose, moved)
 
 
-def carried(pose, moved):
+def moved_along_arcs(pose, moved):
     """Return the poses that :func:`arc` does; ``moved``: distances [m], and half of the turns [rad]."""
     half = moved[:, -1]
     turn = half + TINY_ANGLE
@@ -228,15 +228,15 @@ def displaced(pose, twist, duration):
     return wrapped(arc(pose, twist, duration))
 
 
-def carried_on(pose, moved):
-    """Return the poses, shape (n, 3), as :func:`carried` does, with headings in [-pi, pi)."""
-    return wrapped(carried(pose, moved))
+def moved_along_arcs_wrapped(pose, moved):
+    """Return the poses, shape (n, 3), as :func:`moved_along_arcs` does, with headings in [-pi, pi)."""
+    return wrapped(moved_along_arcs(pose, moved))
 
 
 def wrapped(after):
     """Bring the headings of poses ``after`` (n, 3) into [-pi, pi), in place; return them."""
     heading = after[:, 2]
-    if not greatest(heading) < np.pi:  # seldom
+    if not max_abs(heading) < np.pi:  # seldom
         heading[:] = wrap_angle(heading)
     return after
 
@@ -254,7 +254,7 @@ def ramp(velocity, target, acceleration, duration):
     acceleration``, times ``duration`` is the exact distance.  All shapes (n, 2); ``acceleration``
     may be ``inf``.
     """
-    return approached(velocity, target, Reach.of(acceleration * duration))
+    return ramped(velocity, target, Reach.of(acceleration * duration))
 
 
 class Reach(NamedTuple):
@@ -270,7 +270,7 @@ class Reach(NamedTuple):
         return cls(-reach, reach, reach + reach)
 
 
-def approached(velocity, target, reach):
+def ramped(velocity, target, reach):
     """Return what :func:`ramp` does, for a step of which ``reach``, a :class:`Reach`, is known."""
     change = target - velocity
     np.maximum(change, reach.down, change)

@@ -57,7 +57,7 @@ def turned(orientation, theta):
     return np.stack(parts, axis=-1)
 
 
-def product(first, second):
+def quaternion_product(first, second):
     """Return the quaternions (..., 4) of the turns ``second`` followed by ``first``, in the fixed frame."""
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     vector = a[..., 3:] * b[..., :3] + b[..., 3:] * a[..., :3] + np.cross(a[..., :3], b[..., :3])

@@ -39,7 +39,7 @@ def spectral_radius(topology):
     return float(np.max(np.abs(laplacian_eigenvalues(topology))))
 
 
-def moving(values):
+def nonzero_eigenvalues(values):
     """Return the eigenvalues among ``values`` (n,) that are not zero, (m,): of the modes that move."""
     return values[np.abs(values) > ZERO * np.max(np.abs(values), initial=1.0)]
 
@@ -50,7 +50,7 @@ def stable_step(values):
     ``values`` (n,): the eigenvalues mu of M, of which those that are zero do not count; inf if all
     are.  Real ones: ``2/lambda_max``.
     """
-    mu = moving(values)
+    mu = nonzero_eigenvalues(values)
     return float(np.min(2.0 * mu.real / np.abs(mu) ** 2, initial=np.inf))
 
 
@@ -85,7 +85,7 @@ def sampled_rate(matrix, period):
     ``-ln rho / period``, with ``rho`` the largest modulus of the eigenvalues of ``I - period M``
     other than those that belong to the eigenvalues zero of ``M`` (n, n) [1/s]; negative if it grows.
     """
-    values = moving(np.linalg.eigvals(np.asarray(matrix, dtype=float)))
+    values = nonzero_eigenvalues(np.linalg.eigvals(np.asarray(matrix, dtype=float)))
     if not len(values):
         return 0.0
     largest = float(np.max(np.abs(1.0 - period * values)))

@@ -5,7 +5,7 @@ from typing import Callable, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.claims import NOTHING, RATE_FLOOR, disagreement
+from mrs_simulator.core.claims import NEGLIGIBLE, RATE_FLOOR, disagreement
 
 WINDOWS = 8  # [-] over which the envelope of an oscillation is taken
 LATE = 0.6  # [-] share of the run, at its end, in which the slowest mode is looked for
@@ -39,7 +39,7 @@ def growth_rate(time, values):
     where less than three windows are left.
     """
     values = np.asarray(values, dtype=float)
-    if len(values) < 3 * WINDOWS or not values[0] > NOTHING or not np.isfinite(values).all():
+    if len(values) < 3 * WINDOWS or not values[0] > NEGLIGIBLE or not np.isfinite(values).all():
         return None
     sunk = np.flatnonzero(values <= RATE_FLOOR * values[0])
     end = sunk[0] if len(sunk) else len(values)

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder
-from mrs_simulator.vehicles.importing.placing import placed
+from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.portable import model_shape
 from mrs_simulator.vehicles.shape import Part, outline_parts
 
@@ -164,7 +164,7 @@ def obstacle_models(obstacle, colour):
 def solid_of(part):
     """Return the ``Solid`` of a ``Part`` at its place."""
     solid = _FORMS[part.form](*part.size)
-    place = placed(part.place[:3], part.place[3:])
+    place = transform_at(part.place[:3], part.place[3:])
     return solid._replace(vertices=solid.vertices @ place[:3, :3].T + place[:3, 3])
 
 

@@ -11,7 +11,7 @@ import re
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import greatest
+from mrs_simulator.core.kinematics import max_abs
 
 LARGE = 1e16  # from which on releases of orjson differ, and Python writes
 AT_ONCE = (
@@ -51,7 +51,7 @@ class Lines:
 def rows_text(table):
     """Return one text for each row of ``table`` (n, c): its numbers with commas between them."""
     table = np.ascontiguousarray(table, dtype=float)
-    if not greatest(table) < LARGE:  # nor is nan
+    if not max_abs(table) < LARGE:  # nor is nan
         return python_rows(table)
     return _writer()(table)
 

@@ -81,6 +81,6 @@ def _read_event(section, n):
     return result
 
 
-def of_first(events, n):
+def events_of_first(events, n):
     """Return the ``events`` of the first n robots."""
     return tuple(event for event in events if event.robot <= n)

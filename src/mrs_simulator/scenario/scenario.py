@@ -15,7 +15,7 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, Limits
 from mrs_simulator.core.step_rates import rate_note, steps_between
 from mrs_simulator.scenario.control import Control, read_control
-from mrs_simulator.scenario.incidents import Event, of_first, read_events
+from mrs_simulator.scenario.incidents import Event, events_of_first, read_events
 from mrs_simulator.scenario.network.links import NO_FAULTS, Links, read_links
 from mrs_simulator.scenario.network.topology import read_topology
 from mrs_simulator.scenario.reading import (
@@ -43,7 +43,7 @@ from mrs_simulator.scenario.team.robots import (  # noqa: F401, names of the tea
     located_kinds,
     read_team,
 )
-from mrs_simulator.scenario.team.sensor_changes import SensorChange, of_robots
+from mrs_simulator.scenario.team.sensor_changes import SensorChange, changes_for_robots
 
 FIDELITIES = ("kinematic", "dynamic", "point_mass")
 ENGINES = ("pybullet", "planar")  # of motion with forces on wheels, the first by default
@@ -154,8 +154,8 @@ class Scenario(NamedTuple):
             topology=self._topology_for(n),
             control=self.control.with_robots(n),
             mismatch=self.mismatch.with_robots(n),
-            sensors=of_robots(self.sensors, self.n, n),
-            events=of_first(self.events, n),
+            sensors=changes_for_robots(self.sensors, self.n, n),
+            events=events_of_first(self.events, n),
             load=self.load and self.load.with_robots(n),
         )
 
@@ -198,10 +198,12 @@ class Scenario(NamedTuple):
         if "robots" in values and self.altitude is not None:
             content["altitude"] = self._altitude_for(values["robots"]).tolist()
         if "robots" in values and self.sensors:
-            kept = of_robots(self.sensors, self.n, values["robots"])
+            kept = changes_for_robots(self.sensors, self.n, values["robots"])
             content["sensors"] = [change.to_plain() for change in kept]
         if "robots" in values and self.events:
-            content["events"] = [e.to_plain() for e in of_first(self.events, values["robots"])]
+            content["events"] = [
+                e.to_plain() for e in events_of_first(self.events, values["robots"])
+            ]
         if "robots" in values and self.load is not None:
             content["load"] = self.load.with_robots(values["robots"]).to_plain()
         content.update(values)

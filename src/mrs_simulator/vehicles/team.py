@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, greatest
+from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, max_abs
 from mrs_simulator.record.run_columns import Columns
 from mrs_simulator.scenario.team.robots import DEFAULT_KIND
 from mrs_simulator.vehicles.drives import drive_module
@@ -470,7 +470,7 @@ class Team:
 
         ``False`` means unknown, as with axes without limits, or a drive's own limits.
         """
-        return self._is_bounded and greatest(self.grouped(command) / self._top) <= 1.0
+        return self._is_bounded and max_abs(self.grouped(command) / self._top) <= 1.0
 
     def _limited_by(self, scope, command, period, own):
         factor = np.maximum(self._excess(command, period, own), 1.0)

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError
-from mrs_simulator.vehicles.importing.placing import placed
+from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.portable import model_shape
 from mrs_simulator.vehicles.shape import outline_parts, ride_height
 
@@ -37,7 +37,7 @@ def visual_parts(kind):
 
 def part_transforms(parts):
     """Return where ``parts`` are in their robot's frame, transforms (p, 4, 4)."""
-    return np.array([placed(part.place[:3], part.place[3:]) for part in parts])
+    return np.array([transform_at(part.place[:3], part.place[3:]) for part in parts])
 
 
 def volume(part):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import greatest
+from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch
 
 EVERY = slice(None)  # the rows of all robots
@@ -52,7 +52,7 @@ class Commands:
         """
         rows = rows if rows is EVERY else np.asarray(rows, dtype=int)
         commands = np.asarray(commands, dtype=float)
-        if not greatest(commands) <= FASTEST:  # nor is nan
+        if not max_abs(commands) <= FASTEST:  # nor is nan
             finite = (np.abs(commands) <= FASTEST).all(axis=1)
             rows = np.arange(self._team.n)[rows]
             np.add.at(self.refused, rows[~finite], 1)

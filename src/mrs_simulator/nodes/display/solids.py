@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from mrs_simulator.core.spatial import product, rotated
+from mrs_simulator.core.spatial import quaternion_product, rotated
 from mrs_simulator.vehicles.importing.placing import roll_pitch_yaw
 from mrs_simulator.vehicles.visuals import part_transforms, visual_parts, volume
 
@@ -61,13 +61,13 @@ def turn_of(transform):
         np.append(np.sin(0.5 * angle) * axis, np.cos(0.5 * angle))
         for angle, axis in zip(roll_pitch_yaw(transform), np.eye(3))
     )
-    return product(z, product(y, x))
+    return quaternion_product(z, quaternion_product(y, x))
 
 
 def solids(of_kind, place, turn, colour):
     """Return the markers of a robot of the ``Model`` at ``place`` (3,) [m], turned by ``turn`` (4,)."""
     places = (np.asarray(place) + rotated(turn, of_kind.places)).tolist()
-    turns = product(turn, of_kind.turns).tolist()
+    turns = quaternion_product(turn, of_kind.turns).tolist()
     markers = []
     for row, form in enumerate(of_kind.forms):
         marker = Marker(type=form, action=Marker.ADD, color=of_kind.colours[row] or colour)

@@ -203,14 +203,14 @@ class Carrying(PioneerControl):
         """Return where the load of ``run`` is, places (m, 3) [m] and quaternions (m, 4)."""
         if run.load is not None:
             return run.load.place, run.load.orientation
-        return grasps.fitted(np.array(self.load.grasps), self._points(run))
+        return grasps.fitted_pose(np.array(self.load.grasps), self._points(run))
 
     def _hangs(self, run):
         """Return where the load of ``run`` hangs, at yaw 0; with forces alone its weight bends grips."""
         if run.load is None or self.fidelity != "dynamic":
             return np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
         own = np.array(self.load.grasps)
-        return grasps.hung(own, own, self.load.weight, self.load.stiffness)
+        return grasps.hanging_pose(own, own, self.load.weight, self.load.stiffness)
 
     def _errors(self, run):
         """Return by how much the load of ``run`` is off its path, (m,) [m] and (m,) [rad].
@@ -230,9 +230,9 @@ class Carrying(PioneerControl):
         As recorded, beyond those of a load that hangs at rest; else K times the misfits of the tools.
         """
         place, turn = self._lies(run)
-        at = grasps.held_at(np.array(self.load.grasps), place, turn)
+        at = grasps.grasp_points(np.array(self.load.grasps), place, turn)
         if run.load is not None:
-            found = grasps.internal(at - place[:, np.newaxis], run.load.force)
+            found = grasps.internal_forces(at - place[:, np.newaxis], run.load.force)
             found = found - rotated(
                 turned_about_z(headings(turn))[:, np.newaxis], self._of_tilt(run)
             )
@@ -244,8 +244,8 @@ class Carrying(PioneerControl):
         """Return the internal forces (n, 3) [N] of a load at rest that its weight tilts, at yaw 0."""
         place, turn = self._hangs(run)
         own = np.array(self.load.grasps)
-        at = grasps.held_at(own, place, turn)
-        return grasps.internal(at - place, self.load.stiffness * (own - at))
+        at = grasps.grasp_points(own, place, turn)
+        return grasps.internal_forces(at - place, self.load.stiffness * (own - at))
 
     def _misfit_forces(self, hand):
         """Return the largest internal force (m,) [N] of tools at ``hand`` (m, n, d)."""
@@ -254,7 +254,7 @@ class Carrying(PioneerControl):
             up = np.broadcast_to(np.array(self.load.grasps)[:, 2], hand.shape[:2])
             points = np.concatenate([hand, up[..., np.newaxis]], axis=2)
         own = np.array(self.load.grasps)
-        off = points - grasps.held_at(own, *grasps.fitted(own, points))
+        off = points - grasps.grasp_points(own, *grasps.fitted_pose(own, points))
         return self.load.stiffness * np.linalg.norm(off, axis=2).max(axis=1)
 
     def _largest(self, run):
@@ -275,8 +275,8 @@ class Carrying(PioneerControl):
     def _forces(self, run):
         if run.load is None:  # theory's own run: each carries its share
             place, turn = self._lies(run)
-            at = grasps.held_at(np.array(self.load.grasps), place, turn)
-            return grasps.shares(at - place[:, np.newaxis], self.load.weight)
+            at = grasps.grasp_points(np.array(self.load.grasps), place, turn)
+            return grasps.least_forces(at - place[:, np.newaxis], self.load.weight)
         return run.load.force
 
     def _carried(self, run):
@@ -284,9 +284,13 @@ class Carrying(PioneerControl):
 
     def _off_share(self, run):
         place, turn = self._lies(run)
-        arms = grasps.held_at(np.array(self.load.grasps), place, turn) - place[:, np.newaxis]
+        arms = grasps.grasp_points(np.array(self.load.grasps), place, turn) - place[:, np.newaxis]
         force = self._forces(run)
-        own = force - grasps.internal(arms, force) - grasps.shares(arms, self.load.weight)
+        own = (
+            force
+            - grasps.internal_forces(arms, force)
+            - grasps.least_forces(arms, self.load.weight)
+        )
         return float(np.linalg.norm(own.mean(axis=0), axis=1).max())
 
     def _let_go(self, run):

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrs_simulator.core.edge_terms import Flow, difference_sum, edge_sum, weighted
 from mrs_simulator.core.kinematics import phase_of
-from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, moving, stable_step
+from mrs_simulator.core.spectra import ZERO, laplacian_eigenvalues, nonzero_eigenvalues, stable_step
 
 
 def consensus(points, topology):
@@ -22,7 +22,7 @@ def consensus(points, topology):
 
 def moving_eigenvalues(topology):
     """Return the nonzero eigenvalues mu of L, (m,): those of the modes that consensus removes."""
-    return moving(laplacian_eigenvalues(topology))
+    return nonzero_eigenvalues(laplacian_eigenvalues(topology))
 
 
 def has_simple_modes(topology):

@@ -8,7 +8,7 @@ import numpy as np
 from mrs_simulator.control.twists import twists_of
 from mrs_simulator.core.claims import (
     FEWEST_FITTED,
-    NOTHING,
+    NEGLIGIBLE,
     Claim,
     Condition,
     NothingDecays,
@@ -474,7 +474,7 @@ def first_rate(time, values):
     Held commands couple separation and bearing a little: of what is left later, the slower decays.
     Raises ``NothingDecays`` for values that begin at zero.
     """
-    if values[0] <= NOTHING:
+    if values[0] <= NEGLIGIBLE:
         raise NothingDecays
     small = np.flatnonzero(values < SMALL * values[0])
     if not len(small) or small[0] < FEWEST_FITTED:

@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.control.array_law import flow_law
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import (
-    NOTHING,
+    NEGLIGIBLE,
     Claim,
     Condition,
     by_sample,
@@ -396,7 +396,7 @@ class BearingFormation(Shaped):
     def claims(self, start):
         """Return that bearings are reached, at their rate, and that centroid and scale are kept."""
         places, topology, allowed = self.places(), self.topology, self.tolerance
-        spread = bool(laws.scale(start) > NOTHING)
+        spread = bool(laws.scale(start) > NEGLIGIBLE)
         apart = Condition("robots begin apart", spread, "no bearing leads out of one place")
         conditions = [undirected(topology), rigid_by_bearings(places, topology), apart]
         if not all_hold(conditions):

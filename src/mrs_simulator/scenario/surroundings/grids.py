@@ -11,7 +11,7 @@ from mrs_simulator.scenario.surroundings.maps import (
     UNKNOWN,
     WALL,
     obstacles_of,
-    served_cells,
+    trinary_cells,
 )
 from mrs_simulator.scenario.surroundings.obstacles import clearance, corners, is_flat
 
@@ -73,7 +73,7 @@ def scene_grid(scenario):
 
 def _served_grid(scenario):
     source = scenario.map.located(scenario.directory)
-    cells, side, (x, y, yaw) = served_cells(source.file)
+    cells, side, (x, y, yaw) = trinary_cells(source.file)
     cos, sin = math.cos(source.pose[2]), math.sin(source.pose[2])
     place = source.pose[0] + cos * x - sin * y, source.pose[1] + sin * x + cos * y
     return Grid(np.ascontiguousarray(cells[::-1]), side, (*place, yaw + source.pose[2]))
@@ -138,7 +138,7 @@ def _mark(cells, grid, points):
     cells[row[inside], column[inside]] = True
 
 
-def grown(cells):
+def dilated(cells):
     """Return ``cells`` (rows, columns) bool and the eight neighbours of each that is set."""
     wide = np.pad(cells, 1)
     rows, columns = cells.shape
@@ -153,6 +153,6 @@ def disagreement(found, wanted):
     ``found``, ``wanted``: ``Grid`` with the same cells.
     """
     walls, true = found.cells == WALL, wanted.cells == WALL
-    invented = walls & ~grown(true)
-    crossed = true & (found.cells == FLOOR) & ~grown(walls)
+    invented = walls & ~dilated(true)
+    crossed = true & (found.cells == FLOOR) & ~dilated(walls)
     return invented.sum() / max(1, walls.sum()), crossed.sum() / max(1, true.sum())

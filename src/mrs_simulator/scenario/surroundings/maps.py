@@ -133,9 +133,9 @@ def _placed(box, pose):
 def _of_pixels(source, ending):
     """Return the boxes of the occupied cells of an image, in the map's frame."""
     if ending in SERVED:
-        filled, cell, origin = served(source.file)
+        filled, cell, origin = occupied_cells(source.file)
     else:
-        filled = (255.0 - grey(source.file)) / 255.0 > DARK
+        filled = (255.0 - read_grey_image(source.file)) / 255.0 > DARK
         cell = source.size[0] / filled.shape[1], source.size[1] / filled.shape[0]
         origin = -0.5 * source.size[0], -0.5 * source.size[1], 0.0  # Stage: about its middle
     boxes = []
@@ -168,19 +168,19 @@ def rectangles(filled):
     return result
 
 
-def served(path):
+def occupied_cells(path):
     """Return occupied cells (rows, columns) bool, a cell's sides [m] and the origin of a map_server file.
 
     The first row is the top of the map; the origin (x, y [m], yaw [rad]) is that of its lower left corner.
     """
-    cells, resolution, origin = served_cells(path)
+    cells, resolution, origin = trinary_cells(path)
     return cells == WALL, (resolution, resolution), origin
 
 
-def served_cells(path):
+def trinary_cells(path):
     """Return cells (rows, columns) of ``WALL``, ``FLOOR`` and ``UNKNOWN`` int8, their side [m] and origin.
 
-    Of a map_server file, as :func:`served` has them.
+    Of a map_server file, as :func:`occupied_cells` has them.
     """
     top = Section(load_yaml(path), path)
     image = _image_of(top, path)
@@ -193,7 +193,7 @@ def served_cells(path):
     free = top.number("free_thresh", FREE, low=0.0, high=1.0)
     mode = top.text("mode", "trinary", ("trinary", "scale", "raw"))
     top.done()
-    value = grey(image)
+    value = read_grey_image(image)
     if mode == "raw":  # the cells' values themselves: 0 to 100, more is unknown
         filled, empty = (value >= 100.0 * occupied) & (value <= 100.0), value <= 100.0 * free
     else:
@@ -215,7 +215,7 @@ def _refuse_large(path):
         raise OSError("is larger than {} bytes".format(LARGEST_FILE))
 
 
-def grey(path):
+def read_grey_image(path):
     """Return the image at ``path`` as greys from 0 to 255, (rows, columns), the top row first.
 
     Colours are averaged; what is transparent is white; of 16 bits the upper ones count.

@@ -35,7 +35,7 @@ class Load(NamedTuple):
 
     def with_robots(self, n):
         """Return the load that the first n robots carry; ``ScenarioError`` if they cannot."""
-        if n > len(self.grasps) or not grasps.are_apart(self.grasps[:n]):
+        if n > len(self.grasps) or not grasps.are_noncollinear(self.grasps[:n]):
             text = "load with {} robots: {} grasps, wanted one for each, at least three and not on a line"
             raise ScenarioError(text.format(n, len(self.grasps)))
         return self._replace(grasps=self.grasps[:n])
@@ -90,7 +90,7 @@ def _read_grasps(section, n):
     found = tuple(
         tuple(number_list(grasp, 3, "{}[{}]".format(where, row))) for row, grasp in enumerate(given)
     )
-    if np.abs(found).max() > LARGEST or not grasps.are_apart(found):
+    if np.abs(found).max() > LARGEST or not grasps.are_noncollinear(found):
         text = "{}: {}, wanted at least three within {:g} m, not on a line"
         raise ScenarioError(text.format(where, shown(given), LARGEST))
     return found

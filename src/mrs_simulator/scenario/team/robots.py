@@ -103,7 +103,7 @@ def _read_groups(top, seed):
             "{}: {}, but groups have {}".format(top.at("robots"), count, len(kinds))
         )
     altitude = np.concatenate(altitudes)
-    poses = near(np.concatenate(poses), top.at("groups"))
+    poses = checked_poses(np.concatenate(poses), top.at("groups"))
     return poses, tuple(kinds), altitude if altitude.any() else None, groups
 
 
@@ -146,20 +146,20 @@ def _read_poses(section, number, seed):
         count = section.whole(number, low=1, high=MOST_ROBOTS)
         name = Section(given, where).text("layout", choices=sorted(LAYOUTS))
         values = {key: given[key] for key in given if key != "layout"}
-        return near(_laid_out(name, count, section, seed, values), where)
+        return checked_poses(_laid_out(name, count, section, seed, values), where)
     if not isinstance(given, list) or not given or len(given) > MOST_ROBOTS:
         raise ScenarioError(
             "{}: {}, wanted a list of [x, y, theta] or a layout".format(where, shown(given))
         )
     rows = [number_list(row, 3, "{}[{}]".format(where, i)) for i, row in enumerate(given)]
-    poses = near(np.array(rows), where)
+    poses = checked_poses(np.array(rows), where)
     count = section.whole(number, len(rows), low=1, high=MOST_ROBOTS)
     if count != len(rows):
         raise ScenarioError("{}: {}, but poses has {}".format(section.at(number), count, len(rows)))
     return poses
 
 
-def near(poses, where):
+def checked_poses(poses, where):
     """Return ``poses`` (n, 3); ``ScenarioError`` names the first that is too far away."""
     far = np.flatnonzero(np.abs(poses).max(axis=1) > FARTHEST)
     if len(far):

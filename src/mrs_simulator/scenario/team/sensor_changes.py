@@ -94,7 +94,7 @@ def _mounts(section, key):
     return given
 
 
-def of_robots(changes, before, n):
+def changes_for_robots(changes, before, n):
     """Return ``changes``, of a team of ``before`` robots, for its first ``n``; more are as the last one."""
     kept = []
     for change in changes:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.kinematics import part_of, relative
+from mrs_simulator.core.kinematics import fraction_of_motion, relative
 
 
 class Move(NamedTuple):
@@ -23,7 +23,7 @@ class Move(NamedTuple):
 
     def split(self, time):
         """Return the moves until ``time`` [ns] and after it, at the same twist."""
-        part = part_of(self.moved, (time - self.start) / (self.end - self.start))
+        part = fraction_of_motion(self.moved, (time - self.start) / (self.end - self.start))
         rest = relative(part, self.moved)
         return self._replace(end=time, moved=part), self._replace(start=time, moved=rest)
 

@@ -13,7 +13,7 @@ from mrs_simulator.control.twists import ControlError
 from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
-from mrs_simulator.core.kinematics import greatest
+from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.core.spatial import upright
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
@@ -232,7 +232,7 @@ class Experiment:
 
     def _check_near(self, world):
         places = world.pose[:, :2]
-        if not greatest(places) <= FARTHEST:  # nor is nan
+        if not max_abs(places) <= FARTHEST:  # nor is nan
             far = np.flatnonzero(~(np.abs(places) <= FARTHEST).all(axis=1))
             world.set_commands(EVERY, np.zeros_like(self.world.command))
             text = "at {:.3f} s robot{} was more than {:g} m away: the team is driven apart"

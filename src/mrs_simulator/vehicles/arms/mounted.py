@@ -7,7 +7,7 @@ import numpy as np
 from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.arms.chain import Chain
 from mrs_simulator.vehicles.arms.models import MODELS, ArmModel, arm_model, chain_of
-from mrs_simulator.vehicles.importing.placing import placed
+from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.quantities import quantity
 
 MOUNT = ("m", "m", "m", "rad")  # units of x, y, z and yaw
@@ -30,7 +30,7 @@ class Arm(NamedTuple):
     @property
     def placed(self):
         """Return the transform (4, 4) of the arm's root into the base's frame on the ground."""
-        return placed(self.mount[:3], (0.0, 0.0, self.mount[3]))
+        return transform_at(self.mount[:3], (0.0, 0.0, self.mount[3]))
 
 
 def read_arm(section, drive, module):

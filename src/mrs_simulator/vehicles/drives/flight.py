@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.vehicles.drives.rotors import GRAVITY, ROTORS, parts, spun, wrench_of
+from mrs_simulator.vehicles.drives.rotors import GRAVITY, ROTORS, lagged_speeds, parts, wrench_of
 
 NEXT, AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes after each, in turn
 
@@ -124,5 +124,5 @@ def advanced(flight, forces, wanted, air, numbers, duration):
         velocity,
         turned(flight.attitude, rates, duration),
         rates,
-        spun(flight.rotors, wanted, numbers, duration),
+        lagged_speeds(flight.rotors, wanted, numbers, duration),
     )

@@ -29,7 +29,7 @@ import numpy as np
 from mrs_simulator.core.kinematics import clip_commands, cos_sin, ramp, wrap_angle
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.vehicles.drives import flight_control
-from mrs_simulator.vehicles.drives.following import AT_ONCE, shrunk
+from mrs_simulator.vehicles.drives.following import NO_LAG, remaining_error
 from mrs_simulator.vehicles.drives.rotors import (
     GRAVITY,
     ROTORS,
@@ -126,7 +126,7 @@ def _gains(section, lag):
 def unlimited(numbers):
     """Return ``numbers`` of robots that answer at once, without forces."""
     return numbers._replace(
-        tilt_max=0.5 * np.pi, response=(AT_ONCE,) * 3, sinking=np.inf, speed_max=np.inf
+        tilt_max=0.5 * np.pi, response=(NO_LAG,) * 3, sinking=np.inf, speed_max=np.inf
     )
 
 
@@ -164,7 +164,7 @@ def followed(velocity, wanted, numbers, duration):
     most[0] = GRAVITY * np.tan(numbers.tilt_max)
     climbing = flight_control.CLIMBING * greatest_climb(numbers)
     most[1] = np.where(error[2] < 0.0, numbers.sinking, climbing)
-    left, mean = shrunk(size, response[[0, 2]], most, duration)
+    left, mean = remaining_error(size, response[[0, 2]], most, duration)
     shares = np.zeros((2,) + size.shape)
     np.divide(left, size, out=shares[0], where=size > 0.0)
     np.divide(mean, size, out=shares[1], where=size > 0.0)

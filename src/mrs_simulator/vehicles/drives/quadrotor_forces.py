@@ -28,7 +28,7 @@ from mrs_simulator.vehicles.drives.flight_control import (
     rotor_speeds,
     wanted_acceleration,
 )
-from mrs_simulator.vehicles.drives.rotors import hover_speed, parts, spun
+from mrs_simulator.vehicles.drives.rotors import hover_speed, lagged_speeds, parts
 
 SUBSTEP = 0.002  # [s] the longest
 VELOCITY_EVERY = 5  # [-] substeps from one use of the velocity's controller to the next
@@ -155,7 +155,7 @@ def _resting(before, after, stays, numbers, step):
     if over.any():
         x, y, z, w = still.attitude.T
         still.attitude[over] = np.stack([w, z, x, y], axis=1)[over]  # rolled over by pi
-    still = still._replace(rotors=spun(before.rotors, still.rotors, numbers, step))
+    still = still._replace(rotors=lagged_speeds(before.rotors, still.rotors, numbers, step))
     pick = stays[:, np.newaxis]
     return Flight(*(
         np.asfortranarray(np.where(pick, old, new)) for old, new in zip(still, after)

@@ -77,7 +77,7 @@ def speeds_of(wrench, numbers):
     return np.sqrt(np.minimum(np.maximum(s, least), most)).T
 
 
-def spun(speeds, wanted, numbers, duration):
+def lagged_speeds(speeds, wanted, numbers, duration):
     """Return rotor speeds (m, 4) after ``duration`` [s] towards ``wanted`` (m, 4), exactly.
 
     ``n' = (wanted - n)/lag``; without lag they are there at once.

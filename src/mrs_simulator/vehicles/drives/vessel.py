@@ -22,7 +22,7 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import clip_commands, displaced
 from mrs_simulator.vehicles.drives import thrusters
-from mrs_simulator.vehicles.drives.following import shrunk
+from mrs_simulator.vehicles.drives.following import remaining_error
 from mrs_simulator.vehicles.drives.vessel_dynamics import (  # noqa: F401, of the drive too
     axis_velocity,
     begin,
@@ -163,7 +163,7 @@ def rates(limits, numbers):
 def followed(inner, wanted, limits, numbers, step):
     """Return u and r (m, 2), and mean u and r (m, 2), after ``step`` [s] without forces."""
     error = (wanted - inner).T
-    left, mean = shrunk(
+    left, mean = remaining_error(
         np.abs(error), responses(numbers), limits.acceleration.T.reshape(2, -1), step
     )
     return (wanted.T - np.copysign(left, error)).T, (wanted.T - np.copysign(mean, error)).T

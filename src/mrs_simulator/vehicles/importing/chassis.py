@@ -9,7 +9,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.scenario.reading import ScenarioError, shown
-from mrs_simulator.vehicles.importing.placing import undone
+from mrs_simulator.vehicles.importing.placing import inverse_transform
 from mrs_simulator.vehicles.importing.shapes import Part, found_shapes
 
 ASKEW = 0.02  # [-] cosine by which a wheel's axis may lean out of the lateral
@@ -113,7 +113,7 @@ def gather(description, names, frame, packages, notes, needed=True):
 
     ``frame`` is given in the root's frame; ``needed`` as in ``found_shapes``.
     """
-    into = undone(frame)
+    into = inverse_transform(frame)
     links = [(description.links[name], into @ description.places[name]) for name in names]
     parts = [found_shapes(link, place, packages, notes, needed) for link, place in links]
     part = Part(

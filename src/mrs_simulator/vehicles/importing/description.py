@@ -6,7 +6,7 @@ import numpy as np
 
 from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, shown
-from mrs_simulator.vehicles.importing.placing import placed
+from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.importing.xml_reading import Tag, parse_xml
 
 JOINT_TYPES = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
@@ -108,7 +108,7 @@ def _origin(tag):
     origin = tag.child("origin")
     if origin is None:
         return np.eye(4)
-    return placed(origin.numbers("xyz", 3, "0 0 0"), origin.numbers("rpy", 3, "0 0 0"))
+    return transform_at(origin.numbers("xyz", 3, "0 0 0"), origin.numbers("rpy", 3, "0 0 0"))
 
 
 def _colours(tag, known):

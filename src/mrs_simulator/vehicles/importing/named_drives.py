@@ -35,7 +35,7 @@ from mrs_simulator.vehicles.importing.chassis import (
 )
 from mrs_simulator.vehicles.importing.drive_facts import DriveFacts
 from mrs_simulator.vehicles.importing.model_file import model_path, pushed_text, rigid_text
-from mrs_simulator.vehicles.importing.placing import placed
+from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.importing.shapes import extent
 from mrs_simulator.vehicles.importing.xml_reading import Tag
 from mrs_simulator.vehicles.quantities import quantity
@@ -117,7 +117,7 @@ def _parts(description, wheels, centre, packages, given, where, notes):
     sides = [_side(description, wheel, packages, notes) for wheel in wheels]
     carried = {name for side in sides for name in side.names}
     others = [name for name in description.links if name not in carried]
-    frame = placed(centre, np.zeros(3))
+    frame = transform_at(centre, np.zeros(3))
     base_mass, base = gather(description, others, frame, packages, notes, not is_outlined(given))
     radius = wheel_radius(description, _wheel_facts(description, given, where), sides, notes)
     shapes = [shape for side in sides for shape in in_base(side.part, side.frame, frame)]
@@ -153,7 +153,7 @@ def _name(row):
 
 def _side(description, wheel, packages, notes):
     names = description.below(description.joints[wheel.hinge or wheel.joint])
-    frame = placed(wheel.place, np.zeros(3))
+    frame = transform_at(wheel.place, np.zeros(3))
     return Side(names, frame, *gather(description, names, frame, packages, notes, needed=False))
 
 
@@ -309,7 +309,7 @@ def quadrotor(description, packages, given, where):
     if not part.collisions:
         outline_of((), 0.0, 0.0, description.where)
     low, high = extent(part.collisions)
-    frame = placed((*mass.centre[:2], low[2]), np.zeros(3))  # where it stands
+    frame = transform_at((*mass.centre[:2], low[2]), np.zeros(3))  # where it stands
     mass, part = gather(description, list(description.links), frame, packages, [], True)
     low, high = extent(part.collisions)
     reach = float(np.abs([low[:2], high[:2]]).max())

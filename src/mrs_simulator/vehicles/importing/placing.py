@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def placed(xyz, rpy):
+def transform_at(xyz, rpy):
     """Return the transform of a frame at ``xyz`` [m], turned by roll, pitch and yaw ``rpy`` [rad].
 
     ``R = Rz(yaw) Ry(pitch) Rx(roll)``, the fixed-axis angles of URDF.
@@ -19,7 +19,7 @@ def placed(xyz, rpy):
     return result
 
 
-def undone(transform):
+def inverse_transform(transform):
     """Return the inverse of ``transform``."""
     result = np.eye(4)
     result[:3, :3] = transform[:3, :3].T
@@ -28,7 +28,7 @@ def undone(transform):
 
 
 def roll_pitch_yaw(transform):
-    """Return the angles (3,) [rad] with which ``placed`` gives the rotation of ``transform``."""
+    """Return the angles (3,) [rad] with which ``transform_at`` gives the rotation of ``transform``."""
     turn = transform[:3, :3]
     level = np.hypot(turn[0, 0], turn[1, 0])
     if level < 1e-9:  # pitch of a right angle: roll and yaw turn about one axis

@@ -36,15 +36,17 @@ class CarriedLoad:
         """Take the load out of the world: there is no body."""
 
     def _misfit(self, points):
-        return points - grasps.held_at(self.grasps, self.state.place, self.state.orientation)
+        return points - grasps.grasp_points(self.grasps, self.state.place, self.state.orientation)
 
     def _balanced(self, points):
         """Return the load's state between the tools at ``points`` (n, 3) that hold it."""
         held, force = self.held, np.zeros_like(self.grasps)
-        place, turn = grasps.fitted(self.grasps[held], points[held])
-        at = grasps.held_at(self.grasps[held], place, turn)
+        place, turn = grasps.fitted_pose(self.grasps[held], points[held])
+        at = grasps.grasp_points(self.grasps[held], place, turn)
         misfit = points[held] - at
-        force[held] = grasps.shares(at - place, self.load.weight) + self.load.stiffness * misfit
+        force[held] = (
+            grasps.least_forces(at - place, self.load.weight) + self.load.stiffness * misfit
+        )
         return LoadState(place, turn, force)
 
     def update(self, points):
@@ -63,7 +65,7 @@ class CarriedLoad:
                 break
             self.held[row] = False
             gone.append(row)
-            if not grasps.are_apart(self.grasps[self.held]):
+            if not grasps.are_noncollinear(self.grasps[self.held]):
                 self.fall()
         return gone
 

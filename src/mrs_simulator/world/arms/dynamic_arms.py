@@ -150,8 +150,8 @@ class HangingLoad(CarriedLoad):
         self._client, self._bodies = {"physicsClientId": bodies.client}, bodies
         # Of each grip's share of the mass as much as makes it swing no more than once.
         self._damping = 2.0 * np.sqrt(load.stiffness * load.mass / len(load.grasps))
-        place, turn = grasps.hung(self.grasps, points, load.weight, load.stiffness)
-        at = grasps.held_at(self.grasps, place, turn)
+        place, turn = grasps.hanging_pose(self.grasps, points, load.weight, load.stiffness)
+        at = grasps.grasp_points(self.grasps, place, turn)
         self.state = LoadState(place, turn, load.stiffness * (points - at))
         half = [0.5 * side for side in load.size]
         shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, **self._client)
@@ -183,7 +183,7 @@ class HangingLoad(CarriedLoad):
         """Let grips pull at tools and load in the solver's next substep."""
         place, turn = pybullet.getBasePositionAndOrientation(self._body, **self._client)
         velocity, spin = map(np.array, pybullet.getBaseVelocity(self._body, **self._client))
-        at = grasps.held_at(self.grasps, np.array(place), np.array(turn))
+        at = grasps.grasp_points(self.grasps, np.array(place), np.array(turn))
         moving = velocity + np.cross(spin, at - place)
         force = np.zeros_like(at)
         for row in np.flatnonzero(self.held):
@@ -212,7 +212,7 @@ class HangingLoad(CarriedLoad):
         if size[row] > self.load.grip:
             self.held[row] = False
             gone.append(row)
-            if not grasps.are_apart(self.grasps[self.held]):
+            if not grasps.are_noncollinear(self.grasps[self.held]):
                 self.held[:] = False
         return gone
 

@@ -15,7 +15,7 @@ PI, TURN = np.pi, 2.0 * np.pi
 
 
 def approach_all(velocity, target, reach, after, mean):
-    """Fill ``after`` and ``mean`` (n, a) as ``approached`` does, robot by robot."""
+    """Fill ``after`` and ``mean`` (n, a) as ``ramped`` does, robot by robot."""
     for column in range(velocity.shape[1]):
         for row in range(len(velocity)):
             most = reach[row, column]
@@ -26,7 +26,7 @@ def approach_all(velocity, target, reach, after, mean):
 
 
 def carry_all(pose, moved, half, sin_half, cos, sin, after):
-    """Fill ``after`` (n, 3) as ``carried_on`` does; ``cos``, ``sin`` of the mean headings."""
+    """Fill ``after`` (n, 3) as ``moved_along_arcs_wrapped`` does; ``cos``, ``sin`` of the mean headings."""
     slides = moved.shape[1] == 3
     for row in range(len(pose)):
         share = sin_half[row] / half[row] if half[row] != 0.0 else 1.0
@@ -43,7 +43,7 @@ def carry_all(pose, moved, half, sin_half, cos, sin, after):
 
 
 def approached_by(compile_):
-    """Return the twin of ``core.kinematics.approached`` whose kernel went through ``compile_``."""
+    """Return the twin of ``kinematics.ramped`` whose kernel went through ``compile_``."""
     kernel = compile_(approach_all)
 
     def approached(velocity, target, reach):
@@ -55,7 +55,7 @@ def approached_by(compile_):
 
 
 def carried_by(compile_):
-    """Return the twin of ``core.kinematics.carried_on`` whose kernel went through ``compile_``."""
+    """Return the twin of ``kinematics.moved_along_arcs_wrapped`` whose kernel went through ``compile_``."""
     kernel = compile_(carry_all)
 
     def carried_on(pose, moved):
@@ -70,11 +70,11 @@ def carried_by(compile_):
 
 @functools.lru_cache(maxsize=None)
 def compiled_approached():
-    """Return the compiled twin of ``core.kinematics.approached``; ``ValueError`` without numba."""
+    """Return the compiled twin of ``kinematics.ramped``; ``ValueError`` without numba."""
     return approached_by(jit(cache=True))
 
 
 @functools.lru_cache(maxsize=None)
 def compiled_carried():
-    """Return the compiled twin of ``core.kinematics.carried_on``; ``ValueError`` without numba."""
+    """Return the compiled twin of ``kinematics.moved_along_arcs_wrapped``; ``ValueError`` without numba."""
     return carried_by(jit(cache=True))

@@ -8,10 +8,10 @@ from mrs_simulator.core import compiling
 from mrs_simulator.core.kinematics import (
     UNICYCLE_AXES,
     Reach,
-    approached,
-    carried_on,
     cos_sin,
-    greatest,
+    max_abs,
+    moved_along_arcs_wrapped,
+    ramped,
 )
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.spatial import upright
@@ -24,9 +24,9 @@ from mrs_simulator.world.contact.bodies import Bodies
 
 
 def approached_function():
-    """Return ``core.kinematics.approached``, or its compiled twin where that is wanted."""
+    """Return ``core.kinematics.ramped``, or its compiled twin where that is wanted."""
     if not compiling.is_wanted():
-        return approached
+        return ramped
     from mrs_simulator.world.motion.compiled import (
         compiled_approached,  # numba only where it is wanted
     )
@@ -35,9 +35,9 @@ def approached_function():
 
 
 def carried_function():
-    """Return ``core.kinematics.carried_on``, or its compiled twin where that is wanted."""
+    """Return ``core.kinematics.moved_along_arcs_wrapped``, or its compiled twin where that is wanted."""
     if not compiling.is_wanted():
-        return carried_on
+        return moved_along_arcs_wrapped
     from mrs_simulator.world.motion.compiled import (
         compiled_carried,  # numba only where it is wanted
     )
@@ -220,7 +220,7 @@ class KinematicMotion:
         if not SHORT < self._reach < np.inf or self._current is not None:
             return self._reach
         # Turn rates and angles count like speeds: that is quicker, and the bound rarely any worse.
-        return min(self._reach, self.step * DIAGONAL * greatest(self._mean))
+        return min(self._reach, self.step * DIAGONAL * max_abs(self._mean))
 
     def _moved(self, before, command):
         """Return the poses (n, 3) after a step from ``before``, without contacts."""

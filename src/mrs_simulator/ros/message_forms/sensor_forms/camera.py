@@ -5,7 +5,7 @@ import math
 import numpy as np
 from sensor_msgs.msg import CameraInfo, Image
 
-from mrs_simulator.core.spatial import product
+from mrs_simulator.core.spatial import quaternion_product
 from mrs_simulator.ros.message_forms.messages import MessageError
 from mrs_simulator.ros.message_forms.sensor_forms.form import OPTICAL, Form
 from mrs_simulator.sensors.types.camera import CameraReading
@@ -24,7 +24,7 @@ class CameraForm(Form):
         """Return the orientation of the optical frame in the mount's, (4,) x, y, z, w."""
         half = 0.5 * self.mount.settings.down
         lowered = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
-        return product(lowered, np.array(LEVEL_OPTICS))
+        return quaternion_product(lowered, np.array(LEVEL_OPTICS))
 
     def pixels(self, message, kinds):
         """Return the pixels of an ``Image`` (height, width, ...), of an encoding among ``kinds``, dtypes.

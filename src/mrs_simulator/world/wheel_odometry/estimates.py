@@ -47,11 +47,6 @@ class Estimates:
         """Return whether estimates are the true poses, at each step."""
         return not self._by_wheels and self._schedule is None
 
-    def reset(self):
-        """Begin anew where the robots begin."""
-        if self._wheels is not None:
-            self._wheels.reset()
-
     def begin(self):
         """Let all robots report their poses."""
         if self._schedule is None:  # they always report the newest

@@ -115,7 +115,7 @@ def load_tile(size):
 
 
 def load_corners(load, carried):
-    """Return the corners (8, 3) [m] of the ``load`` where it is ``carried``, a ``core.load.LoadState``."""
+    """Return the corners (8, 3) [m] of the ``load`` where it is ``carried``, a ``load.LoadState``."""
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     turn = np.broadcast_to(carried.orientation, (8, 4))
     return carried.place + rotated(turn, 0.5 * signs * load.size)

@@ -35,7 +35,7 @@ class Scene(NamedTuple):
     obstacles: Tuple[Any, ...] = ()
     numbered: bool = True
     joints: Any = None  # (n, 1 + k) [rad] of robots with arms, None: at home
-    load: Any = None  # a ``core.load.Load`` and its ``LoadState``
+    load: Any = None  # a ``load.Load`` and its ``LoadState``
 
     @property
     def place(self):

@@ -24,7 +24,7 @@ class MapTopics:
 
 
 def metadata(grid, stamp):
-    """Return the ``MapMetaData`` of a ``core.grids.Grid``."""
+    """Return the ``MapMetaData`` of a ``grids.Grid``."""
     rows, columns = grid.cells.shape
     about = MapMetaData(map_load_time=stamp, resolution=grid.side, width=columns, height=rows)
     place, turn = about.origin.position, about.origin.orientation

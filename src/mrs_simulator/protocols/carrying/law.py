@@ -74,7 +74,7 @@ class Carrying(PioneerControl):
         ),
     )
     DIMENSIONS = (2, 3)
-    load = None  # ``core.load.Load``
+    load = None  # ``load.Load``
     _begun = 0.0  # [s] of the path that are over when the run which is judged begins
 
     def resumed(self, time, memory):
@@ -84,7 +84,7 @@ class Carrying(PioneerControl):
         return rest
 
     def carry(self, load):
-        """Carry ``load``, a ``core.load.Load``; ``ControlError`` without one."""
+        """Carry ``load``, a ``load.Load``; ``ControlError`` without one."""
         if load is None:
             raise ControlError("carrying: the scenario has no load, wanted one under the key load")
         self.load, self._grasps = load, np.array(load.grasps)[:, : self.dimension]

@@ -469,7 +469,7 @@ def _targets(message):
 
 
 def collision_message(collision, stamp, frame):
-    """Return the message of a ``core.recording.Collision``."""
+    """Return the message of a ``recording.Collision``."""
     first, second, x, y, z = collision[1:]
     message = Collision(first=first, second=second, x=x, y=y, z=z)
     message.header.stamp, message.header.frame_id = stamp, frame
@@ -477,7 +477,7 @@ def collision_message(collision, stamp, frame):
 
 
 def read_collision(message):
-    """Return the ``core.recording.Collision`` in ``message``, its time that of the stamp [s]."""
+    """Return the ``recording.Collision`` in ``message``, its time that of the stamp [s]."""
     stamp = message.header.stamp.to_sec()
     place = message.x, message.y, getattr(message, "z", 0.0)
     return RunCollision(stamp, message.first, message.second, *place)
@@ -498,14 +498,14 @@ def read_range_bearing(message):
 
 
 def incident_message(incident, stamp):
-    """Return the message of a ``core.incidents.Incident``."""
+    """Return the message of a ``incidents.Incident``."""
     message = Incident(**dict(zip(("robot", "what", "rotor", "ordered"), incident[1:])))
     message.header.stamp = stamp
     return message
 
 
 def read_incident(message):
-    """Return the ``core.incidents.Incident`` in ``message``, its time that of the stamp [s].
+    """Return the ``incidents.Incident`` in ``message``, its time that of the stamp [s].
 
     Raises ``MessageError`` for one that is not known.
     """

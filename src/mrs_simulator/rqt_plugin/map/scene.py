@@ -85,7 +85,7 @@ class MapScene(QWidget):
         self.update()
 
     def show_load(self, load):
-        """Draw the ``load``, a ``core.load.Load``, where snapshots have it; None for none."""
+        """Draw the ``load``, a ``load.Load``, where snapshots have it; None for none."""
         self.team.load = load
         self.update()
 

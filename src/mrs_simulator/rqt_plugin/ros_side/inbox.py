@@ -130,14 +130,14 @@ class Inbox:
         return [message and _from_state(message, True) for message in messages]
 
     def take_collisions(self):
-        """Return the ``core.recording.Collision``s since the last call."""
+        """Return the ``recording.Collision``s since the last call."""
         taken = []
         while self._collisions:
             taken.append(read_collision(self._collisions.popleft()))
         return taken
 
     def take_incidents(self):
-        """Return the ``core.incidents.Incident``s since the last call, without unreadable ones."""
+        """Return the ``incidents.Incident``s since the last call, without unreadable ones."""
         taken = []
         while self._incidents:
             try:

@@ -99,7 +99,7 @@ class Film:
 
 
 class SpaceStage:
-    """Shows a ``Film`` on a figure, ``width`` [in] wide, as ``study.animation.Stage`` does from above."""
+    """Shows a ``Film`` on a figure, ``width`` [in] wide, as ``animation.Stage`` does from above."""
 
     def __init__(self, film, width):
         self.film = film

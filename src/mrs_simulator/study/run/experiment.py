@@ -273,7 +273,7 @@ def run_experiment(
     """Run ``scenario``, write everything to the directory ``out`` and return the verdict.
 
     Writes ``scenario.yaml`` and, as it goes, ``run.csv``; then ``run.json``, the figures, in ``formats``
-    and as the ``study.look.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
+    and as the ``style.Look`` has them, and ``verdict.json``.  A run that is interrupted or whose law
     fails is reported as far as it went; ``verdict["ended"]`` says which.  ``apart``: the ``Drawing`` that
     is to draw them, by default one that begins now.
     """

@@ -56,7 +56,7 @@ def _scenario(given):
 class StudyRun:
     """A run with its verdict: arrays, a table, figures and an animation.
 
-    ``run``: the ``core.recording.Run`` with the arrays ``time`` (m,) [s], ``pose`` (m, n, 3), ``hand``
+    ``run``: the ``recording.Run`` with the arrays ``time`` (m,) [s], ``pose`` (m, n, 3), ``hand``
     (m, n, 2), ``command`` (m, n, a); ``verdict``: the mapping of verdict.json; ``prediction``: theory's
     hand points, or None, as :func:`study.judging.judged` has them; ``directory``: where ``run.csv`` is.
     """
@@ -124,7 +124,7 @@ class StudyRun:
         return figure
 
     def animate(self, seconds=8.0, rate=12.0, width=4.8, space=False):
-        """Return the ``study.animation.Animation``: ``save("run.gif")``, and shown in a notebook.
+        """Return the ``animation.Animation``: ``save("run.gif")``, and shown in a notebook.
 
         ``space``: in three dimensions instead of from above.
         """

@@ -10,9 +10,17 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.protocols import energies
 from mrs_simulator.protocols import shipped as law_of
+from mrs_simulator.protocols.consensus.energies import second_order_energy
 from mrs_simulator.protocols.curves import Curve, Energy, dissipated, integral
+from mrs_simulator.protocols.flocking.energies import agreement_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
+from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
 from mrs_simulator.protocols.making import make_control
+from mrs_simulator.protocols.shapes.energies import (
+    bearing_energy,
+    bearing_leaders_energy,
+    length_energy,
+)
 from mrs_simulator.record.recording import Run, read_run_csv
 from mrs_simulator.study.draw.canvas import save
 from mrs_simulator.study.draw.certificate_figure import certificate_figure
@@ -29,16 +37,16 @@ def test_energies_typed_out():
     assert (energy.value(POINTS), energy.dissipation(POINTS)) == (2.5, 3.0)
     # The last one stands: (1 + 1)/2.
     assert energies.laplacian_energy(PATH, 0.5, standing=1).dissipation(POINTS) == 1.0
-    tension = energies.tension_energy(np.array([[0, 1], [1, 2]]), 4.0, 0.2)
+    tension = tension_energy(np.array([[0, 1], [1, 2]]), 4.0, 0.2)
     # 1/3 + 4/2; slopes 7/9 and 12/4: pulls 0.7778, 2.2222, 3.
     assert tension.value(POINTS) == pytest.approx(7.0 / 3.0)
     assert tension.dissipation(POINTS) == pytest.approx(0.2 * (49.0 + 400.0 + 729.0) / 81.0)
-    lengths = energies.length_energy(PATH, 2.0 * POINTS, 0.1)
+    lengths = length_energy(PATH, 2.0 * POINTS, 0.1)
     # (1 - 4)^2/4 + (4 - 16)^2/4; slopes -3 and -24: pulls 3, 21, 24.
     assert lengths.value(POINTS) == 38.25
     assert lengths.dissipation(POINTS) == pytest.approx(0.1 * (9.0 + 441.0 + 576.0))
     samples = np.array([[0.0, 0.0], [2.0, 0.0], [10.0, 0.0]])
-    cost = energies.coverage_energy(samples, np.ones(3), 0.5)
+    cost = coverage_energy(samples, np.ones(3), 0.5)
     two = np.array([[0.5, 0.0], [9.0, 0.0]])
     # (0.25 + 2.25 + 1)/3; 2 * 0.5 (2/3 * 0.25 + 1/3 * 1).
     assert cost.value(two) == pytest.approx(3.5 / 3.0)
@@ -48,17 +56,17 @@ def test_energies_typed_out():
 def test_energies_of_bearings_and_errors_typed_out():
     pair = Topology.preset("path", 2)
     goal, hand = np.array([[0.0, 0.0], [2.0, 0.0]]), np.array([[0.0, 0.0], [3.0, 4.0]])
-    bearings = energies.bearing_energy(pair, goal, 0.5)
+    bearings = bearing_energy(pair, goal, 0.5)
     # (1 + 16)/2; 0.5 * 2 * (1 - 0.36).
     assert bearings.value(hand) == 8.5 and bearings.dissipation(hand) == pytest.approx(0.64)
-    leaders = energies.bearing_leaders_energy(pair, goal, 0.5, 1)
+    leaders = bearing_leaders_energy(pair, goal, 0.5, 1)
     # What is across x: 16/2; the follower's pull 4, squared, times 0.5.
     assert leaders.value(hand) == 8.0 and leaders.dissipation(hand) == 8.0
-    moving = energies.second_order_energy(pair, 0.5)
+    moving = second_order_energy(pair, 0.5)
     velocity = np.array([[1.0, 0.0], [-1.0, 0.0]])
     # 25/2 + 2/2; 0.5 * 4.
     assert moving.of(hand, velocity, 0.0) == 13.5 and moving.spent(hand, velocity, 0.0) == 2.0
-    agreeing = energies.agreement_energy(2.0, 1.0, 5.0)
+    agreeing = agreement_energy(2.0, 1.0, 5.0)
     # 2/2; 2/2 * (1 + 25/25)^-1 * 4.
     assert agreeing.of(hand, velocity, 0.0) == 1.0 and agreeing.spent(hand, velocity, 0.0) == 2.0
 

@@ -17,6 +17,7 @@ from mrs_simulator.protocols.common import (
     decays_as,
     spanning_tree,
 )
+from mrs_simulator.protocols.consensus.energies import second_order_energy
 from mrs_simulator.protocols.consensus.equations import (
     delayed_consensus,
     delayed_rate,
@@ -27,7 +28,6 @@ from mrs_simulator.protocols.consensus.equations import (
 )
 from mrs_simulator.protocols.consensus.law import AT_LIMIT, GAIN, keeps_weighted_mean
 from mrs_simulator.protocols.consensus.published import Delayed, SecondOrder
-from mrs_simulator.protocols.energies import second_order_energy
 from mrs_simulator.protocols.published.laws import exact_motion, weights_of
 
 TAU = Parameter(

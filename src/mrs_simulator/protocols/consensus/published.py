@@ -1,4 +1,4 @@
-"""Consensus laws as published, for verdicts: see :mod:`published`."""
+"""Consensus laws as published, for verdicts: see :mod:`protocols.published.laws`."""
 
 import numpy as np
 
@@ -131,63 +131,6 @@ class Resilient(Published):
         return u, None
 
 
-class Pursuit(Published):
-    """``u_i = gain e^{ia} (z_{i+1} - z_i)`` in the complex plane: Marshall, Broucke, Francis, 2004."""
-
-    def __init__(self, gain, angle):
-        self.factor = gain * np.exp(1j * angle)
-
-    def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
-        z = points[:, 0] + 1j * points[:, 1]
-        u = self.factor * (np.append(z[1:], z[0]) - z)
-        return np.column_stack([u.real, u.imag]), None
-
-
-class Rendezvous(Published):
-    """``u_i = gain sum (2D - d)/(D - d)^2 (p_j - p_i)`` over the pairs nearer than D at the start.
-
-    Ji and Egerstedt, 2007.
-    """
-
-    def __init__(self, gain, radius):
-        self.gain, self.radius = gain, radius
-
-    def begin(self, start):
-        """Return which pairs are neighbours, (n, n) bool."""
-        return _distances(start) < self.radius
-
-    def velocity(self, points, time, memory):
-        """Return ``(u, memory)``."""
-        d = _distances(points)
-        share = np.where(memory, (2.0 * self.radius - d) / (self.radius - d) ** 2, 0.0)
-        np.fill_diagonal(share, 0.0)
-        return self.gain * (share @ points - share.sum(axis=1)[:, np.newaxis] * points), memory
-
-
-class Coverage(Published):
-    """``u_i = gain (C_i - p_i)``, C_i the centroid of i's Voronoi cell: Cortes and others, 2004."""
-
-    def __init__(self, gain, side, count, weight):
-        """``weight`` of a place (x, y) [m]; cells are sums over ``count^2`` samples of the square."""
-        middles = [side * ((k + 0.5) / count - 0.5) for k in range(count)]
-        self.samples = np.array([(x, y) for y in middles for x in middles])
-        self.weight, self.gain = np.array([weight(x, y) for x, y in self.samples]), gain
-        self.WORK = float(len(self.samples))
-
-    def velocity(self, points, time, memory):
-        """Return ``(u, None)``."""
-        x, y = self.samples.T
-        owner = np.array([(x - px) ** 2 + (y - py) ** 2 for px, py in points]).argmin(axis=0)
-        u = np.zeros_like(points)
-        for i, point in enumerate(points):
-            cell = np.flatnonzero(owner == i)
-            mass = self.weight[cell]
-            if mass.sum() > 1e-300:
-                u[i] = self.gain * (mass @ self.samples[cell] / mass.sum() - point)
-        return u, None
-
-
 class Noisy(Published):
     """``u = -gain (L (p + nu) + nu_heard) + w`` with the noise of this seed: Xiao, Boyd, Kim, 2007."""
 
@@ -212,35 +155,3 @@ class Noisy(Published):
         for (i, j), error in zip(self.arcs, listeners):
             u[i] += self.gain * self.weights[i, j] * (seen[j] - seen[i] + self.noise[2] * error)
         return u, None
-
-
-class Chain(Published):
-    """``u_i = gain (e_(i+1) - e_i)``, late by tau, behind robot n, which sways along x.
-
-    ``e`` is how far a robot is from its start; of the state alone ``e_i`` is not late.
-    """
-
-    SEES = "past"
-
-    def __init__(self, gain, steps, both_late, sway, period):
-        self.gain, self.steps, self.both_late = gain, steps, both_late
-        self.sway, self.period = sway, period
-
-    def begin(self, start):
-        """Return the points of the last ``steps + 1`` commands, the oldest first, and the start."""
-        return [start] * (self.steps + 1), start
-
-    def velocity(self, points, time, memory):
-        """Return ``(u, memory)``."""
-        past, start = memory
-        past = past[1:] + [points]
-        late, u = past[0] - start, np.zeros_like(points)
-        for i in range(len(points) - 1):
-            own = late[i] if self.both_late else points[i] - start[i]
-            u[i] = self.gain * (late[i + 1] - own)
-        u[-1, 0] = (self.sway(time + self.period) - self.sway(time)) / self.period
-        return u, (past, start)
-
-
-def _distances(points):
-    return np.linalg.norm(points[:, np.newaxis] - points, axis=2)

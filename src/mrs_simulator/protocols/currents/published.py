@@ -1,4 +1,4 @@
-"""Laws against a current as published, for verdicts: see :mod:`published`."""
+"""Laws against a current as published, for verdicts: see :mod:`protocols.published.laws`."""
 
 import cmath
 

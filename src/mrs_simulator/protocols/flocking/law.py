@@ -10,9 +10,9 @@ from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import least_distance
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.protocols.common import attracting, level
-from mrs_simulator.protocols.energies import agreement_energy, flock_energy
 from mrs_simulator.protocols.flocking import equations as flocking_equations
 from mrs_simulator.protocols.flocking import published
+from mrs_simulator.protocols.flocking.energies import agreement_energy, flock_energy
 from mrs_simulator.protocols.flocking.published import (
     AlphaGamma,
     Boids,

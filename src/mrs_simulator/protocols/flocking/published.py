@@ -1,4 +1,4 @@
-"""Flocking laws as published, for verdicts: see :mod:`published`."""
+"""Flocking laws as published, for verdicts: see :mod:`protocols.published.laws`."""
 
 import cmath
 import math

@@ -24,15 +24,11 @@ from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, resting
-from mrs_simulator.protocols.consensus import published
 from mrs_simulator.protocols.consensus.law import powers
-from mrs_simulator.protocols.energies import (
-    coverage_energy,
-    error_energy,
-    laplacian_energy,
-    tension_energy,
-)
+from mrs_simulator.protocols.energies import error_energy, laplacian_energy
 from mrs_simulator.protocols.gathering import equations as gathering_equations
+from mrs_simulator.protocols.gathering import published
+from mrs_simulator.protocols.gathering.energies import coverage_energy, tension_energy
 from mrs_simulator.protocols.marching.equations import read_waypoints
 from mrs_simulator.protocols.published.laws import Averaging, weights_of
 

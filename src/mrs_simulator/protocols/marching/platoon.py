@@ -9,8 +9,8 @@ from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.protocols.common import attracting, below
 from mrs_simulator.protocols.consensus.law import GAIN
 from mrs_simulator.protocols.consensus.memory import TAU, Remembering
-from mrs_simulator.protocols.consensus.published import Chain
 from mrs_simulator.protocols.curves import Curve
+from mrs_simulator.protocols.marching.published import Chain
 from mrs_simulator.protocols.marching.string_equations import (
     amplitudes,
     held_link_gain,

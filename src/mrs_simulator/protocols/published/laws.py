@@ -1,6 +1,6 @@
 """Laws as published, a second time: what verdicts hold the commands and the motion of a run against.
 
-Nothing in the modules ``published*`` is shared with the laws that move robots: weights are dense
+Nothing in the modules ``published`` is shared with the laws that move robots: weights are dense
 matrices built from the list of edges, sums run over all pairs.  A mistake in a law is therefore not
 repeated in what its runs are compared with.
 """

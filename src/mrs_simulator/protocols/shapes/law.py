@@ -40,14 +40,14 @@ from mrs_simulator.protocols.common import (
 from mrs_simulator.protocols.consensus.equations import has_simple_modes
 from mrs_simulator.protocols.consensus.law import powers
 from mrs_simulator.protocols.consensus.over_links import Linear, linear_claims
-from mrs_simulator.protocols.energies import (
-    averaging_energy,
+from mrs_simulator.protocols.energies import averaging_energy
+from mrs_simulator.protocols.published.laws import Averaging, shape_of, weights_of
+from mrs_simulator.protocols.shapes import equations as laws
+from mrs_simulator.protocols.shapes.energies import (
     bearing_energy,
     bearing_leaders_energy,
     length_energy,
 )
-from mrs_simulator.protocols.published.laws import Averaging, shape_of, weights_of
-from mrs_simulator.protocols.shapes import equations as laws
 from mrs_simulator.protocols.shapes.published import (
     Bearings,
     BearingsWithLeaders,

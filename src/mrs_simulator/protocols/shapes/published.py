@@ -1,4 +1,4 @@
-"""Formation laws as published, for verdicts: see :mod:`published`."""
+"""Formation laws as published, for verdicts: see :mod:`protocols.published.laws`."""
 
 import cmath
 

@@ -125,6 +125,21 @@ class Ros:
         self.processes.append(process)
         return Probe(process)
 
+    def wait_for_connections(self, subscriber, topics, limit=PATIENCE):
+        """Wait until publishers are connected to a node whose name begins so, on all of ``topics``."""
+        master = xmlrpc.client.ServerProxy(self.uri)
+
+        def is_connected():
+            published = dict(master.getSystemState("/test")[2][0])
+            connected = set()
+            for node in set().union(*map(published.get, topics & published.keys())):
+                with xmlrpc.client.ServerProxy(master.lookupNode("/test", node)[2]) as publisher:
+                    links = publisher.getBusInfo("/test")[2]
+                connected |= {link[4] for link in links if str(link[1]).startswith(subscriber)}
+            return topics <= connected
+
+        wait_until(is_connected, limit)
+
     def call(self, *arguments, limit=PATIENCE):
         """Run a ROS command to its end; return its output."""
         return subprocess.run(

@@ -25,7 +25,7 @@ from mrs_simulator.msg import Collision, ControlStatus, RobotSpec, StageStatus, 
 from mrs_simulator.ros.message_forms.defined_types import DiagnosticArray
 from mrs_simulator.srv import SetSpeed, SetTeam, SetTopology, StepStage
 
-newest, counts, transforms, collisions = {}, {}, {}, []
+newest, counts, stamps, transforms, collisions = {}, {}, {}, {}, []
 markers, marker_repeated = {}, False
 clock_went_back = False
 driven, gates, unstamped, diagnostics = {}, {}, set(), {}
@@ -34,6 +34,8 @@ driven, gates, unstamped, diagnostics = {}, {}, set(), {}
 def keep(message, name):
     newest[name] = message
     counts[name] = counts.get(name, 0) + 1
+    if hasattr(message, "header"):
+        stamps.setdefault(name, []).append(message.header.stamp.to_sec())
 
 
 def on_clock(message):

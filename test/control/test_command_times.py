@@ -41,7 +41,7 @@ class Team:
         self.looks()
 
     def looks(self):
-        if self.times.take(self.now, lambda now: self.inbox.told(self.rows, now)):
+        if self.times.take(self.now, lambda now: self.inbox.is_up_to_date(self.rows, now)):
             self.answered.append((round(self.now, 6), self.inbox.stamps().round(6).tolist()))
 
     def begins(self):
@@ -244,7 +244,7 @@ def test_only_what_is_waited_for_wakes_the_control():
         return inbox._news
 
     assert wakes(0)  # nobody has said what is waited for
-    assert not inbox.told([0, 2], 10.0)
+    assert not inbox.is_up_to_date([0, 2], 10.0)
     assert not wakes(0) and not wakes(1) and wakes(2)
     assert not wakes(0)
     inbox.wake()

@@ -297,7 +297,7 @@ def test_missing_odometry_is_named(ros, law):
     ros.node("stage", "--robots", 2)
     control = ros.node("pioneer_control", "--robots", 3, "--protocol", law(FORWARD))
     probe = ros.probe()
-    probe.wait("'no fresh odometry of robot3 (never heard)' in (control('trouble') or '')")
+    probe.wait("'no fresh odometry of robot3 (never received)' in (control('trouble') or '')")
     assert probe.ask("control('stale')") == [3]
     probe.wait_simulated(0.5)
     assert probe.ask("max(map(abs, state('vx')))") == 0.0

@@ -148,7 +148,7 @@ def test_of_real_robots_the_record_says_that_the_truth_is_not_known(ros, scenari
         "pioneer_control", "--scenario", scenario, "_autostart:=true", "_frozen_time:=0"
     )
     record = ros.node("record", "--scenario", scenario, "--out", tmp_path / "real")
-    probe.wait("'no fresh imu of robot1 (never heard), robot2' in (control('trouble') or '')")
+    probe.wait("'no fresh imu of robot1 (never received), robot2' in (control('trouble') or '')")
     # Commands begin with the readings, and a guard ends them after 2 s: these robots do not move.
     wait_until(lambda: "waiting for the robots' first command" in log_of(record))
     probe.ask("[stand_in_imu(n, 0.0) for n in (1, 2, 3)]")

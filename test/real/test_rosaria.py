@@ -345,7 +345,7 @@ def test_external_poses_and_their_silence(team):
     team.robot(1)
     # Its pose never changes, whatever it is told.
     control = team.forward("_frame_source:=external", "_stuck_time:=0", n=1)
-    team.trouble("no fresh pose on /robot{}/pose of robot1 (never heard)")
+    team.trouble("no fresh pose on /robot{}/pose of robot1 (never received)")
     camera = (
         "import rospy; from geometry_msgs.msg import PoseStamped; rospy.init_node('camera')\n"
         "out = rospy.Publisher('/robot1/pose', PoseStamped, queue_size=1); m = PoseStamped()\n"
@@ -374,7 +374,7 @@ def test_a_missing_transform_is_named(team):
     team.robot(1)  # its frames are odom and base_link, of which nobody knows where they are
     control = team.forward("_frame_source:=tf", n=1)
     team.trouble(
-        "no fresh transform on /tf from world to robot{}/base_link of robot1 (never heard)"
+        "no fresh transform on /tf from world to robot{}/base_link of robot1 (never received)"
     )
     # tf's own reason is told too.
     wait_until(lambda: "/tf from world to robot1/base_link: " in log_of(control))
@@ -414,7 +414,7 @@ def test_preflight_names_who_is_missing_and_bad_input(team):
     level, message, values = team.probe.wait("diagnostics.get('preflight')")
     assert "checks not OK" in message and values["not OK 1"] == "robot2 publishes"
     assert level == 2 and values["silent_robots"] == "1"
-    assert "never heard on /robot2/RosAria/pose" in text
+    assert "never received on /robot2/RosAria/pose" in text
     assert "OK      robot1 publishes" in text and "not all poses are known" in text
     code, text = preflight(team, "_geofence:=[1, 2, 0, 4]")
     assert code == 2 and "x_min < x_max" in text and "Traceback" not in text
@@ -662,7 +662,7 @@ def test_the_same_law_stops_by_p2os_sonar(ros, team):
     second = ros.node("preflight", *known, "--robots", 2, *topics, "_time_limit:=3", name="check")
     assert second.wait(PATIENCE) == 1
     assert (
-        "robot2 (never heard, refused: no distances: is the driver's parameter use_sonar true?)"
+        "robot2 (never received, refused: no distances: is the driver's parameter use_sonar true?)"
         in (log_of(second))
     )
     assert "robot1 (never" not in log_of(second)

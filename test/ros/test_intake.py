@@ -14,9 +14,7 @@ def simulated(timeout=0.5):
 
 def heard(intake, stamps, arrivals):
     """Return which messages of robot 0, stamped and arrived at these times [s], are believed."""
-    return [
-        intake.believes_stamp(0, *each) for each in zip(stamps, itertools.repeat(0.0), arrivals)
-    ]
+    return [intake.accepts_stamp(0, *each) for each in zip(stamps, itertools.repeat(0.0), arrivals)]
 
 
 def steady(intake, clock=0.0, messages=10):
@@ -39,21 +37,21 @@ def steady(intake, clock=0.0, messages=10):
 )
 def test_stamps_are_compared_with_simulated_time(stamp, said):
     intake = simulated()
-    assert not intake.believes_stamp(0, stamp, 10.0, 1.0)
+    assert not intake.accepts_stamp(0, stamp, 10.0, 1.0)
     assert intake.refused == [1] and said in intake.reasons[0]
-    assert intake.believes_stamp(0, 9.9, 10.0, 1.0) and intake.reasons == {}
+    assert intake.accepts_stamp(0, 9.9, 10.0, 1.0) and intake.reasons == {}
 
 
 def test_no_simulated_time_yet_refuses_nothing():
-    assert simulated().believes_stamp(0, 1.0, 0.0, 1.0)
+    assert simulated().accepts_stamp(0, 1.0, 0.0, 1.0)
 
 
 def test_a_message_overtaken_by_another_is_refused_and_a_new_clock_is_not():
     intake = simulated()
-    assert intake.believes_stamp(0, 10.0, 10.0, 1.0)
-    assert intake.believes_stamp(0, 10.0, 10.0, 1.0)  # lockstep tells the same again
-    assert not intake.believes_stamp(0, 9.98, 10.0, 1.0)
-    assert intake.believes_stamp(0, 1.0, 1.0, 1.0)
+    assert intake.accepts_stamp(0, 10.0, 10.0, 1.0)
+    assert intake.accepts_stamp(0, 10.0, 10.0, 1.0)  # lockstep tells the same again
+    assert not intake.accepts_stamp(0, 9.98, 10.0, 1.0)
+    assert intake.accepts_stamp(0, 1.0, 1.0, 1.0)
 
 
 @pytest.mark.parametrize("clock", [0.0, 3600.0, -7.0])
@@ -125,17 +123,17 @@ def test_a_person_may_say_that_a_clock_is_right():
 )
 def test_places_and_rotations_that_cannot_be(x, y, length, said):
     intake = Intake([True], 0.5)
-    assert not intake.believes_place(0, x, y, length) and intake.reasons == {0: said}
-    assert intake.believes_place(0, 5.0, -5.0, 1.0)
-    assert Intake([False], 0.5).believes_place(0, 2e4, 0.0)  # a simulated robot may be far
+    assert not intake.accepts_place(0, x, y, length) and intake.reasons == {0: said}
+    assert intake.accepts_place(0, 5.0, -5.0, 1.0)
+    assert Intake([False], 0.5).accepts_place(0, 2e4, 0.0)  # a simulated robot may be far
 
 
 @pytest.mark.parametrize("z", [math.nan, math.inf, -1e6])
 def test_heights_that_cannot_be(z):
     intake = Intake([True], 0.5)
-    assert not intake.believes_place(0, 0.0, 0.0, z=z)
+    assert not intake.accepts_place(0, 0.0, 0.0, z=z)
     assert intake.reasons == {0: "at a height of {:.4g} m".format(z)}
-    assert intake.believes_place(0, 0.0, 0.0, z=30.0)
+    assert intake.accepts_place(0, 0.0, 0.0, z=30.0)
 
 
 def test_frames_are_asked_for_once():
@@ -146,7 +144,7 @@ def test_frames_are_asked_for_once():
         return "" if frame == "odom" else "odom"
 
     intake = Intake([True], 0.5, wanted)
-    assert intake.believes_frame(0, "odom") and intake.believes_frame(0, "odom")
-    assert not intake.believes_frame(0, "map") and asked == ["odom", "map"]
+    assert intake.accepts_frame(0, "odom") and intake.accepts_frame(0, "odom")
+    assert not intake.accepts_frame(0, "map") and asked == ["odom", "map"]
     assert intake.reasons == {0: "in frame 'map', wanted odom"}
-    assert not intake.believes_frame(0, "x" * 10**6) and len(intake.reasons[0]) < 200
+    assert not intake.accepts_frame(0, "x" * 10**6) and len(intake.reasons[0]) < 200

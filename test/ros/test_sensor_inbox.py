@@ -95,10 +95,12 @@ def test_what_an_estimator_asks_for_is_kept_until_it_is_taken(times):
 
 def test_what_is_silent_or_refused_is_named(times):
     inbox = inbox_of()
-    assert inbox.missing(1.0) == "no fresh sonar of robot1 (never heard), robot2 (never heard)"
+    assert (
+        inbox.missing(1.0) == "no fresh sonar of robot1 (never received), robot2 (never received)"
+    )
     put(inbox, 0, 1.0)
     put(inbox, 1, 1.0, count=8)
-    wanted = "robot2 (never heard, refused: 8 echoes, but the mount has 16 transducers)"
+    wanted = "robot2 (never received, refused: 8 echoes, but the mount has 16 transducers)"
     assert inbox.missing(1.1) == "no fresh sonar of " + wanted
     put(inbox, 1, 1.0)
     assert inbox.missing(1.5) == "" and inbox.stale(1.5) == []
@@ -152,16 +154,16 @@ def test_a_real_robots_battery_is_told_by_several_topics(times):
 
 def test_lockstep_waits_for_what_was_measured(times):
     inbox = inbox_of()
-    assert "never heard" in inbox.awaited(1.0, 1.0)
+    assert "never received" in inbox.awaited(1.0, 1.0)
     for row in (0, 1):
         put(inbox, row, 1.0)
     assert inbox.awaited(1.0, 1.0) == inbox.awaited(1.08, 1.0) == ""
     put(inbox, 0, 1.1)
     assert inbox.awaited(1.1, 1.0) == "no fresh sonar of robot2 (0.1 s)"
     late = inbox_of(noise={"latency": 0.3})
-    assert late.awaited(1.28, 1.0) == "" and "never heard" in late.awaited(1.3, 1.0)
+    assert late.awaited(1.28, 1.0) == "" and "never received" in late.awaited(1.3, 1.0)
     looks_back = inbox_of(names=("imu",))
-    assert looks_back.awaited(1.08, 1.0) == "" and "never heard" in looks_back.awaited(1.1, 1.0)
+    assert looks_back.awaited(1.08, 1.0) == "" and "never received" in looks_back.awaited(1.1, 1.0)
 
 
 def camera_inbox(real=()):
@@ -192,7 +194,9 @@ def test_a_picture_and_its_depth_are_one_reading(times):
     assert inbox._inlets[0].topics == ["/robot1/RosAria/eye", "/robot1/RosAria/eye_depth"]
     tell(1.0, 0, 1)
     assert heard(inbox) is None and inbox.awaited(1.0, 1.0)
-    assert inbox.missing(1.0).endswith("(never heard); nothing came on /robot1/RosAria/eye_depth")
+    assert inbox.missing(1.0).endswith(
+        "(never received); nothing came on /robot1/RosAria/eye_depth"
+    )
     tell(1.0, 1, 1)
     assert heard(inbox) == (1.0, 1, 1.0) and inbox.missing(1.0) == inbox.awaited(1.0, 1.0) == ""
     # Each topic has a thread of its own: the next picture may overtake the depth.
@@ -253,6 +257,6 @@ def test_a_sensor_is_unconnected_until_its_publisher_has_answered(times, monkeyp
     monkeypatch.setattr(sensor_inbox.rospy, "Subscriber", subscriber)
     inbox = inbox_of()
     made[0].impl.connections[0].callerid_pub = "/stage"
-    assert inbox.unconnected() == "no fresh sonar of robot2 (never heard)"
+    assert inbox.unconnected() == "no fresh sonar of robot2 (never received)"
     made[1].impl.connections[0].callerid_pub = "/stage"
     assert inbox.unconnected() == ""

@@ -27,14 +27,14 @@ def test_who_publishes_and_who_is_fresh():
     names = ["/robot{}/odom".format(n) for n in (1, 2, 3)]
     checks = preflight.hearing_checks((1, 2, 3), (0.1, 0.9, math.inf), 0.5, names)
     assert passed(checks) == [True, True, True, False, False]
-    assert "never heard on /robot3/odom" in checks[-1].text
+    assert "never received on /robot3/odom" in checks[-1].text
     assert checks[3].subject == "robot2 is fresh" and "0.90 s" in checks[3].text
 
 
 def test_sensors_are_heard_or_named():
     heard = preflight.sensor_check(("sonar", "laser"), "")
     assert heard == ("sensors heard", True, "sonar, laser")
-    silent = "no fresh sonar of robot2 (never heard)"
+    silent = "no fresh sonar of robot2 (never received)"
     assert preflight.sensor_check(("sonar",), silent) == ("sensors heard", False, silent)
 
 

@@ -114,7 +114,7 @@ class RobotCommands:
     def __init__(self, names, real=(), axes=UNICYCLE_AXES, answers=None):
         """``names`` of the topics; ``real``: rows of the robots that are real; ``axes`` of commands.
 
-        ``answers``: who tells besides which odometry they answer, an ``AnswersTold``, or None.
+        ``answers``: who tells besides which odometry they answer, an ``AnswerPublisher``, or None.
         """
         self._driven, self._axes, self._answers = False, axes, answers
         self._publishers = [

@@ -4,7 +4,7 @@ from mrs_simulator.nodes.control.command_gate import RobotCommands, command_topi
 from mrs_simulator.ros.node.rivals import Rivals
 from mrs_simulator.ros.receive.odometry_inbox import TeamInbox
 from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
-from mrs_simulator.ros.receive.team_topics import COMMAND, AnswersTold, TeamCommands
+from mrs_simulator.ros.receive.team_topics import COMMAND, AnswerPublisher, TeamCommands
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.suite import check_fitted
 from mrs_simulator.vehicles import Team
@@ -52,5 +52,5 @@ def open_commands(team, numbers, inbox, real, simulated):
     """Return what publishes the commands of ``team``: all in one message, or each on its own topic."""
     if isinstance(inbox, TeamInbox):
         return TeamCommands(numbers, team.axes)
-    answers = AnswersTold(numbers, team.axes) if simulated else None
+    answers = AnswerPublisher(numbers, team.axes) if simulated else None
     return RobotCommands(command_topics(numbers), real, team.axes, answers)

@@ -229,7 +229,7 @@ class ControlNode:
 
     def _told(self, now):
         """Return whether the simulated robots' odometry that is told by ``now`` [s] is there."""
-        return not self._simulated_rows or self.inbox.told(self._simulated_rows, now)
+        return not self._simulated_rows or self.inbox.is_up_to_date(self._simulated_rows, now)
 
     def _answer(self):
         """Lockstep: commands for each odometry, the last ones between two periods of the control."""

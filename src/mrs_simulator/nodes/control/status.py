@@ -62,7 +62,7 @@ class ControlHealth:
         own = control_health(self._status.facts)
         if self._estimates is not None:
             own.values["readings too late for estimates"] = self._estimates.late
-        rates = self._rates.of(dict(commands=sent, odometry=self._inbox.heard))
+        rates = self._rates.of(dict(commands=sent, odometry=self._inbox.accepted))
         own.values.update({"{} [Hz]".format(name): rate for name, rate in rates.items()})
         return [own] if self._sensors is None else [own, self._of_sensors()]
 

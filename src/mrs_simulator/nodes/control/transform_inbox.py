@@ -44,10 +44,10 @@ class TransformInbox(Inbox):
         where, length = planar(pose), quaternion_length(pose)
         arrival, seconds = time.monotonic(), stamp.to_sec()
         with self._changed:
-            if not self.intake.believes_place(row, *where[:2], length, pose.position.z):
+            if not self.intake.accepts_place(row, *where[:2], length, pose.position.z):
                 return
             # A static transform has no stamp, and holds for ever.
-            if stamp.is_zero() or self.intake.believes_stamp(
+            if stamp.is_zero() or self.intake.accepts_stamp(
                 row, seconds, rospy.get_time(), arrival
             ):
                 self._stamp[row], self._received[row] = stamp.to_nsec(), now

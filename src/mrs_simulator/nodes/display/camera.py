@@ -12,7 +12,7 @@ from std_msgs.msg import String
 
 from mrs_simulator.pictures.camera import Camera as Pinhole
 from mrs_simulator.pictures.scene import Scene, drawn, framed
-from mrs_simulator.ros.message_forms.messages import Camera, TeamState, read_look, read_state
+from mrs_simulator.ros.message_forms.messages import Camera, TeamState, read_camera_view, read_state
 from mrs_simulator.ros.node.arguments import parse
 from mrs_simulator.ros.node.diagnostics import OK, Diagnostics, Health, Rates
 from mrs_simulator.ros.node.lifecycle import run, start_node
@@ -57,7 +57,7 @@ class CameraNode:
         self._newest = message
 
     def _on_look(self, message):
-        self._wanted = read_look(message)
+        self._wanted = read_camera_view(message)
 
     def _on_scenario(self, message):
         try:

@@ -67,7 +67,7 @@ class Preflight:
         """Return a list of ``Check``, once all has been listened to; ``/diagnostics`` tells them too."""
         diagnostics = Diagnostics(self._health)
         self._found = self._checks()
-        diagnostics.tell()
+        diagnostics.publish()
         time.sleep(FLUSH)
         return self._found
 
@@ -99,7 +99,7 @@ class Preflight:
         return checks + preflight.predicted_checks(self.slowed, pose, self.least, self.fence)
 
     def _listen(self):
-        """Return the longest silence of each robot, (n,) [s], ``inf`` where never heard."""
+        """Return the longest silence of each robot, (n,) [s], ``inf`` where never received."""
         end = time.monotonic() + self.time_limit
         while time.monotonic() < end and self._silent(rospy.get_time()):
             self._nap()

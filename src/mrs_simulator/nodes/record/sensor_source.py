@@ -105,7 +105,7 @@ class SensorSource:
         except MessageError as error:
             return self._refuse(key, form, error)
         with self._lock:
-            if form.TELLS:
+            if form.PROVIDES:
                 reading = self._joined[key] = form.joined(reading, self._joined.get(key))
                 since = stamp - self._last.get(key, -math.inf)
                 if not form.SUFFICES or since < 0.5 / form.mount.rate:

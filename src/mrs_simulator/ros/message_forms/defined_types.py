@@ -1,6 +1,6 @@
 """Messages of packages that need not be installed, made from their definitions.
 
-Their names and checksums are those of the packages: whoever has these reads what is published here.
+Their names and checksums are those of the packages: nodes that have these read what is published here.
 """
 
 from genpy.dynamic import generate_dynamic

@@ -1,4 +1,4 @@
-"""Packing and unpacking the package's own messages: no other module knows their fields.
+"""Packing and unpacking the package's own messages; no other module knows their fields.
 
 Arrays hold one robot per row.  Messages of the first version, as old bags have them, are read too:
 they lack what a planar team of unicycles does not need.
@@ -63,16 +63,16 @@ class State(NamedTuple):
     command: np.ndarray  # (n, a) [m/s, rad/s]
     commanded: np.ndarray  # (n,) bool
     real: np.ndarray  # (n,) bool
-    kinds: Tuple[str, ...]  # names, () where they are not told
+    kinds: Tuple[str, ...]  # names, () where unknown
     joints: np.ndarray  # (n,) [rad] of the drives
-    part: Tuple[int, int]  # numbers of the stage and of its run, 0 where they are not told
+    part: Tuple[int, int]  # numbers of the stage and of its run, 0 where unknown
     spatial: Optional[Spatial] = None  # None for a team on the ground
     all_joints: Optional[np.ndarray] = None  # (n, k) [rad], the first that of the drive
     load: Optional[LoadState] = None  # None where robots carry nothing together
 
 
 class Controller(NamedTuple):
-    """What a control node says of itself."""
+    """Status of a control node."""
 
     stamp: float  # [s]
     protocol: str
@@ -83,14 +83,14 @@ class Controller(NamedTuple):
     stopped: Tuple[int, ...]
     axes: Tuple[str, ...]
     command: np.ndarray  # (n, a) [m/s, rad/s]
-    edges: Tuple[Tuple[int, int, float], ...]  # (i, j, weight): robot i hears robot j
+    edges: Tuple[Tuple[int, int, float], ...]  # (i, j, weight): robot i receives from robot j
     directed: bool
     targets: np.ndarray  # (n, 2) or (n, 3) [m] where points are wanted, (0, 2) for nowhere
     warnings: Tuple[str, ...] = ()
 
 
 class Stage(NamedTuple):
-    """What a stage says of itself."""
+    """Status of a stage."""
 
     stamp: float  # [s]
     fidelity: str
@@ -110,7 +110,7 @@ class Stage(NamedTuple):
     timed_out: Tuple[int, ...] = ()  # robots that their watchdogs stopped
 
 
-class Look(NamedTuple):
+class CameraView(NamedTuple):
     """Where the 3D view looks from."""
 
     target: Tuple[float, float]  # [m]
@@ -129,10 +129,10 @@ def commands_of(command, axes, prefix=""):
     """Return the fields of a message for ``command`` (n, a), by name with ``prefix``."""
     columns = dict(zip(axes, np.asarray(command, dtype=float).T.tolist()))
     n = len(command)
-    told = {axis: columns.get(axis) for axis in FIELDS}
+    fields = {axis: columns.get(axis) for axis in FIELDS}
     for axis in UNICYCLE_AXES:
-        told[axis] = [0.0] * n if told[axis] is None else told[axis]
-    return {prefix + FIELDS[axis]: column for axis, column in told.items() if column is not None}
+        fields[axis] = [0.0] * n if fields[axis] is None else fields[axis]
+    return {prefix + FIELDS[axis]: column for axis, column in fields.items() if column is not None}
 
 
 def read_commands(message, n, prefix=""):
@@ -155,15 +155,15 @@ def _arms_of(command, axes):
     return np.asarray(command, dtype=float)[:, len(axes) - count :].ravel().tolist()
 
 
-def _with_arms(axes, command, told):
-    """Return ``axes`` and ``command`` (n, a) with the rates of arms ``told``, as many of each robot."""
-    if not len(told):
+def _with_arms(axes, command, rates):
+    """Return ``axes`` and ``command`` (n, a) with the ``rates`` of arms, as many of each robot."""
+    if not len(rates):
         return axes, command
     n = len(command)
-    if not n or len(told) % n:
+    if not n or len(rates) % n:
         text = "{} robots, {} rates of arms; wanted as many of each robot"
-        raise MessageError(text.format(n, len(told)))
-    rates = np.array(told, dtype=float).reshape(n, -1)
+        raise MessageError(text.format(n, len(rates)))
+    rates = np.array(rates, dtype=float).reshape(n, -1)
     return axes + arm_axes(rates.shape[1]), np.column_stack([command, rates])
 
 
@@ -229,24 +229,24 @@ def _put_spatial(message, spatial):
 def read_spatial(message, theta):
     """Return the ``Spatial`` in a ``TeamState`` or ``TeamOdometry``, None if all is planar.
 
-    ``theta`` (n,) [rad]: headings of robots of which no orientation is told.  Raises ``MessageError``
+    ``theta`` (n,) [rad]: headings of robots without an orientation.  Raises ``MessageError``
     where an array is not as long as the others.
     """
     columns = {name: _array(message, name) for name in SPATIAL_FIELDS}
-    told = {name: column for name, column in columns.items() if len(column)}
-    if not told:
+    given = {name: column for name, column in columns.items() if len(column)}
+    if not given:
         return None
     n, result = len(theta), upright(theta)
-    for name, column in told.items():
+    for name, column in given.items():
         if len(column) != n:
             raise MessageError(
                 "{} robots, {} {}; wanted as many of each".format(n, len(column), name)
             )
-    result.z[:] = told.get("z", 0.0)
-    if "orientation" in told:
-        result.orientation[:] = [(q.x, q.y, q.z, q.w) for q in told["orientation"]]
+    result.z[:] = given.get("z", 0.0)
+    if "orientation" in given:
+        result.orientation[:] = [(q.x, q.y, q.z, q.w) for q in given["orientation"]]
     for column, name in enumerate(SPATIAL_FIELDS[2:]):
-        result.twist[:, column] = told.get(name, 0.0)
+        result.twist[:, column] = given.get(name, 0.0)
     return result
 
 
@@ -292,13 +292,15 @@ def read_state(message):
     )
 
 
-def _joints(told, n):
-    """Return the joints (n, k) of a message that tells k of each robot; one that is 0 where it has none."""
-    if not len(told):
+def _joints(joints, n):
+    """Return the joints (n, k) of a message, k of each robot; one column of zeros where it has none."""
+    if not len(joints):
         return np.zeros((n, 1))
-    if not n or len(told) % n:
-        raise MessageError("{} robots, {} joint; wanted as many of each robot".format(n, len(told)))
-    return np.array(told, dtype=float).reshape(n, -1)
+    if not n or len(joints) % n:
+        raise MessageError(
+            "{} robots, {} joint; wanted as many of each robot".format(n, len(joints))
+        )
+    return np.array(joints, dtype=float).reshape(n, -1)
 
 
 def is_commanded(message):
@@ -361,7 +363,7 @@ def read_team_command(message):
 def read_answered(message):
     """Return the stamp of the odometry that each command of a ``TeamCommand`` answers, (n,) [s].
 
-    NaN where it is not told; ``MessageError`` where there are neither as many as robots nor one for all.
+    NaN where unknown; ``MessageError`` where there are neither as many as robots nor one for all.
     """
     n, stamps = len(message.robot), np.array(_array(message, "odometry"), dtype=float)
     if len(stamps) not in (0, 1, n):
@@ -372,7 +374,7 @@ def read_answered(message):
 
 
 def read_joints(message):
-    """Return the joints (n, k) [rad] in a ``TeamOdometry``, None where it tells none."""
+    """Return the joints (n, k) [rad] in a ``TeamOdometry``, None where it has none."""
     return _joints(message.joint, len(message.robot)) if len(message.joint) else None
 
 
@@ -490,11 +492,11 @@ def range_bearing(header, numbers, ranges, bearings):
 
 def read_range_bearing(message):
     """Return numbers, ranges [m] and bearings [rad], (K,) each; ``MessageError`` where they do not fit."""
-    told = message.robot, message.range, message.bearing
-    if len({*map(len, told)}) > 1:
+    columns = message.robot, message.range, message.bearing
+    if len({*map(len, columns)}) > 1:
         text = "{} robots, {} ranges, {} bearings; wanted as many of each"
-        raise MessageError(text.format(*map(len, told)))
-    return tuple(np.array(each, dtype=kind) for each, kind in zip(told, (int, float, float)))
+        raise MessageError(text.format(*map(len, columns)))
+    return tuple(np.array(each, dtype=kind) for each, kind in zip(columns, (int, float, float)))
 
 
 def incident_message(incident, stamp):
@@ -517,9 +519,9 @@ def read_incident(message):
     return RunIncident(stamp, message.robot, message.what, message.rotor, message.ordered)
 
 
-def read_look(message):
-    """Return the ``Look`` in a ``Camera``."""
-    return Look(
+def read_camera_view(message):
+    """Return the ``CameraView`` in a ``Camera``."""
+    return CameraView(
         (message.x, message.y),
         message.distance,
         message.yaw,

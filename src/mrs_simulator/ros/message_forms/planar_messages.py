@@ -24,7 +24,7 @@ _TWIST = struct.Struct("<6d")  # linear, angular
 class PlanarOdometry(Odometry):
     """An odometry message of which pose (x, y, theta) and body twist (vx, vy, omega) count.
 
-    ``lift`` is what a robot that leaves the ground tells besides: z, the quaternion's x, y, z, w, and vz,
+    ``lift`` is what a robot above the ground publishes besides: z, the quaternion's x, y, z, w, and vz,
     wx, wy; None on the ground.  Receiving fills ``stamp``, ``frame``, ``planar``, ``body``, ``z``, ``lift``
     and ``length``, that of the quaternion, not the nested fields.
     """

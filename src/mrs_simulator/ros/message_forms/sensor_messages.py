@@ -1,8 +1,8 @@
 """Readings of sensors as messages, in types, frames and units of the usual drivers, and back.
 
-A form tells one type of sensor in one type of message.  It is made for a mount, as those who publish and
-those who listen both know it, so that what a message leaves out, such as where a transducer is, comes
-from there.  Distances and directions are float32 in most messages; all else is told to the last digit.
+A form converts one type of sensor to one type of message.  It is made for a mount, which publishers and
+subscribers both know, so that what a message leaves out, such as where a transducer is, comes
+from there.  Distances and directions are float32 in most messages; all else is exact.
 """
 
 import genpy
@@ -56,7 +56,7 @@ FORMS = {
     "range_bearing": (Seen,),
     "sonar": (SonarCloud, SonarCloud2),
 }
-# As drivers of real robots may tell it instead: RosAria and p2os_driver.
+# As drivers of real robots may publish it instead: RosAria and p2os_driver.
 OTHERS = {
     "battery": (Voltage, StateOfCharge, Recharging, P2osVoltage),
     "sonar": (Distances,),
@@ -80,7 +80,7 @@ def parts_of(mount, kind):
 
 
 def others_of(mount, kind):
-    """Return the forms in which real robots may tell of the ``mount`` instead of those of ``parts_of``."""
+    """Return the forms in which real robots may publish the ``mount`` instead of those of ``parts_of``."""
     return [form(mount, kind) for form in OTHERS.get(mount.type, ())]
 
 
@@ -101,7 +101,7 @@ def listen(name, forms, take, refuse, **options):
         return rospy.Subscriber(name, first.MESSAGE, take, callback_args=first, **options)
     known = {(form.MESSAGE._type, form.MESSAGE._md5sum): form for form in forms}
 
-    def told(raw):
+    def dispatch(raw):
         header = raw._connection_header
         form = known.get((header.get("type"), header.get("md5sum")))
         if form is None:
@@ -114,7 +114,7 @@ def listen(name, forms, take, refuse, **options):
         message._connection_header = header
         return take(message, form)
 
-    return rospy.Subscriber(name, rospy.AnyMsg, told, **options)
+    return rospy.Subscriber(name, rospy.AnyMsg, dispatch, **options)
 
 
 def topic_of(number, form):

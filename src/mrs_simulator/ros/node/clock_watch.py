@@ -24,7 +24,7 @@ class ClockWatch:
         self._subscriber = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
 
     def trouble(self):
-        """Return why nobody can be driven by simulated time now, or ""."""
+        """Return why no robot can be driven by simulated time now, or ""."""
         now = time.monotonic()
         if now - self._came > SILENCE:
             return "/clock is silent: no simulator is running"

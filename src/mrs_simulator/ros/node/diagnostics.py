@@ -1,4 +1,4 @@
-"""``/diagnostics`` of the nodes: what each is at, its rates, lateness and faults."""
+"""``/diagnostics`` of the nodes: activity, rates, lateness and faults."""
 
 import math
 import threading
@@ -17,7 +17,7 @@ from mrs_simulator.ros.message_forms.defined_types import (
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 PERIOD = 1.0  # [s] of wall time
 LOOKS = 5  # [-] looks that a rate is of
-KEPT = 0.9  # [-] of a rate that is kept without a word
+KEPT = 0.9  # [-] of a rate that counts as kept
 MOST_MISSED = 0.05  # [-] of command periods, from which on a run is not judged
 
 
@@ -31,9 +31,9 @@ class Health(NamedTuple):
 
 
 class Diagnostics:
-    """Publishes once a second what ``report()`` returns, a list of ``Health``, while somebody listens.
+    """Publishes once a second what ``report()`` returns, a list of ``Health``, while there is a subscriber.
 
-    It has a thread of its own: a node whose main loop hangs says what it said last.
+    It has a thread of its own: a node whose main loop hangs repeats its last report.
     """
 
     def __init__(self, report):
@@ -41,8 +41,8 @@ class Diagnostics:
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         threading.Thread(target=self._run, daemon=True).start()
 
-    def tell(self):
-        """Publish now, if anybody listens."""
+    def publish(self):
+        """Publish now, if there is a subscriber."""
         if self._publisher.get_num_connections():
             self._publisher.publish(array(self._name, self._report()))
 
@@ -50,10 +50,10 @@ class Diagnostics:
         while not rospy.is_shutdown():
             time.sleep(PERIOD)
             try:
-                self.tell()
+                self.publish()
             except rospy.ROSException:  # the node ends
                 return
-            except Exception as error:  # what is told of a node never ends it
+            except Exception as error:  # an error in a report never ends the node
                 rospy.logerr_throttle(
                     60.0, "diagnostics: {}: {}".format(type(error).__name__, error)
                 )
@@ -98,7 +98,7 @@ class Rates:
 
 
 def stage_health(facts):
-    """Return the ``Health`` of a stage of which its status tells ``facts``, fields by name."""
+    """Return the ``Health`` of a stage with the ``facts`` of its status, fields by name."""
     level, message = OK, "paused" if facts["paused"] else "running"
     speed, factor = facts["speed"], facts["real_time_factor"]
     missed = facts["missed_periods"] / max(1, facts["command_periods"])
@@ -114,7 +114,7 @@ def stage_health(facts):
         level, message = WARN, "{} real robots are silent".format(len(facts["real_silent"]))
     if facts["trouble"]:
         level, message = ERROR, facts["trouble"]
-    told = (
+    names = (
         "robots",
         "speed",
         "real_time_factor",
@@ -122,13 +122,13 @@ def stage_health(facts):
         "command_periods",
         "collisions",
     )
-    values = {name: facts[name] for name in told}
+    values = {name: facts[name] for name in names}
     values["refused_commands"] = sum(facts["refused"])
     return Health("", level, message, values)
 
 
 def control_health(facts):
-    """Return the ``Health`` of a control node of which its status tells ``facts``, fields by name."""
+    """Return the ``Health`` of a control node with the ``facts`` of its status, fields by name."""
     level, message = OK, "running"
     if facts["trouble"]:
         level, message = ERROR if facts["running"] else WARN, facts["trouble"]
@@ -138,15 +138,15 @@ def control_health(facts):
         level, message = ERROR, "stopped: robots {}".format(list(facts["stopped"]))
     elif facts["warnings"]:
         level, message = WARN, facts["warnings"][0]
-    told = "protocol", "period", "compute_time", "latency", "missed_periods"
-    values = {name: facts[name] for name in told}
+    names = "protocol", "period", "compute_time", "latency", "missed_periods"
+    values = {name: facts[name] for name in names}
     return Health("", level, message, dict(values, refused_messages=sum(facts["refused"])))
 
 
 def preflight_health(checks, silent):
     """Return the ``Health`` of a preflight with its ``checks``, None while it listens.
 
-    ``silent``: numbers of the robots that are not heard.
+    ``silent``: numbers of the robots from which nothing comes.
     """
     values = {"silent_robots": len(silent)}
     if checks is None:
@@ -158,16 +158,16 @@ def preflight_health(checks, silent):
     return Health("", ERROR if wrong else OK, message, values)
 
 
-def too_slow(heard, wanted, window):
-    """Return the texts on what is ``heard`` at less than its ``wanted`` rate, [Hz] by name.
+def too_slow(received, wanted, window):
+    """Return the texts on what is ``received`` at less than its ``wanted`` rate, [Hz] by name.
 
-    Over ``window`` [s]; one message more or less is no matter.
+    Over ``window`` [s]; one message more or less does not count.
     """
     text = "{}: {:.3g} Hz, wanted {:.3g}"
     one = 1.0 / window if window >= PERIOD else math.inf
     return [
         text.format(name, rate, wanted[name])
-        for name, rate in heard.items()
+        for name, rate in received.items()
         if rate + one < KEPT * wanted[name]
     ]
 

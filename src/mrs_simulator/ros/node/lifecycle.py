@@ -123,7 +123,7 @@ def run(spin):
     try:
         spin()
     except rospy.ROSException:
-        # Topics close before is_shutdown() tells.
+        # Topics close before is_shutdown() is true.
         if not rospy.core.is_shutdown_requested():
             raise
 

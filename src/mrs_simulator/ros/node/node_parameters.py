@@ -114,7 +114,7 @@ LOCKSTEP_TIMEOUT = NodeParameter(
     "lockstep_timeout",
     NUMBER,
     5.0,
-    "of wall time, after which the silent robots are named, and odometry and readings are told again: "
+    "of wall time, after which the silent robots are named, and odometry and readings are published again: "
     "none that is lost, or that a reset puts off, stalls a run",
     "s",
     above=0.0,
@@ -137,7 +137,7 @@ WAIT_FOR_RECORDERS = NodeParameter(
     "wait_for_recorders",
     NUMBER,
     0,
-    "stand at time zero until so many listen to `stage/state`",
+    "stand at time zero until so many subscribe to `stage/state`",
     low=0,
 )
 STAGE_WORLD_FRAME = NodeParameter("world_frame", TEXT, "world", "of the transforms it publishes")
@@ -189,7 +189,7 @@ ODOM_FRAME = NodeParameter(
     "odom_frame",
     TEXT,
     "",
-    "the frame in which odometry is told, `robot{}/odom`; another is refused (not with `tf` and "
+    "the frame in which odometry is published, `robot{}/odom`; another is refused (not with `tf` and "
     "`external`)",
     rule='any with "odom" in it, or none',
 )
@@ -246,8 +246,9 @@ STUCK_TIME = NodeParameter(
     "stuck_time",
     NUMBER,
     2.0,
-    "a robot told to move, 0.05 m/s or 0.1 rad/s at least, that does less than a fifth of it for so long "
-    "is stopped; given, it holds for all (not meant for `point_mass`, which knows no heading); 0: no bound",
+    "a robot commanded to move, 0.05 m/s or 0.1 rad/s at least, that does less than a fifth of it for so "
+    "long is stopped; given, it holds for all (not meant for `point_mass`, which knows no heading); "
+    "0: no bound",
     "s",
     "2 s, no bound for simulated robots",
     0.0,
@@ -256,8 +257,8 @@ FROZEN_TIME = NodeParameter(
     "frozen_time",
     NUMBER,
     0.5,
-    "a robot that is told to move by more than 20 mm or 2 degrees in this time, while its odometry says "
-    "the same to the bit, is stopped: a driver without its robot repeats the last pose; 0: no bound",
+    "a robot that is commanded to move by more than 20 mm or 2 degrees in this time, while its odometry "
+    "says the same to the bit, is stopped: a driver without its robot repeats the last pose; 0: no bound",
     "s",
     "0.5 s, no bound for simulated robots",
     0.0,
@@ -267,7 +268,7 @@ MAX_JUMP = NodeParameter(
     NUMBER,
     0.3,
     "given, it holds for all; and 1.5 times what its top speed explains: a robot farther from where it "
-    "was heard last has jumped, below; 0: any jump is followed",
+    "was received last has jumped, below; 0: any jump is followed",
     "m, rad",
     "0.3 m and rad, no bound for simulated robots",
     0.0,
@@ -314,7 +315,7 @@ ENABLE_MOTORS = NodeParameter(
     PATTERN,
     "",
     "pattern of a std_srvs/Empty service, `/robot{}/RosAria/enable_motors`, or of a topic followed by its "
-    "type, std_msgs/Bool or p2os_msgs/MotorState: called for every robot at each start; nobody moves "
+    "type, std_msgs/Bool or p2os_msgs/MotorState: called for every robot at each start; no robot moves "
     "before all have answered",
 )
 MOTORS_STATE = NodeParameter(
@@ -340,7 +341,7 @@ LAW_LIMIT = NodeParameter(
     NUMBER,
     None,
     "of wall time: a law that takes longer for a command, while robots move, is given up: they stop, and "
-    "`start` makes it anew. The status tells of one that is waited for; neither it nor any answer waits",
+    "`start` makes it anew. The status names one that is waited for; neither it nor any answer waits",
     "s",
     "1 s or two periods, 30 s where no robot is real",
     above=0.0,
@@ -357,7 +358,7 @@ DRY_RUN = NodeParameter(
     "dry_run",
     FLAG,
     False,
-    "everything is computed and told in the status, nothing is published to the robots",
+    "everything is computed and reported in the status, nothing is published to the robots",
 )
 
 PLACE_TOLERANCE = NodeParameter(
@@ -369,7 +370,7 @@ PLACE_TOLERANCE = NodeParameter(
     above=0.0,
 )
 TIME_LIMIT = NodeParameter(
-    "time_limit", NUMBER, 5.0, "of wall time, in which every robot is to be heard", "s", above=0.0
+    "time_limit", NUMBER, 5.0, "of wall time, in which every robot is to publish", "s", above=0.0
 )
 LEAST_DISTANCE = NodeParameter(
     "min_distance",
@@ -391,7 +392,7 @@ HAND_LENGTH = NodeParameter(
     "l", NUMBER, DEFAULT_HAND_LENGTH, "of the points whose trails are drawn", "m", above=0.0
 )
 PICTURES = NodeParameter(
-    "rate", NUMBER, 10.0, "of pictures, while somebody looks", "Hz", above=0.0, high=100.0
+    "rate", NUMBER, 10.0, "of pictures, while there is a subscriber", "Hz", above=0.0, high=100.0
 )
 
 POSES = (
@@ -455,7 +456,7 @@ BEGIN, END = (
 
 
 def table(node):
-    """Return the Markdown table of the parameters of ``node``; those of the controller are told once."""
+    """Return the Markdown table of the parameters of ``node``; those of the controller are listed once."""
     shared = [p for p in NODES[node] if node != CONTROL and p in NODES[CONTROL]]
     own = [p for p in NODES[node] if p not in shared]
     rows = ["| `~{}` | {} | {} |".format(p.name, p.default_text(), p.meaning) for p in own]

@@ -28,7 +28,7 @@ def read(parameter, default=None, n=None):
 
 
 def is_given(parameter):
-    """Return whether somebody has set the parameter."""
+    """Return whether the parameter is set."""
     return rospy.get_param("~" + parameter.name, "") != ""
 
 

@@ -47,12 +47,12 @@ def _look(simulated):
 
 
 def register_again():
-    """Tell the master of all topics and services of this node."""
+    """Register all topics and services of this node with the master."""
     topics, services = get_topic_manager(), get_service_manager()
-    tell = get_registration_listeners().notify_added
+    notify = get_registration_listeners().notify_added
     for name, kind in topics.get_publications():
-        tell(name, kind, Registration.PUB)
+        notify(name, kind, Registration.PUB)
     for name, kind in topics.get_subscriptions():
-        tell(name, kind, Registration.SUB)
+        notify(name, kind, Registration.SUB)
     for name, uri in services.get_services():
-        tell(name, uri, Registration.SRV)
+        notify(name, uri, Registration.SRV)

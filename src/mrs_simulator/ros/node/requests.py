@@ -9,7 +9,7 @@ ANSWER_LIMIT = 10.0  # [s] of wall time a caller waits for the main loop
 
 
 class Requests:
-    """A queue of functions, run one after another by whoever calls ``serve``."""
+    """A queue of functions, run one after another by ``serve``."""
 
     def __init__(self, limit=ANSWER_LIMIT):
         """``limit`` [s] of wall time that a caller waits."""
@@ -19,7 +19,7 @@ class Requests:
     def ask(self, function):
         """Have ``function`` run in the main loop; return its ``(success, message)``.
 
-        What has not begun within the time limit is never carried out: its caller was told so.
+        What has not begun within the time limit is never carried out, as its caller is informed.
         """
         request = _Request(function)
         self._queue.put(request)
@@ -46,7 +46,7 @@ class Requests:
                 request.begun = True
             try:
                 request.answer = True, request.function() or "done"
-            except Exception as error:  # the caller is told; the stage goes on
+            except Exception as error:  # returned to the caller; the stage goes on
                 request.answer = False, with_page(error) or type(error).__name__
             request.done.set()
 

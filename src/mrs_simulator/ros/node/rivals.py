@@ -56,7 +56,7 @@ class Rivals:
                     node: _is_alive(master, me, node) for node in set().union(*others.values())
                 }
         except FAILURES:
-            return  # without a master nobody new comes
+            return  # without a master no new publisher appears
         found = {
             topic: sorted([me, *(node for node in nodes if living[node])])
             for topic, nodes in others.items()
@@ -89,7 +89,7 @@ def _answer(reply):
 
 
 def _is_alive(master, me, node):
-    """Return whether ``node`` lives: one that was killed stays in the master's books."""
+    """Return whether ``node`` lives: one that was killed stays registered."""
     try:
         with _proxy(_answer(master.lookupNode(me, node))) as other:
             _answer(other.getPid(me))
@@ -101,7 +101,7 @@ def _is_alive(master, me, node):
 
 
 def wait_for_end(rivals, limit):
-    """Return whether nobody else publishes the topics of ``rivals`` within ``limit`` [s]."""
+    """Return whether no other node publishes the topics of ``rivals`` within ``limit`` [s]."""
     end = time.monotonic() + limit
     while rivals.found() and time.monotonic() < end:
         rivals.look()

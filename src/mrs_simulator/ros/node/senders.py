@@ -1,4 +1,4 @@
-"""Who publishes on a topic that is for one alone, told by the messages' own connections."""
+"""Finds several publishers on a topic meant for one, by the connections of the messages."""
 
 import threading
 import time
@@ -12,24 +12,24 @@ class Senders:
     def __init__(self, clock=time.monotonic):
         """``clock`` gives wall time in s."""
         self._clock, self._lock = clock, threading.Lock()
-        self._heard = {}  # {topic: {node: when last}}
+        self._received = {}  # {topic: {node: when last}}
 
     def note(self, topic, message):
         """Take in that ``message`` came on ``topic``; one that no connection brought is left out."""
         header = getattr(message, "_connection_header", None)
         if header:
             with self._lock:
-                heard = self._heard.setdefault(topic, {})
-                heard[header.get("callerid", "a node without a name")] = self._clock()
+                nodes_seen = self._received.setdefault(topic, {})
+                nodes_seen[header.get("callerid", "a node without a name")] = self._clock()
 
     def doubled(self):
         """Return ``{topic: [nodes]}`` of the topics on which several nodes publish now, sorted."""
         with self._lock:
             since = self._clock() - WINDOW
             found = {}
-            for topic, heard in self._heard.items():
-                if len(heard) > 1:
-                    nodes = sorted(node for node, when in heard.items() if when >= since)
+            for topic, nodes_seen in self._received.items():
+                if len(nodes_seen) > 1:
+                    nodes = sorted(node for node, when in nodes_seen.items() if when >= since)
                     if len(nodes) > 1:
                         found[topic] = nodes
             return found

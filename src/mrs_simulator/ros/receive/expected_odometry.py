@@ -1,8 +1,8 @@
-"""Whose odometry is on its way, by the stamps of what has come."""
+"""Predicts whose odometry is due, from the stamps of what has come."""
 
 import numpy as np
 
-NEVER = -1  # [ns] the stamp of what was not heard yet
+NEVER = -1  # [ns] the stamp before the first message
 PUNCTUAL = 0.9  # [-] of a robot's period after which its next odometry may come
 SAME = 1e-6  # [s] by which stamps of the same time may differ
 
@@ -41,7 +41,7 @@ class ExpectedOdometry:
         self._periods[:, rows] = np.where(last == 0, period, last), period
 
     def missing(self, rows, now):
-        """Return those of ``rows`` whose newer odometry is told by ``now`` [s] and has not come, (m,)."""
+        """Return those of ``rows`` whose newer odometry is due by ``now`` [s] and has not come, (m,)."""
         rows = np.asarray(rows, dtype=int)
         stamps = self._stamps[rows]
         age = now - 1e-9 * stamps

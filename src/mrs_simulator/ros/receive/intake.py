@@ -1,7 +1,7 @@
-"""Which incoming poses are believed: by their stamps, frames, rotations and places.
+"""Which incoming poses are accepted: by their stamps, frames, rotations and places.
 
 Stamps of simulated robots are compared with simulated time.  Those of real robots come from clocks
-that nobody has set alike: what counts is that they go on, and that the offset between arrival and
+that are not synchronised: what counts is that they go on, and that the offset between arrival and
 stamp stays what the first messages showed.
 """
 
@@ -18,7 +18,7 @@ NOT_SET = 1e-6  # [s] a stamp below this was never set
 
 
 class Intake:
-    """Refuses, counts and names messages that cannot tell where a robot is now."""
+    """Refuses, counts and names messages that do not show where a robot is now."""
 
     def __init__(self, real, timeout, wanted_frame=None, farthest=FARTHEST_REAL):
         """``real`` (n,) bool; ``timeout`` [s] after which a pose is too old.
@@ -46,7 +46,7 @@ class Intake:
         self.reasons[row] = why
         return False
 
-    def believes_place(self, row, x, y, length=1.0, z=0.0):
+    def accepts_place(self, row, x, y, length=1.0, z=0.0):
         """Return whether a pose at ``(x, y, z)`` [m] can be; ``length`` of its quaternion [-]."""
         if not abs(length - 1.0) <= UNIT:
             return self.refuse(row, "its quaternion has length {:.3g}".format(length))
@@ -57,8 +57,8 @@ class Intake:
             return self.refuse(row, "at a height of {:.4g} m".format(z))
         return True
 
-    def believes_frame(self, row, frame):
-        """Return whether ``frame`` is one in which robot ``row`` may tell its pose."""
+    def accepts_frame(self, row, frame):
+        """Return whether ``frame`` is one in which robot ``row`` may publish its pose."""
         if self._wanted_frame is None or frame == self._frames[row]:
             return True
         wanted = self._wanted_frame(row, frame)
@@ -67,23 +67,23 @@ class Intake:
         self._frames[row] = frame
         return True
 
-    def believes_stamp(self, row, stamp, simulated, arrival):
-        """Return whether a message stamped ``stamp`` [s] tells of now.
+    def accepts_stamp(self, row, stamp, simulated, arrival):
+        """Return whether a message stamped ``stamp`` [s] is current.
 
         ``simulated`` [s]: simulated time, 0 while it is not known; ``arrival`` [s] of wall time.
         """
         if self._real[row]:
-            believed = self._believes_real(row, stamp, arrival)
+            accepted = self._accepts_real(row, stamp, arrival)
         else:
-            believed = self._believes_simulated(row, stamp, simulated)
-        if believed:
+            accepted = self._accepts_simulated(row, stamp, simulated)
+        if accepted:
             self._stamps[row], self._came[row] = stamp, arrival
             self.reasons.pop(row, None)
-        return believed
+        return accepted
 
-    def _believes_simulated(self, row, stamp, now):
+    def _accepts_simulated(self, row, stamp, now):
         if now <= 0.0:
-            return True  # no clock to compare it with, nor can anybody be driven yet
+            return True  # no clock to compare it with, and no robot is driven yet
         if abs(now - stamp) > self._timeout:
             side = "before" if stamp < now else "after"
             text = "stamped {:.4g} s {} the simulated time".format(abs(now - stamp), side)
@@ -93,7 +93,7 @@ class Intake:
             return self.refuse(row, "stamped before the one that came before it")
         return True
 
-    def _believes_real(self, row, stamp, arrival):
+    def _accepts_real(self, row, stamp, arrival):
         if not stamp > NOT_SET:
             return self.refuse(row, "its stamp is not set")
         last, offset = self._stamps[row], arrival - stamp

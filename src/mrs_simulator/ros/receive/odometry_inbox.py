@@ -36,7 +36,7 @@ NAP = 0.002  # [s] of wall time
 def make_inbox(numbers, bounds=None, real=(), timeout=TIMEOUT, frames=True, together=False):
     """Return the inbox of the robots' odometry: from one topic for all, or from one for each.
 
-    ``frames``: whether it matters in which frame a robot's own topic tells its pose; ``together`` as in
+    ``frames``: whether it matters in which frame a robot's own topic has its pose; ``together`` as in
     ``team_topics_wanted``.
     """
     if team_topics_wanted(len(numbers), together):
@@ -60,7 +60,7 @@ def clock_at(stamp, timeout):
 
 
 class Inbox:
-    """The newest poses; how they come in is the subclasses' business."""
+    """The newest poses; subclasses subscribe."""
 
     def __init__(self, numbers, bounds=None, real=(), timeout=TIMEOUT):
         """``numbers``: the robots' numbers; ``bounds``: ``JumpBounds`` or None.
@@ -89,32 +89,32 @@ class Inbox:
         self._repeated, self._said = set(), {}
         self._changed = threading.Condition()
         self.arrived = -math.inf  # [s] of wall time, when the newest came
-        self.heard = 0  # messages so far that were believed
+        self.accepted = 0  # messages accepted so far
         self._news = False
         self._awaited = None  # rows of the robots whose odometry is waited for; None: any wakes
 
     def pose(self):
-        """Return the newest poses, shape (n, 3), NaN for a robot that has not been heard."""
+        """Return the newest poses, shape (n, 3), NaN for a robot from which none came."""
         with self._changed:
             return self._tracks.pose.copy()
 
     def stamps(self):
-        """Return the stamps of the newest poses, (n,) [s], NaN for a robot that has not been heard."""
+        """Return the stamps of the newest poses, (n,) [s], NaN for a robot from which none came."""
         with self._changed:
             return np.where(self._stamp == NEVER, np.nan, 1e-9 * self._stamp)
 
     def heights(self):
-        """Return the newest heights above the ground, (n,) [m], as they were told."""
+        """Return the newest heights above the ground, (n,) [m], as received."""
         with self._changed:
             return self._z.copy()
 
     def twists(self):
-        """Return the newest body twists vx, vy, omega, (n, 3) [m/s, m/s, rad/s], as they were told."""
+        """Return the newest body twists vx, vy, omega, (n, 3) [m/s, m/s, rad/s], as received."""
         with self._changed:
             return self._body.copy()
 
     def spatial(self):
-        """Return the ``Spatial`` of the robots, as it was told."""
+        """Return the ``Spatial`` of the robots, as received."""
         with self._changed:
             lift = self._lift.copy()
         return Spatial(lift[:, 0], lift[:, 1:5], lift[:, 5:])
@@ -128,7 +128,7 @@ class Inbox:
             return self._true.copy()
 
     def first(self):
-        """Return the poses that were heard first, shape (n, 3)."""
+        """Return the first pose of each robot, shape (n, 3)."""
         with self._changed:
             return self._tracks.first.copy()
 
@@ -157,7 +157,7 @@ class Inbox:
     def stale(self, now, timeout):
         """Return ``{number: age}`` [s] of the robots silent for more than ``timeout`` [s].
 
-        ``now`` [s] in ROS time; a robot that was never heard has age ``inf``.
+        ``now`` [s] in ROS time; a robot from which nothing came has age ``inf``.
         """
         with self._changed:
             ages = self._times(now) - self._received
@@ -171,17 +171,17 @@ class Inbox:
 
     def _note_arrival(self, rows):
         self.arrived = time.monotonic()
-        self.heard += 1
+        self.accepted += 1
         if self._awaited is not None:
             if not self._awaited:
                 return
             self._awaited.difference_update(rows)
             if self._awaited:
                 return
-        self._tell()
+        self._notify()
 
-    def told(self, rows, now):
-        """Return whether all odometry of robots ``rows`` is there that is told by ``now`` [s] in ROS time.
+    def is_up_to_date(self, rows, now):
+        """Return whether all odometry of robots ``rows`` due by ``now`` [s] in ROS time has arrived.
 
         From then on messages wake ``wait`` only when the last of those that are missing has come.
         """
@@ -192,9 +192,9 @@ class Inbox:
     def wake(self):
         """Have ``wait`` return: time has gone on."""
         with self._changed:
-            self._tell()
+            self._notify()
 
-    def _tell(self):
+    def _notify(self):
         self._news = True
         self._changed.notify()
 
@@ -208,7 +208,7 @@ class Inbox:
     def complete(self):
         """Return the newest stamp if no robot's odometry of that time is still to come, else None.
 
-        All robots bear that stamp, unless ``set_periods`` has said that some tell theirs less often.
+        All robots bear that stamp, unless ``set_periods`` has said that some publish less often.
         """
         with self._changed:
             newest = int(self._stamp.max())
@@ -265,7 +265,7 @@ class OdometryInbox(Inbox):
         ]
 
     def put(self, message, row):
-        """Keep the pose of robot ``row``; one that cannot tell where it is now is refused.
+        """Keep the pose of robot ``row``; one that is not current or not possible is refused.
 
         What is refused is counted, and the robot grows stale.
         """
@@ -284,9 +284,9 @@ class OdometryInbox(Inbox):
             self.senders.note(row, message)
             intake = self.intake
             if not (
-                intake.believes_frame(row, frame)
-                and intake.believes_place(row, *pose[:2], length, z)
-                and intake.believes_stamp(row, seconds, now, arrival)
+                intake.accepts_frame(row, frame)
+                and intake.accepts_place(row, *pose[:2], length, z)
+                and intake.accepts_stamp(row, seconds, now, arrival)
             ):
                 return
             if self._stamp[row] == stamped:
@@ -351,10 +351,10 @@ class TeamInbox(Inbox):
             self.senders.note(self._subscriber.resolved_name, message)
             for row in np.flatnonzero(~good).tolist():
                 x, y, height = places[row].tolist()
-                if self.intake.believes_place(int(rows[row]), x, y, z=height):
+                if self.intake.accepts_place(int(rows[row]), x, y, z=height):
                     self.intake.refuse(int(rows[row]), "its heading or a joint is not finite")
             rows, poses, z = rows[good], poses[good], z[good]
-            if not self._age.believes_stamp(0, stamp.to_sec(), now, time.monotonic()):
+            if not self._age.accepts_stamp(0, stamp.to_sec(), now, time.monotonic()):
                 for row in rows.tolist():
                     self.intake.refuse(row, self._age.reasons[0])
                 return
@@ -394,7 +394,7 @@ class TeamInbox(Inbox):
 
 
 class OdometryFrames:
-    """The frames in which robots tell their odometry: those of ``~odom_frame``, else any "odom"."""
+    """The frames in which robots publish odometry: those of ``~odom_frame``, else any "odom"."""
 
     def __init__(self, numbers):
         """``numbers``: the robots' numbers, which ``{}`` in the parameter stands for."""
@@ -429,7 +429,7 @@ def planar(pose):
 
 
 def lifted(pose):
-    """Return what a geometry_msgs/Pose of a robot at rest tells beside ``planar``: a ``lift``."""
+    """Return what a geometry_msgs/Pose of a robot at rest has besides ``planar``: a ``lift``."""
     turn = pose.orientation
     return (pose.position.z, turn.x, turn.y, turn.z, turn.w, 0.0, 0.0, 0.0)
 
@@ -449,7 +449,7 @@ def silence(stale, what="odometry", reasons=None):
         return ""
 
     def why(number, age):
-        text = "never heard" if age == np.inf else "{:.1f} s".format(age)
+        text = "never received" if age == np.inf else "{:.1f} s".format(age)
         reason = (reasons or {}).get(number)
         return text if reason is None else "{}, refused: {}".format(text, reason)
 

@@ -33,7 +33,7 @@ PARTS_KEPT = 4  # [-] newest of each part of a reading, until the others of its 
 
 
 class SensorInbox:
-    """Subscribes to the sensors ``names`` of every robot, and tells which are stale."""
+    """Subscribes to the sensors ``names`` of every robot, and finds which are stale."""
 
     def __init__(self, names, mounts, kinds, real=(), step=0.0, wake=lambda: None, kept=()):
         """``mounts``, ``kinds``: of each robot, a tuple of its ``Mount`` and its ``Kind``.
@@ -44,7 +44,7 @@ class SensorInbox:
         """
         pattern, self._least = read(SENSOR_TOPIC), read(SENSOR_TIMEOUT)
         self._wake, self._lock, self._senders = wake, threading.Lock(), Senders()
-        self._told = None  # the last answer of ``readings``
+        self._cached = None  # the last answer of ``readings``
         self._kept, self._waiting = frozenset(kept), []
         self._inlets = [
             self._inlet(row, next(mount for mount in own if mount.name == name), kind, real, step)
@@ -89,8 +89,8 @@ class SensorInbox:
         arrival = time.monotonic()
         with self._lock:
             self._senders.note(inlet.topics[part], message)
-            stamped = hasattr(message, "header")  # others tell of now: they have no clock
-            if stamped and not inlet.intake.believes_stamp(part, seconds, now, arrival):
+            stamped = hasattr(message, "header")  # others count as of now: they have no clock
+            if stamped and not inlet.intake.accepts_stamp(part, seconds, now, arrival):
                 return
         try:
             reading = inlet.all_forms[part].reading(message, seconds)
@@ -121,16 +121,20 @@ class SensorInbox:
         """
         with self._lock:
             newest = [inlet.newest for inlet in self._inlets]
-        told = self._told
-        if told is None or told[0] != begun or any(a is not b for a, b in zip(newest, told[1])):
+        cached = self._cached
+        if (
+            cached is None
+            or cached[0] != begun
+            or any(a is not b for a, b in zip(newest, cached[1]))
+        ):
             result, origin = {row: {} for row in self._rows}, int(round(begun * 1e9))
             for inlet, kept in zip(self._inlets, newest):
                 if kept is not None:
                     reading, stamp = kept
                     since = (stamp - origin) * 1e-9
                     result[inlet.row][inlet.form.mount.name] = reading._replace(stamp=since)
-            self._told = told = begun, newest, result
-        return told[2]
+            self._cached = cached = begun, newest, result
+        return cached[2]
 
     def take(self):
         """Return the readings that have come since the last call of the sensors that are ``kept``.
@@ -142,19 +146,19 @@ class SensorInbox:
         found = {}
         for stamp, inlet, reading in taken:
             found.setdefault((stamp, inlet.form.mount.name), []).append((inlet.row, reading))
-        return [(stamp, name, sorted(heard, key=_row)) for (stamp, name), heard in found.items()]
+        return [(stamp, name, sorted(rows, key=_row)) for (stamp, name), rows in found.items()]
 
     def missing(self, now):
         """Return which sensors are silent or refused at ``now`` [s] in ROS time, in words, or ""."""
         with self._lock:
             late = [(inlet, inlet.age(now)) for inlet in self._inlets]
-        return self._told_silence([(i, age) for i, age in late if not age <= i.timeout])
+        return self._silence_text([(i, age) for i, age in late if not age <= i.timeout])
 
     def unconnected(self):
-        """Return which sensors nobody tells yet, in words, or ""."""
+        """Return which sensors have no publisher yet, in words, or ""."""
         apart = [i for i, own in self._subscribers.items() if not all(map(is_connected, own))]
         with self._lock:
-            return self._told_silence([(inlet, inlet.age(0.0)) for inlet in apart])
+            return self._silence_text([(inlet, inlet.age(0.0)) for inlet in apart])
 
     def awaited(self, stamp, begun):
         """Return what is still to come of what was measured up to ``stamp`` [s], in words, or "".
@@ -165,9 +169,9 @@ class SensorInbox:
             return ""
         with self._lock:
             late = [inlet for inlet in self._inlets if inlet.is_awaited(stamp, begun)]
-            return self._told_silence([(inlet, inlet.age(stamp)) for inlet in late])
+            return self._silence_text([(inlet, inlet.age(stamp)) for inlet in late])
 
-    def _told_silence(self, late):
+    def _silence_text(self, late):
         texts = []
         for name in dict.fromkeys(inlet.form.mount.name for inlet, _ in late):
             own = [(inlet, age) for inlet, age in late if inlet.form.mount.name == name]
@@ -209,8 +213,8 @@ def is_connected(subscriber):
     return any(getattr(each, "callerid_pub", UNKNOWN) != UNKNOWN for each in connections)
 
 
-def _row(heard):
-    return heard[0]
+def _row(item):
+    return item[0]
 
 
 def _gap_to(stamp):
@@ -228,7 +232,7 @@ class _Inlet:
         self.timeout = mount.latency + max(least, MISSED * period)
         self.intake = Intake([is_real] * len(self.all_forms), self.timeout)
         self._parts = [deque(maxlen=PARTS_KEPT) for _ in self.forms]
-        self._joined = None  # what other forms have told so far
+        self._joined = None  # what other forms have provided so far
         self._apart = 0.5 * period if is_real else CLOSE  # [s] that parts of a reading may be
         self.newest, self.count, self._received = None, 0, -math.inf
         self._is_late = self._is_put_off = False  # of the next sample, in lockstep
@@ -272,11 +276,11 @@ class _Inlet:
     def keep(self, reading, stamp, received):
         """Keep a ``reading`` of ``stamp`` [ns], received at a time [s]: of wall time from a real robot.
 
-        Return whether it was known before: who begins to listen hears the newest again.
+        Return whether it was known before: a new subscriber receives the newest again.
         """
         known = self.newest is not None and self.newest[1] == stamp
         self.newest, self._received = (reading, stamp), received
-        # What is told again while more is waited for is all that there is.
+        # What is repeated while more is waited for is all that there is.
         self._is_put_off = known and (self._is_late or self._is_put_off)
         self._is_late = False
         self.count += 1
@@ -291,7 +295,7 @@ class _Inlet:
     def is_awaited(self, stamp, begun):
         """Return whether a sample up to ``stamp`` [s] is still to come.
 
-        None is if the newest was told again since: a reset has put off the next.
+        None is if the newest was repeated since: a reset has put off the next.
         """
         if self.newest is None:
             return stamp - begun + CLOSE >= self._first

@@ -14,7 +14,7 @@ from rospy.impl.tcpros_base import recv_buff
 
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks whether ROS is shut down
 TOGETHER = 0.0005  # [s] of wall time that messages are let come together, as those of a team do
-LENGTH = 4  # [-] bytes before each message that tell its length
+LENGTH = 4  # [-] bytes before each message that state its length
 
 
 def subscribe(name, kind, callback, argument):
@@ -44,39 +44,39 @@ class SharedReceiver:
         add = topic.add_connection
 
         def add_shared(connection):
-            connection.receive_loop = lambda heard: self._take(connection, heard)
+            connection.receive_loop = lambda handle: self._take(connection, handle)
             return add(connection)
 
         if self._poll is not None:
             topic.add_connection = add_shared
         return subscriber
 
-    def _take(self, connection, heard):
-        """Receive for ``connection`` from now on; ``heard(messages, connection)`` is rospy's."""
+    def _take(self, connection, handle):
+        """Receive for ``connection`` from now on; ``handle(messages, connection)`` is rospy's."""
         try:
             connection.socket.setblocking(False)
-            _deliver(connection, heard)  # what came together with the connection's header
+            _deliver(connection, handle)  # what came together with the connection's header
             with self._lock:
                 if self._thread is None:
                     self._thread = threading.Thread(target=self._run, daemon=True)
                     self._thread.start()
-                # That of a connection which has been closed since may have the same number.
+                # A connection closed since may have had the same number.
                 number = connection.socket.fileno()
-                self._held[number] = connection, heard
+                self._held[number] = connection, handle
                 self._poll.register(number, select.EPOLLIN)
         except Exception as error:
-            _give_back(connection, heard, error)
+            _give_back(connection, handle, error)
 
     def _run(self):
         while not rospy.is_shutdown():
             ready = self._poll.poll(LOOK_PERIOD)
             for number, _ in ready:
-                connection, heard = self._held[number]
+                connection, handle = self._held[number]
                 try:
-                    _receive(connection, heard)
+                    _receive(connection, handle)
                 except Exception as error:
                     self._drop(number, connection)
-                    _give_back(connection, heard, error)
+                    _give_back(connection, handle, error)
             if ready:
                 time.sleep(TOGETHER)
 
@@ -88,14 +88,14 @@ class SharedReceiver:
                     self._poll.unregister(number)
 
 
-def _receive(connection, heard):
-    """Read what has come, and call ``heard`` with the messages that are complete."""
+def _receive(connection, handle):
+    """Read what has come, and call ``handle`` with the messages that are complete."""
     size = connection.protocol.buff_size
     connection.stat_bytes += recv_buff(connection.socket, connection.read_buff, size)
-    _deliver(connection, heard)
+    _deliver(connection, handle)
 
 
-def _deliver(connection, heard):
+def _deliver(connection, handle):
     messages = []
     if connection.read_buff.tell() >= LENGTH:
         connection.protocol.read_messages(connection.read_buff, messages, connection.socket)
@@ -105,11 +105,11 @@ def _deliver(connection, heard):
             message._connection_header = connection.header
         if connection.is_latched:
             connection.latch = messages[-1]
-        heard(messages, connection)
+        handle(messages, connection)
 
 
-def _give_back(connection, heard, error):
+def _give_back(connection, handle, error):
     """Have rospy go on with ``connection``: it finds the same error, and closes it or connects again."""
     rospy.logdebug("%s: %s", connection.name, error)
     loop = type(connection).receive_loop
-    threading.Thread(target=loop, args=(connection, heard), daemon=True).start()
+    threading.Thread(target=loop, args=(connection, handle), daemon=True).start()

@@ -1,7 +1,7 @@
 """The control node's end of the topics of whole teams, for teams of hundreds.
 
 A topic of its own for each robot costs rospy a thread and some system calls per robot and message;
-what is said is the same.
+the contents are the same.
 """
 
 import time
@@ -27,7 +27,7 @@ def team_topics_wanted(n, together=False):
 
     auto: from ``TEAM_FROM`` simulated robots on, if a stage offers them; without any simulator for
     ``PATIENCE`` [s] of wall time it does not.  ``together``: whether commands of some robots are more
-    than a Twist, so that a stage is always told all at once.
+    than a Twist, so that a stage is always commanded all at once.
     """
     choice = read(TEAM_TOPICS)
     if choice != "auto":
@@ -65,8 +65,8 @@ class TeamCommands:
         self._publisher.publish(team_command(self._numbers, command, self._axes, answered))
 
 
-class AnswersTold:
-    """Tells a stage which odometry the commands on robots' own topics answer: a Twist has no stamp."""
+class AnswerPublisher:
+    """Publishes which odometry the commands on robots' own topics answer: a Twist has no stamp."""
 
     def __init__(self, numbers, axes=UNICYCLE_AXES):
         """``numbers``: the robots' numbers; ``axes`` of their commands."""
@@ -74,6 +74,6 @@ class AnswersTold:
         self._publisher = prompt_publisher(ANSWERS, TeamCommand)
 
     def publish(self, command, answered=None):
-        """Publish what ``TeamCommands`` would, if a stage listens."""
+        """Publish what ``TeamCommands`` would, if a stage subscribes."""
         if self._publisher.get_num_connections():
             self._publisher.publish(team_command(self._numbers, command, self._axes, answered))

@@ -31,13 +31,13 @@ class Check(NamedTuple):
 def hearing_checks(numbers, ages, timeout, topics):
     """Return whether each robot publishes and is fresh.
 
-    ``ages`` (n,) [s]: the longest that each was silent, ``inf`` if never heard; ``timeout`` [s];
+    ``ages`` (n,) [s]: the longest that each was silent, ``inf`` if never received; ``timeout`` [s];
     ``topics``: names of each robot's.
     """
     checks = []
     for number, age, name in zip(numbers, ages, topics):
         heard = math.isfinite(age)
-        text = name if heard else "never heard on {}: is its driver running?".format(name)
+        text = name if heard else "never received on {}: is its driver running?".format(name)
         checks.append(Check("robot{} publishes".format(number), heard, text))
         text = "silent for up to {:.2f} s, wanted at most {:g} s".format(age, timeout)
         if heard:

@@ -27,11 +27,11 @@ class Bumpers(Form):
 
     def reading(self, message, stamp):
         """Return the ``BumperReading``."""
-        told = message.front_bumpers, message.rear_bumpers
-        if tuple(map(len, told)) != tuple(self.mount.settings):
+        received = message.front_bumpers, message.rear_bumpers
+        if tuple(map(len, received)) != tuple(self.mount.settings):
             text = "{} front and {} rear sections, but the mount has {} and {}"
-            raise MessageError(text.format(*map(len, told), *self.mount.settings))
-        return BumperReading(stamp, *(np.array(each, dtype=bool) for each in told))
+            raise MessageError(text.format(*map(len, received), *self.mount.settings))
+        return BumperReading(stamp, *(np.array(each, dtype=bool) for each in received))
 
 
 class Wheels(Form):
@@ -54,8 +54,8 @@ class Wheels(Form):
         known = dict(zip(message.name, message.position))
         for name in self.names:
             if name not in known:
-                told = ", ".join(message.name) or "none"
-                raise MessageError("joints {}, wanted {} too".format(told, name))
+                received = ", ".join(message.name) or "none"
+                raise MessageError("joints {}, wanted {} too".format(received, name))
         turned = np.array([known[name] for name in self.names])
         return EncoderReading(stamp, turned * self._radius)
 
@@ -115,11 +115,11 @@ class Charge(Form):
 
 
 class Voltage(Form):
-    """The voltage [V] alone, as RosAria tells it."""
+    """The voltage [V] alone, as RosAria publishes it."""
 
     SUFFIX = "_voltage"
     MESSAGE = Float64
-    TELLS = ("voltage",)
+    PROVIDES = ("voltage",)
 
     def message(self, item, header):
         """Return the ``Float64``, which has no header."""
@@ -131,11 +131,11 @@ class Voltage(Form):
 
 
 class StateOfCharge(Form):
-    """The charge alone, from 0 to 1, as RosAria tells it."""
+    """The charge alone, from 0 to 1, as RosAria publishes it."""
 
     SUFFIX = "_state_of_charge"
     MESSAGE = Float32
-    TELLS = ("charge",)
+    PROVIDES = ("charge",)
 
     def message(self, item, header):
         """Return the ``Float32``, which has no header."""
@@ -147,11 +147,11 @@ class StateOfCharge(Form):
 
 
 class Recharging(Form):
-    """Whether the battery is being charged, as RosAria tells it: 0 if not, negative if it is not known."""
+    """Whether the battery is charging, as RosAria publishes it: 0 if not, negative if unknown."""
 
     SUFFIX = "_recharge_state"
     MESSAGE = Int8
-    TELLS = ("charging",)
+    PROVIDES = ("charging",)
     SUFFICES = False
 
     def reading(self, message, stamp):

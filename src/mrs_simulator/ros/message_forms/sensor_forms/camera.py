@@ -11,11 +11,11 @@ from mrs_simulator.ros.message_forms.sensor_forms.form import OPTICAL, Form
 from mrs_simulator.sensors.types.camera import CameraReading
 
 LEVEL_OPTICS = (-0.5, 0.5, -0.5, 0.5)  # [-] quaternion of optical axes in those of a level mount
-FARTHEST_RAW = 65535  # [mm] that a depth of 16 bits can tell
+FARTHEST_RAW = 65535  # [mm] that a depth of 16 bits can express
 
 
 class CameraForm(Form):
-    """What is told of a camera, in its optical frame (REP 103): x to the right, y down, z ahead."""
+    """Messages of a camera, in its optical frame (REP 103): x to the right, y down, z ahead."""
 
     FRAME = OPTICAL
 
@@ -55,7 +55,7 @@ class Colours(CameraForm):
         return _image(header, "rgb8", np.ascontiguousarray(item[0]))
 
     def reading(self, message, stamp):
-        """Return the ``CameraReading``; its depth, which ``Depths`` tells, is nan."""
+        """Return the ``CameraReading``; its depth, which ``Depths`` provides, is nan."""
         triples = self.pixels(message, {"rgb8": np.dtype((np.void, 3))})
         image = np.ascontiguousarray(triples).view(np.uint8).reshape(*triples.shape, 3)
         unknown = np.full(triples.shape, np.nan)
@@ -84,7 +84,7 @@ class Depths(CameraForm):
 
 
 class RawDepths(Depths):
-    """Image 16UC1 of depths [mm], as cameras tell them: 0 where nothing is, or farther than it can tell."""
+    """Image 16UC1 of depths [mm], as cameras publish them: 0 where nothing is, or beyond its range."""
 
     SUFFIX = "_depth_raw"
     FILLS = ()

@@ -1,4 +1,4 @@
-"""Sensors as p2os_driver tells them, which has messages of its own."""
+"""Sensors as p2os_driver publishes them, which has messages of its own."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mrs_simulator.sensors.types.ranging import RangeReading
 class Distances(Form):
     """SonarArray: the distance of each transducer up to the last that has fired.
 
-    What hears nothing is told at the greatest distance; of transducers beyond the last nothing is known.
+    No echo is published as the greatest distance; of transducers beyond the last nothing is known.
     """
 
     MESSAGE = SonarArray
@@ -21,14 +21,16 @@ class Distances(Form):
     def reading(self, message, stamp):
         """Return the ``RangeReading``."""
         places, numbers = places_of(self.mount), self.mount.settings
-        told = np.asarray(message.ranges, dtype=float)
-        if not len(told):
+        received = np.asarray(message.ranges, dtype=float)
+        if not len(received):
             raise MessageError("no distances: is the driver's parameter use_sonar true?")
-        if len(told) > len(places):
+        if len(received) > len(places):
             text = "{} distances, but the mount has {} transducers"
-            raise MessageError(text.format(len(told), len(places)))
+            raise MessageError(text.format(len(received), len(places)))
         ranges = np.full(len(places), np.nan)
-        ranges[: len(told)] = np.where(told > numbers.most - SILENT, np.inf, np.maximum(told, 0.0))
+        ranges[: len(received)] = np.where(
+            received > numbers.most - SILENT, np.inf, np.maximum(received, 0.0)
+        )
         return RangeReading(stamp, ranges, places, numbers.most, 0.5 * numbers.cone)
 
 
@@ -37,7 +39,7 @@ class P2osVoltage(Form):
 
     SUFFIX = "_state"
     MESSAGE = P2osBattery
-    TELLS = ("voltage",)
+    PROVIDES = ("voltage",)
 
     def reading(self, message, stamp):
         """Return the ``BatteryReading``."""

@@ -1,4 +1,4 @@
-"""A form: how one type of sensor is told in one type of message."""
+"""A form: how one type of sensor is published in one type of message."""
 
 from mrs_simulator.sensors.noise import NOISELESS
 from mrs_simulator.sensors.pose_filter.pose_measurements import offset, white
@@ -14,9 +14,9 @@ class Form:
     SUFFIX = ""  # of the topic, after the mount's name
     FRAME = OWN
     MESSAGE = None
-    FILLS = ()  # fields of the first form's reading that this one tells instead
-    TELLS = ()  # fields that this one tells, where it is not all
-    SUFFICES = True  # whether what it tells is a reading
+    FILLS = ()  # fields of the first form's reading that this one provides instead
+    PROVIDES = ()  # fields that this one provides, where it is not all
+    SUFFICES = True  # whether these alone are a reading
 
     def __init__(self, mount, kind):
         """``mount`` on a robot of ``kind``."""
@@ -41,11 +41,11 @@ class Form:
         raise NotImplementedError
 
     def joined(self, reading, before):
-        """Return the ``reading`` of this form with what it does not tell as it was ``before``."""
-        if before is None or not self.TELLS:
+        """Return the ``reading`` of this form with what it does not provide as it was ``before``."""
+        if before is None or not self.PROVIDES:
             return reading
-        told = {name: getattr(reading, name) for name in ("stamp", *self.TELLS)}
-        return before._replace(**told)
+        provided = {name: getattr(reading, name) for name in ("stamp", *self.PROVIDES)}
+        return before._replace(**provided)
 
     def variance(self, quantity=""):
         """Return the mean square of the errors of the sensor's ``quantity``, when a run begins.

@@ -1,4 +1,4 @@
-"""Robots and beacons that are seen or heard: RangeBearing."""
+"""Robots and beacons in the range of a sensor: RangeBearing."""
 
 from mrs_simulator.ros.message_forms.messages import (
     MessageError,

@@ -11,8 +11,9 @@ from mrs_simulator.ros.message_forms.sensor_forms.form import BASE, WORLD, Form,
 from mrs_simulator.sensors.types.inertial import AltimeterReading, CompassReading
 from mrs_simulator.sensors.types.position import GpsReading, PoseReading
 
-UNKNOWN, LEAST = 1e6, 1e-6  # [m^2, rad^2] variances: of what is not measured, and the smallest told
-FIELD = 2e-5  # [T] the earth's horizontal field as it is told, about that of middle latitudes
+# Variances: of what is not measured, and the smallest published.
+UNKNOWN, LEAST = 1e6, 1e-6  # [m^2, rad^2]
+FIELD = 2e-5  # [T] the earth's horizontal field as published, about that of middle latitudes
 
 
 class Heading(Form):
@@ -72,11 +73,11 @@ class Fix(Form):
 
     def reading(self, message, stamp):
         """Return the ``GpsReading``; without a fix it is nan."""
-        told = message.latitude, message.longitude, message.altitude
+        place = message.latitude, message.longitude, message.altitude
         lost = message.status.status < NavSatStatus.STATUS_FIX
-        if lost and all(map(math.isfinite, told)):  # where the driver believed to be last
-            told = (math.nan,) * 3
-        return GpsReading(stamp, *told)
+        if lost and all(map(math.isfinite, place)):  # the driver repeats its last fix
+            place = (math.nan,) * 3
+        return GpsReading(stamp, *place)
 
 
 class Tracked(Form):

@@ -11,15 +11,15 @@ from mrs_simulator.sensors.types import TYPES
 from mrs_simulator.sensors.types.placing import echoes
 from mrs_simulator.sensors.types.ranging import RangeReading
 
-SILENT = 1e-5  # [m] short of the greatest distance, from which on nothing was heard
+SILENT = 1e-5  # [m] short of the greatest distance, from which on there was no echo
 ASIDE = 0.05  # [m] by which an echo may lie beside its transducer's direction
 TURNED = 1e-3  # [rad] by which all rays may be turned from the mount's, or one step
 
 
 class SonarCloud(Form):
-    """Echoes in the robot's axes, z 0, in a frame at the sonar's height, as RosAria tells them.
+    """Echoes in the robot's axes, z 0, in a frame at the sonar's height, as RosAria publishes them.
 
-    One that hears nothing is told at the greatest distance, one that is lost as nan.  RosAria tells one
+    No echo is published as the greatest distance, a lost one as nan.  RosAria publishes one
     that has not fired yet, or is not there, at the robot's centre: it is lost, too.
     """
 
@@ -92,7 +92,7 @@ class SonarCloud2(SonarCloud):
 
 
 class SonarRange(Form):
-    """The distance of a single transducer, ahead in its own frame; inf where nothing is heard."""
+    """The distance of a single transducer, ahead in its own frame; inf without an echo."""
 
     SUFFIX = "_range"
     MESSAGE = Range

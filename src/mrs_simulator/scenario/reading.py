@@ -36,10 +36,9 @@ class _Loader(yaml.SafeLoader):
         self._composed, self._sizes = 0, {}
 
     def compose_node(self, parent, index):
-        """Return the next node; aliases that stand for too much, or for themselves, are refused.
+        """Return the next node; aliases of too many values, or of themselves, are refused.
 
-        A few nested aliases can stand for billions of values, which whoever walks over the
-        content would visit one by one.
+        A few nested aliases can stand for billions of values, each visited when the content is read.
         """
         alias = self.check_event(yaml.events.AliasEvent)
         mark = self.peek_event().start_mark

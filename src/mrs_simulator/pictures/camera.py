@@ -11,7 +11,7 @@ NEAREST, FARTHEST = 0.2, 5000.0  # [m] from the target
 
 
 class Camera(NamedTuple):
-    """Looks at ``target`` from ``distance``; at yaw 0 from the south, at pitch -90 degrees from above."""
+    """A view of ``target`` from ``distance``; from the south at yaw 0, from above at pitch -90 degrees."""
 
     target: Tuple[float, float, float] = (0.0, 0.0, 0.0)  # [m]
     distance: float = 10.0  # [m]
@@ -56,7 +56,7 @@ class Camera(NamedTuple):
         return self._replace(target=tuple(float(each) for each in target))
 
     def seen(self, points):
-        """Return ``points`` (..., 3) [m] as the camera has them: right, up, and depth ahead [m]."""
+        """Return ``points`` (..., 3) [m] in the camera's frame: right, up, and depth ahead [m]."""
         return (points - self.eye) @ self.axes.T
 
     def framed(self, points, width, height, room=1.0):

@@ -25,7 +25,7 @@ ABOVE = 11.0  # [px] from a robot's top to the middle of its number
 
 
 class Robots(NamedTuple):
-    """n robots as the camera has them."""
+    """n robots in the camera's frame."""
 
     kinds: Any  # ``Kind``s, (n,)
     place: Any  # (n, 3) [m]

@@ -39,7 +39,7 @@ class Scene(NamedTuple):
 
     @property
     def place(self):
-        """Return where the robots stand or fly, (n, 3) [m]."""
+        """Return the robots' positions (n, 3) [m]."""
         z = np.zeros(len(self.pose)) if self.spatial is None else self.spatial.z
         return np.column_stack([self.pose[:, :2], z])
 
@@ -103,7 +103,7 @@ def _room_of_robots(scene):
 
 
 def drawn(scene, camera, width, height, palette=LIGHT):
-    """Return the ``Drawing`` of ``scene`` as ``camera`` has it, ``width`` by ``height`` [px]."""
+    """Return the ``Drawing`` of ``scene`` seen by ``camera``, ``width`` by ``height`` [px]."""
     view, place, water = View(camera, width, height, palette), scene.place, scene.on_water
     team = robots.seen_robots(view, scene.kinds, scene.pose, place, scene.turn, scene.shades)
     land = [obstacle for obstacle in scene.obstacles if is_flat(obstacle)]
@@ -132,7 +132,7 @@ def drawn(scene, camera, width, height, palette=LIGHT):
 
 
 def _trails(view, scene):
-    """Return where the robots have been, in their colours."""
+    """Return the robots' trails, in their colours."""
     held = [len(trail) for trail in scene.trails]
     if not sum(held):
         return None

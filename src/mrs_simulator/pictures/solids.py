@@ -68,7 +68,7 @@ class Pairs(NamedTuple):
     apart: Any  # (k,) bool: the plane separates them; else they reach into each other
 
     def ranks(self, eye, screen, begins):
-        """Return in which order to paint the parts of m things, (m, p), the least rank first.
+        """Return the painting order of the parts of m things, (m, p), the least rank first.
 
         ``eye`` (m, 3) [m]: in the things' frames; ``screen`` (m, v, 2) [px]: the parts' vertices, those of
         each from ``begins`` (p,) on.  Of two parts that may overlap in the picture, that on the eye's side

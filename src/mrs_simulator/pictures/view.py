@@ -25,7 +25,7 @@ class View:
         self.light = light / np.linalg.norm(light)  # the direction it comes from, common frame
 
     def seen(self, points):
-        """Return ``points`` (..., 3) [m] as the camera has them: right, up, depth [m]."""
+        """Return ``points`` (..., 3) [m] in the camera's frame: right, up, depth [m]."""
         return (np.asarray(points, dtype=float) - self.eye) @ self._axes.T
 
     def screen(self, seen):

@@ -163,7 +163,7 @@ def _end_master(master):
 
 
 def _end_on_signals(application):
-    """Close the window in good order, one that is not yet open as soon as it is."""
+    """Close the window on signals; one not yet open, as soon as it is."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, from_event_loop(lambda *_: application.closeAllWindows()))
     # Python sees a signal only when Qt gives it a moment.

@@ -55,7 +55,7 @@ class DrawnCurves(QWidget):
 
     def __init__(self, parent=None):
         super().__init__(parent)
-        self.setAutoFillBackground(True)  # as the figure, whatever the tabs about it look like
+        self.setAutoFillBackground(True)  # as the figure, not as the tabs around it
         self._history, self._ranges = History(), ()
         self._error, self._theory = ErrorCurve(), None
         self._xlim, self._ylim = None, None  # None: all

@@ -55,7 +55,7 @@ class CurvesPlot:
         self._bundle, self._drawn = None, []  # what is drawn: time and values of each curve
 
     def take_look(self, family, pixels, face, base, text):
-        """Take the font's family and size [pixels], and the colours (r, g, b) of what is drawn on."""
+        """Take the font's family and size [pixels], and the colours (r, g, b) of background and text."""
         self._face, self._base, self._text = face, base, text
         self._font = FontProperties(family=_known(family), size=72.0 * pixels / DPI)
         self._width = max(1.0, pixels / 16.0)  # of a thin line [points]
@@ -131,7 +131,7 @@ class CurvesPlot:
         return tuple((1.0 - part) * a + part * b for a, b in zip(self._base, self._text))
 
     def _build(self, message, marks):
-        """Make the axes, one line per curve, and what names the lines."""
+        """Make the axes, one line per curve, and a legend or colour bar."""
         quantity, em = QUANTITIES[self._index], self.em()
         self.figure.clear()
         self.figure.set_facecolor(self._face)
@@ -224,14 +224,14 @@ class CurvesPlot:
         self._side = 3.8 * em
 
     def _fill(self, curve, line):
-        """Give ``line`` what can be seen of ``curve``; return it."""
+        """Give ``line`` the visible part of ``curve``; return it."""
         most = min(MOST_POINTS, ALL_POINTS // len(self._curves))
         drawn = thinned(curve, *self.axes.get_xlim(), most)
         line.set_data(*drawn)
         return drawn
 
     def _fill_bundle(self):
-        """Give the bundle what can be seen of all curves, which share their times; return it."""
+        """Give the bundle the visible parts of all curves, which share their times; return it."""
         table = np.stack([curve.values for curve in self._curves], axis=1)
         most = BUNDLED_POINTS // len(self._curves)
         limits = self.axes.get_xlim()

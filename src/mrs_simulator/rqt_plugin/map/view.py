@@ -195,12 +195,12 @@ class MapView(PaintedMap):
             super().keyPressEvent(event)
 
     def _escapes(self, event):
-        """Return whether the key gives up the edge or the obstacle that is being drawn."""
+        """Return whether the key cancels drawing an edge or an obstacle."""
         drawing = self._drag is not None and self._drag.kind in ("edge", "obstacle")
         return event.key() == Qt.Key_Escape and drawing
 
     def _takes(self, event):
-        """Return whether the key is the map's, whatever shortcut it may be elsewhere."""
+        """Return whether the map handles the key, even if it is a shortcut elsewhere."""
         return self._escapes(event) or (self._mode == "obstacles" and self._keys.knows(event))
 
     @guarded
@@ -212,17 +212,17 @@ class MapView(PaintedMap):
             super().contextMenuEvent(event)
 
     def event(self, event):
-        """Answer the question for a tooltip, keep a key from being a shortcut; all else as usual."""
+        """Show a tooltip, or keep a key of the map from being a shortcut."""
         if event.type() == QEvent.ShortcutOverride and self._takes(event):
             event.accept()
             return True
         if event.type() == QEvent.ToolTip:
-            self._tell(event)
+            self._show_tooltip(event)
             return True
         return super().event(event)
 
     @guarded
-    def _tell(self, event):
+    def _show_tooltip(self, event):
         at = np.array([event.pos().x(), event.pos().y()], dtype=float)
         row, text = self._robot_at(at), ""
         if row >= 0:

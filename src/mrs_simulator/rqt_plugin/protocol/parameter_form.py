@@ -57,7 +57,7 @@ class ParameterForm(QWidget):
         return dict(self._values)
 
     def set_values(self, values):
-        """Show what is in force; a field being edited keeps its text."""
+        """Show the values in force; a field being edited keeps its text."""
         for name in set(values).intersection(self._rows):
             row = self._rows[name]
             try:
@@ -83,13 +83,13 @@ class ParameterForm(QWidget):
         self._below.say("\n".join(others))
 
     def set_defaults(self):
-        """Put every field to its default; ``changed`` if that is something new."""
+        """Reset every field to its default; emit ``changed`` if any differs."""
         for parameter in self._parameters:
             self._rows[parameter.name].show(parameter.default)
         self._take({parameter.name: parameter.default for parameter in self._parameters})
 
     def finish(self):
-        """Take over what still stands in the fields; return whether all of it is allowed."""
+        """Apply pending texts of the fields; return whether all are allowed."""
         for name in list(self._rows):
             self._finished(name)
         return not any(row.refused for row in self._rows.values())

@@ -11,7 +11,7 @@ HEADERS = (
     ("robot", "Which robot; team: all of them together"),
     ("what", "What was checked"),
     ("found", "The value found"),
-    ("wanted", "The value required"),
+    ("required", "The value required"),
 )
 FOUND = 2  # column
 BEFORE = (

@@ -80,12 +80,12 @@ class Processes:
         return time.monotonic() - self._begun[name] if self.is_running(name) else 0.0
 
     def is_ending(self, name):
-        """Return whether one that was started as ``name`` and asked to end still runs."""
+        """Return whether the program ``name`` is being ended and still runs."""
         asked = [p for n, p in self._running.items() if n.partition(" ")[0] == name and n != name]
         return any(process.poll() is None for process in asked)
 
     def is_gone(self, name):
-        """Return whether none that was started as ``name`` runs, or has ended and is not taken in yet."""
+        """Return whether ``name`` neither runs nor has ended without ``take_ended`` having reported it."""
         return all(n.partition(" ")[0] != name for n in self._running)
 
     def take_ended(self):
@@ -112,7 +112,7 @@ class Processes:
             threading.Thread(target=_end_all, args=([process],)).start()
 
     def kill(self, name):
-        """Kill the program called ``name``, and whatever it has started, without asking."""
+        """Kill the program ``name`` and its child processes at once."""
         process = self._running.get(name)
         if process is not None:
             _signal(process, signal.SIGKILL)
@@ -128,7 +128,7 @@ class Processes:
         self._closing.start()
 
     def wait_closed(self):
-        """Wait until all programs asked to end have ended; what was written for them is removed."""
+        """Wait until all programs have ended; remove the files written for them."""
         if self._closing is not None:
             self._closing.join()
 

@@ -88,7 +88,7 @@ class Programs:
             return self._study.state.no_start()
         return "" if self._study.connection.master_online else "no ROS master"
 
-    # What is asked for ---------------------------------------------------------------------------
+    # Requests -----------------------------------------------------------------------------------
 
     def add(self, command):
         """Take ``command``, words as in a shell, as a program; return what is wrong with it, or ""."""

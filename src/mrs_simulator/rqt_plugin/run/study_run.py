@@ -104,7 +104,7 @@ class StudyRun:
         names = {name.partition(" ")[0] for name, _, _ in ended}
         if "control" in names:  # its last status is not that of a controller that could be started
             self.connection.forget("control")
-            if self.processes.is_running("control"):  # one has taken over, and gives commands alone
+            if self.processes.is_running("control"):  # a new one has taken over
                 self.connection.begin_run()
         if "stage" in names:  # nor is its last state that of a simulation to attach to
             self.connection.forget("stage")
@@ -114,7 +114,7 @@ class StudyRun:
         return [
             ErrorMessage("{} {}".format(called(name), how_ended(code, output)))
             for name, code, output in ended
-            if code not in (0, -2, 130)  # ended in good order
+            if code not in (0, -2, 130)  # ended normally
         ]
 
     def close(self):
@@ -126,7 +126,7 @@ class StudyRun:
 
 
 def how_ended(code, output):
-    """Return in words how a program ended that was not asked to; ``output``: what it has printed.
+    """Return a text on how a program ended by itself; ``output``: what it has printed.
 
     A killed program prints nothing about it.
     """

@@ -118,7 +118,7 @@ class TeamPanel(QWidget):
         return {row + 1 for row in self._model.overlapping}
 
     def set_kinds(self, find, own=()):
-        """Look up kinds by ``find(name)``, which returns the ``Kind``; offer the names ``own`` too."""
+        """Use ``find(name)``, which returns a ``Kind``; offer the names ``own`` too."""
         self._find = find
         self._model.kind_choices = tuple(dict.fromkeys((*vehicles.KINDS, *own)))
 
@@ -314,7 +314,7 @@ class TeamPanel(QWidget):
         self.save_requested.emit()
 
     def _title(self, name):
-        """Return what a kind is called in full, its name where it cannot be read."""
+        """Return the title of a kind, its name where it cannot be read."""
         try:
             return self._find(name).title if name else ""
         except (ValueError, OSError):

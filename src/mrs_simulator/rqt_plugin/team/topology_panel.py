@@ -50,7 +50,7 @@ class TopologyPanel(QWidget):
     def _build(self):
         layout = QVBoxLayout(self)
         layout.addLayout(self._build_presets())
-        self._as_directed = QCheckBox("directed: robot i receives from j only")
+        self._as_directed = QCheckBox("directed: the neighbour sends to the robot")
         self._as_directed.setChecked(True)
         self._as_directed.toggled.connect(self._on_directed)
         layout.addWidget(self._as_directed)

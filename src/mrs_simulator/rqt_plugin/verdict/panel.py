@@ -105,7 +105,7 @@ def _tip(check):
         return "\n".join(lines + [check["note"]])
     if check["tolerance"] is not None:
         bound = check["note"] if check["note"] in ("at most", "at least") else "equal to"
-        text = "wanted: {} {}, within {}"
+        text = "required: {} {}, within {}"
         lines.append(text.format(bound, shown(check["predicted"]), shown(check["tolerance"])))
         lines.append("measured: {}".format(shown(check["measured"])))
     if check["note"] not in ("", "at most", "at least"):

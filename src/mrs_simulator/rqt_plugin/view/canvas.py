@@ -36,7 +36,7 @@ class Canvas(QWidget):
         self.setFocusPolicy(Qt.ClickFocus)
 
     def sizeHint(self):
-        """Return a size for the eye; any other does."""
+        """Return the preferred size."""
         line = self.fontMetrics().height()
         return QSize(40 * line, 24 * line)
 

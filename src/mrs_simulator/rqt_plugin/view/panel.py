@@ -52,20 +52,20 @@ class ViewPanel(QWidget):
 
     @guarded
     def showEvent(self, event):
-        """Begin to look for changes: nothing is drawn while the view is not to be seen."""
+        """Begin to poll for changes, which are not drawn while the view is hidden."""
         super().showEvent(event)
         self._timer.start()
         self.refresh()
 
     @guarded
     def hideEvent(self, event):
-        """Look for changes no longer."""
+        """Stop polling."""
         super().hideEvent(event)
         self._timer.stop()
 
     @guarded
     def refresh(self, *_):
-        """Show what is new, if anything is."""
+        """Show the scene if it has changed."""
         now, revision = time.monotonic(), self._revision()
         if revision == self._shown or now < self._next:
             return

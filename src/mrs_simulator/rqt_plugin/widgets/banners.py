@@ -119,7 +119,7 @@ class _Strip(QFrame):
 
     @guarded
     def showEvent(self, event):
-        """Take the colours of the ground that it has been put on."""
+        """Take the colours that suit the new background."""
         super().showEvent(event)
         self._paint()
 

@@ -5,7 +5,7 @@ import time
 
 
 class DebouncedWorker:
-    """Computes, in a thread, what was asked for last once nothing else has been for ``rest`` [s]."""
+    """Computes the last request in a thread, once there was no other for ``rest`` [s]."""
 
     def __init__(self, rest):
         self._rest, self._lock = rest, threading.Lock()
@@ -13,7 +13,7 @@ class DebouncedWorker:
         self._answer, self._serving = None, False
 
     def ask(self, work):
-        """Compute ``work()``; the answer to what was asked for before is dropped.  None: nothing."""
+        """Compute ``work()``, None for nothing; earlier requests are dropped."""
         with self._lock:
             self._wanted, self._asked_at, self._answer = work, time.monotonic(), None
             if not self._serving:
@@ -21,7 +21,7 @@ class DebouncedWorker:
                 threading.Thread(target=self._serve, daemon=True).start()
 
     def take(self):
-        """Return ``(answer, error)`` of what was asked for last, once, one of them None; else None."""
+        """Return ``(answer, error)`` of the last request, once, one of them None; else None."""
         with self._lock:
             answer, self._answer = self._answer, None
             return answer

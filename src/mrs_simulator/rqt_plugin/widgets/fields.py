@@ -91,7 +91,7 @@ class PatientSpinBox(_Escapable, _Patient, QSpinBox):
         self.setFocusPolicy(Qt.StrongFocus)
 
     def busy(self):
-        """Return whether a text stands in it that is not the value in force."""
+        """Return whether its text differs from the value in force."""
         return self.text() != self.textFromValue(self.value())
 
     def give_up(self):
@@ -246,7 +246,7 @@ class ChoiceField(NoWheelComboBox):
         self.setCurrentIndex(self.findText(str(value)))
 
     def settle(self):
-        """Do nothing: what is chosen is chosen."""
+        """Do nothing: a choice is applied at once."""
 
     def busy(self):
         """Return whether the list is open."""
@@ -276,7 +276,7 @@ class SwitchField(QCheckBox):
         self.setChecked(bool(value))
 
     def settle(self):
-        """Do nothing: what is set is set."""
+        """Do nothing: the switch is applied at once."""
 
     def busy(self):
         """Return whether it is being pressed."""

@@ -47,7 +47,7 @@ class FlowLayout(QLayout):
         return self._items.pop(index) if 0 <= index < len(self._items) else None
 
     def expandingDirections(self):
-        """Return that none is: there is no use for more room."""
+        """Return no direction: more room is not used."""
         return Qt.Orientations()
 
     def hasHeightForWidth(self):
@@ -85,7 +85,7 @@ class FlowLayout(QLayout):
         return [item for item in self._items if not item.isEmpty()]
 
     def _arrange(self, rect, place):
-        """Fill the lines of ``rect``, with ``place`` in earnest; return the height needed [px]."""
+        """Arrange the items in ``rect``, move them if ``place``; return the height needed [px]."""
         margins = self.contentsMargins()
         room = rect.adjusted(margins.left(), margins.top(), -margins.right(), -margins.bottom())
         y = room.y()

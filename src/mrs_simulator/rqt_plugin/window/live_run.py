@@ -41,7 +41,7 @@ class LiveRun:
         """Show the newest poses and collisions."""
         snapshot, now = self._connection.snapshot(), time.monotonic()
         rested = now - self._last_frame[0] >= self._panels.map.cost / MOST_PAINTING
-        # Robots placed by hand are not where the stage has them until it has taken them over.
+        # Robots moved by the user differ from the stage's until it has applied their poses.
         settled = self._team.is_settled()
         if settled and rested and snapshot is not None and snapshot is not self._last_frame[1]:
             self._last_frame = now, snapshot

@@ -1,17 +1,17 @@
-"""Obstacles edited on the map: handed to the study, which may refuse them, and undone."""
+"""Edits of obstacles on the map: applied to the study, which may refuse them, with undo."""
 
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage
 from mrs_simulator.rqt_plugin.widgets.guard import guarded
 from mrs_simulator.scenario.surroundings.maps import obstacles_of
 
-MOST_UNDONE = 200  # [-] edits that can be taken back
+MOST_UNDONE = 200  # [-] edits that can be undone
 
 
 class ObstacleEditing:
-    """The edits so far, those taken back, and the obstacles as they are in force."""
+    """Undo and redo of obstacles, and the obstacles in force."""
 
     def __init__(self, panels, study, changed):
-        """``changed()`` is called after each edit that was taken up."""
+        """``changed()`` is called after each edit that was applied."""
         self._panels, self._study, self._changed = panels, study, changed
         self._done, self._undone = [], []  # obstacles as they were before, and after
         panels.map.obstacles_edited.connect(self._on_edited)
@@ -20,19 +20,19 @@ class ObstacleEditing:
         panels.map_panel.obstacles.refused.connect(self._on_refused)
 
     def begin(self):
-        """Begin with the scenario in force: nothing can be taken back."""
+        """Start from the scenario in force, with nothing to undo."""
         self._done, self._undone = [], []
         self.show()
 
     def show(self):
-        """Show the obstacles in force, and whether edits can be taken back."""
+        """Show the obstacles in force, and whether edits can be undone."""
         scenario = self._study.scenario
         self._panels.map.show_obstacles(obstacles_of(scenario), len(scenario.obstacles))
         self._panels.map_panel.obstacles.set_undoable(bool(self._done), bool(self._undone))
         self._panels.map_panel.obstacles.show_selected()
 
     def _take(self, obstacles):
-        """Take ``obstacles`` up; return whether they are in force."""
+        """Apply ``obstacles``; return whether they are in force."""
         wrong = self._study.state.obstacles_locked()
         wrong = ErrorMessage(wrong) if wrong else self._study.edited.set_obstacles(obstacles)
         if self._panels.say(wrong):
@@ -58,7 +58,7 @@ class ObstacleEditing:
         self._exchange(self._undone, self._done)
 
     def _exchange(self, source, target):
-        """Take up the last of ``source``; what was in force goes to ``target``."""
+        """Apply the last of ``source``; what was in force goes to ``target``."""
         before = self._study.scenario.obstacles
         if source and self._take(source[-1]):
             source.pop()

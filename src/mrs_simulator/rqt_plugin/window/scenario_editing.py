@@ -9,7 +9,7 @@ class ScenarioEditing:
     """Shows the study's scenario, and applies the user's edits of team, protocol and graph."""
 
     def __init__(self, panels, study, live, pending_team, pending_graph):
-        """``live``: the ``LiveRun``, which is put away as soon as the team is another one."""
+        """``live``: the ``LiveRun``, which is cleared as soon as the team changes."""
         self._panels, self._study, self._live = panels, study, live
         self._team, self._graph = pending_team, pending_graph
         self.obstacles = ObstacleEditing(panels, study, self._on_obstacles)
@@ -70,7 +70,7 @@ class ScenarioEditing:
             self._study.connection,
             self._study.edited.derived,
         )
-        panels.close_error()  # an edit was taken up
+        panels.close_error()  # an edit was applied
         edited = self._study.edited
         connection.set_starts(edited.starts(), edited.team().is_spatial)
         panels.protocol.set_warnings(derived.warnings)

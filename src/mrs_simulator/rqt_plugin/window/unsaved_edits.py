@@ -9,7 +9,7 @@ class UnsavedEdits:
     """The edits of this GUI, and those that a crash has left."""
 
     def __init__(self, autosave, panels, study, files, restored):
-        """``autosave``: an ``Autosave``, None to keep nothing; ``restored(scenario)`` takes edits up."""
+        """``autosave``: an ``Autosave``, None for none; ``restored(scenario)`` opens edits."""
         self._autosave, self._panels, self._study = autosave, panels, study
         self._files, self._restored = files, restored
         self._kept = study.scenario  # as of the last look
@@ -32,7 +32,7 @@ class UnsavedEdits:
             self._panels.say(ErrorMessage(text))
 
     def forget(self):
-        """Remove what was kept: the GUI ends in good order."""
+        """Remove the autosaved edits: the GUI ends normally."""
         if self._autosave is not None:
             self._autosave.forget()
 

@@ -212,7 +212,7 @@ assert gui.shown["trails"].isChecked()
         tmp_path / "broken.py",
         tmp_path / "bad.yaml",
     )
-    assert "half done" in output and "poses[0]" in output and "not taken up" in output
+    assert "half done" in output and "poses[0]" in output and "not applied" in output
 
 
 def test_a_scenario_that_is_not_opened_is_not_in_force(gui, tmp_path):

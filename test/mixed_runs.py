@@ -23,7 +23,8 @@ click("control")
 span = float(sys.argv[2])
 def done():
     begun = gui.history.begun
-    return begun is not None and gui.history.time[-1] - begun >= span
+    # Later than what is compared: the estimates of a sample may come after it.
+    return begun is not None and gui.history.time[-1] - begun >= span + 0.5
 until(done, limit=120)
 trouble += [] if "data is kept in" in gui.study.files.keep(gui.history) else ["not kept"]
 gui.history.saved = gui.history.moved  # it need not be kept at the end as well

@@ -11,7 +11,7 @@ from mixed_runs import in_gui, run_file
 from ros_fixtures import PATIENCE, log_of, wait_until
 
 from mrs_simulator.nodes.record.bag import ESTIMATES, bagged_forms
-from mrs_simulator.nodes.record.bag_size import RECORD, told, written
+from mrs_simulator.nodes.record.bag_size import RECORD, size_text, written
 from mrs_simulator.record.recording import read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.study.results.bag import read_bag
@@ -98,9 +98,9 @@ def stamp_in(message):
 
 
 def check_size(path, scenario, log):
-    """Check that a bag is as large as was told: rates and lengths of messages, and the file itself."""
+    """Check that a bag is as large as was estimated: rates and lengths of messages, and the file itself."""
     items = written(scenario, bagged_forms(scenario), ESTIMATES)
-    assert told(items, scenario.duration) in log
+    assert size_text(items, scenario.duration) in log
     lengths, stamps, wanted = {}, {}, {item.topic for item in items}
     with rosbag.Bag(str(path)) as bag:
         for topic, (_, data, *_, kind), _ in bag.read_messages(raw=True):

@@ -64,7 +64,7 @@ def test_the_sensors_are_what_the_driver_tells():
         changed = behind_rosaria(scenario_from_dict(dict(given, sensors=sensors)))
         mounts = fitted_mounts(Team.from_scenario(changed), changed.sensors)
         assert [mount.name for mount in mounts[0]] == names
-        assert mounts[0][0].numbers[-2:] == (turns, 0.04)
+        assert mounts[0][0].settings[-2:] == (turns, 0.04)
         assert dict(mounts[0][0].noise)[""].quantum == 0.001
         assert mounts[0][-1].rate == 10.0 and dict(mounts[0][-1].noise)[""].quantum == 0.1
         assert [mount.name for mount in mounts[1]] == ["laser"]

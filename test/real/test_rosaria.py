@@ -464,7 +464,9 @@ def test_a_robot_that_is_told_to_move_and_does_not_stands_alone(team):
     wait_until(lambda: team.odometry(1) is not None and team.odometry(2) is not None)
     assert team.probe.ask("switch('/robot2/RosAria/disable_motors')")
     control = team.forward(n=2)
-    stuck = "robot2 stopped: told to move at 0.20 m/s, 0.00 rad/s, and for 0.5 s its odometry says"
+    stuck = (
+        "robot2 stopped: commanded to move at 0.20 m/s, 0.00 rad/s, and for 0.5 s its odometry says"
+    )
     assert stuck in team.trouble(stuck) and stuck in log_of(control)
     wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
     assert team.probe.wait("control('stopped')") == [2]
@@ -488,7 +490,9 @@ def test_an_emergency_button_is_told_at_once_and_a_lost_link_soon(team):
     team.drives((1, 2), 0.05)
     # The driver repeats its last pose, as it does without its robot.
     assert team.probe.ask("switch('/robot2/RosAria/lose_link')")
-    team.trouble("robot2 stopped: told to move at 0.20 m/s, 0.00 rad/s, and for 5 s its odometry")
+    team.trouble(
+        "robot2 stopped: commanded to move at 0.20 m/s, 0.00 rad/s, and for 5 s its odometry"
+    )
     wait_until(lambda: team.sent(2) == [0.0, 0.0] and team.sent(1) == [0.2, 0.0])
 
 

@@ -13,7 +13,7 @@ from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.ros.nonblocking_publisher import prompt_publisher
 from mrs_simulator.vehicles.team import on_all_axes
 
-INSISTING = 3.0  # [s] of wall time for which real robots that stand are told so again and again
+INSISTING = 3.0  # [s] of wall time for which zero commands to real robots that stand are repeated
 AGAIN = 0.05  # [s] of wall time between two times
 
 
@@ -26,7 +26,7 @@ class CommandGate:
         """``topics``: what publishes, None in a dry run; commands of ``n`` robots, of ``axes``.
 
         ``insists``: a stop is said again and again; ``clock`` gives wall time in s; ``landing``
-        (n, a): what is told in an emergency, by default zeros; robots that fly come down by it.
+        (n, a): what is commanded in an emergency, by default zeros; robots that fly come down by it.
         """
         self._topics, self._insists, self._clock = topics, insists, clock
         self._lock = threading.Lock()
@@ -77,9 +77,9 @@ class CommandGate:
         return False
 
     def insist(self):
-        """To be called all the time: tell real robots that were stopped to stand, lest one missed it.
+        """To be called all the time: repeat the stop of real robots, since one may have missed it.
 
-        Robots that land, real or not, are told to all through an emergency.
+        Robots that land, real or not, are commanded to all through an emergency.
         """
         with self._lock:
             now = self._clock()
@@ -91,7 +91,7 @@ class CommandGate:
                 self._publish(self.command)
 
     def _resting(self):
-        """Return what robots are told while it is shut, (n, a)."""
+        """Return what robots are commanded while it is shut, (n, a)."""
         return self._landing.copy() if self.emergency else np.zeros_like(self.command)
 
     def _publish(self, command, answered=None):
@@ -114,7 +114,7 @@ class RobotCommands:
     def __init__(self, names, real=(), axes=UNICYCLE_AXES, answers=None):
         """``names`` of the topics; ``real``: rows of the robots that are real; ``axes`` of commands.
 
-        ``answers``: who tells besides which odometry they answer, an ``AnswerPublisher``, or None.
+        ``answers``: what publishes besides which odometry they answer, an ``AnswerPublisher``, or None.
         """
         self._driven, self._axes, self._answers = False, axes, answers
         self._publishers = [
@@ -131,7 +131,7 @@ class RobotCommands:
             publisher.publish(_twist(values))
 
     def _first(self):
-        # What a robot heard before its connection broke may be older than a stop.
+        # What a robot received before its connection broke may be older than a stop.
         return _twist((0.0,) * 6) if self._driven else None
 
 

@@ -7,7 +7,7 @@ EARLY = 1e-6  # [s] by which equal times may differ
 
 
 class CommandTimes:
-    """Commands at a fixed rate, each made of the newest odometry that is told by then.
+    """Commands at a fixed rate, each made of the newest odometry that is due by then.
 
     Simulated time comes on /clock shortly before the odometry of the same time.  A command that did not
     wait for it would answer odometry one period old, and so would every later one.
@@ -23,17 +23,17 @@ class CommandTimes:
         """Begin anew: the next command is due at once, and what passes until then is not missed."""
         self._next, self._waiting = None, None
 
-    def take(self, now, told=None, running=True):
+    def take(self, now, is_up_to_date=None, running=True):
         """Return whether a command is to be made at ``now`` [s]; then it counts as made.
 
-        ``told(now)``: returns whether all odometry is there that is told by then, asked where a command is
+        ``is_up_to_date(now)``: returns whether all odometry due by then is there, asked where a command is
         due; by default nothing is waited for.  After ``LATE`` periods of wall time nor is odometry.  While
         ``running`` the periods that were left out are missed.
         """
         if not self._is_due(now):
             self._waiting = None
             return False
-        if told is not None and not told(now):
+        if is_up_to_date is not None and not is_up_to_date(now):
             wall = self._clock()
             self._waiting = wall if self._waiting is None else self._waiting
             if wall - self._waiting <= LATE * self.period:

@@ -45,7 +45,7 @@ def make_common_frame(scenario, leads=False, rows=None):
 class CommonFrame:
     """Odometry that is already in the common frame; the other sources change what they need."""
 
-    ABSOLUTE = True  # the poses tell where a robot is, whatever the scenario says
+    ABSOLUTE = True  # the poses are where a robot is, whatever the scenario says
     BEGINS_AT_ZERO = False  # a driver that is started again begins at its origin
     WATCHES_ODOMETRY = True  # where a jump would show
     WHAT = "odometry"
@@ -98,7 +98,7 @@ class CommonFrame:
         return self.inbox.pose()
 
     def heights(self):
-        """Return the robots' heights above the ground, (n,) [m], as they are told."""
+        """Return the robots' heights above the ground, (n,) [m], as received."""
         return self.inbox.heights()
 
     def with_heights(self, pose):
@@ -106,17 +106,17 @@ class CommonFrame:
         return np.column_stack([pose, self.heights()]) if self._is_spatial else pose
 
     def twists(self):
-        """Return the body twists vx, vy, omega, (n, 3) [m/s, m/s, rad/s], as odometry tells them."""
+        """Return the body twists vx, vy, omega, (n, 3) [m/s, m/s, rad/s], as in odometry."""
         return self.inbox.twists()
 
     def spatial(self):
         """Return the robots' ``Spatial``; orientations in the common frame."""
-        told, theta = self._told_in_space(), self.pose()[:, 2]
-        return told._replace(
-            orientation=turned(told.orientation, theta - headings(told.orientation))
+        received, theta = self._received_in_space(), self.pose()[:, 2]
+        return received._replace(
+            orientation=turned(received.orientation, theta - headings(received.orientation))
         )
 
-    def _told_in_space(self):
+    def _received_in_space(self):
         return self.inbox.spatial()
 
     def missing(self, now):
@@ -187,32 +187,36 @@ class FirstFrame(ScenarioFrame):
     )
 
     def __init__(self, scenario, leads=False, rows=None):
-        """Listen to the odometry, and to where the leading node first heard it, or tell that."""
+        """Listen to the odometry, and to where the leading node first received it, or publish that."""
         super().__init__(scenario, leads, rows)
-        self._told = np.full((len(self.rows), 3), np.nan)
+        self._first_poses = np.full((len(self.rows), 3), np.nan)
         if leads:
-            self._teller = rospy.Publisher(FIRST, TeamOdometry, queue_size=1, latch=True)
+            self._first_publisher = rospy.Publisher(FIRST, TeamOdometry, queue_size=1, latch=True)
         else:
-            self._listener = rospy.Subscriber(FIRST, TeamOdometry, self._on_told, queue_size=1)
+            self._listener = rospy.Subscriber(
+                FIRST, TeamOdometry, self._on_first_poses, queue_size=1
+            )
 
     def pose(self):
-        """Return the odometry as seen from where it was first heard."""
+        """Return the odometry as seen from where it was first received."""
         first = self.inbox.first()
         if self._leads:
-            self._tell(first)
+            self._publish_first(first)
         else:
-            first = np.where(np.isnan(self._told), first, self._told)
+            first = np.where(np.isnan(self._first_poses), first, self._first_poses)
         return compose(origins(self._starts, first), self.inbox.pose())
 
-    def _tell(self, first):
-        if first.tobytes() != self._told.tobytes():
-            self._told = first
-            self._teller.publish(team_odometry(self.numbers, first))
+    def _publish_first(self, first):
+        if first.tobytes() != self._first_poses.tobytes():
+            self._first_poses = first
+            self._first_publisher.publish(team_odometry(self.numbers, first))
 
-    def _on_told(self, message):
+    def _on_first_poses(self, message):
         numbers, poses, _, _ = read_odometry(message)
-        told = dict(zip(numbers, poses))
-        self._told = np.array([told.get(number, (np.nan,) * 3) for number in self.numbers])
+        received = dict(zip(numbers, poses))
+        self._first_poses = np.array(
+            [received.get(number, (np.nan,) * 3) for number in self.numbers]
+        )
 
 
 class LocalisedFrame(CommonFrame):
@@ -235,7 +239,7 @@ class LocalisedFrame(CommonFrame):
         """Return the newest heights."""
         return self._poses.heights()
 
-    def _told_in_space(self):
+    def _received_in_space(self):
         return self._poses.spatial()._replace(twist=self.inbox.spatial().twist)
 
     def missing(self, now):

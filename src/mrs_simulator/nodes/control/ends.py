@@ -1,4 +1,4 @@
-"""The topics by which a control node hears sensors and tells commands."""
+"""The topics by which a control node receives sensors and publishes commands."""
 
 from mrs_simulator.nodes.control.command_gate import RobotCommands, command_topics
 from mrs_simulator.ros.node.rivals import Rivals
@@ -30,13 +30,13 @@ def open_sensors(scenario, law_sensors, real, wake=None):
 
 
 def heed_rates(inbox, scenario):
-    """Tell ``inbox`` how often each robot's odometry comes, by the scenario."""
+    """Set in ``inbox`` how often each robot's odometry comes, by the scenario."""
     team, step = Team.from_scenario(scenario), scenario.step
     inbox.set_periods(step * odometry_steps(team, scenario.odometry_rate, step), step)
 
 
 def refuse_arms_without_stage(team, inbox):
-    """Raise ``ValueError`` where robots of ``team`` have arms and no stage hears the whole team."""
+    """Raise ``ValueError`` where robots of ``team`` have arms and no stage takes their commands."""
     if team.has_arms and not isinstance(inbox, TeamInbox):
         text = "robots with arms without a stage: commands of arms go to a stage alone so far"
         raise ValueError(text)

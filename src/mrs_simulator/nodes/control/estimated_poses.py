@@ -13,9 +13,9 @@ ATTEMPTS = 5  # [-] at reading poses and stamps between two messages
 
 
 class EstimatedPoses:
-    """Runs the ``Estimator`` of a scenario on what a ``CommonFrame`` and a ``SensorInbox`` have heard.
+    """Runs the ``Estimator`` of a scenario on what a ``CommonFrame`` and a ``SensorInbox`` have received.
 
-    It begins where odometry is heard first, and begins anew if simulated time goes back.
+    It begins where odometry is first received, and begins anew if simulated time goes back.
     """
 
     def __init__(self, scenario, frame, sensors):
@@ -37,37 +37,37 @@ class EstimatedPoses:
 
     def update(self):
         """Take in what has come, and publish the poses if odometry has."""
-        told, pose = self._told()
+        stamps, pose = self._odometry()
         if not np.isfinite(pose).all():
             return
-        if self._newest is not None and (told < self._newest).any():
+        if self._newest is not None and (stamps < self._newest).any():
             self._begin()
-        heard = self._sensors.take() if self._sensors else []
-        self._estimator.update(told, pose, heard)
-        if self._newest is None or (told > self._newest).any():
-            self._newest = told
-            stamp = rospy.Time(*divmod(int(told.max()), 10**9))
+        readings = self._sensors.take() if self._sensors else []
+        self._estimator.update(stamps, pose, readings)
+        if self._newest is None or (stamps > self._newest).any():
+            self._newest = stamps
+            stamp = rospy.Time(*divmod(int(stamps.max()), 10**9))
             numbers = self._frame.numbers
             self._publisher.publish(team_odometry(numbers, self._estimator.pose, stamp=stamp))
 
-    def _told(self):
-        """Return when odometry was true, (n,) [ns], and the poses (n, 3) that it tells."""
+    def _odometry(self):
+        """Return when odometry was true, (n,) [ns], and the poses (n, 3) that it has."""
         inbox = self._frame.inbox
         for _ in range(ATTEMPTS):
-            told = inbox.true_times()
+            stamps = inbox.true_times()
             pose = self._frame.pose()
-            if np.array_equal(told, inbox.true_times()):
+            if np.array_equal(stamps, inbox.true_times()):
                 break
-        return told, pose
+        return stamps, pose
 
     def pose(self):
-        """Return the poses (n, 3) as they are estimated, nan before odometry was heard of all."""
+        """Return the poses (n, 3) as they are estimated, nan before odometry of all came."""
         return (
             np.full((self._scenario.n, 3), np.nan) if self._newest is None else self._estimator.pose
         )
 
     def restart(self, rows):
-        """Believe of robots ``rows`` what odometry tells next: a person has put them there."""
+        """Accept the next odometry of robots ``rows``: a person has put them there."""
         self._estimator.restart(rows)
 
     @property

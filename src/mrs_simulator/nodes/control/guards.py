@@ -30,12 +30,12 @@ from mrs_simulator.ros.node.node_parameters import (
 from mrs_simulator.ros.node.parameters import is_given, read
 
 REPEATS = (
-    "told to move at {:.2f} m/s, {:.2f} rad/s, and for {:g} s its odometry says the very same: is its "
+    "commanded to move at {:.2f} m/s, {:.2f} rad/s, and for {:g} s its odometry says the very same: is its "
     "link lost, its emergency button pressed?"
 )
 MOTORS_OFF = "its motors are off (motors_state): is its emergency button pressed?"
 STUCK = (
-    "told to move at {:.2f} m/s, {:.2f} rad/s for {:g} s and has not: are its motors on, its "
+    "commanded to move at {:.2f} m/s, {:.2f} rad/s for {:g} s and has not: are its motors on, its "
     "wheels free, its driver connected?"
 )
 
@@ -64,7 +64,7 @@ def slower(scenario):
 
 
 def patience(n, parameter):
-    """Return for how long [s] each of n robots may stand though it is told to move, (n,).
+    """Return for how long [s] each of n robots may stand though it is commanded to move, (n,).
 
     The ``parameter`` for all, 0: for ever; by default its own for real robots and no bound for simulated
     ones, which obstacles may hold.
@@ -80,7 +80,7 @@ class Guards(Violations):
     """Lets commands pass: slowed, and zero for robots that broke a bound."""
 
     def __init__(self, numbers, scope, dry_run=False, axes=UNICYCLE_AXES, deadband=0.0):
-        """``numbers``: the robots' numbers; ``scope`` of the scaling; in a dry run nobody moves.
+        """``numbers``: the robots' numbers; ``scope`` of the scaling; in a dry run no robot moves.
 
         ``axes``: the columns of commands; ``deadband`` [m/s, rad/s] without a parameter.
         """
@@ -105,19 +105,22 @@ class Guards(Violations):
         return [self.numbers[row] for row in sorted(self.reasons)]
 
     def _stuck(self, pose, now, changed):
-        """Return ``{row: text}`` of the robots that do not move as they are told."""
-        told, shown = planar(self._passed, self._axes), speed_and_turn(self._passed, self._axes)
+        """Return ``{row: text}`` of the robots that do not move as commanded."""
+        commanded, shown = (
+            planar(self._passed, self._axes),
+            speed_and_turn(self._passed, self._axes),
+        )
         stuck = {
             row: STUCK.format(*shown[row], self._patience[row])
-            for row in self._standstill.stuck(now, pose, told)
+            for row in self._standstill.stuck(now, pose, commanded)
         }
         # In wall time, as the drivers' silence is.
-        frozen = self._repetition.frozen(time.monotonic(), changed, told)
+        frozen = self._repetition.frozen(time.monotonic(), changed, commanded)
         repeating = {row: REPEATS.format(*shown[row], self._frozen_time[row]) for row in frozen}
         return {**stuck, **repeating}
 
     def release(self, pose):
-        """Let the robots go on whose cause is gone; whether they move, time will tell."""
+        """Let the robots go on whose cause is gone; whether they move is found out later."""
         super().release(pose)
         self._standstill.forget()
         self._repetition.forget()

@@ -1,4 +1,4 @@
-"""A protocol's control that runs apart, so that whoever drives robots by it waits for no law."""
+"""A protocol's control in another process, so that the node that drives robots waits for no law."""
 
 import inspect
 import re
@@ -89,7 +89,7 @@ class LawService:
 
 
 class Law:
-    """The control of a scenario's robots, run apart; what it is at keeps nobody waiting for long.
+    """The control of a scenario's robots, run in another process; no call waits long.
 
     Its calls raise ``CallFailed`` where users' code raises, and ``TimedOut`` where it does not end
     within its limit.  It is then ``lost`` until it is made again.
@@ -172,8 +172,8 @@ class Law:
         """Return the commands (n, 2) [m/s, rad/s] at ``pose`` (n, 3) and ``time`` [s].
 
         ``limit`` [s] of wall time; ``meanwhile()`` is called again and again while it is waited for.
-        ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks.
-        ``joints`` (n, k) [rad] of robots with arms, where they are told.
+        ``readings``: the newest of the robots' sensors, ``{row: {name: reading}}``; None: none are used.
+        ``joints`` (n, k) [rad] of robots with arms, where they are known.
         """
         # What it has been given it keeps: nothing need be sent to another process twice.
         known = () if readings is None or readings is self._given else (readings,)

@@ -1,4 +1,4 @@
-"""Topics by which drivers tell whether motors are on, and are told to switch them on."""
+"""Topics by which drivers report whether motors are on, and are commanded to switch them on."""
 
 import rospy
 from genpy.dynamic import generate_dynamic
@@ -46,7 +46,7 @@ _P2OS_STATE = generate_dynamic(P2OS, "int32 state\n")[P2OS]
 
 
 class MotorSwitch:
-    """A topic on which a robot is told to switch its motors on."""
+    """A topic on which a robot is commanded to switch its motors on."""
 
     def __init__(self, name, kind):
         """``name`` of the topic; its type ``kind``, one of ``TYPES``."""
@@ -54,7 +54,7 @@ class MotorSwitch:
         self._publisher = rospy.Publisher(name, message_class(kind), queue_size=1)
 
     def switch_on(self):
-        """Publish that; return why nobody can have heard it, or ""."""
+        """Publish that; return why no robot can have received it, or ""."""
         if not self._publisher.get_num_connections():
             return "has no listener"
         self._publisher.publish(self._message)

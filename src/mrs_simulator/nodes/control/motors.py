@@ -23,8 +23,8 @@ AGAIN = 0.2  # [s] of wall time between two calls of a service that failed
 class Motors:
     """Calls the service ``~enable_motors`` of every robot, each in a thread of its own.
 
-    Where a type of message follows the name it is a topic, and told instead.  It listens to the robots'
-    ``~motors_state`` too, where there is one: an emergency button on a robot switches its motors off.
+    Where a type of message follows the name it is a topic, and published to instead.  It listens to the
+    robots' ``~motors_state`` too, where there is one: an emergency button switches a robot's motors off.
     """
 
     def __init__(self, numbers, dry_run=False):
@@ -37,12 +37,14 @@ class Motors:
         self._lock = threading.Lock()
         self._waiting, self._round = {}, 0
         self._switching = False  # from a start on until the motors of all are on
-        self._off, self._tells = set(), []
+        self._off, self._state_subscribers = set(), []
         pattern = read(MOTORS_STATE)
         for row, number in enumerate(numbers if pattern else ()):
             topic, kind = split_topic(pattern, number, BOOL)
-            told = rospy.Subscriber(topic, message_class(kind), self._on_state, row, queue_size=1)
-            self._tells.append(told)
+            subscriber = rospy.Subscriber(
+                topic, message_class(kind), self._on_state, row, queue_size=1
+            )
+            self._state_subscribers.append(subscriber)
 
     def off(self):
         """Return the rows of the robots that say that their motors are off, ascending."""
@@ -52,7 +54,7 @@ class Motors:
         (self._off.discard if is_on(message) else self._off.add)(row)
 
     def enable(self):
-        """Ask every robot to switch its motors on; ``missing`` tells who has not answered yet."""
+        """Ask every robot to switch its motors on; ``missing`` returns who has not answered yet."""
         with self._lock:
             self._round += 1
             self._switching = True
@@ -65,7 +67,7 @@ class Motors:
             thread.start()
 
     def forget(self):
-        """Ask no longer: the robots were told to stop."""
+        """Ask no longer: the robots were stopped."""
         with self._lock:
             self._round += 1
             self._waiting, self._switching = {}, False
@@ -75,9 +77,9 @@ class Motors:
         with self._lock:
             waiting = sorted(self._waiting.items())
             answered = self._switching and not waiting
-            # A driver tells that they are on with its next packet from the robot.
+            # A driver reports that they are on with its next packet from the robot.
             waiting += [
-                (self._tells[row].resolved_name, "still says that they are off")
+                (self._state_subscribers[row].resolved_name, "still says that they are off")
                 for row in (self.off() if answered else ())
             ]
             self._switching = bool(waiting)
@@ -98,7 +100,7 @@ class Motors:
             threading.Event().wait(AGAIN)
 
     def _switch_on(self, name, number):
-        """Call the service ``name`` once, or tell the topic; return why that failed, or ""."""
+        """Call the service ``name`` once, or publish on the topic; return why that failed, or ""."""
         if name in self._switches:
             return self._switches[name].switch_on() if number == self._round else ""
         try:
@@ -107,7 +109,7 @@ class Motors:
             raise
         except rospy.ROSException:
             return "is missing"
-        if number == self._round:  # else the robots were told to stop meanwhile
+        if number == self._round:  # else the robots were stopped meanwhile
             try:
                 rospy.ServiceProxy(name, Empty)()
             except (rospy.ROSException, rospy.ServiceException) as error:

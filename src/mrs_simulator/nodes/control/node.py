@@ -48,7 +48,7 @@ NAP = 0.05  # [s] of wall time, the longest wait of the main loop
 REPORT_PERIOD = 5.0  # [s] of wall time between reports of what is missing
 STALL = 1.0  # [s] of wall time, or two periods, without a command after which a law hangs
 STALLED = "the law took too long for its command: see to it"
-STILL = 1.0  # [s] of wall time after which the status tells that the law is waited for
+STILL = 1.0  # [s] of wall time after which the status says that the law is waited for
 SIMULATED_LIMIT = 30.0  # [s] of wall time for a law while nothing real moves
 FLUSH = 0.1  # [s] of wall time for the last zeros to leave
 
@@ -62,16 +62,14 @@ class Job(NamedTuple):
     now: float  # [s] time of the robots
     time: float  # [s] since the law began
     begins: bool
-    readings: Any = (
-        None  # of the robots' sensors, ``{row: {name: reading}}``; None: nobody asks for any
-    )
+    readings: Any = None  # of the robots' sensors, ``{row: {name: reading}}``; None: none are used
     joints: Any = None  # (n, k) [rad] of robots with arms
-    answered: Any = None  # (n,) [s] stamps of the odometry that told the poses
+    answered: Any = None  # (n,) [s] stamps of the odometry of the poses
     arrived: float = -np.inf  # [s] of wall time when the newest of it came
 
 
 class ControlNode:
-    """Runs one protocol over ROS; whatever goes wrong, the robots are told to stop."""
+    """Runs one protocol over ROS; whatever goes wrong, the robots are stopped."""
 
     def __init__(self, scenario, protocol, fork_server=None):
         """``protocol``: a ``PioneerControl`` subclass; ``fork_server``: forks processes for it, or None."""
@@ -111,7 +109,7 @@ class ControlNode:
         self._awaiting = None  # [s] of wall time since when a reading is waited for in lockstep
         self._held = ()  # the last deadlock that was logged
         self._compute_time, self._latency = 0.0, 0.0
-        self._reported = 0.0  # [s] of wall time when it was last told what is missing
+        self._reported = 0.0  # [s] of wall time when it was last reported what is missing
         self._simulated = rospy.get_param("/use_sim_time", False)
         simulated = set(range(scenario.n)).difference(real) if self._simulated else ()
         self._simulated_rows = sorted(simulated)
@@ -144,7 +142,7 @@ class ControlNode:
         self._reconfigure = ParameterServer(self.law)
         self._requests = Requests(self)
         self._health = ControlHealth(self._status, self.inbox, self.sensors, self.estimates)
-        self._diagnostics = Diagnostics(lambda: self._health.told(self._sent))
+        self._diagnostics = Diagnostics(lambda: self._health.report(self._sent))
         rospy.on_shutdown(self._on_shutdown)
         if real and not self.dry_run:
             threading.Thread(target=self._watch, daemon=True).start()
@@ -204,7 +202,7 @@ class ControlNode:
                 self._stop("{}: see to it, {}".format(silent, start))
         elif self.lockstep:
             return self._answer()
-        elif self._times.take(rospy.get_time(), self._told, self.running):
+        elif self._times.take(rospy.get_time(), self._is_up_to_date, self.running):
             return self._job()
         return None
 
@@ -213,7 +211,7 @@ class ControlNode:
             self.estimates.update()
 
     def who_is_silent(self):
-        """Return why nobody can know where the robots are now, or ""."""
+        """Return why it is unknown where the robots are now, or ""."""
         trouble = self._doubled()
         trouble = trouble or (self._clock.trouble() if self._clock else "")
         trouble = trouble or self.frame.missing(rospy.get_time())
@@ -222,13 +220,13 @@ class ControlNode:
         return trouble
 
     def _doubled(self):
-        """Return who else drives these robots or tells where they are, or ""."""
+        """Return who else drives these robots or publishes where they are, or ""."""
         others = self.rivals.found() if self.rivals else {}
         sensors = self.sensors.doubled() if self.sensors else {}
         return doubled_text({**others, **self.frame.doubled(), **sensors})
 
-    def _told(self, now):
-        """Return whether the simulated robots' odometry that is told by ``now`` [s] is there."""
+    def _is_up_to_date(self, now):
+        """Return whether the simulated robots' odometry that is due by ``now`` [s] is there."""
         return not self._simulated_rows or self.inbox.is_up_to_date(self._simulated_rows, now)
 
     def _answer(self):
@@ -252,7 +250,7 @@ class ControlNode:
         if self.sensors is None or not self.running:
             return False
         begun = stamp.to_sec() if self._begun is None else self._begun
-        # Of a sensor that is heard of later than it was read nothing comes while time waits.
+        # From a sensor that connects later than it was read nothing comes while time waits.
         awaited = self.sensors.unconnected() if self._begun is None else ""
         awaited = awaited or self.sensors.awaited(stamp.to_sec(), begun)
         since = time.monotonic() if self._awaiting is None else self._awaiting
@@ -298,7 +296,7 @@ class ControlNode:
             self._take(job, warnings, command, time.monotonic() - started)
 
     def _asked_law(self, job):
-        # A law may take long to begin: nobody moves yet.
+        # A law may take long to begin: no robot moves yet.
         patience = self.law_limit if self.outlet.command.any() else SIMULATED_LIMIT
         # What moves among real robots begins with the law, as far as anybody knows.
         begun = scene_time(job.now) if self._simulated else 0.0
@@ -361,7 +359,7 @@ class ControlNode:
             rospy.logwarn("pioneer_control: %s", warning)
 
     def _hold(self, trouble):
-        """Tell the robots to stop as long as something is missing."""
+        """Stop the robots as long as something is missing."""
         # In lockstep nothing moves before its answer, and zeros would be one.
         moving = bool(np.any(self.outlet.command)) and not self.lockstep
         self.trouble = self.trouble if not self.running else trouble

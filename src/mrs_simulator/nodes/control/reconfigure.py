@@ -10,7 +10,7 @@ _TYPES = {float: "double", int: "int", bool: "bool", str: "str"}
 
 
 class TellingServer(Server):
-    """A server that says which values it moved into their range: clients are not told.
+    """A server that says which values it moved into their range: clients are not notified.
 
     Parameters of the node itself are not taken for the law's of the same name, such as ``speed``.
     """
@@ -45,13 +45,13 @@ class ParameterServer:
         self._server = TellingServer(_config_type(control), self._on_change)
 
     def show(self):
-        """Tell the clients what is in force after a change from elsewhere."""
+        """Notify the clients of what is in force after a change from elsewhere."""
         self._server.update_configuration({})
 
     def _on_change(self, config, level):
         if level:  # something is to be changed, not only shown
             self._set(config)
-        # What is in force goes back to whoever asked, so that a refusal shows.
+        # What is in force goes back to the caller, so that a refusal shows.
         config.update(self._control.parameters)
         return config
 

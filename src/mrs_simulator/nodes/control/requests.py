@@ -62,7 +62,7 @@ class Requests:
         done, said = node.start()
         end = time.monotonic() + MOTORS_LIMIT
         while done and node.running and node.motors.missing() and time.monotonic() < end:
-            time.sleep(MOTORS_NAP)  # most answer at once: whoever asked is told how it ended
+            time.sleep(MOTORS_NAP)  # most answer at once: the caller gets the result
         if done and said != GOES_ON:
             said = node.who_is_silent() or node.motors.missing() or node.guards.text() or "running"
         return done, said
@@ -88,14 +88,14 @@ class Requests:
 
 
 def who_drives_on(rivals):
-    """Return whether nobody drives the robots now that this node does not, and words for it.
+    """Return whether no node drives the robots now that this node does not, and words for it.
 
     ``rivals``: other nodes that may, None where this node sent nothing.
     """
     if rivals is None:
         return True, "stopped; in a dry run nothing was sent"
     if not rivals.look():
-        return True, "zero commands sent; the master does not tell who else may drive"
+        return True, "zero commands sent; the master does not answer which other nodes may drive"
     others = doubled_text(rivals.found())
     if others:
         return False, "zero commands sent, but {}: stop the other too".format(others)

@@ -24,15 +24,15 @@ class StatusPublisher:
         """``axes``: those of the team's commands."""
         self._axes = axes
         self._publisher = rospy.Publisher("~status", ControlStatus, queue_size=1, latch=True)
-        self._last, self._told = 0.0, None
+        self._last, self._reported = 0.0, None
         self.facts = None  # the fields of the last status by name, None before the first
 
     def is_due(self, running, trouble):
         """Return whether a status is to be published now; if so, it counts as published."""
-        told = (running, bool(trouble))
-        if time.monotonic() - self._last < STATUS_PERIOD and told == self._told:
+        reported = (running, bool(trouble))
+        if time.monotonic() - self._last < STATUS_PERIOD and reported == self._reported:
             return False
-        self._last, self._told = time.monotonic(), told
+        self._last, self._reported = time.monotonic(), reported
         return True
 
     def publish(self, facts, command, edges, targets):
@@ -47,7 +47,7 @@ class StatusPublisher:
 
 
 class ControlHealth:
-    """How the control and what it hears are, for ``/diagnostics``."""
+    """How the control and what it receives are, for ``/diagnostics``."""
 
     def __init__(self, status, inbox, sensors, estimates):
         """``status``: a ``StatusPublisher``; ``sensors`` and ``estimates``: None where there are none."""
@@ -55,7 +55,7 @@ class ControlHealth:
         self._sensors, self._estimates = sensors, estimates
         self._rates, self._sensor_rates = Rates(), Rates(rospy.get_time)
 
-    def told(self, sent):
+    def report(self, sent):
         """Return a list of ``Health``, empty before the first status; ``sent``: commands so far."""
         if self._status.facts is None:
             return []
@@ -67,12 +67,12 @@ class ControlHealth:
         return [own] if self._sensors is None else [own, self._of_sensors()]
 
     def _of_sensors(self):
-        told = self._sensors.rates()
-        heard = self._sensor_rates.of({topic: count for topic, _, count, _ in told})
+        sensors = self._sensors.rates()
+        received = self._sensor_rates.of({topic: count for topic, _, count, _ in sensors})
         late = self._sensors.missing(rospy.get_time())
-        wanted = {topic: rate for topic, rate, _, _ in told}
-        slow = too_slow(heard, wanted, self._sensor_rates.window)
-        return sensors_health(heard, [late] * bool(late) + slow)
+        wanted = {topic: rate for topic, rate, _, _ in sensors}
+        slow = too_slow(received, wanted, self._sensor_rates.window)
+        return sensors_health(received, [late] * bool(late) + slow)
 
 
 class ObeyedPublisher:
@@ -94,9 +94,9 @@ class ObeyedPublisher:
         self._last = obeyed
         parameters, topology = obeyed
         control = self._scenario.control._replace(parameters=parameters)
-        told = self._scenario._replace(control=control)
+        scenario = self._scenario._replace(control=control)
         if topology is not None:
-            told = told._replace(topology=topology)
-        message = control_scenario(controller_settings(told))
+            scenario = scenario._replace(topology=topology)
+        message = control_scenario(controller_settings(scenario))
         message.header.stamp = rospy.Time(0, int(round(1e9 * now)))
         self._publisher.publish(message)

@@ -25,17 +25,17 @@ from mrs_simulator.study.draw.paint import pixels
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.vehicles.portable import team_from_message
 
-LARGEST, SIZE = 1280, (640, 480)  # [px] of a picture's side, and where nobody asks for another
+LARGEST, SIZE = 1280, (640, 480)  # [px] of a picture's side, and by default
 NAP = 0.02  # [s] of wall time
 
 
 class CameraNode:
-    """Listens to the stage; publishes ``~image`` while somebody looks."""
+    """Listens to the stage; publishes ``~image`` while there is a subscriber."""
 
     def __init__(self):
         self._period = 1.0 / read(PICTURES)
         self._newest, self._wanted = None, None
-        self._told = None  # the ``Team`` and the obstacles
+        self._scenario = None  # the ``Team`` and the obstacles
         self._aimed, self._framed = None, None  # the camera, and what team it was framed for
         self._publisher = rospy.Publisher("~image", Image, queue_size=1)
         self._subscribers = [
@@ -50,8 +50,8 @@ class CameraNode:
     def _health(self):
         """Return how many pictures there are, for ``/diagnostics``."""
         rates = self._rates.of({"pictures [Hz]": self._shown})
-        known = self._newest is not None and self._told is not None
-        return [Health("", OK, "ready" if known else "no stage was heard", rates)]
+        known = self._newest is not None and self._scenario is not None
+        return [Health("", OK, "ready" if known else "no stage yet", rates)]
 
     def _on_state(self, message):
         self._newest = message
@@ -62,7 +62,7 @@ class CameraNode:
     def _on_scenario(self, message):
         try:
             scenario = scenario_from_yaml(message.data, "stage/scenario")
-            self._told = team_from_message(scenario), scenario.obstacles, scenario.load
+            self._scenario = team_from_message(scenario), scenario.obstacles, scenario.load
         except ValueError as error:
             rospy.logerr_throttle(5.0, "camera: no pictures: stage/scenario: {}".format(error))
 
@@ -71,20 +71,20 @@ class CameraNode:
         due = time.monotonic()
         while not rospy.is_shutdown():
             time.sleep(NAP)
-            state, told = self._newest, self._told
-            if time.monotonic() < due or state is None or told is None:
+            state, shown = self._newest, self._scenario
+            if time.monotonic() < due or state is None or shown is None:
                 continue
             seen = read_state(state)
             poses = seen.pose
-            if self._publisher.get_num_connections() and len(poses) == told[0].n:
+            if self._publisher.get_num_connections() and len(poses) == shown[0].n:
                 begun = time.monotonic()
                 self._shown += 1
-                self._publisher.publish(self._picture(seen, state.header, told))
+                self._publisher.publish(self._picture(seen, state.header, shown))
                 # At most half of a core, however slow the renderer is here.
                 due = time.monotonic() + max(self._period, time.monotonic() - begun)
 
-    def _picture(self, seen, header, told):
-        team, obstacles, load = told
+    def _picture(self, seen, header, shown):
+        team, obstacles, load = shown
         scene = Scene(
             kinds=team.kinds,
             numbers=tuple(range(1, team.n + 1)),
@@ -98,8 +98,8 @@ class CameraNode:
         look, width, height = self._wanted, *SIZE
         if look is not None:
             width, height = np.clip(look.size, 64, LARGEST).tolist()
-        if told is not self._framed:
-            self._aimed, self._framed = framed(scene, Pinhole(), width, height), told
+        if shown is not self._framed:
+            self._aimed, self._framed = framed(scene, Pinhole(), width, height), shown
         camera = self._aimed if look is None else _aimed(look, scene.place, self._aimed)
         image = Image(height=height, width=width, encoding="rgb8", step=3 * width)
         image.header = header

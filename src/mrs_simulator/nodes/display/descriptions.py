@@ -20,7 +20,7 @@ class Descriptions:
         rospy.on_shutdown(self.clear)
 
     def follow(self, kinds):
-        """Tell the descriptions of robots 1 to n of ``kinds``; take back those of robots that are gone."""
+        """Set the descriptions of robots 1 to n of ``kinds``; take back those of robots that are gone."""
         texts = {each: description(each) for each in dict.fromkeys(kinds)}
         wanted = {NAME.format(number): texts[each] for number, each in enumerate(kinds, 1)}
         with contextlib.suppress(*FAILURES):  # a master on its way out
@@ -38,7 +38,7 @@ class Descriptions:
                 self._forget(name)
 
     def _forget(self, name):
-        # Somebody may have put another one there since.
+        # Another one may have been set since.
         if rospy.get_param(name, "") == self._told.pop(name):
             rospy.delete_param(name)
 

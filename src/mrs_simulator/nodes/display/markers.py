@@ -70,7 +70,7 @@ class Markers:
             rospy.logerr_throttle(5.0, text.format(error))
             return
         with self._lock:
-            # The stage tells its scenario anew after a reset too.
+            # The stage publishes its scenario again after a reset too.
             self._obstacles, self._trails = scenario.obstacles, Trails()
             self._kinds, self._load = kinds, scenario.load
         self._descriptions.follow(kinds)
@@ -86,7 +86,7 @@ class Markers:
     def _health(self):
         """Return how often robots are drawn, for ``/diagnostics``."""
         rates = self._rates.of({"pictures [Hz]": self._told})
-        return [Health("", OK, "no stage was heard" if self._newest is None else "ready", rates)]
+        return [Health("", OK, "no stage yet" if self._newest is None else "ready", rates)]
 
     def spin(self):
         """Run until ROS shuts down; naps are of wall time, a display does not stop with the clock."""

@@ -41,7 +41,7 @@ ARGUMENTS = dict(RUN_ARGUMENTS, json="file for the checks as JSON, beside the ta
 
 
 class Preflight:
-    """Listens to every robot and checks what it hears."""
+    """Subscribes to every robot and checks what it receives."""
 
     def __init__(self, scenario):
         """Take the bounds from the same parameters as the control node."""
@@ -53,7 +53,7 @@ class Preflight:
         self.slowed, self.speeds = slower(scenario), top_speeds(scenario.n)
         self.frame = make_common_frame(scenario)
         self.asked, self.sensors = (), None  # names of the sensors that the law asks for
-        with contextlib.suppress(ValueError):  # a law that cannot be made is told by its prediction
+        with contextlib.suppress(ValueError):  # the prediction reports a law that cannot be made
             self.asked = make_control(self.slowed).SENSORS
         if scenario.estimates is not None:
             self.asked = tuple(dict.fromkeys((*self.asked, *scenario.estimates.asked)))
@@ -64,7 +64,7 @@ class Preflight:
             self.sensors = SensorInbox(*known)
 
     def run(self):
-        """Return a list of ``Check``, once all has been listened to; ``/diagnostics`` tells them too."""
+        """Return a list of ``Check``, once all has been listened to; also on ``/diagnostics``."""
         diagnostics = Diagnostics(self._health)
         self._found = self._checks()
         diagnostics.publish()
@@ -109,7 +109,7 @@ class Preflight:
             silent = self.frame.inbox.stale(rospy.get_time(), -np.inf)
             ages = np.maximum(ages, [silent.get(number, 0.0) for number in self.frame.numbers])
             self._nap()
-        # One that was first heard while the others were measured is late, not lost.
+        # One that was first received while the others were measured is late, not lost.
         late = np.isfinite(self.frame.inbox.pose()).all(axis=1) & np.isinf(ages)
         return np.where(late, LISTENING, ages)
 

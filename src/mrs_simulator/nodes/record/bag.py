@@ -4,7 +4,7 @@ import os
 import sys
 
 from mrs_simulator.core.writing import printing
-from mrs_simulator.nodes.record.bag_size import told, written
+from mrs_simulator.nodes.record.bag_size import size_text, written
 from mrs_simulator.nodes.record.sensor_source import recorded_of
 from mrs_simulator.ros.message_forms.sensor_messages import forms_of, topic_of
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
@@ -57,7 +57,7 @@ def main():
         command = command_of(scenario, directory, own)
         estimates = ESTIMATES if scenario.estimates is not None else ""
         items = written(scenario, bagged_forms(scenario), estimates)
-        print("bag: " + told(items, scenario.duration), file=sys.stderr)
+        print("bag: " + size_text(items, scenario.duration), file=sys.stderr)
         os.makedirs(directory, exist_ok=True)
     os.execvp(command[0], command)
 

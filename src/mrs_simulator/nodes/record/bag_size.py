@@ -1,4 +1,4 @@
-"""How much a rosbag of a scenario will take, told before it is recorded."""
+"""How much a rosbag of a scenario will take, estimated before it is recorded."""
 
 import io
 from typing import NamedTuple
@@ -54,7 +54,7 @@ def written(scenario, forms, estimates=""):
     or "".  Left out is what comes seldom: status, collisions, what is latched.
     """
     world = World.from_scenario(scenario)
-    told, frames = 1.0 / scenario.step, Frames()
+    steps_rate, frames = 1.0 / scenario.step, Frames()
     rate = scenario.odometry_rate or max(USUAL_ODOMETRY, scenario.control.rate)
     moves = 1.0 / (odometry_steps(world.team, rate, scenario.step).min() * scenario.step)
     poses = world.odometry().tolist()
@@ -66,9 +66,9 @@ def written(scenario, forms, estimates=""):
         ]
     )
     result = [
-        Written("/clock", told, length(Clock())),
+        Written("/clock", steps_rate, length(Clock())),
         Written("/tf", moves, length(moved)),
-        Written("/stage/state", told, length(team_state(world, STAMP, frames.world, (1, 1)))),
+        Written("/stage/state", steps_rate, length(team_state(world, STAMP, frames.world, (1, 1)))),
     ]
     if estimates:
         numbers = list(range(1, world.n + 1))
@@ -121,7 +121,7 @@ def length(message):
     return len(buffer.getvalue())
 
 
-def told(items, duration):
+def size_text(items, duration):
     """Return in words how much a bag of ``duration`` [s] takes, and which topics the most."""
     by = {}
     for each in items:

@@ -21,7 +21,7 @@ class EstimatesSource:
     """Adds to the samples of a source the estimates that the control knew then."""
 
     def __init__(self, make, n):
-        """``make()`` makes the source of samples of ``n`` robots, once the control node is heard of."""
+        """``make()`` makes the source of samples of ``n`` robots, once the control node is connected."""
         self._n, self._told = n, deque(maxlen=KEPT)
         self._came = threading.Condition()
         self._held, self._since = None, 0.0
@@ -33,7 +33,7 @@ class EstimatesSource:
         self._truth_unknown = frame is not None and not isinstance(frame, LocalisedFrame)
 
     def _wait(self):
-        """Wait for the control node: a stage may begin as soon as somebody listens to its state."""
+        """Wait for the control node: a stage may begin as soon as its state has subscribers."""
         end = time.monotonic() + CONNECTED
         while not self._subscriber.get_num_connections() and time.monotonic() < end:
             if rospy.is_shutdown():
@@ -105,6 +105,6 @@ class EstimatesSource:
 
     def warnings(self):
         """Return what is missing, a list of texts."""
-        text = "{} samples are left out: the control node told no estimates of their time"
+        text = "{} samples are left out: the control node published no estimates of their time"
         lost = [text.format(self._lost)] if self._lost else []
         return self._source.warnings() + lost + ([UNKNOWN] if self._truth_unknown else [])

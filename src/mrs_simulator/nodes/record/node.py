@@ -66,10 +66,10 @@ class RunRecorder:
         self._file = begin_run(scenario, out, tell=_tell, columns=columns)
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:
-            self.sensors.wait()  # a stage may begin as soon as somebody listens to its state
+            self.sensors.wait()  # a stage may begin as soon as its state has subscribers
         self.source = make_source(scenario)
         self._start, self._next = None, 0.0
-        self._moved = False  # whether any robot was told to
+        self._moved = False  # whether any robot was commanded to
         self._wall_start = None
         self.ended = "interrupted"
         self.elapsed = 0.0
@@ -115,17 +115,19 @@ class RunRecorder:
     def spin(self):
         """Record until the duration is over, the source falls silent or breaks, or ROS shuts down."""
         rospy.loginfo("record: waiting for the robots' first command")
-        heard = time.monotonic()
+        received_at = time.monotonic()
         while not rospy.is_shutdown():
             sample = self.source.next(NAP)
-            broken = self._failed() or (self._start is not None and self._broken(sample, heard))
+            broken = self._failed() or (
+                self._start is not None and self._broken(sample, received_at)
+            )
             if broken:
                 self.ended = broken
                 rospy.logerr("record: the run ends here: %s", broken)
                 return
             if sample is None:
                 continue
-            heard = time.monotonic()
+            received_at = time.monotonic()
             self._take(sample)
             if self.elapsed >= self.scenario.duration - ROUNDING:
                 self.ended = "complete"
@@ -135,9 +137,9 @@ class RunRecorder:
         """Return when and how the law failed, or ""."""
         return self.controller.ended(np.inf if self._start is None else self._start)
 
-    def _broken(self, sample, heard):
+    def _broken(self, sample, received_at):
         """Return why the run cannot go on, or ""."""
-        silent = sample is None and time.monotonic() - heard > self.silence
+        silent = sample is None and time.monotonic() - received_at > self.silence
         return self.source.silence() if silent else self.source.broken()
 
     def _take(self, sample):
@@ -165,8 +167,8 @@ class RunRecorder:
             height = team.tools(sample.pose, sample.joints, l)[:, 2]
             spatial = upright(sample.pose[:, 2]) if sample.spatial is None else sample.spatial
             more = (*more[:2], spatial, spatial.z + height, sample.load)
-        file, told = self._file, {"estimate": sample.estimate}
-        file.sample(self.elapsed, sample.pose, sample.command, points, *more, **told)
+        file, more_columns = self._file, {"estimate": sample.estimate}
+        file.sample(self.elapsed, sample.pose, sample.command, points, *more, **more_columns)
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
 
@@ -211,7 +213,7 @@ class RunRecorder:
         meta["warnings"] += self._file.warnings() + missing + self.source.warnings()
         meta["deadlock"] = [list(each) for each in self._deadlock]
         meta.update(self.source.meta())
-        if not self.source.PACED:  # a stage's; nobody tells what moves among real robots
+        if not self.source.PACED:  # a stage's; nothing reports what moves among real robots
             meta.update(scene_facts(self.scenario.obstacles, scene_time(self._start)))
         incidents = [i._replace(time=i.time - self._start) for i in self.source.incidents]
         if incidents:

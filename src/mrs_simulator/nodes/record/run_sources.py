@@ -209,8 +209,8 @@ def _refuse_infinite(state):
 class RobotsSource:
     """The newest pose and command of every real robot, at the scenario's rate in wall time.
 
-    A robot that was not heard of late leaves a gap: nothing is made up.  Drivers tell no steering angles:
-    they are those to which the commands have led, as the control reckons them.
+    A robot that is silent leaves a gap: nothing is made up.  Drivers publish no steering angles: they are
+    those to which the commands have led, as the control reckons them.
     """
 
     PACED = True
@@ -284,7 +284,7 @@ class RobotsSource:
         return "; ".join(self.frame.jump_texts().values())
 
     def silence(self):
-        """Return who it is that says nothing."""
+        """Return which robots are silent."""
         return self.frame.missing(rospy.get_time())
 
     def warnings(self):

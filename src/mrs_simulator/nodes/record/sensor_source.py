@@ -58,13 +58,13 @@ class SensorSource:
         self._duration, self._simulated = scenario.duration, rospy.get_param("/use_sim_time", False)
         self._start, self._lock = None, threading.Lock()
         self._early = {key: deque(maxlen=KEPT) for key in forms}
-        self._last = {}  # stamp [s] by sensor: a new listener hears the newest again
+        self._last = {}  # stamp [s] by sensor: a new subscriber receives the newest again
         self.count = 0  # readings that were written
-        self._joined = {}  # what several messages have told so far, by sensor
+        self._joined = {}  # what several messages have provided so far, by sensor
         self._subscribers = {key: self._subscribed(key, form) for key, form in forms.items()}
 
     def _subscribed(self, key, form):
-        """Return the subscribers of the sensor ``key``, name and number, on all topics that may tell it."""
+        """Return the subscribers of the sensor ``key``, name and number, on all its topics."""
         forms, topics = [form], {}
         if not self._simulated:
             forms += others_of(form.mount, form.kind)
@@ -74,11 +74,11 @@ class SensorSource:
         return [listen(name, own, take, refuse, tcp_nodelay=True) for name, own in topics.items()]
 
     def wait(self, limit=CONNECTED):
-        """Wait until every sensor is heard of, at most ``limit`` [s] of wall time: none is missed then."""
+        """Wait until every sensor has a publisher, at most ``limit`` [s] of wall time."""
         end = time.monotonic() + limit
         while time.monotonic() < end and not rospy.is_shutdown():
-            heard = (any(each.get_num_connections() for each in own) for own in self._all())
-            if all(heard):
+            connected = (any(each.get_num_connections() for each in own) for own in self._all())
+            if all(connected):
                 return
             time.sleep(NAP)
 

@@ -69,7 +69,7 @@ class ArmTopics:
     def joined(self, rows, commands):
         """Return ``commands`` (m, a) of the bases of robots ``rows`` with those of their arms, (m, a + k).
 
-        Of arms that were told nothing they are as before.
+        Of arms without a command they are as before.
         """
         team = self._world.team
         if not team.has_arms:
@@ -132,7 +132,7 @@ class ArmTopics:
             self._break_off(row)
 
     def publish(self, stamp):
-        """Publish the joints of all arms that somebody listens to."""
+        """Publish the joints of all arms with subscribers."""
         world = self._world
         for row, publisher in self._states.items() if self._chains else ():
             if publisher.get_num_connections():

@@ -31,7 +31,7 @@ class LoadTopics:
             self._wrenches.append(opened)
 
     def publish(self, stamp):
-        """Publish what somebody listens to."""
+        """Publish what has subscribers."""
         if self._pose is None or self._world.load is None:
             return
         carried = self._world.load.state

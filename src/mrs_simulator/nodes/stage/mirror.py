@@ -44,11 +44,11 @@ class Mirror:
         lost, rows = {*self.silent(), *self.jumps()}, self.frame.rows
         twists = [REST if row in lost else self._twists.get(row, REST) for row in rows]
         poses = self.frame.pose()
-        known = (np.abs(poses) <= FARTHEST).all(axis=1)  # nor NaN, before it was heard
+        known = (np.abs(poses) <= FARTHEST).all(axis=1)  # nor NaN, before the first message
         world.place(np.array(rows)[known], poses[known], np.array(twists)[known])
 
     def silent(self):
-        """Return the rows, ascending, of the real robots that were not heard for the time allowed."""
+        """Return the rows, ascending, of the real robots that were silent for longer than allowed."""
         stale = self.frame.stale(rospy.get_time()) if self.frame else []
         return [number - 1 for number in stale]
 
@@ -73,7 +73,7 @@ class Mirror:
 class RealTopics:
     """``/robotN/odom`` and ``/robotN/cmd_vel`` of a real robot: the stage listens to both."""
 
-    # Nobody waits for a real robot.
+    # Time does not wait for a real robot.
     listened_to = commanded = True
 
     def __init__(self, row, inbox, mirror):

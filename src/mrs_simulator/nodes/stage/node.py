@@ -121,14 +121,14 @@ class Stage:
         self._follow_team()
         self._map = MapTopics(scenario, self.frames.world, self.topics.stamp())
         self._open_services()
-        self._facts, self._sensor_rates = None, Rates()  # what the last status told
+        self._facts, self._sensor_rates = None, Rates()  # of the last status
         self._diagnostics = Diagnostics(self._health)
         self.view = None
         if read(declared.VIEW):
             self._open_view()
 
     def _schedule_odometry(self):
-        """Begin anew to tell odometry, each robot's at its own rate."""
+        """Begin anew to publish odometry, each robot's at its own rate."""
         step = self.world.step_size
         self._schedule = OdometrySchedule(
             odometry_steps(self.world.team, self._odometry_rate, step)
@@ -171,7 +171,7 @@ class Stage:
         spare_garbage_collection()
 
     def _tell_scenario(self):
-        """Publish the scenario, without the names of files: displays draw what they are told."""
+        """Publish the scenario, without the names of files: displays draw what they receive."""
         told, stands_for, notes = portable(self.scenario)
         self._stands_for.update(stands_for)  # a team may be of these kinds again
         for note in notes:
@@ -184,7 +184,7 @@ class Stage:
         return RobotTopics(row, self.inbox, self._odometry_told(), self.frames)
 
     def _odometry_told(self):
-        """Return whose odometry robots tell: "world", "wheel", or of a driver, "rosaria"."""
+        """Return whose odometry robots publish: "world", "wheel", or of a driver, "rosaria"."""
         return (self._preset and self._preset.odometry) or self.scenario.odometry
 
     # The main loop -------------------------------------------------------------------------------
@@ -207,7 +207,7 @@ class Stage:
         self.world.close()
 
     def _rise(self):
-        """Let robots take off that begin on the ground; odometry is told from then on."""
+        """Let robots take off that begin on the ground; odometry is published from then on."""
         while self.world.rising and not rospy.is_shutdown():
             self.requests.serve()
             if self.paused or self.pacer.wait() > 0.0:
@@ -280,7 +280,7 @@ class Stage:
         return True
 
     def _heed_rivals(self):
-        """Stop all robots while somebody else simulates or drives them too."""
+        """Stop all robots while another node simulates or drives them too."""
         doubled = {**self.rivals.found(), **self.inbox.doubled()}
         trouble = doubled_text(doubled) if doubled else ""
         if trouble and not self.trouble:
@@ -352,7 +352,7 @@ class Stage:
             time.sleep(min(IDLE, self.pacer.wait()))
 
     def _tell_odometry(self, rows=None):
-        """Tell the odometry of the robots in ``rows``, by default of all."""
+        """Publish the odometry of the robots in ``rows``, by default of all."""
         rows = np.arange(self.world.n) if rows is None else rows
         if self.lockstep:
             # Commands to all robots follow from any odometry, and each comes by itself.

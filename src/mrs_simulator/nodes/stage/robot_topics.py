@@ -57,7 +57,7 @@ class Inbox:
     def put_all(self, rows, commands, stamps, message=None, arms=()):
         """Keep ``commands`` (m, 6) of the robots ``rows``, which came in ``message``.
 
-        ``stamps`` (m,) [s]: of the odometry that they answer, NaN where it is not told; ``arms`` (m, k)
+        ``stamps`` (m,) [s]: of the odometry that they answer, NaN where unknown; ``arms`` (m, k)
         [rad/s]: rates of their arms' joints, or empty.
         """
         self._senders.note("stage/command", message)
@@ -123,7 +123,7 @@ class RobotTopics(Link):
         name = "/robot{}".format(row + 1)
         self._publisher = prompt_publisher(name + "/odom", PlanarOdometry)
         self._subscriber = inbox.receiver.subscribe(name + "/cmd_vel", QuickTwist, inbox.put, row)
-        # RosAria tells no covariance.
+        # RosAria publishes no covariance.
         told = odometry != "rosaria"
         self._message = PlanarOdometry()
         self._message.prepare(
@@ -148,7 +148,7 @@ class RobotTopics(Link):
 
 
 class TruePose:
-    """The true pose of one robot, as motion capture tells it."""
+    """The true pose of one robot, as motion capture publishes it."""
 
     def __init__(self, name, frame):
         """``name`` of the topic; ``frame``: the common one."""

@@ -10,7 +10,7 @@ KEPT = 4096  # [-] stamps of odometry that an answer may still come to: over a m
 LATEST = 1e11  # [s] beyond which a stamp is none
 SLACK = 1e-6  # [s] by which stamps of the same time may differ
 # [s] of wall time: a command that comes back so soon was outrun by simulated time, however much of that
-# has passed meanwhile; after a longer pause somebody may have stopped the controller.
+# has passed meanwhile; after a longer pause a person may have stopped the controller.
 OUTRUN = 1.0
 
 
@@ -50,7 +50,7 @@ class RoundTrips:
     def answered(self, rows, times, stamps, now):
         """Commands of the robots ``rows`` (m,) came at ``times`` (m,) [s] of wall time.
 
-        ``stamps`` (m,) [s]: of the odometry that each answers, NaN where it is not told; ``now`` [s]:
+        ``stamps`` (m,) [s]: of the odometry that each answers, NaN where unknown; ``now`` [s]:
         simulated time.
         """
         rows, times = np.asarray(rows, dtype=int), np.asarray(times, dtype=float)

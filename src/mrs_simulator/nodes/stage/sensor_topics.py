@@ -1,4 +1,4 @@
-"""Topics of the simulated robots' sensors, each read and published only while somebody listens."""
+"""Topics of the simulated robots' sensors, each read and published only while there is a subscriber."""
 
 import math
 import time
@@ -65,7 +65,7 @@ class SensorTopics(rospy.SubscribeListener):
         return known.get(form.FRAME, self._frames.world)
 
     def fixed_frames(self):
-        """Return ``(parent, child, place)`` of each mount that tells what it reads in frames of its own.
+        """Return ``(parent, child, place)`` of each mount that publishes in frames of its own.
 
         ``place``: x, y, z [m] and yaw [rad]; of optical frames x, y, z [m] and the quaternion x, y, z, w.
         """
@@ -85,11 +85,11 @@ class SensorTopics(rospy.SubscribeListener):
 
     # Called by threads of rospy.
     def peer_subscribe(self, *_):
-        """Note that somebody began to listen."""
+        """Note a new subscriber."""
         self._changed = True
 
     def peer_unsubscribe(self, *_):
-        """Note that somebody ended to listen."""
+        """Note that a subscriber left."""
         self._changed = True
 
     def tell(self, world):
@@ -108,13 +108,13 @@ class SensorTopics(rospy.SubscribeListener):
                 self._publish(sensor, reading)
 
     def repeat(self):
-        """Publish what was told last of each sensor again: who waits for more learns that there is none."""
+        """Publish the newest of each sensor again: it shows subscribers that wait that there is no more."""
         for topic in self._topics.values():
             if topic.is_heard:
                 topic.repeat()
 
     def _heed_listeners(self, world):
-        """Read what somebody listens to now, and tell new listeners what is known already."""
+        """Read what has subscribers now, and publish to new ones what is known already."""
         wanted, new = self._listened()
         self._suite.activate_from(wanted, world.steps, world.sensed)
         active = self._suite.active
@@ -123,7 +123,7 @@ class SensorTopics(rospy.SubscribeListener):
             self._publish(sensor, reading, new)
 
     def _listened(self):
-        """Return the names of the sensors that somebody listens to, by row, and the topics new to that."""
+        """Return the names of the sensors with subscribers, by row, and the topics new to that."""
         wanted, new = {}, set()
         for (row, name), topics in self._of.items():
             for topic in topics:

@@ -85,13 +85,13 @@ class WorldTopics:
             self._true_poses[row] = TruePose(name, self._frames.world)
 
     def unlistened(self):
-        """Return the rows of the robots whose odometry nobody hears."""
+        """Return the rows of the robots whose odometry has no subscriber."""
         if self.team_topics and self.team_topics.listened_to:
             return []
         return [row for row, robot in enumerate(self.robots) if not robot.listened_to]
 
     def uncommanded(self):
-        """Return the rows of the robots that nobody publishes commands for."""
+        """Return the rows of the robots without a publisher of commands."""
         if self.team_topics and self.team_topics.commanded:
             return []
         return [row for row, robot in enumerate(self.robots) if not robot.commanded]
@@ -207,7 +207,7 @@ class WorldTopics:
             )
 
     def publish_incidents(self):
-        """Publish and log what befell robots since the last call."""
+        """Publish and log incidents of robots since the last call."""
         for incident in self._world.take_incidents():
             self.incidents += 1
             self._incident.publish(incident_message(incident, stamp_at(incident.time)))

@@ -55,7 +55,7 @@ class Drivers(PresetDrivers):
             self._all.append(self.service("/" + name, self.types[kind], self._broadcast(name)))
 
     def begin(self, rows):
-        """Begin anew with the robots ``rows``: nobody has told them anything."""
+        """Begin anew with the robots ``rows``: they have no command yet."""
         kinds, step = self.world.team.kinds, self.world.step_size
         self._commanders = {row: Commander(kinds[row], step) for row in rows}
 
@@ -162,7 +162,7 @@ class Drivers(PresetDrivers):
             self._stream(row, self._commanders[row].attitude(*told))
 
     def _stop(self, row):
-        """Cut the motors, as the firmware does when told to stop, in the air too."""
+        """Cut the motors, as the firmware does when commanded to stop, in the air too."""
         self._commanders[row].stop()
         if self.world.flight_states()[row] != "motors off":
             self.world.cut_motors([row], falls=True)

@@ -13,7 +13,7 @@ ODOM_RATE = 10.0  # [Hz] at the usual packets of 100 ms
 CMD_VEL_TIMEOUT = 0.6  # [s]
 WATCH_PERIOD = 0.1  # [s] between two looks of the driver's watchdog
 NOT_CHARGING = 0  # of ``battery_recharge_state``
-# What the driver tells of the sensors that kinds declare, by type: all with its poses, voltages in steps of
+# What the driver publishes of sensors that kinds declare, by type: all with its poses, voltages in steps of
 # 0.1 V, echoes in whole mm; the transducers of an array of eight take turns.
 TOLD = {
     "battery": {"rate": ODOM_RATE, "noise": {"quantum": 0.1}},
@@ -38,7 +38,7 @@ def behind_rosaria(scenario):
 
 
 def _told(kind):
-    """Return what the driver tells of the sensors that ``kind`` declares, mounts by name."""
+    """Return what the driver publishes of the sensors that ``kind`` declares, mounts by name."""
     return {
         name: dict(TOLD[mount["type"]])
         for name, mount in kind.mounts.items()
@@ -81,7 +81,7 @@ class Drivers:
         """Nothing is due before a step."""
 
     def tell(self, stamp, rows):
-        """Nothing is told but odometry."""
+        """Only odometry is published."""
 
     def command(self, rows, commands):
         """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""

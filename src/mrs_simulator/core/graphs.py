@@ -179,6 +179,11 @@ class Topology:
         return mean
 
     @property
+    def listeners(self):
+        """Return ``receivers``, by its name in earlier versions."""
+        return self.receivers
+
+    @property
     def shares(self):
         """Return ``a_ij / sum_j a_ij`` (m,) of the ``arcs``, not to be written to."""
         return self._shares

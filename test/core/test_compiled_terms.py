@@ -72,8 +72,8 @@ def by_all(compile_, compile_kept):
     draw = np.random.default_rng(0)
     points, values = draw.uniform(-3.0, 3.0, (9, 3)), draw.normal(size=(9, 3))
     loops, given = compiled_terms.of_all, (0.4, 1.5, 1.0 / 9.0)
-    kernel = compiled_terms.kernel(flocking_equations.heard, loops, compile_, compile_kept)
-    by_numpy = edge_terms.weighted_differences(flocking_equations.heard, points, values, *given)
+    kernel = compiled_terms.kernel(flocking_equations.influence, loops, compile_, compile_kept)
+    by_numpy = edge_terms.weighted_differences(flocking_equations.influence, points, values, *given)
     np.testing.assert_allclose(kernel(points, values, *given), by_numpy, rtol=0.0, atol=1e-12)
 
 

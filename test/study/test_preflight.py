@@ -25,7 +25,7 @@ def passed(checks):
 
 def test_who_publishes_and_who_is_fresh():
     names = ["/robot{}/odom".format(n) for n in (1, 2, 3)]
-    checks = preflight.hearing_checks((1, 2, 3), (0.1, 0.9, math.inf), 0.5, names)
+    checks = preflight.reception_checks((1, 2, 3), (0.1, 0.9, math.inf), 0.5, names)
     assert passed(checks) == [True, True, True, False, False]
     assert "never received on /robot3/odom" in checks[-1].text
     assert checks[3].subject == "robot2 is fresh" and "0.90 s" in checks[3].text

@@ -169,7 +169,7 @@ def test_a_size_is_told_of_all_robots_that_may_be_seen(tmp_path):
     })  # fmt: skip
     team = Team.from_scenario(given)
     (told,) = recorded_sensors(["others"], fitted_mounts(team, given.sensors), team.kinds)
-    assert told.most == 4 and told.told(2.0).endswith("at most 0.02 MB")
+    assert told.most == 4 and told.summary(2.0).endswith("at most 0.02 MB")
     # A row of its file: 10 Hz, 5 robots that see 4 each.
     row = len("0.1,1,2,1.73553495647023,0.448798950512828\n")
     assert told.size(2.0) == pytest.approx(2.0 * 10.0 * 5 * 4 * row, rel=0.5)

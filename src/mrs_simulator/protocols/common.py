@@ -13,7 +13,7 @@ SHARE = "decay rate over the exact solution's [-]"
 
 
 def spanning_tree(topology):
-    """Return the condition that some robot is heard, over others, by all."""
+    """Return the condition that all robots receive, directly or over others, from one."""
     return Condition(
         "spanning tree", topology.has_spanning_tree(), "no robot is heard by all", necessary=True
     )

@@ -78,7 +78,7 @@ class Preflight:
     def _checks(self):
         ages = self._listen()
         frame, numbers = self.frame, self.frame.numbers
-        checks = preflight.hearing_checks(numbers, ages, frame.odom_timeout, frame.inbox.names())
+        checks = preflight.reception_checks(numbers, ages, frame.odom_timeout, frame.inbox.names())
         trouble = frame.missing(rospy.get_time())
         if self.sensors is not None:
             missing = self.sensors.missing(rospy.get_time())

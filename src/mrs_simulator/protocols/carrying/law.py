@@ -191,7 +191,7 @@ class Carrying(PioneerControl):
         return Claim(DECAY, 1.0, 0.02, share, free=True)
 
     def _points(self, run):
-        """Return the tools of ``run`` in space, (m, n, 3) [m], at their grasps where no height is told."""
+        """Return the tools of ``run`` in space, (m, n, 3) [m], at their grasps without recorded height."""
         if run.hand.shape[2] == 3:
             return run.hand
         height = run.point_z

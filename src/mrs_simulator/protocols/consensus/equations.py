@@ -141,7 +141,7 @@ def _rate_of(modulus, period):
 def switching_consensus(points, arcs, weights):
     """Return ``u_i = sum_j a_ij(t) (p_j - p_i)``, (n, d) [m/s], from ``points`` (n, d) [m].
 
-    ``arcs`` (m, 2): rows (i, j), i hears j; ``weights`` (m,): theirs now, 0 for those that are
+    ``arcs`` (m, 2): rows (i, j), i receives from j; ``weights`` (m,): theirs now, 0 for those that are
     down.  It converges if the union of the edges over each interval of some length has a spanning
     tree, and keeps the mean if weights are symmetric at all times.  Jadbabaie, Lin and Morse, 2003;
     Moreau, 2005.

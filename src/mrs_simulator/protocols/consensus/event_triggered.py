@@ -52,12 +52,12 @@ class EventTriggeredConsensus(Remembering):
 
     def law(self, hand):
         """Return the velocities from what was broadcast last."""
-        self._known, told = self._heard(hand, self._known if self._commands else None)
-        self._broadcasts += told
+        self._known, count = self._updated(hand, self._known if self._commands else None)
+        self._broadcasts += count
         self._commands += 1
         return self.gain * consensus(self._known, self.topology)
 
-    def _heard(self, hand, known):
+    def _updated(self, hand, known):
         """Return ``(p_hat, count)``: what is known after the broadcasts at ``hand``."""
         if known is None:
             return hand, len(hand)
@@ -128,8 +128,8 @@ class EventTriggeredConsensus(Remembering):
         # Judged from a recording alone: its samples stand for the commands.
         known, count = None, 0
         for hand in run.hand:
-            known, told = self._heard(hand, known)
-            count += told
+            known, events = self._updated(hand, known)
+            count += events
         return count, len(run.hand)
 
     def measures(self, run):

@@ -153,7 +153,7 @@ class DelayedConsensus(Remembering):
 class SecondOrderConsensus(Remembering):
     """``v_i' = sum_j a_ij ((p_j - p_i) + g (v_j - v_i))``: Ren and Atkins, 2007.
 
-    The robots are told the velocities v.  These begin at random, up to ``push`` along each axis.
+    The robots are commanded the velocities v.  These begin at random, up to ``push`` along each axis.
 
     Theorem: over a graph with a spanning tree velocities agree, and robots meet and move on together
     along ``w^T p(0) + t w^T v(0)``, if and only if ``g > max sqrt(Im(mu)^2/(Re(mu) |mu|^2))`` over the

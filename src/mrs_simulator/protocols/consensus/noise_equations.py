@@ -38,8 +38,8 @@ def mode_variances(topology, gain, period, velocity=0.0, robot=0.0, listener=0.0
     values, vectors = modes(topology)
     a = gain * period * values
     squared = (topology.adjacency() ** 2).sum(axis=1)
-    heard = np.einsum("ki,k,ki->i", vectors, squared, vectors)
-    entering = velocity**2 * period + (a * robot) ** 2 + (gain * period * listener) ** 2 * heard
+    received = np.einsum("ki,k,ki->i", vectors, squared, vectors)
+    entering = velocity**2 * period + (a * robot) ** 2 + (gain * period * listener) ** 2 * received
     with np.errstate(divide="ignore", invalid="ignore"):
         steady = entering / (a * (2.0 - a))
     return np.where((a > 0.0) & (a < 2.0), steady, np.inf)
@@ -52,8 +52,8 @@ def mean_variance_rate(topology, gain, velocity=0.0, listener=0.0, period=0.0):
     leaves the mean alone, noise of a listener does not.
     """
     n = topology.n
-    heard = float((topology.adjacency() ** 2).sum())
-    return (velocity**2 + gain**2 * period * listener**2 * heard / n) / n
+    received = float((topology.adjacency() ** 2).sum())
+    return (velocity**2 + gain**2 * period * listener**2 * received / n) / n
 
 
 def sampling_error(variances, shares, count):

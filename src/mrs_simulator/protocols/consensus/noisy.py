@@ -79,8 +79,8 @@ class NoisyConsensus(Remembering):
         """Return the velocities under this command's noise, (n, d) [m/s]."""
         seen = hand + self.robot_noise * self._draw.standard_normal(hand.shape)
         rows, _, weights = self.topology.arcs
-        heard = self.listener_noise * self._draw.standard_normal((len(rows), hand.shape[1]))
-        errors = gathered(weights * heard.T, rows, len(hand))
+        drawn = self.listener_noise * self._draw.standard_normal((len(rows), hand.shape[1]))
+        errors = gathered(weights * drawn.T, rows, len(hand))
         push = self._draw.standard_normal(hand.shape) * self.velocity_noise / np.sqrt(self.period)
         return self.gain * (consensus(seen, self.topology) + errors) + push
 

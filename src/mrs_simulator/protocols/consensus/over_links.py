@@ -111,7 +111,7 @@ def linear_claims(law, start):
     With delays and turns that are known: stability and limit, from the eigenvalues of a round, and the
     rate of the exact solution.
     With losses and turns by chance: agreement with probability one, as long as each robot goes
-    towards what others told and never beyond (Bertsekas and Tsitsiklis, 1989).
+    towards what others sent and never beyond (Bertsekas and Tsitsiklis, 1989).
     """
     if not law.known and law.links.carries == "difference" and law.links.on_loss == "hold":
         return None
@@ -165,8 +165,8 @@ def _known_claims(law, start, conditions):
 
 def _delay_bound(law):
     """Return the bound on equal delays of both terms, where it is a theorem: on undirected graphs."""
-    hears, heard = arcs_of(law.topology)[0].T
-    ages = np.unique(law.delays[hears, heard])
+    receiver, sender = arcs_of(law.topology)[0].T
+    ages = np.unique(law.delays[receiver, sender])
     equal = len(ages) == 1 and law.links.carries == "difference" and not law.links.switches
     if not equal or law.topology.directed:
         return []
@@ -189,7 +189,7 @@ def _chance_claims(law, start, conditions):
 
 
 def _agreement_claims(law, start):
-    """Return that robots agree within the box of their starts: none ever goes beyond what it heard."""
+    """Return that robots agree within the box of their starts: none ever goes beyond what it received."""
     errors, spread = start - law.places, _from_places(extent, law)
     low, high = errors.min(axis=0), errors.max(axis=0)
 

@@ -24,10 +24,10 @@ def step_matrix(weights, delays, period, both_terms):
     matrix = np.zeros((n * depth, n * depth))
     matrix[n:, :-n] = np.eye(n * (depth - 1))
     matrix[:n, :n] = np.eye(n)
-    hears, heard = np.nonzero(weights)
-    age, flow = delays[hears, heard], period * weights[hears, heard]
-    np.add.at(matrix, (hears, age * n + heard), flow)
-    np.add.at(matrix, (hears, (age if both_terms else 0) * n + hears), -flow)
+    receiver, sender = np.nonzero(weights)
+    age, flow = delays[receiver, sender], period * weights[receiver, sender]
+    np.add.at(matrix, (receiver, age * n + sender), flow)
+    np.add.at(matrix, (receiver, (age if both_terms else 0) * n + receiver), -flow)
     return matrix
 
 
@@ -55,14 +55,14 @@ def agreement(matrix, n):
 def points_over_links(start, flows, length, delays, both_terms):
     """Yield the errors (n, d) [m] of each command from ``start`` on, as :func:`step_matrix` moves them.
 
-    ``flows``: of each graph its arcs (m, 2), rows (i, j), i hears j, and ``period w_ij`` (m,) [-].
+    ``flows``: of each graph its arcs (m, 2), rows (i, j), i receives from j, and ``period w_ij`` (m,) [-].
     """
     n, past = len(start), np.repeat(start[np.newaxis], int(delays.max(initial=0)) + 1, axis=0)
     for arcs, share in itertools.cycle(flows):
-        hears, heard = arcs.T
-        age = delays[hears, heard]
+        receiver, sender = arcs.T
+        age = delays[receiver, sender]
         own = age if both_terms else 0
         for _ in range(length):
             yield past[0]
-            flow = share * (past[age, heard] - past[own, hears]).T
-            past = np.concatenate([past[:1] + gathered(flow, hears, n), past[:-1]])
+            flow = share * (past[age, sender] - past[own, receiver]).T
+            past = np.concatenate([past[:1] + gathered(flow, receiver, n), past[:-1]])

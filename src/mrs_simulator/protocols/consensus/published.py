@@ -51,7 +51,7 @@ class Switching(Published):
         self.weights, self.edges, self.gain, self.period = weights, edges, gain, period
         self.turn, self.sets, self.loss = turn, sets, loss
         self.symmetric = symmetric
-        # Each as (row that hears, row heard, edge), all edges one way before the other.
+        # Each as (receiver's row, sender's row, edge), all edges one way before the other.
         self.arcs = [(i - 1, j - 1, k) for k, (i, j, _) in enumerate(edges)]
         if not directed:
             self.arcs += [(j, i, k) for i, j, k in self.arcs]
@@ -107,7 +107,7 @@ class EventTriggered(Published):
 
 
 class Resilient(Published):
-    """W-MSR: the F largest above and the F smallest below its own are not heard: LeBlanc, 2013."""
+    """W-MSR: the F largest above and the F smallest below its own are dropped: LeBlanc, 2013."""
 
     WORK = 50.0
 
@@ -123,9 +123,9 @@ class Resilient(Published):
         for i in range(self.normal):
             for axis in range(points.shape[1]):
                 own = points[i, axis]
-                heard = [j for j in np.flatnonzero(self.weights[i]) if points[j, axis] != own]
-                above = sorted((points[j, axis], j) for j in heard if points[j, axis] > own)
-                below = sorted((points[j, axis], j) for j in heard if points[j, axis] < own)
+                others = [j for j in np.flatnonzero(self.weights[i]) if points[j, axis] != own]
+                above = sorted((points[j, axis], j) for j in others if points[j, axis] > own)
+                below = sorted((points[j, axis], j) for j in others if points[j, axis] < own)
                 kept = above[: max(0, len(above) - self.dropped)] + below[self.dropped :]
                 u[i, axis] = self.gain * sum(self.weights[i, j] * (x - own) for x, j in kept)
         return u, None

@@ -68,7 +68,7 @@ class SwitchingConsensus(Remembering):
     those up each is lost with the chance ``loss``, drawn anew for each command.
 
     Theorem: all robots agree if every union of the graphs over one round has a spanning tree, and no
-    robot passes the mean of those it hears, ``gain Tc max degree < 1``. Over undirected graphs the mean
+    robot passes the mean of its neighbours, ``gain Tc max degree < 1``. Over undirected graphs the mean
     is kept, and the disagreement never grows.
     """
 

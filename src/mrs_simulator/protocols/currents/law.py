@@ -166,11 +166,11 @@ class StationKeeping(Remembering, Shaped):
         )
         still = Condition("no integral", self.integral == 0.0, "nothing is there to be kept to")
         weights, places = left_null_vector(self.topology), self.places()
-        hears, heard, _ = self.topology.arcs
+        receiver, sender, _ = self.topology.arcs
 
         def shape(run):
             away = run.hand[-1] - places
-            return float(np.linalg.norm(away[hears] - away[heard], axis=1).max(initial=0.0))
+            return float(np.linalg.norm(away[receiver] - away[sender], axis=1).max(initial=0.0))
 
         def speed(run):
             first = -max(2, len(run.time) // LAST)

@@ -67,5 +67,5 @@ class LineOfSight(Published):
         return np.array([[w.real, w.imag] for w in u]), after
 
     def over(self, up):
-        """Return this law: nobody hears another."""
+        """Return this law: robots receive nothing from each other."""
         return self

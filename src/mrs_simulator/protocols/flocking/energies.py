@@ -51,9 +51,9 @@ def agreement_energy(gain, beta, reach):
     def dissipation(hand, velocity, time):
         first, second = np.triu_indices(len(hand), 1)
         far = ((hand[first] - hand[second]) ** 2).sum(axis=1)
-        heard = (1.0 + far / reach**2) ** -beta
+        influence = (1.0 + far / reach**2) ** -beta
         slip = ((velocity[first] - velocity[second]) ** 2).sum(axis=1)
-        return gain / len(hand) * float(heard @ slip)
+        return gain / len(hand) * float(influence @ slip)
 
     return Energy("$V = |v - \\bar v|^2/2$ [m$^2$/s$^2$]", value, dissipation, True)
 

@@ -104,13 +104,13 @@ def cucker_smale(points, velocities, beta, reach=1.0):
     """Return the accelerations ``1/n sum_j psi(|p_j - p_i|) (v_j - v_i)``, (n, d) [m/s^2] per gain.
 
     ``psi(r) = (1 + (r/reach)^2)^-beta``.  Velocities agree from any start if ``beta <= 1/2``, else
-    from starts that :func:`flock_bound` tells.  Cucker and Smale, 2007; the factor 1/n as in Ha and
+    from starts within :func:`flock_bound`.  Cucker and Smale, 2007; the factor 1/n as in Ha and
     Liu, 2009.
     """
-    return weighted_differences(heard, points, velocities, beta, reach, 1.0 / len(points))
+    return weighted_differences(influence, points, velocities, beta, reach, 1.0 / len(points))
 
 
-def heard(apart, beta, reach, share):
+def influence(apart, beta, reach, share):
     """Return the weight ``share psi(|p_j - p_i|)``."""
     return share * (1.0 + inner(apart, apart) / reach**2) ** -beta
 
@@ -189,8 +189,8 @@ def reynolds(points, velocities, radius, separation, alignment, cohesion):
     No theorem is known for them.
     """
     pairs = close_pairs(points, radius)
-    heard = np.bincount(np.concatenate(pairs), minlength=len(points))
-    share = 1.0 / np.maximum(heard, 1)[:, np.newaxis]
+    neighbours = np.bincount(np.concatenate(pairs), minlength=len(points))
+    share = 1.0 / np.maximum(neighbours, 1)[:, np.newaxis]
     gather = share * pair_sum(difference, pairs, points)
     align = share * pair_sum(difference, pairs, velocities)
     return alignment * align + cohesion * gather + separation * pair_sum(repulsion, pairs, points)

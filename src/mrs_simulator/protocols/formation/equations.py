@@ -6,7 +6,7 @@ For a straight line parallel to the x axis with separation ``c``, robot i belong
 
     alpha_i* = sum_j a_ij (alpha_j + d_i - d_j) / sum_j a_ij,
 
-which is ``alpha_{i+1} + (c, 0)`` where i hears only i+1.  A robot that hears nobody stands still.
+which is ``alpha_{i+1} + (c, 0)`` where i receives only from i+1.  A robot without neighbours stands still.
 """
 
 import numpy as np
@@ -61,8 +61,9 @@ def line_offsets(n, c, dimension=2):
 def closure_topology(closure, n, topology=None):
     """Return the graph of a closure of the paper's chain: who defines whose target.
 
-    ``chain``: robot n stands still; ``cycle``: robot n hears robot 1; ``path``: each hears its one
-    or two neighbours; ``topology``: the given graph.  Raises ``ValueError`` if that is missing.
+    ``chain``: robot n stands still; ``cycle``: robot n receives from robot 1; ``path``: each receives
+    from its one or two neighbours; ``topology``: the given graph.  Raises ``ValueError`` if that is
+    missing.
     """
     if closure != "topology":
         return Topology.preset(closure, n)
@@ -72,7 +73,7 @@ def closure_topology(closure, n, topology=None):
 
 
 def target_errors(hand, offsets, topology):
-    """Return ``alpha_i - alpha_i*``, shape (n, d) [m], zero for a robot that hears nobody."""
+    """Return ``alpha_i - alpha_i*``, shape (n, d) [m], zero for a robot without neighbours."""
     return from_mean(hand - offsets, topology)
 
 
@@ -108,13 +109,13 @@ def limit(hand, offsets, topology):
     """Return where (5) goes, shape (n, d) [m]: ``d + w^T (alpha(0) - d)``, ``w^T (I - D^-1 A) = 0``.
 
     ``w`` is the left null vector of L times the degrees: of the chain robot n alone, of the cycle
-    the mean, of the path weights 1, 2, ..., 2, 1.  Where nobody hears anybody all stand.  Raises
+    the mean, of the path weights 1, 2, ..., 2, 1.  Without edges all stand.  Raises
     ``ValueError`` if the graph has edges and no spanning tree.
     """
     if not topology.edges:
         return hand
     degree = topology.in_degree()
-    # A root that hears nobody is where all go.
+    # A root without neighbours is where all go.
     weights = left_null_vector(topology) * (degree if degree.all() else 1.0)
     return offsets + weights @ (hand - offsets) / weights.sum()
 

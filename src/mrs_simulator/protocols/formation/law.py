@@ -143,9 +143,9 @@ class Formation(PioneerControl):
     def _laplacian(self):
         """Return ``D^-1 L``, (n, n), with rows of zeros for robots without neighbours."""
         weights = self.published().weights
-        heard = weights.sum(axis=1)
-        laplacian = np.diag(heard) - weights
-        laplacian[heard > 0.0] /= heard[heard > 0.0, np.newaxis]
+        in_weight = weights.sum(axis=1)
+        laplacian = np.diag(in_weight) - weights
+        laplacian[in_weight > 0.0] /= in_weight[in_weight > 0.0, np.newaxis]
         return laplacian
 
     def _left_by_deadband(self):
@@ -213,15 +213,15 @@ class Formation(PioneerControl):
         """Return the sampling rule: held commands contract where ``(k/T) Tc`` is below ``2/lambda_max``.
 
         Of L with rows divided by their degrees.  Unicycles turn meanwhile and may ask for more, which
-        :meth:`warnings` tells.
+        :meth:`warnings` states.
         """
         share, name = self.gain * self.period, "(k/T) Tc < 2/lambda_max"
         if len(self.numbers) > MOST_ROBOTS:
             return below(name, share, 1.0)  # lambda_max is at most 2
         law = self.published()
-        heard = np.maximum(law.weights.sum(axis=1), 1e-300)[:, np.newaxis]
+        in_weight = np.maximum(law.weights.sum(axis=1), 1e-300)[:, np.newaxis]
         values = np.linalg.eigvals(
-            np.diag((law.weights > 0.0).any(axis=1) * 1.0) - law.weights / heard
+            np.diag((law.weights > 0.0).any(axis=1) * 1.0) - law.weights / in_weight
         )
         return below(name, share, stable_step(values))
 

@@ -21,7 +21,7 @@ EMPTY = 1e-300  # [-] mass of a cell below which it counts as empty
 def containment(points, topology, leaders):
     """Return ``u_i = sum_j a_ij (p_j - p_i)``, (n, d) [m/s], and zero for the last ``leaders`` robots.
 
-    ``points`` p (n, d) [m].  If every follower hears, over others, some leader, the followers go to
+    ``points`` p (n, d) [m].  If every follower has a path from some leader, the followers go to
     :func:`containment_limit`, inside the leaders' convex hull.  Ji, Ferrari-Trecate, Egerstedt and
     Buffa, 2008.
     """
@@ -41,12 +41,12 @@ def follower_blocks(topology, leaders):
     return rows[:, :count], rows[:, count:]
 
 
-def all_hear_a_leader(topology, leaders):
-    """Return whether each follower hears, over others, one of the last ``leaders`` robots."""
-    heard = topology.adjacency() > 0.0
+def all_reached_by_leaders(topology, leaders):
+    """Return whether each follower has a path from one of the last ``leaders`` robots."""
+    adjacent = topology.adjacency() > 0.0
     reached = np.arange(topology.n) >= topology.n - leaders
     for _ in range(topology.n - leaders):
-        reached = reached | (heard & reached).any(axis=1)
+        reached = reached | (adjacent & reached).any(axis=1)
     return bool(reached.all())
 
 

@@ -79,8 +79,8 @@ class Containment(PioneerControl):
         return gathering_equations.containment_flow(self.gain, self.topology, self.leaders)
 
     def targets(self, hand):
-        """Return where the team ends, (n, d) [m]; None where some follower hears no leader."""
-        if not gathering_equations.all_hear_a_leader(self.topology, self.leaders):
+        """Return where the team ends, (n, d) [m]; None where some follower receives from no leader."""
+        if not gathering_equations.all_reached_by_leaders(self.topology, self.leaders):
             return None
         leaders = hand[len(hand) - self.leaders :]
         return np.concatenate(
@@ -107,7 +107,7 @@ class Containment(PioneerControl):
         """Return the followers' limit, its place in the leaders' hull, and the rate of ``L_ff``."""
         own = self.gain * gathering_equations.follower_blocks(self.topology, self.leaders)[0]
         step = np.abs(1.0 - self.period * np.linalg.eigvals(own)).max(initial=0.0)
-        reached = gathering_equations.all_hear_a_leader(self.topology, self.leaders)
+        reached = gathering_equations.all_reached_by_leaders(self.topology, self.leaders)
         conditions = [
             Condition(
                 "all hear a leader",

@@ -257,12 +257,14 @@ class Marching(Shaped):
         ]
 
     def _no_error(self):
-        hears, heard, _ = self.topology.arcs
+        receiver, sender, _ = self.topology.arcs
         weights, allowed = left_null_vector(self.topology), self.tolerance
 
         def displacement(run):
             errors = self._errors(run)[-max(1, len(run.time) // LAST) :]
-            worst = [np.linalg.norm(e[hears] - e[heard], axis=1).max(initial=0.0) for e in errors]
+            worst = [
+                np.linalg.norm(e[receiver] - e[sender], axis=1).max(initial=0.0) for e in errors
+            ]
             return float(max(worst))
 
         def drift(run):
@@ -396,11 +398,13 @@ class LeaderFollower(Shaped):
 
     def claims(self, start):
         """Return that separation and bearing are reached, at the rates k1 and k2."""
-        heard = np.bincount(self.topology.arcs[0], minlength=self.topology.n)
+        in_degree = np.bincount(self.topology.arcs[0], minlength=self.topology.n)
         largest = max(self.k1, self.k2) * self.period
         conditions = [
             spanning_tree(self.topology),
-            Condition("one leader each", bool(heard.max() <= 1), "a follower hears several robots"),
+            Condition(
+                "one leader each", bool(in_degree.max() <= 1), "a follower hears several robots"
+            ),
             Condition(
                 "k1 and k2 above 0", min(self.k1, self.k2) > 0.0, "errors grow", necessary=True
             ),
@@ -444,12 +448,12 @@ class LeaderFollower(Shaped):
 def tree(topology):
     """Return whom each robot follows, (n,) rows, itself for a leader, and the rows at each depth.
 
-    The first of those it hears where it hears several; robots that follow each other in a ring
+    The first of several neighbours; robots that follow each other in a ring
     have no depth.
     """
-    hears, heard, _ = topology.arcs
+    receiver, sender, _ = topology.arcs
     leader = np.arange(topology.n)
-    leader[hears[::-1]] = heard[::-1]
+    leader[receiver[::-1]] = sender[::-1]
     levels, placed = [], leader == np.arange(topology.n)
     while placed.any():
         levels.append(np.flatnonzero(placed))

@@ -168,14 +168,14 @@ class ArmedRobots(Robots):
         """
         result = np.zeros((self.team.n, 3))
         result[:, :2] = super().velocities(command[:, : self._width])
-        for arm, inputs in self._told(command):
+        for arm, inputs in self._tool_inputs(command):
             half = 0.5 * self._period * inputs
             _, columns = arm.at(self._of(arm) + half[:, 3:])
             moved = np.einsum("mij,mj->mi", columns, inputs)
             result[arm.rows] = _turn_out(moved, self.pose[arm.rows, 2] + half[:, 2])
         return result[:, : self.dimension]
 
-    def _told(self, command):
+    def _tool_inputs(self, command):
         """Yield ``Tools`` and their inputs (m, 3 + k) under ``command`` (n, a + k)."""
         for arm in self.arms:
             k = arm.home.shape[1]
@@ -199,7 +199,7 @@ class ArmedRobots(Robots):
         Each joint's part is added to the base's, so that a motion of joints alone counts, too.
         """
         result = super().sizes(command[:, : self._width])
-        for arm, inputs in self._told(command):
+        for arm, inputs in self._tool_inputs(command):
             _, columns = arm.at(self._of(arm))
             result[arm.rows] = np.linalg.norm(columns * inputs[:, np.newaxis], axis=1).sum(axis=1)
         return result

@@ -13,7 +13,7 @@ from mrs_simulator.core.kinematics import phase_of
 from mrs_simulator.vehicles.drives import car, differential, omnidirectional, quadrotor, vessel
 
 SMALL = 1e-9  # [rad] of a turn, below which an arc is a straight line to rounding
-CREEP = 1e-6  # [m/s] with which a standing car tells its steering angle
+CREEP = 1e-6  # [m/s] that conveys a standing car's steering angle
 STEEPEST = 1.5  # [rad] that a Twist may ask of a steering angle
 CLOSE = 1e-9  # [rad] within which a steering angle has reached its limit
 
@@ -179,7 +179,7 @@ class Cars(Unicycles):
     and the car drives on as fast as the steered wheel would have to.
     """
 
-    bent = False  # whether an angle was asked for that no Twist tells
+    bent = False  # whether an angle was commanded that no Twist expresses
 
     @property
     def is_ramped(self):
@@ -217,9 +217,9 @@ class Cars(Unicycles):
         wanted = np.where(full, self.steered, wanted)
         v = np.where(full, np.abs(u) * np.cos(self.steered), v)
         v = np.where((v == 0.0) & (wanted != self.steered), CREEP, v)
-        return self._told(v, wanted)
+        return self._twist(v, wanted)
 
-    def _told(self, v, steering):
+    def _twist(self, v, steering):
         return np.stack([v, v * np.tan(steering) / self.numbers.wheelbase], axis=1)
 
     def _asked(self, command):
@@ -259,7 +259,7 @@ class Cars(Unicycles):
         """
         most = self.numbers.steering_max
         wanted = self.steered + (self._asked(command) - self.steered) / factor
-        return self._told(command[:, 0] / factor, np.clip(wanted, -most, most))
+        return self._twist(command[:, 0] / factor, np.clip(wanted, -most, most))
 
     def is_steady(self, command):
         """Return False: a car is asked for another angle with each command."""
@@ -394,16 +394,16 @@ class Quadrotors(Bases):
 
     def lags(self, command):
         """Return who is noticeably slower or faster than ``command`` (m, 4), (m,) bool."""
-        told = self.obeyed(command)
-        wanted = self._complex(told) * np.exp(1j * self.theta)
-        away = np.maximum(np.abs(self.velocity - wanted), np.abs(self.rise - told[:, 2]))
+        command_obeyed = self.obeyed(command)
+        wanted = self._complex(command_obeyed) * np.exp(1j * self.theta)
+        away = np.maximum(np.abs(self.velocity - wanted), np.abs(self.rise - command_obeyed[:, 2]))
         return away > CLOSE
 
     def move(self, command, duration):
         """Move for ``duration`` [s] under ``command`` (m, 4)."""
-        told = self.obeyed(command)
-        turn = told[:, 3] * duration
-        wanted = self._complex(told) * np.exp(1j * (self.theta + 0.5 * turn))
+        command_obeyed = self.obeyed(command)
+        turn = command_obeyed[:, 3] * duration
+        wanted = self._complex(command_obeyed) * np.exp(1j * (self.theta + 0.5 * turn))
         error = wanted - self.velocity
         size = np.abs(error)
         along = np.where(size > 0.0, error / np.maximum(size, 1e-300), 1.0)
@@ -413,7 +413,7 @@ class Quadrotors(Bases):
         self.velocity = wanted - left * along
         self.z = self.z + duration * (wanted - mean * along)
         self.theta = self.theta + turn
-        self._climb(told[:, 2], duration)
+        self._climb(command_obeyed[:, 2], duration)
 
     def _climb(self, wanted, duration):
         """Climb for ``duration`` [s] towards the speed ``wanted`` (m,) [m/s]."""

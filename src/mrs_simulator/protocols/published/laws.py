@@ -305,8 +305,8 @@ class FaultyEdges:
         n = len(start)
         self.past, self.command = [start] * (int(self.age.max(initial=0)) + 1), 0
         self.draws = np.random.default_rng([self.seed, 1])
-        # told[i, j], seen[i, j]: j's point, and i's own at the time of what i received of j last.
-        self.told = np.repeat(start[np.newaxis], n, axis=0)
+        # received[i, j], seen[i, j]: j's point, and i's own at the time of what i received of j last.
+        self.received = np.repeat(start[np.newaxis], n, axis=0)
         self.seen = np.repeat(start[:, np.newaxis], n, axis=1)
 
     def views(self, points):
@@ -315,11 +315,11 @@ class FaultyEdges:
         self.past = [points] + self.past[:-1]
         arrived, past = self._arrived(n), np.array(self.past)
         came = arrived[:, :, np.newaxis]
-        self.told = np.where(came, past[self.age, row], self.told)
+        self.received = np.where(came, past[self.age, row], self.received)
         self.seen = np.where(came, past[self.age, row[:, np.newaxis]], self.seen)
-        views = self.told.copy()
+        views = self.received.copy()
         if self.links.carries == "difference":
-            views = points[:, np.newaxis] + self.told - self.seen
+            views = points[:, np.newaxis] + self.received - self.seen
         views[row, row] = points
         up = self._up(arrived)
         self.command += 1

@@ -164,22 +164,24 @@ class WallFollowing(Sensing):
 
     def neighbourLaw(self, robot, theta, neighbours):
         """Return the velocity (2,) [m/s] of one robot in its own frame."""
-        heard = self.readings[robot].sonar
-        if heard is None:
+        sonar_reading = self.readings[robot].sonar
+        if sonar_reading is None:
             return np.zeros(2)
-        speed = self.speed + self._gap_error(heard) * self.gain
-        aside = to_the_left(heard.places)
-        ranges = heard.ranges[list(aside)]
+        speed = self.speed + self._gap_error(sonar_reading) * self.gain
+        aside = to_the_left(sonar_reading.places)
+        ranges = sonar_reading.ranges[list(aside)]
         if not np.isfinite(ranges).all():
             return np.array([speed, 0.0])
-        front, rear = (np.append(heard.places[k, :2], heard.ranges[k]) for k in aside)
+        front, rear = (
+            np.append(sonar_reading.places[k, :2], sonar_reading.ranges[k]) for k in aside
+        )
         distance, angle = laws.wall_beside(front, rear)
         distance -= self.own_point(robot)[0] * np.sin(angle)
         return laws.along_wall(speed, self.gain * (distance - self.distance), angle)
 
-    def _gap_error(self, heard):
-        """Return how much farther than wanted the robot in front is [m], 0 where nobody is."""
-        ahead = heard.ranges[np.abs(wrap_angle(heard.places[:, 2])) < SIDEWAYS]
+    def _gap_error(self, sonar_reading):
+        """Return how much farther than wanted the robot in front is [m], 0 without one."""
+        ahead = sonar_reading.ranges[np.abs(wrap_angle(sonar_reading.places[:, 2])) < SIDEWAYS]
         nearest = np.min(ahead[np.isfinite(ahead)], initial=np.inf)
         return nearest - self.gap if nearest < 2.0 * self.gap else 0.0
 
@@ -274,7 +276,7 @@ class SensedFollowing(Sensing):
         return laws.towards(seen.points[at[0]] - own, self.distance, self.gain)
 
     def claims(self, start):
-        """Return the ranges at the end, and that nobody loses the robot before it."""
+        """Return the ranges at the end, and that each keeps sight of the robot before it."""
         ranges = laws.steady_ranges(self.speed, self.turn, self._leads, self.distance, self.gain)
         conditions = [
             Condition("two robots", len(start) > 1, "nobody follows"),

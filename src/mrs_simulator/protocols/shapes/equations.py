@@ -1,7 +1,7 @@
 """Formations: robots take a shape, given by displacements, distances or bearings between neighbours.
 
 ``points`` p and ``places`` d are (n, d) [m], in the plane or in space; only differences of places matter.
-Edges (i, j) say that i hears j, ``p_ij = p_i - p_j`` and ``g_ij = (p_j - p_i)/|p_j - p_i|``.
+Over an edge (i, j) robot i receives from j, ``p_ij = p_i - p_j`` and ``g_ij = (p_j - p_i)/|p_j - p_i|``.
 """
 
 import numpy as np
@@ -88,9 +88,9 @@ def spring(apart, weight, wanted):
 
 def length_excess(points, places, topology):
     """Return ``|p_ij|^2 - d_ij^2``, (m, arcs) [m^2], of ``points`` (m, n, d)."""
-    hears, heard, _ = topology.arcs
-    wanted = np.sum((places[hears] - places[heard]) ** 2, axis=-1)
-    return np.sum((points[:, hears] - points[:, heard]) ** 2, axis=-1) - wanted
+    receiver, sender, _ = topology.arcs
+    wanted = np.sum((places[receiver] - places[sender]) ** 2, axis=-1)
+    return np.sum((points[:, receiver] - points[:, sender]) ** 2, axis=-1) - wanted
 
 
 def distance_potential(points, places, topology):
@@ -105,15 +105,15 @@ def distance_hessian(points, topology):
 
     ``2 R^T W R``, with R the rigidity matrix of ``points`` (n, d): errors decay at its eigenvalues.
     """
-    hears, heard, weight = topology.arcs
-    along = points[hears] - points[heard]
+    receiver, sender, weight = topology.arcs
+    along = points[receiver] - points[sender]
     return _block_laplacian(along[:, :, np.newaxis] * along[:, np.newaxis], topology, 2.0 * weight)
 
 
 def bearings(points, topology):
     """Return ``g_ij``, (..., arcs, d), of ``points`` (..., n, d); zero where two points coincide."""
-    hears, heard, _ = topology.arcs
-    towards = points[..., heard, :] - points[..., hears, :]
+    receiver, sender, _ = topology.arcs
+    towards = points[..., sender, :] - points[..., receiver, :]
     length = np.linalg.norm(towards, axis=-1, keepdims=True)
     return towards / np.where(length > 0.0, length, 1.0)
 
@@ -167,9 +167,9 @@ def bearing_laplacian(places, topology, over_length=False):
     ``over_length`` divides each weight by ``|d_j - d_i|`` [m]: the linearisation of
     :func:`bearing_formation` about ``places``.
     """
-    hears, heard, weight = topology.arcs
+    receiver, sender, weight = topology.arcs
     if over_length:
-        weight = weight / np.linalg.norm(places[heard] - places[hears], axis=1)
+        weight = weight / np.linalg.norm(places[sender] - places[receiver], axis=1)
     g = bearings(places, topology)
     projections = np.eye(places.shape[1]) - g[:, :, np.newaxis] * g[:, np.newaxis]
     return _block_laplacian(projections, topology, weight)
@@ -192,10 +192,10 @@ def scale(points):
 
 def _block_laplacian(blocks, topology, weight):
     """Return the (d n, d n) matrix with ``-weight blocks`` (arcs, d, d) beside its block diagonal."""
-    hears, heard, _ = topology.arcs
+    receiver, sender, _ = topology.arcs
     blocks = weight[:, np.newaxis, np.newaxis] * blocks
     n, dimension = topology.n, blocks.shape[-1]
     matrix = np.zeros((n, n, dimension, dimension))
-    np.add.at(matrix, (hears, heard), -blocks)
-    np.add.at(matrix, (hears, hears), blocks)
+    np.add.at(matrix, (receiver, sender), -blocks)
+    np.add.at(matrix, (receiver, receiver), blocks)
     return matrix.transpose(0, 2, 1, 3).reshape(dimension * n, dimension * n)

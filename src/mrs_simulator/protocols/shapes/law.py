@@ -148,9 +148,9 @@ def rigid_by_bearings(places, topology):
 
 
 def heard_pairs(topology):
-    """Return the pairs (i, j) of rows, i < j, of which one hears the other."""
-    hears, heard, _ = topology.arcs
-    return sorted({(min(pair), max(pair)) for pair in zip(hears.tolist(), heard.tolist())})
+    """Return the pairs (i, j) of rows, i < j, of which one receives from the other."""
+    receiver, sender, _ = topology.arcs
+    return sorted({(min(pair), max(pair)) for pair in zip(receiver.tolist(), sender.tolist())})
 
 
 def _fixed(holds, pairs, wanted):
@@ -258,11 +258,11 @@ class DisplacementFormation(Shaped):
 
 def displacement_error(places, topology, tolerance):
     """Claim that the run ends with all displacements between neighbours as in ``places`` (n, d)."""
-    hears, heard, _ = topology.arcs
+    receiver, sender, _ = topology.arcs
 
     def worst(hand):
         away = hand - places
-        return np.linalg.norm(away[:, hears] - away[:, heard], axis=2).max(axis=1, initial=0.0)
+        return np.linalg.norm(away[:, receiver] - away[:, sender], axis=2).max(axis=1, initial=0.0)
 
     return ends_at(worst, 0.0, tolerance, "worst displacement error at the end [m]")
 
@@ -331,10 +331,10 @@ class DistanceFormation(Shaped):
         return conditions + without_rates(claims, self.fidelity)
 
     def _worst_length(self, hand):
-        hears, heard, _ = self.topology.arcs
+        receiver, sender, _ = self.topology.arcs
         places = self.places()
-        wanted = np.linalg.norm(places[hears] - places[heard], axis=1)
-        off = np.linalg.norm(hand[:, hears] - hand[:, heard], axis=2) - wanted
+        wanted = np.linalg.norm(places[receiver] - places[sender], axis=1)
+        off = np.linalg.norm(hand[:, receiver] - hand[:, sender], axis=2) - wanted
         return np.abs(off).max(axis=1, initial=0.0)
 
     def _rate(self, run):

@@ -125,10 +125,10 @@ class Report(NamedTuple):
     @property
     def blind(self):
         """Return the claims that never failed, whatever was put in, by name."""
-        told = {name for checks in self.caught.values() if checks for name in checks}
-        told.update(name for trial in self.failed for name in trial.failures())
+        failed_claims = {name for checks in self.caught.values() if checks for name in checks}
+        failed_claims.update(name for trial in self.failed for name in trial.failures())
         tried = [trial for trial in self.trials if trial.setting.mode == POINTS]
-        return [name for name in claim_counts(tried) if name not in told]
+        return [name for name in claim_counts(tried) if name not in failed_claims]
 
     @property
     def ok(self):

@@ -35,7 +35,9 @@ def _as_it_is(report):
     for trial in report.failed[:MOST_LINES]:
         lines.append("  FAILED on {}:".format(trial.setting))
         lines += [
-            "    " + _told(check) for check in trial.verdict["checks"] if check["passed"] is False
+            "    " + _check_text(check)
+            for check in trial.verdict["checks"]
+            if check["passed"] is False
         ]
     if len(report.failed) > MOST_LINES:
         lines.append("  ... and {} more".format(len(report.failed) - MOST_LINES))
@@ -55,7 +57,7 @@ def _as_it_is(report):
     ]
 
 
-def _told(check):
+def _check_text(check):
     if check["predicted"] == HOLDS:
         return "{} does not hold: {}".format(check["name"], check.get("note", ""))
     numbers = [check[key] for key in ("predicted", "measured", "tolerance")]

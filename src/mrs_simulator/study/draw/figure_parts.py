@@ -12,7 +12,7 @@ START_COLOUR = "#d60000"
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5b4a3f")
 # Without the pale end, which is too faint on white.
 MANY_ROBOTS = ListedColormap(viridis(np.linspace(0.0, 0.92, 256)))
-MOST_IN_LEGEND = 12  # above it robots are told apart by a colour bar
+MOST_IN_LEGEND = 12  # above it a colour bar distinguishes robots
 MOST_IN_LEGEND_ROW = 6
 ENTRY_WIDTH = 1.1  # [in] of one entry of a legend
 MOST_LINES = (

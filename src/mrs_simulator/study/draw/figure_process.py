@@ -55,10 +55,10 @@ class Drawing:
     def figures(self, run, *options):
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
         dimension = run.hand.shape[2]
-        told = self._recorder.kept.layout, run.time, run.collisions, run.scenario, dimension
+        description = self._recorder.kept.layout, run.time, run.collisions, run.scenario, dimension
         self._is_drawing = True
         for pipe in self._pipes:
-            _send(pipe, ("run", told, options))
+            _send(pipe, ("run", description, options))
         self._waiting.extend(("figures", row) for row in range(MOST_FIGURES))
         self._hand_out()
 
@@ -99,7 +99,7 @@ class Drawing:
 def _send(pipe, request):
     try:
         pipe.send(request)
-    except OSError:  # nobody is at its other end any more
+    except OSError:  # its other end is closed
         raise RuntimeError(ENDED) from None
 
 
@@ -126,8 +126,8 @@ def _drawings(memory):
     """Return the functions that serve requests, by name, about the run whose samples are in ``memory``."""
     given = []
 
-    def begin(told, options):
-        layout, time, collisions, scenario, dimension = told
+    def begin(description, options):
+        layout, time, collisions, scenario, dimension = description
         run = Kept(*layout, memory).run(time, scenario, (collisions, {}))
         given[:] = (run.in_space(dimension), *options)
 

@@ -27,7 +27,7 @@ from mrs_simulator.study.draw.figure_parts import emptied, legend_above, predict
 from mrs_simulator.study.draw.plane_figure import draw_trajectories, trajectories_height
 from mrs_simulator.study.draw.style import Look, check_formats
 
-WARMING = (2.0, 1.5)  # [in], of a drawing that nobody sees
+WARMING = (2.0, 1.5)  # [in], of a drawing that is not shown
 EVERY = slice(None)  # all figures
 
 

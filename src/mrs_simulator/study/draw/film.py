@@ -113,8 +113,8 @@ class SpaceStage:
         self.figure.clear()
         axes = self.figure.add_axes([0.0, 0.0, 1.0, 1.0])
         paint(axes, self.film.drawing(row, *self._size, self._camera))
-        told = "{:.1f} s".format(self.film.run.time[row])
-        axes.text(8, 14, told, size=9, va="center", color=LIGHT.text, zorder=99)
+        time_text = "{:.1f} s".format(self.film.run.time[row])
+        axes.text(8, 14, time_text, size=9, va="center", color=LIGHT.text, zorder=99)
 
     def picture(self, row):
         """Return sample ``row`` as (height, width, 4) uint8."""

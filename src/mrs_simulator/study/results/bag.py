@@ -47,7 +47,7 @@ JITTER = 0.3  # [-] of a period, by which real robots' odometry may be early
 # What drivers of robots on the ground say of height and tilt is rounding, or where the axle is.
 LEVEL, UPRIGHT = 1e-3, 1e-3  # [m] of rising, [-] of a quaternion's x and y
 STATE, COLLISIONS, SCENARIO = "/stage/state", "/stage/collisions", "/stage/scenario"
-TOLD, OBEYED = "/pioneer_control/estimates", "/pioneer_control/scenario"
+ESTIMATES, OBEYED = "/pioneer_control/estimates", "/pioneer_control/scenario"
 STATUS, INCIDENTS = "/stage/status", "/stage/incidents"
 CONTROLLER = "/pioneer_control/status"
 
@@ -129,13 +129,13 @@ def read_bag(path, scenario=None):
 
 
 class Taken(NamedTuple):
-    """What a bag tells of n robots at m times."""
+    """The states and commands of n robots at m times in a bag."""
 
     time: np.ndarray  # (m,) [s]
     robots: List[int]
     pose: np.ndarray  # (m, n, 3) [m, m, rad]
     command: np.ndarray  # (m, n, a) [m/s, rad/s]
-    twist: Optional[np.ndarray]  # (m, n, 3) [m/s, m/s, rad/s], robots' frames; None: not told
+    twist: Optional[np.ndarray]  # (m, n, 3) [m/s, m/s, rad/s], robots' frames; None: not reported
     joints: np.ndarray  # (m, n) [rad], 0 where they are not known
     spatial: Optional[Spatial] = None  # (m, n, ...), None for a team on the ground
     kinds: Tuple[str, ...] = ()
@@ -198,10 +198,12 @@ def _obeyed_in(path, scenario, controller, time, meta):
 
 
 def _estimates_in(bag):
-    """Return when [s] the control told estimates, (k,), and these (k, n, 3); None where it did not."""
-    told = [(m.header.stamp.to_sec(), read_odometry(m)[1]) for _, m, _ in bag.read_messages([TOLD])]
-    alike = [each for each in told if each[1].shape == told[0][1].shape]
-    return tuple(map(np.array, zip(*alike))) if told else None
+    """Return the times (k,) [s] of the control's estimates, and these (k, n, 3); None without any."""
+    reported = [
+        (m.header.stamp.to_sec(), read_odometry(m)[1]) for _, m, _ in bag.read_messages([ESTIMATES])
+    ]
+    alike = [each for each in reported if each[1].shape == reported[0][1].shape]
+    return tuple(map(np.array, zip(*alike))) if reported else None
 
 
 def _with_estimates(taken, stamps, poses):
@@ -330,8 +332,8 @@ def _from_robots(bag, topics, axes):
     odometry = {t: int(m.group(1)) for t, m in ((t, ODOMETRY.match(t)) for t in topics) if m}
     commands = {t: int(m.group(1)) for t, m in ((t, COMMANDS.match(t)) for t in topics) if m}
     robots = sorted(set(odometry.values()))
-    told = slice(len(HEARD), None)  # of a row
-    blank = [math.nan] * len(HEARD) + [0.0] * len(axes)
+    command = slice(len(FIELDS), None)  # of a row
+    blank = [math.nan] * len(FIELDS) + [0.0] * len(axes)
     newest, commanded, rows, times = {n: list(blank) for n in robots}, False, [], []
     runs = True  # the controller; bags without its status begin with any command
     for topic, message, _ in bag.read_messages([*odometry, *commands, CONTROLLER]):
@@ -341,33 +343,33 @@ def _from_robots(bag, topics, axes):
         if topic in commands:
             if commands[topic] in newest:
                 given = [getattr(getattr(message, part), x) for part, x in map(_split, axes)]
-                newest[commands[topic]][told] = np.nan_to_num(given).tolist()
-                # Zeros are also what a node says that has not begun or is stopped.
+                newest[commands[topic]][command] = np.nan_to_num(given).tolist()
+                # A node that has not begun or is stopped commands zeros too.
                 commanded = commanded or runs and any(given)
             continue
-        newest[odometry[topic]][: len(HEARD)] = _heard(message)
+        newest[odometry[topic]][: len(FIELDS)] = _odometry_row(message)
         if commanded and odometry[topic] == robots[0]:
             table = np.array([newest[n] for n in robots])
             if np.isfinite(table[:, :3]).all():
                 rows.append(table)
                 times.append(message.header.stamp.to_sec())
-    table = _stacked(rows, (len(robots), len(HEARD) + len(axes)))
+    table = _stacked(rows, (len(robots), len(FIELDS) + len(axes)))
     still = np.zeros(table.shape[:2])
     pose, twist = table[:, :, :3], _finite(table[:, :, 3:6])
-    spatial = _spatial_of(_finite(table[:, :, 6 : len(HEARD)]))
-    return Taken(np.array(times), robots, pose, table[:, :, told], twist, still, spatial)
+    spatial = _spatial_of(_finite(table[:, :, 6 : len(FIELDS)]))
+    return Taken(np.array(times), robots, pose, table[:, :, command], twist, still, spatial)
 
 
 def _finite(table):
-    """Return ``table``, None where a driver does not tell all of it: the poses are enough."""
+    """Return ``table``, None where a driver does not report all of it: the poses are enough."""
     return table if np.isfinite(table).all() else None
 
 
 # What is read of an odometry message.
-HEARD = ("x", "y", "theta", "vx", "vy", "omega", "z", "qx", "qy", "qz", "qw", "vz", "wx", "wy")
+FIELDS = ("x", "y", "theta", "vx", "vy", "omega", "z", "qx", "qy", "qz", "qw", "vz", "wx", "wy")
 
 
-def _heard(message):
+def _odometry_row(message):
     place, turn = message.pose.pose.position, message.pose.pose.orientation
     quaternion = turn.x, turn.y, turn.z, turn.w
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
@@ -375,11 +377,11 @@ def _heard(message):
     return planar + (place.z, *quaternion, linear.z, angular.x, angular.y)
 
 
-def _spatial_of(heard):
-    """Return the ``Spatial`` in what was ``heard`` (m, n, 8) of robots; None if all of it is planar."""
-    if heard is None:
+def _spatial_of(odometry):
+    """Return the ``Spatial`` of the ``odometry`` (m, n, 8) of robots; None if all of it is planar."""
+    if odometry is None:
         return None
-    spatial = Spatial(heard[:, :, 0], heard[:, :, 1:5], heard[:, :, 5:])
+    spatial = Spatial(odometry[:, :, 0], odometry[:, :, 1:5], odometry[:, :, 5:])
     tilted = np.abs(spatial.orientation[:, :, :2]).max(initial=0.0) > UPRIGHT
     if tilted or np.ptp(spatial.z, axis=0).max(initial=0.0) > LEVEL:
         return spatial

@@ -24,7 +24,7 @@ from mrs_simulator.record.recording import RunError
 
 LONGEST_DELAY = 1.5  # [s] that is looked for
 DELAY_STEP = 0.005  # [s]
-LEAST_MOTION = 0.02  # [m/s, rad/s] root mean square of commands from which a factor can be told
+LEAST_MOTION = 0.02  # [m/s, rad/s] root mean square of commands that a factor is estimated from
 FIGURE, FILE = "compare", "compare.json"
 
 
@@ -55,7 +55,7 @@ def motion_of(run):
 def given(run):
     """Return the forward speeds and turn rates (m, n, 2) [m/s, rad/s] that were commanded.
 
-    Zero where the robots obey no such axis; what omnidirectional ones are told sideways is left out,
+    Zero where the robots obey no such axis; sideways commands of omnidirectional ones are left out,
     as their sideways motion is by :func:`motion_of`.
     """
     none = np.zeros(run.command.shape[:2])
@@ -121,14 +121,14 @@ def compared(real, simulated):
     robots = [
         {
             "robot": int(number),
-            "speed_scale": _told(speed[row]),
-            "speed_scale_error": _told(here.speed_error[row]),
-            "track_scale": _told(speed[row] / turn[row]),
-            "track_scale_error": _told(math.hypot(here.speed_error[row], here.turn_error[row])),
-            "speed_left": [_told(here.speed_left[row]), _told(there.speed_left[row])],
-            "turn_left": [_told(here.turn_left[row]), _told(there.turn_left[row])],
-            "most_apart": _told(apart[:, row].max()),
-            "apart_at_end": _told(apart[-1, row]),
+            "speed_scale": _rounded(speed[row]),
+            "speed_scale_error": _rounded(here.speed_error[row]),
+            "track_scale": _rounded(speed[row] / turn[row]),
+            "track_scale_error": _rounded(math.hypot(here.speed_error[row], here.turn_error[row])),
+            "speed_left": [_rounded(here.speed_left[row]), _rounded(there.speed_left[row])],
+            "turn_left": [_rounded(here.turn_left[row]), _rounded(there.turn_left[row])],
+            "most_apart": _rounded(apart[:, row].max()),
+            "apart_at_end": _rounded(apart[-1, row]),
         }
         for row, number in enumerate(real.robots)
     ]
@@ -164,7 +164,7 @@ def distances(real, simulated):
     return time, np.linalg.norm(here - there.transpose(2, 0, 1), axis=2)
 
 
-def _told(value):
+def _rounded(value):
     return None if not math.isfinite(value) else float("{:.6g}".format(value))
 
 

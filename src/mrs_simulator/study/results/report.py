@@ -194,7 +194,7 @@ def control_of(run):
     """Return the control whose claims judge ``run``, None where the scenario names none.
 
     A scenario that came in a bag may have come from anybody: it names shipped protocols only; nor is a law
-    of which only a topic told made from its name.
+    made from a name that only a topic reported.
     """
     scenario = run.scenario
     if scenario is None or (not scenario.path and scenario.control.protocol not in HOMES):

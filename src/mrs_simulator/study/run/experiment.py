@@ -63,7 +63,7 @@ class Experiment:
         self.estimator = Estimator.of_scenario(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
         rate, team = scenario.odometry_rate, self.world.team
-        self._told = 1 if rate is None else odometry_steps(team, rate, scenario.step)
+        self._odometry_steps = 1 if rate is None else odometry_steps(team, rate, scenario.step)
         self.sensors.activate(dict.fromkeys(range(scenario.n), (*self.control.SENSORS, *asked)))
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
@@ -91,7 +91,7 @@ class Experiment:
             return None
         known = self.scenario, *self.world.senses[:2], lines_of
         for each in with_sizes(self._recorded, *known):
-            tell(each.told(self.scenario.duration))
+            tell(each.summary(self.scenario.duration))
         self._recorder = SensorRecorder(self._recorded, self.scenario, self.world, out)
         return self._recorder.files
 
@@ -100,7 +100,7 @@ class Experiment:
 
         ``time`` [s], ``pose`` (n, 3) in the common frame, ``command`` (n, a) held from then on; the
         caller's own arrays.
-        Raises ``LawFailed`` after all robots were told to stop.
+        Raises ``LawFailed`` after all robots were commanded to stop.
         """
         scenario, world = self.scenario, self.world
         world.rise()
@@ -134,12 +134,13 @@ class Experiment:
         return world.time, world.pose.copy(order="F"), world.command.copy(order="F")
 
     def _estimate(self, step):
-        """Let the estimator take in what odometry and sensors tell after ``step`` steps."""
-        told = (
-            np.broadcast_to(step // self._told * self._told, self.scenario.n) * self.scenario.step
+        """Let the estimator take in what odometry and sensors measure after ``step`` steps."""
+        published = (
+            np.broadcast_to(step // self._odometry_steps * self._odometry_steps, self.scenario.n)
+            * self.scenario.step
         )
-        heard = self.estimator.fresh(self.sensors.readings(self.world.time))
-        self.estimator.update(np.rint(1e9 * told), self.world.estimate(), heard)
+        readings = self.estimator.fresh(self.sensors.readings(self.world.time))
+        self.estimator.update(np.rint(1e9 * published), self.world.estimate(), readings)
 
     def _can_leap(self):
         """Return whether ``Leaps`` take the world from sample to sample."""
@@ -218,17 +219,17 @@ class Experiment:
     def more(self):
         """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
         world, columns = self.world, self.control.team.record_columns
-        told = {"twist": world.twist} if columns.twist else {}
+        extra = {"twist": world.twist} if columns.twist else {}
         if self.estimator is not None:
-            told["estimate"] = self.estimator.pose
+            extra["estimate"] = self.estimator.pose
         if world.team.has_arms:
             points = world.team.tools(world.pose, world.joints, self.control.l)
             spatial = upright(world.pose[:, 2]) if world.spatial is None else world.spatial
-            told["spatial"], told["point_z"] = spatial, spatial.z + points[:, 2]
-            told["load"] = world.load.state if world.load else None
+            extra["spatial"], extra["point_z"] = spatial, spatial.z + points[:, 2]
+            extra["load"] = world.load.state if world.load else None
         elif columns.spatial:
-            told["spatial"] = world.spatial
-        return dict(told, joints=world.joints) if columns.joints else told
+            extra["spatial"] = world.spatial
+        return dict(extra, joints=world.joints) if columns.joints else extra
 
     def _check_near(self, world):
         places = world.pose[:, :2]
@@ -239,7 +240,7 @@ class Experiment:
             raise LawFailed(text.format(world.time, far[0] + 1, FARTHEST))
 
     def _known(self):
-        """Return what odometry tells, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
+        """Return the odometry, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
         pose, z = self.world.estimate(), self.world.estimate_z()
         pose = pose if self.estimator is None else self.estimator.pose
         return pose if z is None else np.column_stack([pose, z])

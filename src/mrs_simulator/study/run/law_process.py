@@ -57,12 +57,12 @@ class LawProcess:
     def _ask(self, request, name):
         if self._worker is None or self._worker.given_up:
             self._worker = Worker(FreshProcess(law_answers.__name__))
-        begun, told = time.monotonic(), []
+        begun, notified = time.monotonic(), []
 
         def meanwhile():
             taken = time.monotonic() - begun
             if taken > GRACE:
-                told.append(taken)
+                notified.append(taken)
                 self.waiting(taken)
 
         try:
@@ -73,7 +73,7 @@ class LawProcess:
             ended = str(error).startswith(ENDED)
             raise LawError("{}: {}".format(name, error) if ended else error.said) from None
         finally:
-            if told:
+            if notified:
                 self.waited()
 
     def close(self):

@@ -16,7 +16,7 @@ from mrs_simulator.vehicles import Team
 
 PLACE_TOLERANCE = 0.3  # [m], [rad]
 MIN_DISTANCE = 1.0  # [m] between centres
-# What a person who sees the robots may judge otherwise; nobody can who does not know where they are.
+# What a person who sees the robots may judge otherwise; it takes knowing where they are.
 JUDGED = ("stands in place", "distances", "predicted distances")
 
 
@@ -28,7 +28,7 @@ class Check(NamedTuple):
     text: str
 
 
-def hearing_checks(numbers, ages, timeout, topics):
+def reception_checks(numbers, ages, timeout, topics):
     """Return whether each robot publishes and is fresh.
 
     ``ages`` (n,) [s]: the longest that each was silent, ``inf`` if never received; ``timeout`` [s];
@@ -36,17 +36,17 @@ def hearing_checks(numbers, ages, timeout, topics):
     """
     checks = []
     for number, age, name in zip(numbers, ages, topics):
-        heard = math.isfinite(age)
-        text = name if heard else "never received on {}: is its driver running?".format(name)
-        checks.append(Check("robot{} publishes".format(number), heard, text))
+        received = math.isfinite(age)
+        text = name if received else "never received on {}: is its driver running?".format(name)
+        checks.append(Check("robot{} publishes".format(number), received, text))
         text = "silent for up to {:.2f} s, wanted at most {:g} s".format(age, timeout)
-        if heard:
+        if received:
             checks.append(Check("robot{} is fresh".format(number), age <= timeout, text))
     return checks
 
 
 def sensor_check(names, missing):
-    """Return whether every robot's sensors ``names`` are heard; ``missing``: which are not, in words."""
+    """Return whether every robot's sensors ``names`` are received; ``missing``: which are not, in words."""
     return Check("sensors heard", not missing, missing or ", ".join(names))
 
 

@@ -51,18 +51,18 @@ class Recorded(NamedTuple):
         """Return how many samples of a robot are taken in ``duration`` [s], its beginning included."""
         return self.rate * duration + len(self.robots)
 
-    def told(self, duration):
+    def summary(self, duration):
         """Return in words what is recorded in ``duration`` [s], and how much it is."""
         if not self.columns:
             return "record: pictures of {} are in bags alone".format(self.name)
         text = "{}: {} robots, {} values at {:g} Hz for {:g} s: about {:.2g} MB"
         values, size = len(self.columns), self.size(duration) / MEGABYTE
         file, rate = FILE.format(self.name), self.rate / len(self.robots)
-        told = text.format(file, len(self.robots), values, rate, duration, size)
+        summary = text.format(file, len(self.robots), values, rate, duration, size)
         if self.most == 1:
-            return told
+            return summary
         most = self.largest(duration) / MEGABYTE
-        return "{} if as many are seen as at the start, at most {:.2g} MB".format(told, most)
+        return "{} if as many are seen as at the start, at most {:.2g} MB".format(summary, most)
 
 
 def recorded_sensors(names, mounts, kinds):
@@ -151,7 +151,7 @@ def _line(begin, row, sensor):
 
 
 class SensorFiles:
-    """The files of one run; what finds no room on the disk is lost and told."""
+    """The files of one run; samples that a full disk cannot take are lost and counted."""
 
     def __init__(self, sensors, out):
         """``sensors``: ``Recorded`` each; ``out``: the directory."""
@@ -181,7 +181,7 @@ class SensorFiles:
 
 
 class SensorRecorder:
-    """Reads and records the sensors that a scenario names, beside whoever else listens to them."""
+    """Reads and records the sensors that a scenario names, beside any other reader of them."""
 
     def __init__(self, sensors, scenario, world, out):
         """``sensors``: ``Recorded`` each, of ``scenario``; ``out``: the directory."""

@@ -1,4 +1,4 @@
-"""How much recorded sensors will take, told before a run: by what they read where robots begin."""
+"""How much recorded sensors will take, stated before a run: by what they read where robots begin."""
 
 import math
 

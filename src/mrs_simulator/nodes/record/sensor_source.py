@@ -51,7 +51,7 @@ class SensorSource:
         sensors, forms = recorded_of(scenario)
         known = scenario, Team.from_scenario(scenario), obstacles_of(scenario), lines_of
         for each in with_sizes(sensors, *known):
-            tell(each.told(scenario.duration))
+            tell(each.summary(scenario.duration))
         self._files = SensorFiles(sensors, out)
         pictures = {each.name for each in sensors if not each.columns}
         forms = {key: form for key, form in forms.items() if key[0] not in pictures}

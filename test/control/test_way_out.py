@@ -1,11 +1,16 @@
 """Robots brake in time: their courses hold, and no pair that meets touches, whatever its kind."""
 
+import os
+
 import numpy as np
 import pytest
+import yaml
+from protocol_fixtures import SCENARIOS
 
 from mrs_simulator import PioneerControl
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.run.experiment import Experiment
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.courses import Courses
 from mrs_simulator.world.world import EVERY, World
@@ -98,3 +103,13 @@ def test_nor_do_they_with_forces(kind):
 def test_robots_told_through_a_wall_stop_before_it(kind):
     gap = met((kind, kind), wall=True, gain=3.0)[1]
     assert gap > 1e-3
+
+
+def test_pioneers_with_the_ramps_of_their_firmware_cross_without_contact_or_deadlock():
+    with open(os.path.join(SCENARIOS, "formation_safely.yaml"), encoding="utf-8") as file:
+        content = yaml.safe_load(file)
+    content.update(limits="firmware", duration=17.0)
+    experiment = Experiment(scenario_from_dict(content))
+    for _ in experiment.samples():
+        assert not experiment.control.safety_deadlock
+    assert not experiment.collisions

@@ -12,7 +12,9 @@ from mrs_simulator.control.safety.bounds import NO_BOUNDS
 GAMMA = 1.0  # [1/(s m^4)] how fast a pair may use up its margin
 FIXED_RATE = 1.0  # [1/s] the same for what stands still, whose margin is a distance [m]
 MOVING_RATE = 0.3  # [1/s] the same for what moves: robots take their time to speed up
-SWIRL = 0.15  # [rad] by which robots close to others turn aside, so that exact symmetry does not stop them
+SWIRL = 0.8  # [rad] by which robots turn aside at most, before others straight ahead
+LITTLE = 0.15  # [rad] the same upwards, and before what may have no way round, such as a border
+HEEDS = 3.0  # [-] kept distances within which robots turn aside
 SWEEPS = 400  # [-] most steps of the solver
 TOLERANCE = 1e-7  # [-] of a constraint, relative to its size
 
@@ -199,31 +201,40 @@ def _joined(pairs, bounds, period):
 
 
 def _beside(wanted, points, distance, near, pairs, bounds):
-    """Return which robots turn aside, (n,) bool: close to another, or to what they head for."""
-    aside = np.zeros(len(points), dtype=bool)
-    first, second = pairs.first, pairs.second
-    gap = np.linalg.norm(points[first] - points[second], axis=1)
-    close = near[: len(first)] & (gap < 2.0 * of_pairs(distance, first, second))
-    aside[first[close]] = aside[second[close]] = True
-    if not len(bounds.gap):
-        return aside
-    ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
-    aside[bounds.robot[near[len(first) :] & ahead & (bounds.gap < bounds.turns)]] = True
-    return aside
+    """Return the shares (n,) [-] of the largest angle by which robots turn aside.
+
+    From 0 at ``HEEDS`` kept distances to 1 at one of them, times the cosine between ``wanted`` (n, d) and
+    the way to the other.  Nearer than ``bounds.turns`` to what they head for it is ``LITTLE`` at least.
+    """
+    share, first, second = np.zeros(len(points)), pairs.first, pairs.second
+    size = np.maximum(np.linalg.norm(wanted, axis=1), 1e-300)
+    apart = points[first] - points[second]
+    gap = np.maximum(np.linalg.norm(apart, axis=1), 1e-9)
+    needed = of_pairs(distance, first, second)
+    close = np.clip((HEEDS - gap / needed) / (HEEDS - 1.0), 0.0, 1.0) * near[: len(first)] / gap
+    for rows, way in ((first, -apart), (second, apart)):
+        ahead = np.einsum("ij,ij->i", way, wanted[rows]) / size[rows]
+        np.maximum.at(share, rows, close * ahead)
+    if len(bounds.gap):
+        ahead = np.einsum("ij,ij->i", bounds.way_out, wanted[bounds.robot]) < 0.0
+        turned = bounds.robot[near[len(first) :] & ahead & (bounds.gap < bounds.turns)]
+        share[turned] = np.maximum(share[turned], LITTLE / SWIRL)
+    return share
 
 
-def _turned_aside(wanted, turned, swirl):
-    """Turn the wanted velocities of the robots that are ``turned`` (n,) bool, all to the same side.
+def _turned_aside(wanted, share, swirl):
+    """Turn wanted velocities by ``share`` (n,) [-] of ``swirl`` [rad], all to the same side.
 
     In space also about the x axis, so that those turn aside, too, that go straight up and down.
     """
-    angle = np.where(turned, swirl, 0.0)
+    angle = swirl * share
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = wanted.T[:2]
     x, y = cos * x - sin * y, sin * x + cos * y
     if wanted.shape[1] == 2:
         return np.stack([x, y], axis=1)
-    z = wanted[:, 2]
+    angle = np.minimum(angle, LITTLE)
+    z, cos, sin = wanted[:, 2], np.cos(angle), np.sin(angle)
     return np.stack([x, cos * y - sin * z, sin * y + cos * z], axis=1)
 
 

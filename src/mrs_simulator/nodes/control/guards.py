@@ -16,6 +16,7 @@ from mrs_simulator.control.guards import (
     speed_and_turn,
     stilled,
 )
+from mrs_simulator.control.stopping import Stopping, approaching, held_for, leaving
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.ros.node.node_parameters import (
@@ -28,11 +29,15 @@ from mrs_simulator.ros.node.node_parameters import (
     V_MAX,
 )
 from mrs_simulator.ros.node.parameters import is_given, read
+from mrs_simulator.vehicles import Team
+from mrs_simulator.vehicles.odometry_rates import OF_KINDS
 
 REPEATS = (
     "commanded to move at {:.2f} m/s, {:.2f} rad/s, and for {:g} s its odometry says the very same: is its "
     "link lost, its emergency button pressed?"
 )
+LEAVING = "would leave the geofence before it stands, at ({})"
+NEARING = "would come within {:.2f} m of robot{} before it stands"
 MOTORS_OFF = "its motors are off (motors_state): is its emergency button pressed?"
 STUCK = (
     "commanded to move at {:.2f} m/s, {:.2f} rad/s for {:g} s and has not: are its motors on, its "
@@ -63,6 +68,18 @@ def slower(scenario):
     return scenario._replace(limits=limited(scenario.limits, *speeds))
 
 
+def stopping_team(scenario):
+    """Return the ``Team`` by whose limits robots brake: real ones by their firmware's, always."""
+    return Team.from_scenario(scenario, "firmware" if real_among(scenario.n) else scenario.limits)
+
+
+def going_on(scenario, team, period):
+    """Return for how long [s] robots go on until a zero acts, with odometry as the ``team`` sends it."""
+    rate = scenario.odometry_rate
+    slowest = min(kind.odometry_rate for kind in team.kinds)
+    return held_for(period, slowest if rate in (None, OF_KINDS) else rate)
+
+
 def patience(n, parameter):
     """Return for how long [s] each of n robots may stand though it is commanded to move, (n,).
 
@@ -79,10 +96,11 @@ def patience(n, parameter):
 class Guards(Violations):
     """Lets commands pass: slowed, and zero for robots that broke a bound."""
 
-    def __init__(self, numbers, scope, dry_run=False, axes=UNICYCLE_AXES, deadband=0.0):
+    def __init__(self, numbers, scope, dry_run=False, axes=UNICYCLE_AXES, deadband=0.0, ahead=None):
         """``numbers``: the robots' numbers; ``scope`` of the scaling; in a dry run no robot moves.
 
-        ``axes``: the columns of commands; ``deadband`` [m/s, rad/s] without a parameter.
+        ``axes``: the columns of commands; ``deadband`` [m/s, rad/s] without a parameter; ``ahead``: the
+        team and for how long it goes on until a zero acts [s]; None: bounds hold for poses alone.
         """
         super().__init__(
             numbers,
@@ -97,6 +115,8 @@ class Guards(Violations):
         self._frozen_time = never if dry_run else patience(n, FROZEN_TIME)
         self._standstill, self._passed = Standstill(self._patience), np.zeros((n, len(axes)))
         self._axes = axes
+        bounded = self.fence is not None or self.min_distance > 0.0
+        self._stopping = Stopping(*ahead) if ahead is not None and bounded else None
         self._repetition = Repetition(self._frozen_time)
 
     @property
@@ -119,9 +139,27 @@ class Guards(Violations):
         repeating = {row: REPEATS.format(*shown[row], self._frozen_time[row]) for row in frozen}
         return {**stuck, **repeating}
 
+    def _soon(self, command, pose, now):
+        """Return ``{row: text}`` of the robots that would break a bound before they stand."""
+        if self._stopping is None:
+            return {}
+        if self.reasons:
+            command = command.copy()
+            command[sorted(self.reasons)] = 0.0
+        found = {}
+        for course in self._stopping.courses(command, pose, now):
+            for i, j, distance in approaching(course, self.min_distance):
+                for row, other in ((i, j), (j, i)):
+                    found[row] = NEARING.format(distance, self.numbers[other])
+            for row, place in leaving(course, self.fence).items():
+                found[row] = LEAVING.format(", ".join("{:.2f}".format(each) for each in place))
+        return found
+
     def release(self, pose):
         """Let the robots go on whose cause is gone; whether they move is found out later."""
         super().release(pose)
+        if self._stopping is not None:
+            self._stopping.stand()
         self._standstill.forget()
         self._repetition.forget()
 
@@ -132,13 +170,16 @@ class Guards(Violations):
         robot's odometry last said something else; ``motors_off``: rows of the robots that say that
         their motors are off.
         """
-        others = {**self._stuck(pose, now, changed), **dict.fromkeys(motors_off, MOTORS_OFF)}
-        for text in self.check(pose, others):
-            rospy.logerr("pioneer_control: %s", text)
         command = slowed(command, *self._speeds, scope=self._scope, axes=self._axes)
         command = stilled(command, self._deadband)
+        others = {**self._stuck(pose, now, changed), **dict.fromkeys(motors_off, MOTORS_OFF)}
+        others = {**self._soon(command, pose, now), **others}
+        for text in self.check(pose, others):
+            rospy.logerr("pioneer_control: %s", text)
         if self.reasons:
             command = command.copy()
             command[sorted(self.reasons)] = 0.0
+        if self._stopping is not None:
+            self._stopping.note(command, now)
         self._passed = command
         return command

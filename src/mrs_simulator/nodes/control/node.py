@@ -20,7 +20,7 @@ from mrs_simulator.nodes.control.ends import (
     refuse_arms_without_stage,
 )
 from mrs_simulator.nodes.control.estimated_poses import EstimatedPoses
-from mrs_simulator.nodes.control.guards import Guards, slower
+from mrs_simulator.nodes.control.guards import Guards, going_on, slower, stopping_team
 from mrs_simulator.nodes.control.law_client import Law, where_to_run
 from mrs_simulator.nodes.control.motors import Motors
 from mrs_simulator.nodes.control.reconfigure import ParameterServer
@@ -87,7 +87,9 @@ class ControlNode:
         self.law = Law(slowed._replace(control=control), protocol, SIMULATED_LIMIT, apart)
         self.dry_run = read(DRY_RUN)
         known = self.law.numbers, saturation, self.dry_run, team_of(scenario).axes
-        self.guards = Guards(*known, control.deadband)
+        team = stopping_team(scenario)
+        ahead = team, going_on(scenario, team, self.period)
+        self.guards = Guards(*known, control.deadband, ahead)
         self.motors = Motors(self.law.numbers, self.dry_run)
         self.lockstep = lockstep_wanted(real, scenario.speed)
         self.resumes = read(RESUME, not real)

@@ -14,7 +14,7 @@ import rospy
 from mrs_simulator.control.guards import checked_fence
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.nodes.control.common_frame import make_common_frame
-from mrs_simulator.nodes.control.guards import slower, top_speeds
+from mrs_simulator.nodes.control.guards import going_on, slower, stopping_team, top_speeds
 from mrs_simulator.nodes.real.real_robots import real_among
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS, parse, scenario_from
@@ -26,7 +26,7 @@ from mrs_simulator.ros.node.node_parameters import (
     PLACE_TOLERANCE,
     TIME_LIMIT,
 )
-from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.ros.node.parameters import is_given, read
 from mrs_simulator.ros.receive.sensor_inbox import SensorInbox
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.study.programs import refusing_bad_input
@@ -96,7 +96,16 @@ class Preflight:
         if self.fence is not None:
             checks.append(preflight.fence_check(numbers, pose, self.fence))
         checks.append(preflight.speed_check(self.scenario, self.speeds))
+        checks += self._stopping(places)
         return checks + preflight.predicted_checks(self.slowed, pose, self.least, self.fence)
+
+    def _stopping(self, places):
+        team = stopping_team(self.scenario)
+        top = Team.from_scenario(self.slowed).speeds[:, 0].max()
+        hold = going_on(self.scenario, team, 1.0 / self.scenario.control.rate)
+        # Without it the control node has no bound.
+        least = self.least if is_given(LEAST_DISTANCE) else 0.0
+        return preflight.stopping_check(team, hold, float(top), places, least, self.fence)
 
     def _listen(self):
         """Return the longest silence of each robot, (n,) [s], ``inf`` where never received."""

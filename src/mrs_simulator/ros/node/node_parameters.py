@@ -277,8 +277,8 @@ GEOFENCE = NodeParameter(
     "geofence",
     NUMBERS,
     None,
-    "`[x_min, y_min, x_max, y_max]` in m: a robot outside is stopped; of robots that fly it may have "
-    "`z_min, z_max` besides",
+    "`[x_min, y_min, x_max, y_max]` in m: a robot outside, or that would be before it stands, is stopped; "
+    "of robots that fly it may have `z_min, z_max` besides",
     "m",
     size=4,
     sizes=(6,),
@@ -287,7 +287,7 @@ MIN_DISTANCE = NodeParameter(
     "min_distance",
     NUMBER,
     0.0,
-    "two robots whose centres are nearer are both stopped",
+    "two robots whose centres are nearer, or would be before they stand, are both stopped",
     "m",
     low=0.0,
 )

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.control.guards import outside, pairs_nearer
+from mrs_simulator.control.guards import PLACE, outside, pairs_nearer
+from mrs_simulator.control.stopping import greatest_speed, stopping_way
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.neighbours import closest_pair
+from mrs_simulator.core.neighbours import closest_pair, least_distance
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.vehicles import Team
 
@@ -112,6 +113,30 @@ def speed_check(scenario, speeds=(math.inf, math.inf)):
     else:
         return Check("speed limits", True, text)
     return Check("speed limits", False, text)
+
+
+def stopping_check(team, hold, v_max, pose, least=MIN_DISTANCE, fence=None):
+    """Return whether robots at ``v_max`` [m/s], as fast as they may be, can keep to the bounds.
+
+    Twice the way in which they stand, ``hold`` [s] for which they go on included, must fit between the
+    sides of ``fence`` [m], and between any two of the starts ``pose`` beyond ``least`` [m].
+    """
+    free = {}
+    if fence is not None:
+        free["geofence"] = min(fence[2] - fence[0], fence[3] - fence[1])
+    if least > 0.0 and len(pose) > 1 and np.isfinite(pose).all():
+        places = pose[:, PLACE[: pose.shape[1] - 1]]
+        free["least distance"] = float(least_distance(places)) - least
+    if not free or not np.isfinite(v_max):
+        return []
+    way, wrong = stopping_way(team, v_max, hold), []
+    for name, room in free.items():
+        if 2.0 * way > room:
+            speed = greatest_speed(team, 0.5 * max(room, 0.0), hold, v_max)
+            text = "{}: {:.2f} m free, wanted {:.2f} m at {:.2f} m/s; {:.2f} m/s would hold"
+            wrong.append(text.format(name, room, 2.0 * way, v_max, int(100.0 * speed) / 100.0))
+    text = "; ".join(wrong) or "{:.2f} m from {:.2f} m/s".format(way, v_max)
+    return [Check("stopping way", not wrong, text)]
 
 
 def predicted_checks(scenario, pose, least=MIN_DISTANCE, fence=None):

@@ -1,0 +1,123 @@
+"""Which bounds robots would break before they stand, by their drives' own models, without forces."""
+
+import numpy as np
+
+from mrs_simulator.core.neighbours import close_pairs
+from mrs_simulator.vehicles.courses import Courses
+
+LATENCY = 0.1  # [s] between a command and its effect, and between a pose and its odometry, together
+LEAST_STEP = 1e-6  # [m] by which a robot must come nearer to a bound to break it
+SETTLED = 30.0  # [s] after which a commanded speed is reached
+HALVINGS = 30  # [-] of the interval in which a speed is sought
+
+
+def held_for(period, odometry_rate):
+    """Return for how long [s] robots go on before a zero acts: period, odometry's gap and latency."""
+    return period + 1.0 / odometry_rate + LATENCY
+
+
+class Stopping:
+    """Follows the robots' speeds by the commands passed, and looks ahead until all would stand."""
+
+    def __init__(self, team, hold):
+        """``hold`` [s]: for how long robots may go on before a zero command acts."""
+        self._courses, self._hold = Courses(team), hold
+        self._width = len(self._courses.team.axes)
+        self._inner = self._given = self._time = None
+
+    def note(self, command, now):
+        """Take in the ``command`` (n, a) in force from ``now`` [s] on."""
+        self._given, self._time = np.array(command[:, : self._width]), now
+
+    def stand(self):
+        """Take in that zero has been in force since the last command."""
+        if self._given is not None:
+            self._given = np.zeros_like(self._given)
+
+    def courses(self, command, pose, now):
+        """Return the ``Course`` under the last command and under ``command`` (n, a), a list.
+
+        Both are held and then braked from ``pose``, (n, 3) or (n, 4), at ``now`` [s].
+        """
+        heights = pose[:, 3] if pose.shape[1] > 3 else np.zeros(len(pose))
+        self._courses.dimension = 3 if pose.shape[1] > 3 else 2
+        self._follow(pose, heights, now)
+        known = self._inner, pose[:, :3], heights
+        command = command[:, : self._width]
+        wanted = [command] if self._given is None else [self._given, command]
+        return [self._courses.course(*known, each, self._hold) for each in wanted]
+
+    def _follow(self, pose, heights, now):
+        rest = self._courses.at_rest(pose[:, :3], heights)
+        if self._time is None or now < self._time:
+            self._inner, self._given = rest, None
+        elif now > self._time:
+            self._inner = self._courses.followed(self._inner, self._given, now - self._time)
+        # Robots that fly go on from where they are, not from where they should be.
+        self._inner = [
+            own._replace(place=at.place, heading=at.heading) if hasattr(own, "heading") else own
+            for own, at in zip(self._inner, rest)
+        ]
+        self._time = now
+
+
+def leaving(course, fence):
+    """Return ``{row: place}`` of the robots whose ``course`` goes farther beyond ``fence`` [m] than now."""
+    if fence is None:
+        return {}
+    columns = min(course.place.shape[2], len(fence) // 2)
+    ends = [[0, 2], [1, 3], [4, 5]][:columns]
+    low, high = np.array([[fence[i] for i in pair] for pair in ends]).T
+    place = course.place[:, :, :columns]
+    excess = np.maximum(low - place, place - high)
+    farther = excess[1:] > excess[0] + LEAST_STEP
+    beyond = (farther & (excess[1:] + course.aside[:, :, np.newaxis] > 0.0)).any(axis=(0, 2))
+    return {row: place[-1, row] for row in np.flatnonzero(beyond).tolist()}
+
+
+def approaching(course, distance):
+    """Return ``(i, j, d)`` of the pairs that come to d < ``distance`` [m], and nearer than now."""
+    known = np.flatnonzero(np.isfinite(course.place).all(axis=(0, 2)))
+    if distance <= 0.0 or len(known) < 2:
+        return []
+    place, aside = course.place[:, known], course.aside[:, known]
+    way = np.linalg.norm(np.diff(place, axis=0), axis=2).sum(axis=0) + aside.max(axis=0)
+    first, second = close_pairs(place[0], distance + 2.0 * float(way.max()))
+    apart = place[:, second] - place[:, first]
+    step = np.diff(apart, axis=0)
+    square = np.maximum((step * step).sum(axis=2), 1e-18)
+    share = np.clip(-(apart[:-1] * step).sum(axis=2) / square, 0.0, 1.0)
+    least = np.linalg.norm(apart[:-1] + share[:, :, np.newaxis] * step, axis=2)
+    nearer = least < np.linalg.norm(apart[0], axis=1) - LEAST_STEP
+    reached = np.where(nearer, least - aside[:, first] - aside[:, second], np.inf).min(axis=0)
+    hit = reached < distance
+    return list(
+        zip(
+            known[first[hit]].tolist(),
+            known[second[hit]].tolist(),
+            np.maximum(reached[hit], 0.0).tolist(),
+        )
+    )
+
+
+def stopping_way(team, speed, hold):
+    """Return how far [m] the slowest to stop runs on from ``speed`` [m/s] ahead, held for ``hold`` [s]."""
+    courses = Courses(team)
+    pose, heights = np.zeros((courses.team.n, 3)), np.ones(courses.team.n)
+    command = np.zeros((courses.team.n, len(courses.team.axes)))
+    command[:, list(courses.team.axes).index("linear.x")] = speed
+    inner = courses.followed(courses.at_rest(pose, heights), command, SETTLED)
+    course = courses.course(inner, pose, heights, command, hold)
+    way = np.linalg.norm(np.diff(course.place, axis=0), axis=2).sum(axis=0)
+    return float((way + course.aside[-1]).max())
+
+
+def greatest_speed(team, way, hold, top):
+    """Return the greatest speed [m/s] up to ``top`` from which all stand within ``way`` [m]."""
+    if stopping_way(team, top, hold) <= way:
+        return top
+    low, high = 0.0, top
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if stopping_way(team, middle, hold) <= way else (low, middle)
+    return low

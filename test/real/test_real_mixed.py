@@ -59,7 +59,7 @@ def test_one_protocol_drives_real_and_simulated_robots_of_three_kinds(ros, tmp_p
 
     # The real one's motors go off: it stands alone, the others go on.
     probe.ask("switch('/robot1/RosAria/disable_motors')")
-    probe.wait("'robot1 stopped: told to move' in control('trouble')", limit=PATIENCE)
+    probe.wait("'robot1 stopped: commanded to move' in control('trouble')", limit=PATIENCE)
     assert probe.ask("[control('stopped'), control('running')]") == [[1], True]
     wait_until(lambda: probe.ask("sent(1)") == [0.0, 0.0])
 

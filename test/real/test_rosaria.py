@@ -363,7 +363,7 @@ def test_poses_from_tf(team):
     # One driver whose frames are its own: its odometry is the world.
     team.robot(1, "_odom_frame:=world", "_base_link_frame:=robot1/base_link")
     team.forward("_frame_source:=tf", "_geofence:=[-1, -1, 0.2, 1]", n=1)
-    team.trouble("robot1 stopped: outside the geofence at (0.2")
+    team.trouble("robot1 stopped: would leave the geofence before it stands, at (0.")
     team.robots[1].kill()
     team.trouble("no fresh odometry of robot1")
 
@@ -392,8 +392,11 @@ def test_preflight_of_robots_that_stand_ready(team):
         team.robot(number)
     for number in (1, 2, 3, 4):
         wait_until(lambda number=number: team.odometry(number) is not None)
-    code, text = preflight(team, "_min_distance:=0.6", "_geofence:=[-2, -2, 5, 2]", STALLS)
+    bounds = "_min_distance:=0.6", "_geofence:=[-2, -2, 5, 2]", STALLS
+    code, text = preflight(team, *bounds, "_v_max:=0.2")
     assert code == 0 and "NOT OK" not in text and "\nready" in text, text
+    code, text = preflight(team, *bounds, "_v_max:=0.75")
+    assert code == 1 and "NOT OK  stopping way" in text and "0.21 m/s would hold" in text, text
     assert "robot4 is fresh" in text and "predicted geofence" in text
     # The same robots, asked for more.
     code, text = preflight(team, "_frame_source:=odometry", "_geofence:=[-2, -2, 2, 2]")

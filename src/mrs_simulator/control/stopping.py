@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.neighbours import close_pairs
+from mrs_simulator.core.neighbours import close_pairs, least_distances
 from mrs_simulator.vehicles.courses import Courses
 
 LATENCY = 0.1  # [s] between a command and its effect, and between a pose and its odometry, together
@@ -84,10 +84,7 @@ def approaching(course, distance):
     way = np.linalg.norm(np.diff(place, axis=0), axis=2).sum(axis=0) + aside.max(axis=0)
     first, second = close_pairs(place[0], distance + 2.0 * float(way.max()))
     apart = place[:, second] - place[:, first]
-    step = np.diff(apart, axis=0)
-    square = np.maximum((step * step).sum(axis=2), 1e-18)
-    share = np.clip(-(apart[:-1] * step).sum(axis=2) / square, 0.0, 1.0)
-    least = np.linalg.norm(apart[:-1] + share[:, :, np.newaxis] * step, axis=2)
+    least = least_distances(apart)
     nearer = least < np.linalg.norm(apart[0], axis=1) - LEAST_STEP
     reached = np.where(nearer, least - aside[:, first] - aside[:, second], np.inf).min(axis=0)
     hit = reached < distance

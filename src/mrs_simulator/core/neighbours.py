@@ -58,6 +58,17 @@ def squared_apart(position, first, second):
     return total
 
 
+def least_distances(apart):
+    """Return the least distances (k, p) of pairs of points on each of k straight moves at constant speed.
+
+    ``apart`` (k + 1, p, d): from one point of each pair to the other, before and after each move.
+    """
+    begin, move = apart[:-1], np.diff(apart, axis=0)
+    size = np.maximum((move * move).sum(axis=2), 1e-300)
+    share = np.clip(-(begin * move).sum(axis=2) / size, 0.0, 1.0)
+    return np.linalg.norm(begin + share[:, :, np.newaxis] * move, axis=2)
+
+
 def _grid_pairs(position, size):
     cell = np.floor((position - position.min(axis=0)) / size).astype(np.int64)
     # A cell's number: one more than its column, in rows that leave room for neighbours on both sides.

@@ -10,6 +10,7 @@ import numpy as np
 
 from mrs_simulator.control.safety.distances import squash
 from mrs_simulator.control.safety.filter import Brakes
+from mrs_simulator.core.neighbours import close_pairs, least_distances
 from mrs_simulator.vehicles.courses import Courses
 
 LATE = 1.0  # [-] periods by which commands may come late
@@ -82,9 +83,9 @@ class WayOut:
     def _near(self, place, ways, obstacles):
         """Return rows of pairs that may meet, two of (p,), and who may meet an obstacle, (n,) bool."""
         seen = place if self._squash is None else place * self._squash
-        first, second = np.triu_indices(len(place), 1)
-        apart = np.linalg.norm(seen[first] - seen[second], axis=1)
         reach = self._radii + ways
+        first, second = close_pairs(seen, 2.0 * float(reach.max()) + EXACT)
+        apart = np.linalg.norm(seen[first] - seen[second], axis=1)
         near = apart < reach[first] + reach[second]
         gap = obstacles.bounds(place, self._radii).least(len(place))
         return (first[near], second[near]), gap < ways
@@ -116,11 +117,7 @@ class WayOut:
     def _meet(self, course, free, first, second):
         """Return which pairs may touch, (p,) bool."""
         place = course.place if self._squash is None else course.place * self._squash
-        apart = place[:, first] - place[:, second]
-        begin, move = apart[:-1], np.diff(apart, axis=0)
-        size = np.maximum((move * move).sum(axis=2), 1e-300)
-        share = np.clip(-(begin * move).sum(axis=2) / size, 0.0, 1.0)
-        least = np.linalg.norm(begin + share[:, :, np.newaxis] * move, axis=2)
+        least = least_distances(place[:, first] - place[:, second])
         room = self._radii + free
         return (least < room[:, first] + room[:, second]).any(axis=0)
 

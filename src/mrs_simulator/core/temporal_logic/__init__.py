@@ -1,0 +1,1 @@
+"""Signal Temporal Logic: formulas over sampled signals and how robustly they hold."""

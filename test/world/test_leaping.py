@@ -16,6 +16,7 @@ from mrs_simulator.protocols import HOMES
 from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.scenario.incidents import Event
+from mrs_simulator.scenario.requirements import Requirement
 from mrs_simulator.scenario.scenario import Control, Scenario, scenario_from_dict
 from mrs_simulator.scenario.surroundings.environment import Environment
 from mrs_simulator.scenario.surroundings.moving_obstacles import Track
@@ -334,6 +335,7 @@ FIELDS = {
     "load": (None, LEAP),  # of arms, a kind
     "record": ((), LEAP),
     "engine": ("planar", LEAP),  # of motion with forces
+    "requirements": ((Requirement("apart", "always(distance > 0.1)"),), STEP),
 }
 
 

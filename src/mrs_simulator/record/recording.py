@@ -45,6 +45,7 @@ FACTS = {  # what ``run.json`` may hold besides collisions
     "degraded": str,
     "deadlock": list,  # [number, since [s]] of robots that the safety filter held still at the end
     "incidents": list,  # ``Incident``s
+    "requirements": list,  # what became of them, evaluated at every step of the world
     "truth_unknown": bool,  # poses are the control's estimates
     "scene_time": float,  # [s] at which the run began, of obstacles that had moved by then
     "changes": list,  # ``run_changes.Change``s of the controller's settings

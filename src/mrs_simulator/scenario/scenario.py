@@ -25,6 +25,7 @@ from mrs_simulator.scenario.reading import (
     parse_yaml,
     shown,
 )
+from mrs_simulator.scenario.requirements import Requirement, read_requirements
 from mrs_simulator.scenario.surroundings.environment import CALM, Environment, read_environment
 from mrs_simulator.scenario.surroundings.maps import Map, read_map
 from mrs_simulator.scenario.surroundings.obstacle_reading import obstacle_to_plain, read_obstacles
@@ -95,6 +96,7 @@ class Scenario(NamedTuple):
     load: Optional[Load] = None  # that the robots carry together
     record: Tuple[str, ...] = ()  # names of sensors whose readings are recorded
     engine: str = ENGINES[0]  # what moves robots on wheels with forces
+    requirements: Tuple[Requirement, ...] = ()  # formulas that runs are to keep
 
     @property
     def n(self):
@@ -271,6 +273,8 @@ class Scenario(NamedTuple):
             result["takeoff"] = True
         if self.events:
             result["events"] = [event.to_plain() for event in self.events]
+        if self.requirements:
+            result["requirements"] = dict(self.requirements)
         if self.own_kinds:
             result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
@@ -345,6 +349,7 @@ def scenario_from_dict(content, where="scenario"):
         takeoff=top.flag("takeoff", False),
         load=read_load(top, len(poses)),
         engine=top.text("engine", ENGINES[0], ENGINES),
+        requirements=read_requirements(top),
     )
     top.done()
     if scenario.engine != ENGINES[0] and scenario.fidelity != "dynamic":

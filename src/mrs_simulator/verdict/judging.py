@@ -24,11 +24,12 @@ from mrs_simulator.verdict.law.published_checks import (
     filter_acted,
 )
 from mrs_simulator.verdict.possible_runs import impossibilities
+from mrs_simulator.verdict.requirements.results import requirement_results
 from mrs_simulator.verdict.safety_claims import safety_claims
 from mrs_simulator.verdict.theory.exact_runs import exact_run, later, published_law, robots_run
 from mrs_simulator.verdict.theory.slipped_runs import slipped_run
 from mrs_simulator.verdict.user_values import claim_of, measures_of
-from mrs_simulator.verdict.verdict import FEWEST_SAMPLES, Late, Theory, judge
+from mrs_simulator.verdict.verdict import FEWEST_SAMPLES, Late, Theory, judge, with_requirements
 
 LONG = 1 << 21  # [-] robots over all samples, above which theory is drawn at some of these alone
 MOST_DRAWN = 4000  # [-] of them: more than a figure has dots across
@@ -43,14 +44,20 @@ ESTIMATED = "the law knew estimates of the poses"
 UNRECORDED = ESTIMATED + ", which the record does not hold"
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of recordings with numbers near the largest
 def judged(run, control=None, foretold=None):
     """Return the verdict on ``run`` and the hand points that theory predicts, as figures draw them.
 
-    ``control`` makes the claims.  The points are (m, n, d), or of a long run, or where only the end is
-    known, a mapping of ``time`` and ``hand``, or None; ``foretold`` is called with them as soon as they are
-    known.
+    ``control`` makes the claims; requirements are those of the run's scenario.  The points are (m, n, d),
+    or of a long run, or where only the end is known, a mapping of ``time`` and ``hand``, or None;
+    ``foretold`` is called with them as soon as they are known.
     """
+    verdict, track = _judged_by_theory(run, control, foretold)
+    return with_requirements(verdict, requirement_results(control, run)), track
+
+
+@np.errstate(over="ignore", invalid="ignore")  # of recordings with numbers near the largest
+def _judged_by_theory(run, control, foretold):
+    """Return the verdict without requirements, and the predicted points."""
     foretold = foretold or (lambda points: None)
     if control is None:
         foretold(None)

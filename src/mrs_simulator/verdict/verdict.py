@@ -22,6 +22,7 @@ from mrs_simulator.record.recording import closest_approach, part_of
 from mrs_simulator.record.run_changes import changes_text
 from mrs_simulator.scenario.incidents import ARM_END, SATURATED
 from mrs_simulator.scenario.reading import reason
+from mrs_simulator.verdict.requirements.results import requirement_lines, summary
 from mrs_simulator.verdict.user_values import plain
 from mrs_simulator.verdict.verdict_file import read_verdict
 from mrs_simulator.version import __version__
@@ -149,6 +150,21 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
         "versions": versions(),
     }
     return plain(verdict, "verdict")  # differences of finite numbers may be infinite
+
+
+def with_requirements(verdict, results):
+    """Return ``verdict`` with the ``results`` of the scenario's requirements: broken ones fail the run.
+
+    That all are met judges no theory: a run that was not judged is not judged still.
+    """
+    if not results:
+        return verdict
+    verdict = {**verdict, "requirements": results}
+    if any(each["met"] is False for each in results):
+        return {**verdict, "outcome": FAILED, "passed": False, "reason": ""}
+    if verdict["outcome"] == NOT_JUDGED:
+        verdict["reason"] = "; ".join(filter(None, (verdict["reason"], summary(results))))
+    return verdict
 
 
 def _unjudged(run, claims, checks):
@@ -489,6 +505,7 @@ def verdict_text(verdict):
         if len(cells[1]) > CELL:  # a text, such as why a run ended
             said, cells[1] = "{}: {}".format(said, cells[1]), ""
         lines.append(row.format(check["name"], *cells, said))
+    lines += requirement_lines(verdict.get("requirements", []))
     if verdict["final_gaps"]:
         gaps = verdict["final_gaps"]
         shown = ", ".join("{:.4f}".format(gap) for gap in gaps[:12])

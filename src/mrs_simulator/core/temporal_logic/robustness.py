@@ -367,7 +367,9 @@ class _Evaluation:
         first, end = int(windows.begin[row]), int(windows.end[row])
         held = np.minimum.accumulate(np.concatenate([[np.inf], left[row : end - 1]]))[first - row :]
         reached = np.minimum(right[first:end], held)
-        if windows.cut[row] and left[row:].min() > reached.max(initial=-np.inf):  # what comes later may do
+        if windows.cut[row] and left[row:].min() > reached.max(
+            initial=-np.inf
+        ):  # what comes later may do
             return self.reason(formula.left, row + int(np.argmin(left[row:])), side)
         at = int(np.argmax(reached))
         if right[first + at] <= held[at]:

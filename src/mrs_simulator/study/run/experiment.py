@@ -26,6 +26,7 @@ from mrs_simulator.study.draw.figure_process import drawing
 from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
 from mrs_simulator.study.run.sensor_sizes import with_sizes
+from mrs_simulator.study.run.step_trace import StepTrace
 from mrs_simulator.vehicles.odometry_rates import odometry_steps
 from mrs_simulator.verdict.user_values import texts_of
 from mrs_simulator.world.world import EVERY, World
@@ -68,6 +69,7 @@ class Experiment:
         mounts, kinds = self.sensors.mounts, self.world.team.kinds
         self._recorded = recorded_sensors(scenario.record, mounts, kinds)
         self._recorder = None  # of these sensors
+        self.trace = StepTrace(self) if scenario.requirements else None
         self.collisions, self.incidents = [], []
         self.warnings = scenario.warnings() + self.world.notes + self.control.team.notes
         self.warnings += [] if self.sensors.is_idle else self.sensors.notes
@@ -119,6 +121,8 @@ class Experiment:
                 self._estimate(step)
             if step % command_every == 0:
                 self._command_all()
+            if self.trace is not None:
+                self.trace.add()
             if step % record_every == 0:
                 yield self._sample()
             if step < steps:
@@ -144,7 +148,7 @@ class Experiment:
 
     def _can_leap(self):
         """Return whether ``Leaps`` take the world from sample to sample."""
-        if not compiling.is_wanted() or not has_form(self.control):
+        if not compiling.is_wanted() or not has_form(self.control) or self.trace is not None:
             return False
         read = self._recorder is not None or self.estimator is not None or not self.sensors.is_idle
         return not read and self.world.can_leap(self.scenario.steps_per_command)
@@ -337,6 +341,8 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     }
     if experiment.incidents:
         meta["incidents"] = experiment.incidents
+    if experiment.trace is not None:
+        meta["requirements"] = experiment.trace.results()
     experiment.world.close()
     write_facts(recorder.path, experiment.collisions, meta)
     return recorder.run(scenario), experiment.control

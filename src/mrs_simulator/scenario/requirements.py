@@ -1,0 +1,74 @@
+"""Requirements of a scenario: formulas of Signal Temporal Logic by name, over signals of its robots."""
+
+from typing import NamedTuple, Optional
+
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
+from mrs_simulator.core.temporal_logic.robustness import check
+from mrs_simulator.core.temporal_logic.syntax import FormulaError, parse
+from mrs_simulator.scenario.reading import ScenarioError, shown
+
+LONGEST_NAME = 60  # [characters]
+
+
+class SignalKind(NamedTuple):
+    """A signal's ``unit``, the ``domain`` whose members have one each, None of the team's, and its text."""
+
+    unit: str
+    domain: Optional[str]
+    meaning: str
+
+
+SIGNALS = {
+    "time": SignalKind("s", None, "since the start"),
+    "x": SignalKind("m", ROBOT, "of the centre"),
+    "y": SignalKind("m", ROBOT, "of the centre"),
+    "height": SignalKind("m", ROBOT, "of the centre above the ground"),
+    "heading": SignalKind("rad", ROBOT, "theta, as recorded: not wrapped"),
+    "speed": SignalKind("m/s", ROBOT, "of the centre, since the sample before"),
+    "turn_rate": SignalKind("rad/s", ROBOT, "since the sample before"),
+    "error": SignalKind(
+        "m", ROBOT, "distance of the controlled point from where the protocol wants it"
+    ),
+    "deviation": SignalKind("m", ROBOT, "distance of the controlled point from the exact solution"),
+    "obstacle_clearance": SignalKind("m", ROBOT, "distance of the body from the nearest obstacle"),
+    "distance": SignalKind("m", PAIR, "of two centres"),
+    "clearance": SignalKind("m", PAIR, "distance of two bodies, negative where they overlap"),
+    "length": SignalKind("m", EDGE, "of an edge of the first graph, between controlled points"),
+    "energy": SignalKind("", None, "the protocol's energy, in its own unit"),
+    "lambda_2": SignalKind("", None, "algebraic connectivity of the graph"),
+    "contacts": SignalKind("", None, "number of contacts so far"),
+}
+
+
+class Requirement(NamedTuple):
+    """A formula, as ``text``, and its ``name``."""
+
+    name: str
+    text: str
+
+    @property
+    def formula(self):
+        """Return the formula as a tree."""
+        return parse(self.text)
+
+
+@explained_by("docs/requirements.md")
+def read_requirements(top):
+    """Return the ``Requirement``s under the key ``requirements``, checked, as a tuple."""
+    given, where = top.take("requirements", {}), top.at("requirements")
+    if not isinstance(given, dict):
+        raise ScenarioError(
+            "{}: {}, wanted a mapping of formulas by name".format(where, shown(given))
+        )
+    return tuple(_read(name, text, where) for name, text in given.items())
+
+
+def _read(name, text, where):
+    if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
+        raise ScenarioError("{}: {}, wanted a name of a requirement".format(where, shown(name)))
+    try:
+        check(parse(text), text, SIGNALS)
+    except FormulaError as error:
+        raise ScenarioError("{}.{}: {}".format(where, name, error)) from None
+    return Requirement(name, text)

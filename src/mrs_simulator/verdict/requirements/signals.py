@@ -1,0 +1,194 @@
+"""The values of the signals that requirements speak of, in a recorded run."""
+
+import numpy as np
+
+from mrs_simulator.control.user_code import call
+from mrs_simulator.core.spectra import algebraic_connectivity
+from mrs_simulator.core.temporal_logic.formula import EDGE, PAIR, ROBOT
+from mrs_simulator.core.temporal_logic.robustness import Signal
+from mrs_simulator.scenario.requirements import SIGNALS
+from mrs_simulator.scenario.surroundings.maps import obstacles_of
+from mrs_simulator.vehicles import Team
+from mrs_simulator.verdict.requirements.clearances import clearance, of_obstacle, of_robot
+
+
+class Absent(ValueError):
+    """A signal that this run does not have; the message says why."""
+
+
+def signal_of(name, control, run):
+    """Return the ``Signal`` called ``name`` of ``run``; ``Absent`` where there is none.
+
+    ``control``: the run's protocol, None where it is not known.
+    """
+    kind = SIGNALS[name]
+    values = np.asarray(VALUES[name](control, run), dtype=float)
+    labels = _LABELS[kind.domain](control, run) if kind.domain else ()
+    return Signal(values, kind.unit, kind.domain, labels)
+
+
+def _places(run):
+    """Return the robots' centres in space, (m, n, 3) [m]."""
+    height = np.zeros(run.pose.shape[:2]) if run.spatial is None else run.spatial.z
+    return np.dstack([run.pose[:, :, :2], height])
+
+
+def _pairs(run):
+    return np.triu_indices(len(run.robots), 1)
+
+
+def _distance(control, run):
+    first, second = _pairs(run)
+    places = _places(run)
+    return np.array([_apart(places[:, i], places[:, j]) for i, j in zip(first, second)])
+
+
+def _apart(a, b):
+    return np.sqrt(((a - b) ** 2).sum(axis=-1))
+
+
+def _prisms(run):
+    if run.scenario is None and not run.kinds:
+        raise Absent("the run does not say of which kinds its robots are")
+    team = Team.from_scenario(run.scenario) if run.scenario is not None else Team.of(run.kinds)
+    height = _places(run)[:, :, 2]
+    bodies = [kind.body for kind in team.kinds]
+    return [of_robot(body, run.pose[:, k], height[:, k]) for k, body in enumerate(bodies)]
+
+
+def _clearance(control, run):
+    prisms = _prisms(run)
+    return np.array([clearance(prisms[i], prisms[j]) for i, j in zip(*_pairs(run))])
+
+
+def _obstacle_clearance(control, run):
+    if run.scenario is None:
+        raise Absent("the run does not say which obstacles there were")
+    times = run.time - run.time[0] + run.meta.get("scene_time", 0.0)
+    obstacles = [of_obstacle(each, times) for each in obstacles_of(run.scenario)]
+    result = np.full((len(run.robots), len(run.time)), np.inf)
+    for row, prism in enumerate(_prisms(run)):
+        for obstacle in obstacles:
+            result[row] = np.minimum(result[row], clearance(prism, obstacle))
+    return result
+
+
+def _edges(control, run):
+    """Return the edges (k, 2), rows of robots, of the graph at the start; undirected ones once."""
+    if control is None:
+        raise Absent("without a protocol no graph is known")
+    graph = control.graph_at(run.hand[0], run.hand[0]) or control.topology
+    receivers, senders, _ = graph.arcs
+    edges = sorted({(min(i, j), max(i, j)) for i, j in zip(receivers.tolist(), senders.tolist())})
+    return np.array(edges, dtype=int).reshape(-1, 2)
+
+
+def _length(control, run):
+    return np.array([_apart(run.hand[:, i], run.hand[:, j]) for i, j in _edges(control, run)])
+
+
+def _speed(control, run):
+    return _rates(np.moveaxis(_places(run), 1, 0), run.time, _apart)
+
+
+def _turn_rate(control, run):
+    def turned(a, b):
+        return (a - b + np.pi) % (2.0 * np.pi) - np.pi
+
+    return _rates(run.pose[:, :, 2].T, run.time, turned)
+
+
+def _rates(values, time, difference):
+    """Return the change of ``values`` (n, m, ...) since the sample before over its time, 0 at the first."""
+    result = np.zeros(values.shape[:2])
+    if len(time) > 1:
+        result[:, 1:] = difference(values[:, 1:], values[:, :-1]) / np.diff(time)
+    return result
+
+
+def _error(control, run):
+    if control is None:
+        raise Absent("without a protocol no place is wanted")
+    found, begun = [], control.time
+    try:
+        for time, hand in zip(run.time - run.time[0], run.hand):
+            control.time = float(time)
+            wanted = call(control.targets, hand)
+            if np.shape(wanted) != hand.shape:
+                text = "the protocol {} wants no place of each robot (targets)"
+                raise Absent(text.format(type(control).__name__))
+            found.append(_apart(hand, np.asarray(wanted, dtype=float)))
+    finally:
+        control.time = begun
+    return np.array(found).T
+
+
+def _deviation(control, run):
+    track = None
+    if control is not None:
+        track = call(control.predicted_track, run.hand[0], run.time - run.time[0])
+    if np.shape(track) != run.hand.shape:
+        raise Absent("the protocol predicts no way of each robot")
+    return _apart(run.hand, np.asarray(track, dtype=float)).T
+
+
+def _energy(control, run):
+    energy = None if control is None else call(control.energy, run.hand[0])
+    if energy is None or energy.moving:
+        raise Absent("the protocol states no energy of the places")
+    return energy.values(run.hand, run.hand, run.time - run.time[0])
+
+
+def _lambda_2(control, run):
+    if control is None:
+        raise Absent("without a protocol no graph is known")
+    start = run.hand[0]
+    if control.graph_at(start, start) is None:
+        return np.full(len(run.time), algebraic_connectivity(control.topology))
+    return [algebraic_connectivity(control.graph_at(start, hand)) for hand in run.hand]
+
+
+def _contacts(control, run):
+    times = np.sort([each.time for each in run.collisions])
+    return np.searchsorted(times, run.time, side="right")
+
+
+def _robot_labels(control, run):
+    return ["robot{}".format(number) for number in run.robots]
+
+
+def _pair_labels(control, run):
+    return _of_two(run, np.column_stack(_pairs(run)))
+
+
+def _edge_labels(control, run):
+    return _of_two(run, _edges(control, run))
+
+
+def _of_two(run, rows):
+    def label(index):
+        first, second = run.robots[rows[index]]
+        return "robot{} and robot{}".format(first, second)
+
+    return label
+
+
+_LABELS = {ROBOT: _robot_labels, PAIR: _pair_labels, EDGE: _edge_labels}
+VALUES = {
+    "time": lambda control, run: run.time - run.time[0],
+    "x": lambda control, run: run.pose[:, :, 0].T,
+    "y": lambda control, run: run.pose[:, :, 1].T,
+    "height": lambda control, run: _places(run)[:, :, 2].T,
+    "heading": lambda control, run: run.pose[:, :, 2].T,
+    "speed": _speed,
+    "turn_rate": _turn_rate,
+    "error": _error,
+    "deviation": _deviation,
+    "obstacle_clearance": _obstacle_clearance,
+    "distance": _distance,
+    "clearance": _clearance,
+    "length": _length,
+    "energy": _energy,
+    "lambda_2": _lambda_2,
+    "contacts": _contacts,
+}

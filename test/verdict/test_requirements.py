@@ -1,0 +1,152 @@
+import contextlib
+import io
+import json
+import os
+
+import numpy as np
+import pytest
+
+from mrs_simulator.record.recording import Run
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.requirements import SIGNALS
+from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.study.results.report import read_run
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.verdict.judging import judged
+from mrs_simulator.verdict.requirements.listing import main as list_signals
+from mrs_simulator.verdict.requirements.results import evaluated, requirement_lines
+from mrs_simulator.verdict.requirements.signals import VALUES, signal_of
+from mrs_simulator.verdict.verdict import exit_code, verdict_text
+
+SCENARIO = {
+    "poses": [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
+    "fidelity": "point_mass",
+    "control": {"protocol": "consensus", "rate": 10},
+    "topology": {"edges": [[1, 2], [2, 3]], "directed": False},
+    "duration": 2.0,
+    "step": 0.02,
+    "record_rate": 1.0,
+}
+
+
+def scenario(**requirements):
+    return scenario_from_dict({**SCENARIO, "requirements": requirements})
+
+
+def run_of(**requirements):
+    """Return a run of two Pioneers: robot 2 passes robot 1 at 1 m, 0.5 m/s."""
+    time = np.arange(5.0)
+    pose = np.zeros((5, 3, 3))
+    pose[:, 1, 0], pose[:, 1, 1] = 0.5 * time - 1.0, 1.0
+    pose[:, 2] = [9.0, 9.0, 0.0]
+    numbers = np.array([1, 2, 3])
+    given = scenario(**requirements)._replace(fidelity="kinematic")
+    return Run(time, numbers, pose, pose[:, :, :2], np.zeros((5, 3, 2)), scenario=given)
+
+
+def result(formula, control=None):
+    return evaluated(control, run_of(wanted=formula))[0]
+
+
+def test_every_signal_that_may_be_named_can_be_measured():
+    assert list(VALUES) == list(SIGNALS)
+
+
+def test_distances_and_clearances_are_those_of_the_robots():
+    found = result("always(each pair(distance >= 1.2 m))")
+    assert found["met"] is False and found["margin"] == pytest.approx(-0.2)
+    assert (found["time"], found["member"]) == (2.0, "robot1 and robot2")
+    assert found["decided_at"] == 1.0  # 1.118 m already
+    # Pioneers side by side: 1 m less twice half of a width of 0.425 m.
+    assert signal_of("clearance", None, run_of()).values.min() == pytest.approx(
+        1.0 - 0.425, abs=1e-9
+    )
+    assert np.allclose(signal_of("speed", None, run_of()).values[1], [0.0, 0.5, 0.5, 0.5, 0.5])
+
+
+def test_what_a_run_does_not_have_leaves_a_requirement_open():
+    found = result("always error < 1 m")
+    assert found["met"] is None and "protocol" in found["note"]
+    found = result("eventually[0, 60] distance > 99 m")
+    assert found["met"] is None and found["high"] is None and found["note"] == ""
+
+
+@pytest.mark.parametrize(
+    "given, message",
+    [
+        (
+            {"apart": "always(distnce > 1)"},
+            "apart: signal: unknown 'distnce'; did you mean 'distance'",
+        ),
+        ({"apart": "always(distance > 1 s)"}, "1 s beside a signal in m"),
+        ({"apart": 3}, "wanted the text of a formula"),
+        ({1: "distance > 1"}, "wanted a name of a requirement"),
+        (["distance > 1"], "wanted a mapping of formulas by name"),
+    ],
+)
+def test_wrong_requirements_are_refused_when_the_scenario_is_read(given, message):
+    with pytest.raises(ScenarioError, match=message):
+        scenario_from_dict({**SCENARIO, "requirements": given})
+
+
+def test_a_scenario_keeps_its_requirements():
+    given = scenario(apart="always(distance > 0 m)")
+    again = scenario_from_dict(given.to_dict())
+    assert again.requirements == given.requirements == (("apart", "always(distance > 0 m)"),)
+
+
+def test_verdict_tells_requirements_and_fails_for_a_broken_one(tmp_path):
+    given = scenario(kept="always(each edge(length <= 6 m))", still="always(speed <= 0.1 m/s)")
+    verdict = run_experiment(given, str(tmp_path), formats=())
+    kept, still = verdict["requirements"]
+    assert kept["met"] is True and kept["margin"] == pytest.approx(1.0) and kept["time"] == 0.0
+    assert still["met"] is False and verdict["outcome"] == "failed" and exit_code(verdict) == 1
+    text = verdict_text(verdict)
+    assert "requirement kept: met, +1 m by robot2 and robot3 at 0.00 s" in text
+    assert "requirement still: BROKEN" in text
+    with open(os.path.join(str(tmp_path), "verdict.json")) as file:
+        assert json.load(file)["requirements"] == verdict["requirements"]
+
+
+def test_a_met_requirement_judges_no_theory(tmp_path):
+    given = scenario(kept="always(length <= 6 m)")
+    run = run_of()._replace(scenario=given)
+    verdict, _ = judged(run)
+    assert verdict["outcome"] == "not_judged" and exit_code(verdict) == 0
+    assert verdict["requirements"][0]["met"] is None  # without a protocol no graph is known
+    run = run._replace(scenario=scenario(far="always(distance >= 0.1 m)"))
+    assert judged(run)[0]["reason"].endswith("requirements met: 1 of 1")
+
+
+def test_formulas_see_every_step_and_not_the_samples_alone(tmp_path):
+    # Samples lie 1 s apart, steps 0.02 s: the window holds no sample but the steps.
+    given = scenario(early="eventually[0.1, 0.2](distance < 4.9 m)")
+    verdict = run_experiment(given, str(tmp_path), formats=())
+    found = verdict["requirements"][0]
+    assert found["met"] is True and found["period"] == pytest.approx(0.02)
+    run = read_run(str(tmp_path))
+    assert judged(run)[0]["requirements"] == verdict["requirements"]  # kept in run.json
+    other = run._replace(scenario=scenario(other="always distance > 0.1 m"))
+    assert judged(other)[0]["requirements"][0]["period"] == pytest.approx(1.0)
+
+
+def test_a_protocol_that_raises_leaves_the_requirement_open(capsys):
+    class Broken:
+        time = 0.0
+
+        def targets(self, hand):
+            raise ValueError("no idea")
+
+    found = result("always error < 1 m", Broken())
+    assert found["met"] is None and found["note"] == "ValueError: no idea"
+    assert "no idea" in requirement_lines([found])[0]
+
+
+def test_the_signals_are_listed(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(scenario(apart="always(distance > 0 m)").to_yaml())
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        list_signals([str(path)])
+    assert "apart: always(distance > 0 m)" in text.getvalue()
+    assert all(name in text.getvalue() for name in SIGNALS)

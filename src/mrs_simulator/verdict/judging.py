@@ -22,6 +22,7 @@ from mrs_simulator.verdict.law.published_checks import (
     delay_measures,
     exactness_claims,
     filter_acted,
+    knows_noise,
 )
 from mrs_simulator.verdict.possible_runs import impossibilities
 from mrs_simulator.verdict.requirements.results import requirement_results
@@ -41,6 +42,10 @@ LITTLE = 1e-3  # [m] of a path, that limits may cut off a rest of the run which 
 FILTERED = "the safety filter acted"
 BESIDE = 1e-6  # [-] of a command period by which a sample may be beside a command
 ESTIMATED = "the law knew estimates of the poses"
+NOISY = (
+    "the law saw wheel odometry with the errors of odometry_errors, which are not recorded; "
+    "wanted estimates: odometry"
+)
 UNRECORDED = ESTIMATED + ", which the record does not hold"
 
 
@@ -203,6 +208,8 @@ def _claims(control, run, faults, followed=None):
         claims = claims + call(certificate_claims, control, run)
     if run.estimate is not None:
         claims = without_theorem(claims, ESTIMATED)
+    elif knows_noise(run):
+        claims = without_theorem(claims, NOISY)
     with _keeping(faults, "published"):
         exact = call(exact_run, control, run)
         followed = call(robots_run, control, run) if followed is None else followed

@@ -38,6 +38,10 @@ class Unicycles:
         self.z, self.theta, self.steered = z, theta, steered
         self.velocity = np.zeros(z.shape + (self.top.shape[-1],))
 
+    def speed_up(self, twist, climb):
+        """Be as fast as body ``twist`` (m, 3) [m/s, m/s, rad/s]; ``climb`` (m,) [m/s] upwards, or None."""
+        self.velocity = twist[:, ::2].copy()
+
     @property
     def is_ramped(self):
         """Return whether speeds change in ramps, so that motion is reckoned step by step."""
@@ -121,6 +125,10 @@ class Bases(Unicycles):
     The law leaves the heading alone: ``w = u e^{-i theta}``, ``omega = 0``.
     """
 
+    def speed_up(self, twist, climb):
+        """As ``Unicycles``, along both axes."""
+        self.velocity = twist.copy()
+
     def points(self):
         """Return the centres, (m,) complex [m]."""
         return self.z
@@ -180,6 +188,10 @@ class Cars(Unicycles):
     """
 
     bent = False  # whether an angle was commanded that no Twist expresses
+
+    def speed_up(self, twist, climb):
+        """As ``Unicycles``, along; the steering angle tells the rest."""
+        self.velocity = twist[:, :1].copy()
 
     @property
     def is_ramped(self):
@@ -350,6 +362,11 @@ class Quadrotors(Bases):
         super().be(z, theta, steered)
         self.velocity = np.zeros(len(z), dtype=complex)
         self.height, self.rise = np.zeros(len(z)), np.zeros(len(z))
+
+    def speed_up(self, twist, climb):
+        """As ``Unicycles``, in the common frame, and upwards."""
+        self.velocity = (twist[:, 0] + 1j * twist[:, 1]) * np.exp(1j * self.theta)
+        self.rise = np.zeros(len(twist)) if climb is None else climb.copy()
 
     def begin_at(self, height):
         """Be at ``height`` (m,) [m]."""

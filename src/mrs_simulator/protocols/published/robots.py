@@ -47,6 +47,13 @@ class Robots:
         """Be at rest where the robots of ``run`` are in the sample ``row``."""
         self.be(run.pose[row], run.hand[row])
 
+    def speed_up(self, twist, climb=None):
+        """Be as fast as body ``twist`` (n, 3) [m/s, m/s, rad/s] and ``climb`` (n,) [m/s] say."""
+        for g, part in self.parts:
+            part.speed_up(twist[g.rows], None if climb is None else climb[g.rows])
+            if g.drive.MEDIUM == "water":
+                part.velocity[:, 0] -= (self.drift[g.rows] * np.exp(-1j * part.theta)).real
+
     @property
     def pose(self):
         """Return the poses (n, 3), headings not wrapped."""

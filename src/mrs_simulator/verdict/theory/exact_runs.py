@@ -20,6 +20,7 @@ from mrs_simulator.protocols.published.robots import are_stated, posed_commands
 from mrs_simulator.record.recording import Run, part_of
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH
 from mrs_simulator.verdict.theory.followed_samples import followed_samples
+from mrs_simulator.verdict.theory.motion import Advance, begin_moving
 
 MOST_ROBOTS = 500  # [-] whose dense matrices of weights are built
 MOST_STEPS = 200000  # [-] of robots that speed up in ramps, each a step of the world
@@ -102,8 +103,11 @@ def robots_run(control, run):
     can, and ``cut``, (m, n) [m], how much of its point's path that has cut off until then, and
     ``memory``, what the law remembers before the command that each sample is under.
 
+    Robots that the scenario says to follow their commands late, too fast or too slowly do so here. Those
+    of a run that is the rest of another begin as fast as they were.
+
     None where that cannot be told: of points without limits (those of cars have one), under the safety
-    filter, of robots that disobey, and as in :func:`exact_run`.
+    filter, of robots with uneven wheels, and as in :func:`exact_run`.
     """
     law, scenario = published_law(control), run.scenario
     if law is None or scenario is None or not _can_be_followed(control, run, law):
@@ -111,26 +115,31 @@ def robots_run(control, run):
     frozen = scenario.fidelity == "point_mass"
     robots = robots_of(control, frozen)
     robots.drift = current_of(control, run)[:, :2] @ [1.0, 1j]
-    step = scenario.step if robots.is_ramped and not frozen else math.inf
+    mismatch = scenario.mismatch
+    by_step = (robots.is_ramped and not frozen) or any(mismatch.delay)
+    step = scenario.step if by_step else math.inf
     last = run.time[-1] - run.time[0]
     commands = last / control.period
     work = law.WORK * commands * len(run.robots) ** 2
     work *= len(run.robots) if control.links.faults else 1
     if commands > MOST_COMMANDS or work > MOST_PAIRS or last / step > MOST_STEPS:
         return None
-    if math.isinf(step) and not control.links.faults:
+    if math.isinf(step) and not control.links.faults and mismatch == NO_MISMATCH:
         with np.errstate(all="ignore"):
             told = followed_samples(law, robots, run, control.period)
         if told is not None:
             facts = {"limited": told.limited, "cut": told.cut, "memory": (None,) * len(run.time)}
             columns = told.pose, told.hand, told.command
             return Run(run.time, run.robots, *columns, [], scenario, facts, control.team.axes)
+
+    def moved(time):
+        return _moved(control, law, robots, time - time[0], Advance(mismatch, robots.team, step))
+
     robots.be_as(run, 0)
     with np.errstate(all="ignore"):
-        rows = [
-            (robots.pose, robots.points, *told)
-            for told in _moved(control, law, robots, run.time - run.time[0], step)
-        ]
+        if robots.is_ramped and not frozen and run.time[0] > 0.0:
+            begin_moving(robots, run, moved)
+        rows = [(robots.pose, robots.points, *told) for told in moved(run.time)]
     *columns, memory = zip(*rows)
     pose, hand, command, limited, cut = map(np.array, columns)
     if not np.isfinite(pose).all():
@@ -155,9 +164,9 @@ def _can_be_followed(control, run, law):
         or not are_stated(control.team)
         or is_blind(control, law)
         or np.any(control.safety)
-        or scenario.mismatch != NO_MISMATCH
         or _has_uneven_wheels(scenario)
         or len(run.robots) != control.team.n
+        or (any(scenario.mismatch.delay) and run.time[0] > 0.0)
         or control.period > _timeout(scenario, control.team)
     )
 
@@ -172,14 +181,17 @@ def _timeout(scenario, team):
     return float(team.timeouts.min()) if own is None else own
 
 
-def _moved(control, law, robots, time, step):
+def _moved(control, law, robots, time, advance):
     """Yield ``(command, limited, cut, memory)`` at each sample, while ``robots`` move there.
 
-    ``time`` (m,) [s] of the samples; ``step`` [s] of ramps.
+    ``time`` (m,) [s] of the samples; ``advance``: the :class:`Advance` that moves them.
     """
     wanted = _Wanted(control, law, robots)
     cut, row, now, count = np.zeros(robots.team.n), 0, 0.0, 0
-    late, ramped = np.zeros(robots.team.n, dtype=bool), robots.is_ramped and not math.isinf(step)
+    late, ramped = (
+        np.zeros(robots.team.n, dtype=bool),
+        robots.is_ramped and not math.isinf(advance.step),
+    )
     tiny = 1e-6 * control.period
     while True:
         before = wanted.memory
@@ -187,14 +199,14 @@ def _moved(control, law, robots, time, step):
         limited = robots.limited_now | late
         begin, until = wanted.points, (count + 1) * control.period
         while row < len(time) and time[row] < until - tiny:
-            _advance(robots, command, time[row] - now, step)
+            advance(robots, command, time[row] - now)
             now = max(now, time[row])
             yield command, limited, cut.copy(), before
             row += 1
         if row == len(time):
             return
-        _advance(robots, command, until - now, step)
-        late = robots.lag(command) if ramped else late
+        advance(robots, command, until - now)
+        late = robots.lag(advance.acting(command)) if ramped else late
         if (limited | late).any():
             moved = (robots.points - begin) / control.period
             off = u - moved
@@ -202,14 +214,6 @@ def _moved(control, law, robots, time, step):
             lost = functools.reduce(np.hypot, off.T) * control.period
             cut += np.where(limited | late, lost, 0.0)
         now, count = until, count + 1
-
-
-def _advance(robots, command, duration, step):
-    """Move ``robots`` for ``duration`` [s], in parts of at most ``step`` [s]."""
-    if duration <= 0.0:
-        return
-    parts = 1 if math.isinf(step) else max(1, int(round(duration / step)))
-    robots.move(command, duration, parts)
 
 
 class _Wanted:

@@ -25,8 +25,18 @@ SILENT = Finding("robot2", "publishes", "never received on /robot2/odom", "")
 
 def check(name, predicted, measured, passed, note="", tolerance=0.1):
     difference = None if measured is None or tolerance is None else measured - predicted
-    keys = ("name", "predicted", "measured", "tolerance", "passed", "difference", "note")
-    return dict(zip(keys, (name, predicted, measured, tolerance, passed, difference, note)))
+    keys = (
+        "name",
+        "predicted",
+        "measured",
+        "tolerance",
+        "passed",
+        "difference",
+        "note",
+        "question",
+    )
+    values = (name, predicted, measured, tolerance, passed, difference, note, "theorem")
+    return dict(zip(keys, values))
 
 
 VERDICT = {
@@ -77,7 +87,7 @@ def test_a_verdict_says_in_words_what_passed_and_what_does_not_apply(verdict):
 
 def test_results_are_tinted_as_the_theme_allows(verdict):
     def tints():
-        return [verdict._table.item(row, 1).foreground().color().lightness() for row in range(4)]
+        return [verdict._table.item(row, 2).foreground().color().lightness() for row in range(4)]
 
     assert max(tints()) < 128
     palette = QPalette(verdict.palette())
@@ -91,15 +101,15 @@ def test_results_are_tinted_as_the_theme_allows(verdict):
 def test_a_verdict_is_copied_for_a_spreadsheet(verdict):
     QTest.mouseClick(verdict._copy, Qt.LeftButton)
     lines = QApplication.clipboard().text().split("\n")
-    assert lines[0].split("\t")[:4] == ["claim", "result", "predicted", "measured"]
-    assert len(lines) == 5 and lines[1].split("\t")[1] == "FAILED"
+    assert lines[0].split("\t")[:4] == ["about", "claim", "result", "predicted"]
+    assert len(lines) == 5 and lines[1].split("\t")[2] == "FAILED"
     where = verdict._table.visualItemRect(
         verdict._table.findItems("gap [m]", Qt.MatchExactly)[0]
     ).center()
     QTest.mouseClick(verdict._table.viewport(), Qt.LeftButton, pos=where)
     QTest.keyClick(verdict._table, Qt.Key_C, Qt.ControlModifier)
     copied = QApplication.clipboard().text().split("\n")
-    assert len(copied) == 2 and copied[1].startswith("gap [m]\tpassed\t2\t2.05\t")
+    assert len(copied) == 2 and copied[1].startswith("theorem\tgap [m]\tpassed\t2\t2.05\t")
 
 
 def test_the_table_uses_the_width_that_there_is(verdict):
@@ -195,17 +205,22 @@ def test_symbols_are_mathematics(plain, printed):
     assert symbolic(plain) == (printed or plain)
 
 
-def test_failed_rows_come_first_and_those_that_do_not_apply_last():
+def test_rows_are_by_question_and_of_each_failed_ones_come_first():
     QApplication.instance() or QApplication([])
     panel = VerdictPanel()
-    names = {"good": True, "none": None, "bad": False, "better": True}
+    names = {"good": True, "none": None, "bad": False, "better": True, "hit": False, "off": None}
+    about = dict(dict.fromkeys(names, "theorem"), hit="robots", off="law")
     empty = dict.fromkeys(("predicted", "measured", "difference", "tolerance"))
-    checks = [dict(empty, name=name, passed=passed, note="") for name, passed in names.items()]
+    checks = [
+        dict(empty, name=name, passed=passed, note="", question=about[name])
+        for name, passed in names.items()
+    ]
     panel.set_verdict(
         dict(title="", passed=False, checks=checks, final_gaps=None, min_distance=None, warnings=[])
     )
-    order = [panel._table.text(row, 0) for row in range(4)]
-    assert order == ["bad", "good", "better", "none"]
+    rows = [tuple(panel._table.text(row, column) for column in (0, 1)) for row in range(6)]
+    order = ["bad", "good", "better", "none"]
+    assert rows == [("theorem", name) for name in order] + [("law", "off"), ("robots", "hit")]
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ def check(name, predicted, measured, tolerance, passed, note=""):
         tolerance=tolerance,
         passed=passed,
         note=note,
+        question="theorem",
     )
 
 
@@ -131,6 +132,7 @@ def test_the_csv_table_has_all_digits():
     rows = list(csv.DictReader(io.StringIO(verdict_csv(VERDICT))))
     assert [row["outcome"] for row in rows] == ["passed", "failed", "passed", "not judged"]
     assert float(rows[1]["measured"]) == 1.25e-7 and rows[3]["measured"] == ""
+    assert rows[0]["question"] == "theorem"
 
 
 def test_an_unknown_table_is_refused_before_the_run(tmp_path, capsys):

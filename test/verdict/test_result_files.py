@@ -18,7 +18,8 @@ def written(path, content):
 
 def test_a_verdict_of_an_earlier_version_is_read_with_what_it_lacks(tmp_path):
     verdict = read_verdict(written(tmp_path / "verdict.json", VERDICT))
-    assert verdict["checks"] == [dict(CHECK, difference=None, note="")]
+    assert verdict["checks"] == [dict(CHECK, difference=None, note="", question="theorem")]
+    assert verdict["schema"] == 1
     assert verdict["title"] == "" and verdict["warnings"] == [] and verdict["min_distance"] is None
 
 
@@ -35,6 +36,10 @@ def test_a_verdict_of_an_earlier_version_is_read_with_what_it_lacks(tmp_path):
         (dict(VERDICT, checks=[dict(CHECK, passed=1)]), "check 1 ('spread'): passed: 1"),
         (dict(VERDICT, checks=[{"name": "spread"}]), "passed: nothing given, wanted true"),
         (dict(VERDICT, checks=[{"passed": True}]), "check 1: name: nothing given, wanted a text"),
+        (
+            dict(VERDICT, checks=[dict(CHECK, question="why")]),
+            "question: 'why', wanted one of theorem",
+        ),
         (dict(VERDICT, final_gaps=["far"]), "final_gaps: 'far', wanted a list of numbers"),
         (dict(VERDICT, warnings="none"), "warnings: 'none', wanted a list of texts"),
         (dict(VERDICT, min_distance="near"), "min_distance: 'near', wanted a number"),
@@ -44,6 +49,21 @@ def test_what_is_no_verdict_is_refused_with_the_place_that_is_wrong(tmp_path, co
     with pytest.raises(ValueError) as caught:
         read_verdict(written(tmp_path / "verdict.json", content))
     assert told in str(caught.value)
+
+
+def test_checks_of_earlier_versions_get_the_question_that_they_answer(tmp_path):
+    names = {
+        "gain above 0": "theorem",
+        "commands off the published law [-]": "law",
+        "energy off its predicted change [-]": "law",
+        "largest distance from the exact solution [m]": "robots",
+        "least distance of two robots [m]": "robots",
+        "collisions": "robots",
+        "ended": "robots",
+    }
+    checks = [dict(CHECK, name=name) for name in names]
+    verdict = read_verdict(written(tmp_path / "verdict.json", dict(VERDICT, checks=checks)))
+    assert {check["name"]: check["question"] for check in verdict["checks"]} == names
 
 
 def test_a_pipe_is_no_verdict(tmp_path):

@@ -54,9 +54,20 @@ def test_a_long_text_leaves_the_tables_columns_in_place(tmp_path):
     ended.update(measured="at 1.00 s the law failed: RuntimeError: gone", passed=False)
     lines = verdicts.verdict_text(verdict).splitlines()
     end = lines[1].index("tolerance") + len("tolerance")
-    row = next(line for line in lines if line.startswith("  ended"))
+    row = next(line for line in lines if line.startswith("    ended"))
     assert row[:end].split() == ["ended", "complete", "-"]
     assert row[end:] == "  FAILED: at 1.00 s the law failed: RuntimeError: gone"
+
+
+def test_a_verdict_answers_three_questions_in_turn(tmp_path):
+    verdict = verdict_of(short(), tmp_path)
+    asked = [check["question"] for check in verdict["checks"]]
+    order = ["theorem", "law", "robots"]
+    assert verdict["schema"] == 2 and list(dict.fromkeys(asked)) == order
+    assert asked == sorted(asked, key=order.index)
+    lines = verdicts.verdict_text(verdict).splitlines()
+    heads = [line.split(":")[0].strip() for line in lines if line[2:3] != " " and "?" in line]
+    assert heads == order
 
 
 def test_what_goes_wrong_fails_without_claims_too(tmp_path):

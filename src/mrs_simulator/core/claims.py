@@ -18,6 +18,9 @@ NEGLIGIBLE = 1e-9  # [m], or the quantity's unit: from less at the start nothing
 IN_PART = "with forces, robots in water and air follow small velocities in part only"
 RESTS = "it begins at {:.3g}, and below {:.3g} friction holds robots where they are"
 FEWEST_FITTED = 12  # [-] samples of a fitted rate
+# What a claim asks: whether theory holds of the law; whether robots get the commands that the published law
+# wants; whether they go where theory goes.
+THEOREM, LAW, ROBOTS = QUESTIONS = ("theorem", "law", "robots")
 
 
 class NothingDecays(ValueError):
@@ -35,9 +38,9 @@ class Claim(NamedTuple):
     spare).  ``free``: it holds only while no limit on the robots' speeds is reached, which is required
     where no published law states the effect of limits.  ``unproved``: why no theorem says it of this
     run; it is measured all the same.  ``place``: where the hand points end according to it, (n, d) or
-    (d,) [m], if it says so.  ``own``: it compares with the exact solution, and so is not tested on that
-    itself.  ``motion``: it is about robots that move freely, and so not about a run in which bodies
-    touched.
+    (d,) [m], if it says so.  ``question``: one of ``QUESTIONS``; those of the
+    theorem are tested on the exact solution too.  ``motion``: it is about robots that move freely, and so
+    not about a run in which bodies touched.
     """
 
     name: str
@@ -48,7 +51,7 @@ class Claim(NamedTuple):
     free: bool = False
     unproved: str = ""
     place: Any = None
-    own: bool = False
+    question: str = THEOREM
     motion: bool = True
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.claims import Claim, NothingDecays
+from mrs_simulator.core.claims import LAW, Claim, NothingDecays
 from mrs_simulator.core.spectra import ZERO, algebraic_connectivity
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.verdict.energy_balance import MOST_ROBOTS, balance_of
@@ -48,9 +48,7 @@ def _balance_claim(control, energy, run):
             raise NothingDecays(COARSE.format(found.allowed))
         return found.residual
 
-    return Claim(
-        BALANCE, 0.0, balance.allowed, off, "at most", free=balance.free, own=True, unproved=why
-    )
+    return Claim(BALANCE, 0.0, balance.allowed, off, "at most", balance.free, why, question=LAW)
 
 
 def certificate_curves(control, run):

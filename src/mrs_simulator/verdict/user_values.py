@@ -7,16 +7,25 @@ import math
 
 import numpy as np
 
-from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.claims import QUESTIONS, Claim, Condition
 from mrs_simulator.core.parameters import MOST_BITS, shown
 from mrs_simulator.verdict.verdict_file import KEYS, LISTS
 
 DEEPEST = 20  # [-] lists and mappings within each other
 RELATIONS = ("equal", "at most", "at least")
 # What a verdict says of itself; ``measures`` may give the other KEYS and LISTS of a verdict.
-RESERVED = ("outcome", "passed", "reason", "checks", "min_distance", "real_time_factor", "seed")
+RESERVED = (
+    "schema",
+    "outcome",
+    "passed",
+    "reason",
+    "checks",
+    "min_distance",
+    "real_time_factor",
+    "seed",
+)
 RESERVED += ("title", "protocol", "robots", "duration", "ended", "warnings", "versions")
-FLAGS = {Claim: ("free", "own", "motion"), Condition: ("holds", "rules_out", "necessary")}
+FLAGS = {Claim: ("free", "motion"), Condition: ("holds", "rules_out", "necessary")}
 TEXTS = {Claim: ("name", "unproved"), Condition: ("name", "why")}
 
 
@@ -113,6 +122,9 @@ def _checked_claim(claim, where, shape):
     if not isinstance(claim.relation, str) or claim.relation not in RELATIONS:
         text = "{}: relation = {}, wanted one of {}"
         raise ValueError(text.format(where, _briefly(claim.relation), ", ".join(RELATIONS)))
+    if not isinstance(claim.question, str) or claim.question not in QUESTIONS:
+        text = "{}: question = {}, wanted one of {}"
+        raise ValueError(text.format(where, _briefly(claim.question), ", ".join(QUESTIONS)))
     if claim.place is not None:
         try:
             np.broadcast_to(np.asarray(claim.place, dtype=float), shape)

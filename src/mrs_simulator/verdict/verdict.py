@@ -14,7 +14,7 @@ from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 
-from mrs_simulator.core.claims import Condition, NothingDecays
+from mrs_simulator.core.claims import QUESTIONS, ROBOTS, THEOREM, Condition, NothingDecays
 from mrs_simulator.core.doc_links import OF_FAILED, OF_NOT_JUDGED, named, words
 from mrs_simulator.core.writing import printing, write_text
 from mrs_simulator.record.controller_log import deadlock_text
@@ -50,11 +50,20 @@ OTHERWISE = "under the published law robots that slip so have {:.4g}"
 COSTLY = (
     "the published law misses it as well, by {:.3g}: commands are held too long for these robots"
 )
+SCHEMA = 2  # of verdict.json: checks have a question since 2
+ASKED = {
+    "theorem": "theorem: does theory hold of the law?",
+    "law": "law: do robots get the commands that the published law wants?",
+    "robots": "robots: do they go where theory goes?",
+}
 VERSIONED = ("numpy", "matplotlib", "pybullet")
 
 
 class Check(NamedTuple):
-    """One comparison; ``passed`` is None where the theorem says nothing of this run (``note``: why)."""
+    """One comparison; ``passed`` is None where it says nothing of this run (``note``: why).
+
+    ``question``: which of ``QUESTIONS`` it answers.
+    """
 
     name: str
     predicted: Any
@@ -63,6 +72,7 @@ class Check(NamedTuple):
     passed: Optional[bool]
     difference: Optional[float] = None
     note: str = ""
+    question: str = ROBOTS
 
 
 class Theory(NamedTuple):
@@ -116,7 +126,7 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
     unjudged = _unjudged(run, claims, checks)
     if unjudged and unjudged in (NO_COMMANDS, run.meta.get("degraded")):
         checks = [check._replace(passed=None, note=unjudged) for check in checks]
-    checks += _checks(run, guards)
+    checks += [check._replace(question=ROBOTS) for check in _checks(run, guards)]
     warnings = [*run.meta.get("warnings", []), *filter(None, [_changes(run)])]
     checks += _deadlock(run)
     checks.append(_collisions(run))
@@ -129,7 +139,9 @@ def judge(run, claims=None, measures=None, guards=(), theory=NO_THEORY):
         closest = min(closest, run.meta["closest_approach"])
     wrong = any(check.passed is False for check in checks)
     outcome = FAILED if wrong else NOT_JUDGED if unjudged else PASSED
+    checks.sort(key=lambda check: QUESTIONS.index(check.question))
     verdict = {
+        "schema": SCHEMA,
         "outcome": outcome,
         "passed": outcome == PASSED,
         "reason": unjudged if outcome == NOT_JUDGED else "",
@@ -256,15 +268,20 @@ def _checks(run, claims, theory=NO_THEORY):
     for claim in claims:
         if isinstance(claim, Condition):
             continue
-        why = theory.ruled_out or claim.unproved or ("" if claim.own else unproved)
+        why = theory.ruled_out or claim.unproved or (unproved if _is_of_theorem(claim) else "")
         if why:
             checks.append(_measured_only(run, claim, why))
         elif broken_off is not None and claim.motion:
             checks.append(_judged_before(run, claim, theory, broken_off))
         else:
             checks.append(_judged(run, claim, theory))
-        checks[-1] = checks[-1]._replace(note=_joined(checks[-1].note, theory.why))
+        note = _joined(checks[-1].note, theory.why)
+        checks[-1] = checks[-1]._replace(note=note, question=claim.question)
     return checks
+
+
+def _is_of_theorem(claim):
+    return claim.question == THEOREM
 
 
 def _broken(claims):
@@ -275,11 +292,12 @@ def _broken(claims):
 
 
 def _held(condition):
+    held = Check(condition.name, HOLDS, HOLDS, None, True, question=THEOREM)
     if condition.holds:
-        return Check(condition.name, HOLDS, HOLDS, None, True)
+        return held
     fails = condition.necessary or not condition.rules_out
-    return Check(
-        condition.name, HOLDS, "does not hold", None, False if fails else None, note=condition.why
+    return held._replace(
+        measured="does not hold", passed=False if fails else None, note=condition.why
     )
 
 
@@ -296,7 +314,7 @@ def _judged_before(run, claim, theory, found):
     """Return the check of a ``claim`` about free motion in a run in which bodies touched or one fell."""
     why = "{1} at {0:.1f} s".format(*found)
     samples = int(np.searchsorted(run.time, found[0]))
-    if not claim.own or samples < FEWEST_SAMPLES:
+    if _is_of_theorem(claim) or samples < FEWEST_SAMPLES:
         return _measured_only(run, claim, why)
     check = _judged(part_of(run, slice(0, samples)), claim, theory)
     return check._replace(note=_joined(check.note, "until " + why))
@@ -309,7 +327,7 @@ def _judged(run, claim, theory):
     ``theory.followed``: what held commands and limits cost.  Where limits cost more than the claim
     allows, the rest of the run is judged, from the last time at a limit on.
     """
-    if claim.own:
+    if not _is_of_theorem(claim):
         return (
             _judged_late(run, claim, theory)
             if claim.free and theory.limited
@@ -381,7 +399,7 @@ def _cost(claim, followed):
 
 def _is_costly(claim, theory):
     """Return whether held commands and limits cost ``claim`` more than it allows."""
-    if claim.own or theory.followed is None:
+    if not _is_of_theorem(claim) or theory.followed is None:
         return False
     cost, _ = _cost(claim, theory.followed)
     return cost is None or cost > claim.tolerance
@@ -497,14 +515,12 @@ def verdict_text(verdict):
     if verdict.get("reason"):
         lines[0] += " ({})".format(verdict["reason"])
     width = max([32] + [len(check["name"]) for check in verdict["checks"]])
-    row = "  {:" + str(width) + "} {:>" + str(CELL) + "} {:>" + str(CELL) + "} {:>10}  {}"
+    row = "    {:" + str(width) + "} {:>" + str(CELL) + "} {:>" + str(CELL) + "} {:>10}  {}"
     lines.append(row.format("", "predicted", "measured", "tolerance", "").rstrip())
-    for check in verdict["checks"]:
-        cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
-        said = " ".join(filter(None, (_word(check["passed"]), _note(check))))
-        if len(cells[1]) > CELL:  # a text, such as why a run ended
-            said, cells[1] = "{}: {}".format(said, cells[1]), ""
-        lines.append(row.format(check["name"], *cells, said))
+    for question in QUESTIONS:
+        asked = [check for check in verdict["checks"] if check["question"] == question]
+        lines += ["  " + ASKED[question]] if asked else []
+        lines += [row.format(check["name"], *_said(check)) for check in asked]
     lines += requirement_lines(verdict.get("requirements", []))
     if verdict["final_gaps"]:
         gaps = verdict["final_gaps"]
@@ -518,6 +534,15 @@ def verdict_text(verdict):
     if outcome_of(verdict) in EXPLAINED:
         lines.append("  what this means: {}".format(EXPLAINED[outcome_of(verdict)]))
     return "\n".join(lines)
+
+
+def _said(check):
+    """Return predicted, measured and tolerance of a ``check``, and what is said of it."""
+    cells = [_cell(check[key]) for key in ("predicted", "measured", "tolerance")]
+    said = " ".join(filter(None, (_word(check["passed"]), _note(check))))
+    if len(cells[1]) > CELL:  # a text, such as why a run ended
+        said, cells[1] = "{}: {}".format(said, cells[1]), ""
+    return (*cells, said)
 
 
 def _word(passed):

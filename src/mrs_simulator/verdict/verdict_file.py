@@ -1,11 +1,13 @@
 """Reads a verdict.json back, of any version, and says what is wrong with one that is none."""
 
+from mrs_simulator.core.claims import LAW, QUESTIONS, ROBOTS, THEOREM
 from mrs_simulator.core.parameters import shown
 from mrs_simulator.scenario.reading import read_json
 
 NUMBER = (int, float)
 # Of a verdict, what is read anywhere: its type, what was wanted, and what is taken where it is absent.
 KEYS = {
+    "schema": (int, "a whole number", 1),
     "title": (str, "a text", ""),
     "reason": (str, "a text", ""),
     "ended": (str, "a text", ""),
@@ -20,6 +22,20 @@ LISTS = {
     "checks": (dict, "a list of mappings"),
 }
 OUTCOMES = ("passed", "failed", "not_judged")
+# What checks without a question ask, by the beginnings of their names; the others are of the theorem.
+ASKED = {
+    LAW: ("commands off", "energy off", "broadcasts a robot", "exact share of events"),
+    ROBOTS: ("largest distance from the exact", "largest distance from the law")
+    + (
+        "collisions",
+        "incidents",
+        "ended",
+        "robots held still",
+        "no robot jumps",
+        "bodies are apart",
+    )
+    + ("least distance", "least clearance", "largest share of a speed cap", "robots start"),
+}
 OF_A_CHECK = ("predicted", "measured", "tolerance", "difference")  # None where absent
 
 
@@ -56,7 +72,17 @@ def _check(check, where):
     note = _of_type(check.get("note", ""), str, where + ": note", "a text")
     if "passed" not in check or check["passed"] is not None:
         _of_type(check.get("passed"), bool, where + ": passed", "true, false or null")
-    return {**dict.fromkeys(OF_A_CHECK), **check, "note": note}
+    question = check.get("question", _asked(name))
+    if question not in QUESTIONS:
+        text = "{}: question: {}, wanted one of {}"
+        raise ValueError(text.format(where, shown(question), ", ".join(QUESTIONS)))
+    return {**dict.fromkeys(OF_A_CHECK), **check, "note": note, "question": question}
+
+
+def _asked(name):
+    """Return the question of a check of files that tell none."""
+    found = [question for question, begins in ASKED.items() if name.startswith(begins)]
+    return found[0] if found else THEOREM
 
 
 def _of_type(value, kind, where, wanted):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrs_simulator.core.claims import RATE_FLOOR, Claim, Condition, converges_to, decreases
+from mrs_simulator.core.claims import LAW, RATE_FLOOR, Claim, Condition, converges_to, decreases
 from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
 from mrs_simulator.protocols.common import AGREED, attracting, below, spanning_tree
@@ -88,7 +88,9 @@ class EventTriggeredConsensus(Remembering):
             keeps_weighted_mean(self.topology),
             decreases(self._potential, "growth of p^T L p [-]", 1e-6, free=True),
             Claim("p^T L p over its bound [-]", 1.0, 1e-6, self._over, "at most", free=True),
-            Claim("broadcasts a robot and command [-]", FEW, 0.0, self.share, "at most", own=True),
+            Claim(
+                "broadcasts a robot and command [-]", FEW, 0.0, self.share, "at most", question=LAW
+            ),
             *self._broadcast_claims(),
         ]
 
@@ -104,7 +106,7 @@ class EventTriggeredConsensus(Remembering):
             return self._counted(run)[0] / law.broadcasts
 
         name = "exact share of events [-]"
-        return [Claim(name, 1.0, 0.02, over_exact, free=True, own=True)]
+        return [Claim(name, 1.0, 0.02, over_exact, free=True, question=LAW)]
 
     def _potential(self, hand):
         return laplacian_potential(hand, self.topology)

@@ -2,6 +2,7 @@
 
 from python_qt_binding.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from mrs_simulator.core.claims import QUESTIONS
 from mrs_simulator.rqt_plugin.verdict.results_table import ResultsTable
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
 from mrs_simulator.rqt_plugin.widgets.scrolled import scrolled
@@ -9,6 +10,7 @@ from mrs_simulator.rqt_plugin.widgets.symbols import symbolic
 from mrs_simulator.verdict.verdict import FAILED, NOT_JUDGED, PASSED, outcome_of
 
 HEADERS = (
+    ("about", "Theorem, law or robots: which question the row answers"),
     ("claim", "A claim of the protocol's theory, or a check of every run"),
     ("result", "Whether prediction and measurement agree"),
     ("predicted", "The value that theory gives"),
@@ -17,10 +19,10 @@ HEADERS = (
     ("tolerance", "The largest difference that passes"),
     ("remark", "How they are compared, or why the claim does not apply"),
 )
-RESULT = 1  # column
+CLAIM, RESULT = 1, 2  # columns
 WORDS = {True: "passed", False: "FAILED", None: "not judged"}
 TINTS = {True: "good", False: "error", None: "aside"}
-ORDER = (False, True, None)  # of the rows
+ORDER = (False, True, None)  # of the rows about the same
 OUTCOMES = {PASSED: True, FAILED: False, NOT_JUDGED: None}  # tinted as results are
 TITLES = {PASSED: "passed", FAILED: "FAILED", NOT_JUDGED: "not judged"}
 BEFORE = "No verdict yet. Saving a run compares it with its protocol's theory."
@@ -55,7 +57,7 @@ class VerdictPanel(QWidget):
     def set_verdict(self, verdict):
         """Show ``verdict``, a mapping as in ``verdict.json``."""
         self.verdict = verdict
-        checks = sorted(verdict["checks"], key=lambda check: ORDER.index(check["passed"]))
+        checks = sorted(verdict["checks"], key=_place)
         counts = [sum(check["passed"] is passed for check in checks) for passed in WORDS]
         parts = ["{} {}".format(n, word.lower()) for n, word in zip(counts, WORDS.values()) if n]
         outcome = outcome_of(verdict)
@@ -88,14 +90,20 @@ class VerdictPanel(QWidget):
         """Return the texts of the row of ``claim``, by column."""
         names = [name for name, _ in HEADERS]
         for row in range(self._table.rowCount()):
-            if self._table.text(row, 0) == symbolic(claim):
+            if self._table.text(row, CLAIM) == symbolic(claim):
                 return {name: self._table.text(row, c) for c, name in enumerate(names)}
         raise KeyError(claim)
 
 
+def _place(check):
+    """Return what rows are sorted by: their question, then their result."""
+    return QUESTIONS.index(check["question"]), ORDER.index(check["passed"])
+
+
 def _cells(check):
     numbers = [shown(check[key]) for key in ("predicted", "measured", "difference", "tolerance")]
-    return [symbolic(check["name"]), WORDS[check["passed"]], *numbers, symbolic(check["note"])]
+    name = symbolic(check["name"])
+    return [check["question"], name, WORDS[check["passed"]], *numbers, symbolic(check["note"])]
 
 
 def _tip(check):

@@ -11,7 +11,7 @@ from mrs_simulator.study.draw.style import NARROW, look
 from mrs_simulator.verdict.verdict import outcome_of
 
 TABLES = ("tex", "csv")
-COLUMNS = ("check", "predicted", "measured", "tolerance", "outcome", "note")
+COLUMNS = ("check", "predicted", "measured", "tolerance", "outcome", "note", "question")
 OUTCOMES = {True: "passed", False: "failed", None: "not judged"}
 SHORT_OUTCOMES = {True: "passed", False: "failed", None: "--"}
 RELATIONS = ("at most", "at least")
@@ -99,7 +99,8 @@ def verdict_csv(verdict):
     table.writerow(COLUMNS)
     for check in verdict["checks"]:
         values = [check[key] for key in ("predicted", "measured", "tolerance")]
-        row = [check["name"], *values, OUTCOMES[check["passed"]], check.get("note", "")]
+        row = [check["name"], *values, OUTCOMES[check["passed"]]]
+        row += [check.get("note", ""), check["question"]]
         table.writerow(["" if value is None else value for value in row])
     return text.getvalue()
 

@@ -6,7 +6,7 @@ from mrs_simulator.control.pioneer_control import OF_POINTS
 from mrs_simulator.control.safety.filter import FIXED_RATE, filter_acts
 from mrs_simulator.control.safety.sensed import SHARE
 from mrs_simulator.core.blocks import blocks
-from mrs_simulator.core.claims import Claim, NothingDecays
+from mrs_simulator.core.claims import LAW, ROBOTS, Claim, NothingDecays
 from mrs_simulator.protocols.published.arms import robots_of
 from mrs_simulator.protocols.published.laws import Listeners
 from mrs_simulator.protocols.published.robots import AT_LIMIT, are_stated, posed_commands
@@ -20,7 +20,7 @@ from mrs_simulator.verdict.theory.exact_runs import (
 
 COMMANDS = "commands off the published law [-]"
 DISTANCE = "largest distance from the exact solution [m]"
-ROBOTS = "largest distance from the law on these robots [m]"
+ON_ROBOTS = "largest distance from the law on these robots [m]"
 ROUNDING = 1e-6  # [-] of the largest velocity or of the team's size: sums in another order
 # [-] of the largest velocity: what estimated poses cost, and what a law remembers of all samples.
 ESTIMATED, REBUILT = 0.05, 1e-3
@@ -70,7 +70,7 @@ def exactness_claims(control, run, exact, followed=None):
 
 def _on_robots(control, begun, followed):
     """Return the claim that the robots are where the published law takes them, but for rounding."""
-    claim = _distance(ROBOTS, followed)
+    claim = _distance(ON_ROBOTS, followed)
 
     def distance(run):
         value = claim.measure(run)
@@ -122,7 +122,7 @@ def _commands(control, law, run, followed):
         lambda run: _unless_drifted(
             run, command_error(control, law, as_known(control, run), followed)
         ),
-        own=True,
+        question=LAW,
         motion=False,
     )
 
@@ -192,7 +192,7 @@ def _late_commands(control, law, run):
         return _unless_drifted(run, found.error)
 
     tolerance = ESTIMATED if _by_wheels(run) else UNTIMED
-    return Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, own=True, motion=False)
+    return Claim(COMMANDS, 0.0, tolerance, error, unproved=unproved, question=LAW, motion=False)
 
 
 def delay_measures(control, run):
@@ -233,7 +233,7 @@ def _distance(name, exact, held=0.0):
     def distance(run):
         return _apart(run, exact)
 
-    return Claim(name, 0.0, tolerance, distance, free=True, own=True)
+    return Claim(name, 0.0, tolerance, distance, free=True, question=ROBOTS)
 
 
 def _apart(run, other):

@@ -141,7 +141,7 @@ def serialised(suite, world):
     (sensor,), found = suite.active, []
     reading = sensor.known(world.time + 10.0)
     for form in (Colours, Depths, Pinhole):
-        told = form(sensor.mount, world.kinds[0])
+        told = form(sensor.mount, world.team.kinds[0])
         for item in told.rows(reading):
             buffer = io.BytesIO()
             told.message(item, Header()).serialize(buffer)

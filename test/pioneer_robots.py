@@ -170,7 +170,7 @@ class Team:
                     robot.fire(sonar.ranges, turn)
         if world.steps % self._packets == 0:
             self.truths.append((time.time(), world.pose.copy()))
-            odometry, twist = world.odometry(), world.twist
+            odometry, twist = world.estimates.odometry(), world.twist
             for robot in self.robots:
                 if robot.is_open:
                     robot.send(self._told(robot, odometry[robot.row], twist[robot.row], readings))

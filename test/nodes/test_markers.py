@@ -78,7 +78,7 @@ def test_arms_and_their_load_are_drawn_where_they_are():
     arms = [marker for (ns, _), marker in shown.items() if ns == "arms"]
     assert len({marker.id for marker in arms}) == len(arms) > 3 * 7
     places = np.array([[m.pose.position.x, m.pose.position.y, m.pose.position.z] for m in arms])
-    for tool in world._grasps._tools():  # the last link ends in it
+    for tool in world.grasps._tools():  # the last link ends in it
         assert np.linalg.norm(places - tool, axis=1).min() < 0.15
 
 

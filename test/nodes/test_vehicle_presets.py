@@ -304,7 +304,7 @@ def test_setpoints_stream_have_priority_and_groups_are_heeded(monkeypatch, vehic
     moving.vel.x = float("nan")
     bench.wire.topics["/cf1/cmd_velocity_world"](moving)
     bench.drivers.advance()
-    assert bench.world.refused.tolist() == [1, 0]
+    assert bench.world.commands.refused.tolist() == [1, 0]
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
@@ -319,7 +319,7 @@ def test_cmd_vel_of_a_crazyflie_is_an_attitude_and_cmd_stop_cuts_the_motors(fide
     assert bench.place[0, 2] == pytest.approx(2.0, abs=0.05)
     bench.send("/cf1/cmd_stop")
     bench.run(0.3)
-    assert bench.world.flight_states()[0] == "falling" and bench.place[0, 2] < 1.8
+    assert bench.world.flights.states()[0] == "falling" and bench.place[0, 2] < 1.8
     bench.world.close()
 
 
@@ -395,7 +395,7 @@ def test_a_heron_obeys_thrusters_helm_course_and_wrench(monkeypatch, vehicle_pac
     np.testing.assert_allclose(bench.world.pose[1], [0.0, 90.0, 0.0], atol=1e-6)
     bench.send("/robot1/cmd_drive", Drive, left=float("nan"), right=0.0)
     bench.drivers.advance()
-    assert bench.world.refused[0] == 1
+    assert bench.world.commands.refused[0] == 1
 
 
 def test_a_wamv_obeys_the_thruster_topics_of_its_simulator(monkeypatch):

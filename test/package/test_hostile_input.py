@@ -161,7 +161,7 @@ def test_impossible_commands_are_refused(fidelity, v, omega):
     world.set_commands([0], np.array([[v, omega]]))
     for _ in range(5):
         world.step()
-    assert world.refused.tolist() == [1] and np.isfinite(world.pose).all()
+    assert world.commands.refused.tolist() == [1] and np.isfinite(world.pose).all()
     assert world.pose[0, 0] == pytest.approx(0.05)
 
 

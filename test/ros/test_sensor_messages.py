@@ -106,7 +106,7 @@ def test_echoes_are_points_in_the_robots_axes():
     sonar = TYPES["sonar"](mount, np.array([0]), world.team)
     suite.activate({0: ["sonar"]})
     reading = sonar.read(world.sensed(), suite._scenery, _Exact())
-    cloud, cloud2 = forms_of(mount, world.kinds[0])
+    cloud, cloud2 = forms_of(mount, world.team.kinds[0])
     points = sent(cloud, cloud.rows(reading)[0]).points
     # The wall's face at 1.9 m; the fourth transducer at (166, 27) mm looks along 10 deg, its cone 15 deg
     # to both sides, so that it hears the point straight ahead.
@@ -130,7 +130,7 @@ class _Exact:
 
 
 def test_what_drivers_mark_as_ignored_is_lost(sensors):
-    form = forms_of(sensors[0]["laser"].mount, sensors[1].kinds[0])[0]
+    form = forms_of(sensors[0]["laser"].mount, sensors[1].team.kinds[0])[0]
     message = sent(form, [1.0] * 181)
     message.range_min, message.range_max = 0.0, 4.0  # as RosAria's LaserScan may say
     message.ranges = [-1.0, 4.0, 4.1, 0.3, math.inf] + [2.0] * 176
@@ -142,7 +142,7 @@ def test_what_drivers_mark_as_ignored_is_lost(sensors):
 
 def test_a_transducer_without_an_echo_of_any_is_lost(sensors):
     # RosAria tells one that has not fired since the sonars were switched on at the robot's centre.
-    form = forms_of(sensors[0]["sonar"].mount, sensors[1].kinds[0])[0]
+    form = forms_of(sensors[0]["sonar"].mount, sensors[1].team.kinds[0])[0]
     points = form.rows(sensors[0]["sonar"].known(1.0))[0]
     whole = form.reading(sent(form, points), 0.0).ranges
     points[8:] = 0.0  # a robot without the array behind
@@ -156,7 +156,7 @@ def test_another_sensor_than_the_mounts_is_refused(sensors):
     fitted, world = sensors
 
     def refusal(sensor, **changed):
-        form = forms_of(fitted[sensor].mount, world.kinds[0])[0]
+        form = forms_of(fitted[sensor].mount, world.team.kinds[0])[0]
         message = sent(form, form.rows(fitted[sensor].known(1.0))[0])
         for key, value in changed.items():
             setattr(message, key, value(message) if callable(value) else value)
@@ -176,7 +176,10 @@ def test_another_sensor_than_the_mounts_is_refused(sensors):
 
 
 def test_p2os_tells_distances_up_to_the_last_that_has_fired(sensors):
-    form, kind = others_of(sensors[0]["sonar"].mount, sensors[1].kinds[0])[0], sensors[1].kinds[0]
+    form, kind = (
+        others_of(sensors[0]["sonar"].mount, sensors[1].team.kinds[0])[0],
+        sensors[1].team.kinds[0],
+    )
     told = form.MESSAGE(ranges_count=9, ranges=[1.5, 5.0, 0.3] + [2.0] * 6)
     reading = form.reading(told, 3.0)
     assert reading.stamp == 3.0 and reading.ranges[:3].tolist() == [1.5, math.inf, 0.3]
@@ -192,7 +195,7 @@ def test_p2os_tells_distances_up_to_the_last_that_has_fired(sensors):
 
 
 def test_a_topic_may_have_messages_of_several_types(sensors, monkeypatch):
-    mount, kind = sensors[0]["sonar"].mount, sensors[1].kinds[0]
+    mount, kind = sensors[0]["sonar"].mount, sensors[1].team.kinds[0]
     forms = [forms_of(mount, kind)[0], *others_of(mount, kind)]
     asked, heard, refused = [], [], []
     monkeypatch.setattr(
@@ -324,7 +327,7 @@ def test_a_late_listener_changes_no_value(topics):
     suite = Suite.of_scenario(scenario(), world.team, world.obstacles)
     suite.activate({1: ["sonar"]})
     suite.update(world.steps, world.sensed)
-    form = forms_of(suite.mounts[1][0], world.kinds[1])[0]
+    form = forms_of(suite.mounts[1][0], world.team.kinds[1])[0]
     wanted = form.rows(suite.readings(world.time) and suite.active[0].known(world.time))
     assert late.messages[-1].points == pytest.approx(wanted[1], abs=0.0)
 
@@ -362,7 +365,9 @@ def test_rates_that_are_not_kept_are_said(topics, monkeypatch):
     assert lost == "/robot1/laser: a listener was too slow for 3 messages"
     monkeypatch.setattr(sensor_topics, "LATELY", 0.0)
     assert topics.slow(1.0, 0.95) == []  # the three are long gone
-    assert topic_of(3, forms_of(topics._suite.mounts[0][0], world.kinds[0])[0]) == "/robot3/sonar"
+    assert (
+        topic_of(3, forms_of(topics._suite.mounts[0][0], world.team.kinds[0])[0]) == "/robot3/sonar"
+    )
 
 
 def test_a_bag_holds_what_the_scenario_has_recorded():

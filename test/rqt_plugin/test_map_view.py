@@ -874,7 +874,7 @@ def test_arms_and_their_load_are_drawn_and_saved(view, app):
     given = load_scenario(scenario_path("carrying.yaml"))
     world = World.from_scenario(given)
     view.show_team(given.poses)
-    view.show_kinds(world.kinds)
+    view.show_kinds(world.team.kinds)
     view.set_targets_shown(False)
     app.processEvents()
 

@@ -116,7 +116,7 @@ def test_walls_of_a_map_collide_are_seen_and_are_known_to_laws(room):
         world.set_commands(EVERY, np.array([[0.12, 0.0]]))
         world.step()
     assert world.pose[0, 0] == pytest.approx(1.0 - 0.035, abs=1e-3)
-    assert [collision.second[:3] for collision in world.take_collisions()] == ["map"]
+    assert [collision.second[:3] for collision in world.contacts.take()] == ["map"]
     assert len(make_control(found).obstacles) == len(world.obstacles) > 3
     with pytest.raises(WorldError, match="robot1 overlaps obstacle map"):
         World.from_scenario(scenario(room, poses=[[1.1, 0.0, 0.0]]))

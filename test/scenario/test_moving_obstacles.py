@@ -58,14 +58,14 @@ def test_a_track_goes_back_and_forth_or_round():
 
 def test_what_stands_in_the_way_is_touched_and_pushed():
     near = world_after(4.5)  # the cart's rim is 0.45 m from the centre, the robot's front 0.24 m
-    assert near.pose[0, 0] == 0.0 and not near.take_collisions()
+    assert near.pose[0, 0] == 0.0 and not near.contacts.take()
     world = world_after(6.0)
-    (touch,) = world.take_collisions()
+    (touch,) = world.contacts.take()
     assert {touch.first, touch.second} == {"robot1", "cart"} and 4.5 < touch.time < 5.5
-    front = world.kinds[0].body.front
+    front = world.team.kinds[0].body.front
     assert world.pose[0, 0] == pytest.approx(0.0 - 0.3 - front, abs=0.02)  # the cart is at 0
     stands = world_after(6.0, obstacle=CART)
-    assert not stands.take_collisions() and stands.pose[0, 0] == 0.0
+    assert not stands.contacts.take() and stands.pose[0, 0] == 0.0
 
 
 def test_sensors_see_it_where_it_is():
@@ -146,8 +146,8 @@ def pushed(kind, fidelity="dynamic", seconds=3.0, **own):
 def test_robots_with_forces_or_arms_are_pushed_along(kind, fidelity):
     pytest.importorskip("pybullet")
     world = pushed(kind, fidelity)
-    front = world.kinds[0].body.front
-    (touch,) = world.take_collisions()
+    front = world.team.kinds[0].body.front
+    (touch,) = world.contacts.take()
     assert {touch.first, touch.second} == {"robot1", "cart"}
     assert touch.time == pytest.approx((0.7 - front) / 0.4, abs=0.06)
     assert world.pose[0, 0] == pytest.approx(-0.2 - 0.3 - front, abs=0.02)  # the cart is at -0.2
@@ -158,7 +158,7 @@ def test_one_that_hovers_is_pushed_and_one_below_the_top_alone():
     pytest.importorskip("pybullet")
     low, high = (pushed("crazyflie2", seconds=2.5, altitude=z) for z in (0.3, 0.7))
     assert low.pose[0, 0] == pytest.approx(0.0 - 0.3 - 0.06, abs=0.02) and low.z[0] > 0.25
-    assert high.pose[0, 0] == pytest.approx(0.0, abs=1e-6) and not high.take_collisions()
+    assert high.pose[0, 0] == pytest.approx(0.0, abs=1e-6) and not high.contacts.take()
     for world in (low, high):
         world.close()
 

@@ -75,7 +75,7 @@ def test_the_square_of_umbmark_has_its_return_errors(ed, eb, clockwise, wanted):
     for _ in range(4):
         drive(moved, 0.5, 0.0, 8.0)
         drive(moved, 0.0, way * 0.25 * math.pi, 2.0)
-    assert moved.odometry()[0, :2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert moved.estimates.odometry()[0, :2] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert moved.pose[0, :2] == pytest.approx(closed, abs=1e-9)
 
 
@@ -98,14 +98,16 @@ def test_unequal_wheels_let_the_robot_veer_and_not_its_odometry(fidelity, engine
     moved = world({"Ed": 1.005}, **more)
     drive(moved, 0.5, 0.0, 4.0)
     assert circle(moved.pose[0]) == pytest.approx(RADIUS, rel=1e-9)
-    gone = moved.odometry()[0, 0]
+    gone = moved.estimates.odometry()[0, 0]
     assert moved.pose[0, 2] == pytest.approx(gone / RADIUS, rel=1e-9) and gone > 1.5
-    assert moved.odometry()[0, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert moved.estimates.odometry()[0, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
     moved.close()
     moved = world({"Eb": 1.1}, **more)
     drive(moved, 0.0, 0.5, 4.0)
     assert moved.twist[0, 2] == pytest.approx(0.454545, abs=1e-4)  # 0.5/1.1
-    assert moved.odometry()[0, 2] == pytest.approx(1.1 * moved.pose[0, 2], abs=1e-3)  # of 1.9
+    assert moved.estimates.odometry()[0, 2] == pytest.approx(
+        1.1 * moved.pose[0, 2], abs=1e-3
+    )  # of 1.9
     moved.close()
 
 
@@ -144,7 +146,7 @@ def test_a_base_beside_a_flyer_and_one_with_an_arm_veer_too():
             moved.set_commands(EVERY, command)
             moved.step()
         wheeled = [row for row, name in enumerate(kinds) if name != "crazyflie2"]
-        tracks = [moved.kinds[row].numbers.track for row in wheeled]
+        tracks = [moved.team.kinds[row].numbers.track for row in wheeled]
         wanted = [0.5 * 2.0 * 0.1 / (2.1 * track) for track in tracks]
         assert moved.twist[wheeled, 2] == pytest.approx(wanted, rel=0.1)
         moved.close()
@@ -153,7 +155,7 @@ def test_a_base_beside_a_flyer_and_one_with_an_arm_veer_too():
 def test_without_errors_odometry_is_exact():
     moved = world({})
     drive(moved, 0.5, 0.3, 4.0)
-    assert moved.odometry()[0] == pytest.approx(moved.pose[0], abs=1e-9)
+    assert moved.estimates.odometry()[0] == pytest.approx(moved.pose[0], abs=1e-9)
 
 
 @pytest.mark.parametrize("step", [0.02, 0.01])
@@ -161,7 +163,7 @@ def test_the_velocity_model_has_its_variances_whatever_the_step(step):
     n = 2500
     moved = world({"alpha": [0.04, 0.0, 0.01, 0.0, 0.0, 0.0]}, n, step=step)
     drive(moved, 0.5, 0.0, 1.0)
-    error = moved.odometry() - moved.pose + [0.0, 4.0, 0.0] * np.arange(n)[:, np.newaxis]
+    error = moved.estimates.odometry() - moved.pose + [0.0, 4.0, 0.0] * np.arange(n)[:, np.newaxis]
     # Over 1 s at 0.5 m/s: a distance of sqrt(0.04 0.5^2) = 0.1 m, a turn of 0.05 rad.
     four = 4.0 / np.sqrt(2.0 * n)
     assert error[:, 0].std() == pytest.approx(0.1, rel=four)
@@ -173,10 +175,10 @@ def test_a_turn_on_the_spot_errs_by_its_own_alphas():
     n = 2500
     moved = world({"alpha": [0.0, 0.0, 0.0, 0.01, 0.0, 0.03]}, n)
     drive(moved, 0.0, 0.5, 1.0)
-    error = moved.odometry()[:, 2] - moved.pose[:, 2]
+    error = moved.estimates.odometry()[:, 2] - moved.pose[:, 2]
     # Turn and heading add up: sqrt((0.01 + 0.03) 0.5^2) = 0.1 rad.
     assert error.std() == pytest.approx(0.1, rel=4.0 / np.sqrt(2.0 * n))
-    drift = moved.odometry()[:, :2]
+    drift = moved.estimates.odometry()[:, :2]
     assert np.abs(drift).max() < 1e-9
 
 
@@ -185,8 +187,8 @@ def test_a_robot_errs_by_itself():
     alone, beside = world(errors), world(errors, 3)
     for moved in (alone, beside):
         drive(moved, 0.5, 0.1, 1.0)
-    assert np.array_equal(alone.odometry()[0], beside.odometry()[0])
-    assert not np.array_equal(beside.odometry()[0], beside.odometry()[1])
+    assert np.array_equal(alone.estimates.odometry()[0], beside.estimates.odometry()[0])
+    assert not np.array_equal(beside.estimates.odometry()[0], beside.estimates.odometry()[1])
 
 
 @pytest.mark.parametrize(
@@ -222,37 +224,39 @@ def test_a_gyro_takes_the_place_of_the_wheels_turns():
     """A wrong track is not felt: the gyro tells the true turn, the wheels the true way of the centre."""
     moved = world({"Eb": 1.1, "gyro": {}})
     drive(moved, 0.4, 0.5, 5.0)
-    assert moved.estimate()[0] == pytest.approx(moved.pose[0], abs=1e-5)  # arcs bend otherwise
+    assert moved.estimates.pose()[0] == pytest.approx(
+        moved.pose[0], abs=1e-5
+    )  # arcs bend otherwise
     wrong = world({"Eb": 1.1})
     drive(wrong, 0.4, 0.5, 5.0)
-    assert wrong.odometry()[0, 2] == pytest.approx(1.1 * wrong.pose[0, 2], abs=1e-9)
+    assert wrong.estimates.odometry()[0, 2] == pytest.approx(1.1 * wrong.pose[0, 2], abs=1e-9)
 
 
 def test_a_gyros_bias_turns_the_odometry():
     moved = world({"gyro": {"bias": 0.01}})
     drive(moved, 0.0, 0.0, 10.0)
-    assert moved.odometry()[0] == pytest.approx([0.0, 0.0, 0.1], abs=1e-9)
+    assert moved.estimates.odometry()[0] == pytest.approx([0.0, 0.0, 0.1], abs=1e-9)
     moved.reset()
     drive(moved, 0.0, 0.0, 1.0)
-    assert moved.odometry()[0, 2] == pytest.approx(0.01, abs=1e-9)
+    assert moved.estimates.odometry()[0, 2] == pytest.approx(0.01, abs=1e-9)
 
 
 def test_a_gyros_angle_walks_by_the_root_of_time():
     moved = world({"gyro": {"walk": 0.02}}, n=300)
     drive(moved, 0.0, 0.0, 4.0)
-    assert moved.odometry()[:, 2].std() == pytest.approx(0.04, rel=0.15)
+    assert moved.estimates.odometry()[:, 2].std() == pytest.approx(0.04, rel=0.15)
 
 
 def test_factors_are_even_and_kept():
     moved = world({"factor": 0.1}, n=400)
     drive(moved, 0.5, 0.0, 1.0)
-    first = moved.odometry()[:, 0] / 0.5 - 1.0
+    first = moved.estimates.odometry()[:, 0] / 0.5 - 1.0
     assert np.abs(first).max() <= 0.1 and np.abs(first.mean()) < 0.01
     assert first.std() == pytest.approx(0.1 / math.sqrt(3.0), rel=0.1)
     drive(moved, 0.5, 0.0, 1.0)
-    assert moved.odometry()[:, 0] == pytest.approx(1.0 + first, abs=1e-9)
+    assert moved.estimates.odometry()[:, 0] == pytest.approx(1.0 + first, abs=1e-9)
     drive(moved, 0.0, 0.5, 1.0)
-    turned = moved.odometry()[:, 2] / 0.5 - 1.0
+    turned = moved.estimates.odometry()[:, 2] / 0.5 - 1.0
     assert abs(np.corrcoef(first, turned)[0, 1]) < 0.2 and np.abs(turned).max() <= 0.1
 
 
@@ -302,13 +306,13 @@ def driven(errors, n, legs, every=1):
     moved = world(errors, n, control={"rate": 10.0}, step=0.1)
     content = {"poses": [[0, 0, 0]], "odometry": "wheel", "odometry_errors": errors}
     given = scenario_from_dict(content).odometry_errors
-    sure = OdometryCovariance(moved.team, given, moved.pose, moved.odometry())
+    sure = OdometryCovariance(moved.team, given, moved.pose, moved.estimates.odometry())
     for v, w, seconds in legs:
         for _ in range(int(round(seconds / 0.1 / every))):
             for _ in range(every):
                 moved.set_commands(EVERY, np.array([[v, w]] * n))
                 moved.step()
-            sure.follow(moved.pose, moved.odometry(), 0.1 * every)
+            sure.follow(moved.pose, moved.estimates.odometry(), 0.1 * every)
     return sure.covariance(), moved
 
 
@@ -344,7 +348,11 @@ def test_the_covariance_told_is_that_of_ten_thousand_robots(n, every, errors):
 
 def relative_errors(moved):
     """Return how far odometry is off, (n, 3), in the axes in which robots began."""
-    return moved.odometry() - moved.pose + [0.0, 4.0, 0.0] * np.arange(moved.n)[:, np.newaxis]
+    return (
+        moved.estimates.odometry()
+        - moved.pose
+        + [0.0, 4.0, 0.0] * np.arange(moved.n)[:, np.newaxis]
+    )
 
 
 @pytest.mark.parametrize("errors", [{"Ed": 1.005}, {"Eb": 1.01}, {"gyro": {"bias": 0.01}}])

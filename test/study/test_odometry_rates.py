@@ -52,14 +52,14 @@ def test_between_two_odometries_a_robot_is_where_it_was():
     for _ in range(12):
         world.set_commands(EVERY, np.tile([0.5, 0.0], (3, 1)))
         world.step()
-        seen.append(np.round(world.estimate()[:, 0] / 0.01).astype(int).tolist())
+        seen.append(np.round(world.estimates.pose()[:, 0] / 0.01).astype(int).tolist())
     assert [row[1] for row in seen] == list(range(1, 13))
     assert [row[0] for row in seen] == [0] * 4 + [5] * 5 + [10] * 3
     assert [row[2] for row in seen] == [row[0] for row in seen]
     world.reset()  # which counts anew
-    assert world.estimate()[:, 0].tolist() == [0.0] * 3
+    assert world.estimates.pose()[:, 0].tolist() == [0.0] * 3
     with pytest.raises(ValueError):
-        world.estimate()[0] = 1.0
+        world.estimates.pose()[0] = 1.0
 
 
 def test_a_law_hears_of_slow_robots_late():

@@ -109,7 +109,7 @@ def test_sizes_are_told_beforehand(out, tmp_path):
         "sensor_laser.csv: 2 robots, 31 values at 10 Hz for 600 s: about 1.6 MB"
     )
     world, mounts = experiment.world, experiment.sensors.mounts
-    recorded = recorded_sensors(long.record, mounts, world.kinds)
+    recorded = recorded_sensors(long.record, mounts, world.team.kinds)
     recorded = with_sizes(recorded, long, world.team, world.obstacles, lines_of)
     sensors = {each.name: each for each in recorded}
     # What is measured exactly, and is 0, has few digits: it takes less.

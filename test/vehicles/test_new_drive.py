@@ -64,7 +64,7 @@ def test_the_example_drives_beside_other_robots(ball):
         world.step()
     # Turned to the left by 90 deg: 0.4 m/s ahead is along y, from a ramp of 1 m/s^2 on.
     np.testing.assert_allclose(world.pose[0], [-0.38, 0.72, 0.5 * np.pi], atol=1e-9)
-    np.testing.assert_allclose(world.estimate()[0], world.pose[0], atol=0.02)
+    np.testing.assert_allclose(world.estimates.pose()[0], world.pose[0], atol=0.02)
 
 
 def test_a_law_for_points_moves_the_example(ball):

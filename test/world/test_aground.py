@@ -24,10 +24,10 @@ def test_a_boat_runs_aground_is_told_of_and_comes_off_again(fidelity):
     drive(0.8, 200)
     assert world.pose[0, 0] == pytest.approx(5.0 - 0.675, abs=0.01)  # the bow is on the beach
     assert abs(world.twist[0, 0]) < 0.05
-    assert {(each.first, each.second) for each in world.take_collisions()} == {("robot1", "beach")}
+    assert {(each.first, each.second) for each in world.contacts.take()} == {("robot1", "beach")}
     drive(-0.4, 250)
     assert world.pose[0, 0] < 4.0
-    assert not world.take_collisions()
+    assert not world.contacts.take()
 
 
 @pytest.mark.parametrize("fidelity", ["kinematic", "dynamic"])
@@ -42,7 +42,7 @@ def test_others_stand_on_land_and_fly_over_it(fidelity):
         world.set_commands(EVERY, command)
         world.step()
     assert world.pose[0, 0] > 7.0 and world.pose[1, 0] > 5.5
-    assert not world.take_collisions()
+    assert not world.contacts.take()
     world.close()
 
 
@@ -56,7 +56,7 @@ def test_wheels_that_leave_the_land_are_reported_and_stand_still(name, fidelity)
     for _ in range(160):
         world.set_commands(EVERY, command)
         world.step()
-    assert [each[1:3] for each in world.take_incidents()] == [("robot1", "in_water")]
+    assert [each[1:3] for each in world.faults.take()] == [("robot1", "in_water")]
     assert 4.0 < world.pose[0, 0] < 5.0 and world.pose[1, 0] > 5.5
     np.testing.assert_allclose(world.twist[0], 0.0, atol=0.01)
     world.reset()

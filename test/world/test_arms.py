@@ -129,7 +129,7 @@ def test_a_held_command_moves_the_tool_by_what_was_wanted():
         team = ArmedTeamInSpace(["husky_panda"], None)
         pose, joints = placed(team, 1)
         world = World(team, pose, step=period, limits=None)
-        world._motion.q[:] = joints[:, 1:]
+        world.motion.q[:] = joints[:, 1:]
         wanted = np.array([[0.1, 0.2, 0.05]])
         begin = team.point(world.pose, world.joints, 0.1)
         world.set_commands([0], team.command(wanted, pose, joints, 0.1, period))
@@ -143,7 +143,7 @@ def test_an_arm_comes_home_while_its_tool_rests():
     team = ArmedTeamInSpace(["husky_panda"])
     pose, joints = placed(team, 1)
     world = World(team, pose)
-    world._motion.q[:] = joints[:, 1:]
+    world.motion.q[:] = joints[:, 1:]
     begin = team.point(world.pose, world.joints, 0.1)
     for _ in range(250):
         told = team.command(np.zeros((1, 3)), world.pose, world.joints, 0.1, world.step_size)
@@ -194,7 +194,7 @@ def test_joints_keep_their_ends_and_speeds():
         assert (rate <= team.rates + 1e-9).all()
     np.testing.assert_allclose(world.joints[0, 1:], team.upper[0])
     assert not world.joints[1].any()
-    assert world._motion.ended[0].all()
+    assert world.motion.ended[0].all()
 
 
 # As verdicts have it, stated apart -------------------------------------------------------------

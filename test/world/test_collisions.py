@@ -163,8 +163,8 @@ def drive_about(limits):
             world.set_commands(EVERY, draw.uniform(-0.6, 0.6, (30, 2)))
         world.step()
         track.append(np.concatenate([world.pose, world.twist], axis=1))
-        collisions += world.take_collisions()
-    return np.array(track), collisions, world.closest_approach
+        collisions += world.contacts.take()
+    return np.array(track), collisions, world.contacts.closest
 
 
 @pytest.mark.parametrize("limits", ["top", None])

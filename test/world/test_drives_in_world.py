@@ -99,7 +99,7 @@ def test_odometry_of_every_drive_follows_the_truth_but_for_its_noise():
     world = World(MIXED, APART, odometry_kind="wheel", seed=3)
     commands = [[0.2, 0.0, 0.3], [0.2, 0.1, 0.3], [0.5, 0.0, 0.3], [0.3, 0.0, 0.2], [0.2, 0.2, 0.2]]
     drive(world, commands, 4.0)
-    error = np.abs(world.estimate() - world.pose)
+    error = np.abs(world.estimates.pose() - world.pose)
     assert error[:, :2].max() < 0.02
     assert (error[:, :2].max(axis=1) > 0.0).all()
 
@@ -116,7 +116,7 @@ def test_a_base_pushed_sideways_against_another_is_stopped_and_reported():
     for _ in range(200):
         world.set_commands([0], np.array([[0.0, 0.3, 0.0]]))
         world.step()
-    assert [collision[1:3] for collision in world.take_collisions()] == [("robot1", "robot2")]
+    assert [collision[1:3] for collision in world.contacts.take()] == [("robot1", "robot2")]
     assert world.pose[1, 1] - world.pose[0, 1] > 0.225 + 0.180 - 0.01
 
 

@@ -87,8 +87,8 @@ def test_head_on_robots_stop_each_other_and_are_named():
     for _ in range(150):
         world.set_commands([0, 1], np.array([[0.4, 0.0], [0.4, 0.0]]))
         world.step()
-    collisions = world.take_collisions()
-    distance = world.closest_distance()
+    collisions = world.contacts.take()
+    distance = world.motion.closest()
     world.close()
     assert collisions[0][1:3] == ("robot1", "robot2")
     assert collisions[0].x == pytest.approx(0.6, abs=0.1)
@@ -103,7 +103,7 @@ def test_an_obstacle_stops_a_robot_and_is_named(obstacle):
     for _ in range(200):
         world.set_commands([0], np.array([[0.4, 0.0]]))
         world.step()
-    named = {collision[1:3] for collision in world.take_collisions()}
+    named = {collision[1:3] for collision in world.contacts.take()}
     x = world.pose[0, 0]
     world.close()
     assert named == {("robot1", obstacle.name)}

@@ -40,7 +40,7 @@ def test_base_and_arm_are_one_description():
 
 
 def test_tools_are_where_pybullet_has_them(standing):
-    bodies = standing._motion.bodies
+    bodies = standing.motion.bodies
     points = standing.team.tools(standing.pose, standing.joints, 0.1)
     for row in range(3):
         body, _, tool = bodies.arm_of(row)
@@ -77,7 +77,7 @@ def test_a_reset_takes_hold_anew(standing):
     standing.reset()
     assert standing.load.held.all()
     np.testing.assert_allclose(standing.joints, standing.team.rest_joints, atol=1e-9)
-    count = pybullet.getNumBodies(physicsClientId=standing._motion.bodies.client)
+    count = pybullet.getNumBodies(physicsClientId=standing.motion.bodies.client)
     assert count == 5  # ground, robots and one load
     begun = None
     for _ in range(5):
@@ -162,7 +162,7 @@ def test_an_arm_touches_what_stands_in_its_way():
     for _ in range(125):
         world.set_commands([0], command)
         world.step()
-        told += [each[1:3] for each in world.take_collisions()]
+        told += [each[1:3] for each in world.contacts.take()]
     assert told[:1] == [("robot1", "column")]
     assert abs(world.joints[0, 1]) < 1.7  # it did not pass through
     world.close()

@@ -56,7 +56,7 @@ def test_every_kind_does_what_it_is_told_on_its_wheels(name, command):
 def test_encoders_and_truth_part_only_by_what_the_wheels_slide(name, command):
     world = drive(world_of(name, odometry_kind="wheel"), [command], 2.0)
     gone = np.hypot(*world.pose[0, :2])
-    slid = np.hypot(*(world.odometry()[0, :2] - world.pose[0, :2]))
+    slid = np.hypot(*(world.estimates.odometry()[0, :2] - world.pose[0, :2]))
     assert 0.0 < slid < 0.07 * gone
 
 
@@ -91,7 +91,7 @@ def test_a_car_too_fast_for_its_curve_slides():
 def test_robots_of_three_drives_push_each_other_and_are_named():
     world = world_of("robotino3", "pioneer3dx", apart=0.8)
     drive(world, [(0.3, 0.0, 0.0), (0.0, 0.0, 0.0)], 3.0)
-    assert [each[1:3] for each in world.take_collisions()] == [("robot1", "robot2")]
+    assert [each[1:3] for each in world.contacts.take()] == [("robot1", "robot2")]
     assert world.pose[1, 0] > 0.81  # pushed along, against its braked wheels
     assert world.pose[1, 0] - world.pose[0, 0] > 0.301 + 0.225 - 0.02
 
@@ -100,7 +100,7 @@ def test_an_obstacle_stops_a_base_that_goes_sideways():
     wall = Box("wall", 0.0, 1.0, 0.0, 2.0, 0.1, 0.5)
     world = World(("youbot",), [[0.0, 0.0, 0.0]], [wall], fidelity="dynamic")
     drive(world, [(0.0, 0.5, 0.0)], 3.0)
-    assert [each[1:3] for each in world.take_collisions()] == [("robot1", "wall")]
+    assert [each[1:3] for each in world.contacts.take()] == [("robot1", "wall")]
     assert world.pose[0, 1] == pytest.approx(1.0 - 0.05 - 0.18, abs=0.02)
 
 
@@ -112,7 +112,7 @@ def test_a_mixed_team_gives_the_same_bytes_again_and_after_a_reset():
         for _ in range(40):
             world.set_commands(EVERY, command)
             world.step()
-        return world.pose.copy(), world.odometry().copy()
+        return world.pose.copy(), world.estimates.odometry().copy()
 
     first, second = (world_of(*kinds, odometry_kind="wheel") for _ in range(2))
     once = run(first)

@@ -32,7 +32,7 @@ def pair(fidelity, **more):
 
 
 def told(world):
-    return [(each.robot, each.what, each.ordered) for each in world.take_incidents()]
+    return [(each.robot, each.what, each.ordered) for each in world.faults.take()]
 
 
 # Scenario --------------------------------------------------------------------------------------------
@@ -90,9 +90,9 @@ def test_robots_without_rotors_lose_none(more, said):
 def test_a_robot_that_loses_a_rotor_falls_and_the_other_flies_on(fidelity):
     world = pair(fidelity, events=[Event(0.2, 2, "rotor_lost", 1)])
     flown(world, 0.2)
-    assert not world.take_incidents()
+    assert not world.faults.take()
     flown(world, 0.2)
-    assert world.flight_states() == {0: "hovering", 1: "falling"}
+    assert world.flights.states() == {0: "hovering", 1: "falling"}
     flown(world, 2.6, [0.1, 0.0, 0.2, 0.0])
     found = told(world)
     assert found[0] == ("robot2", "rotor_lost", True)
@@ -102,7 +102,7 @@ def test_a_robot_that_loses_a_rotor_falls_and_the_other_flies_on(fidelity):
     assert world.z[1] < 0.05 and world.z[0] > 1.2
     assert np.abs(world.twist[1]).max() < 0.05  # it lies
     with pytest.raises(WorldError, match="robot2 has lost a rotor"):
-        world.take_off([1])
+        world.flights.take_off([1])
     world.close()
 
 
@@ -111,7 +111,7 @@ def test_a_fall_takes_as_long_as_a_stone():
     flown(world, 0.4)
     assert world.z[0] == pytest.approx(1.0 - 0.5 * 9.81 * 0.4**2, abs=1e-9)
     flown(world, 0.1)
-    assert world.z[0] == 0.0 and world.flight_states()[0] == "motors off"  # sqrt(2 h/g) = 0.45 s
+    assert world.z[0] == 0.0 and world.flights.states()[0] == "motors off"  # sqrt(2 h/g) = 0.45 s
 
 
 @BOTH
@@ -119,39 +119,39 @@ def test_motors_are_cut_in_the_air_only_where_the_fall_is_confirmed(fidelity):
     world = pair(fidelity)
     flown(world, 0.1)
     with pytest.raises(WorldError, match="robot1 is 1.00 m high and would fall"):
-        world.cut_motors([0])
+        world.flights.cut_motors([0])
     flown(world, 0.5)
-    assert world.z[0] == pytest.approx(1.0, abs=0.02) and not world.take_incidents()
-    world.cut_motors([0], falls=True)
+    assert world.z[0] == pytest.approx(1.0, abs=0.02) and not world.faults.take()
+    world.flights.cut_motors([0], falls=True)
     flown(world, 1.5)
     assert told(world) == [("robot1", "motors_off", True)] and world.z[0] < 0.03
     flown(world, 0.5, [0.0, 0.0, 0.5, 0.0])
-    assert world.z[0] < 0.03 and world.flight_states()[0] == "motors off"  # it obeys nothing
-    world.take_off([0], 0.6)
+    assert world.z[0] < 0.03 and world.flights.states()[0] == "motors off"  # it obeys nothing
+    world.flights.take_off([0], 0.6)
     flown(world, 6.0)
-    assert world.z[0] == pytest.approx(0.6, abs=0.02) and world.flight_states()[0] == "hovering"
+    assert world.z[0] == pytest.approx(0.6, abs=0.02) and world.flights.states()[0] == "hovering"
     world.close()
 
 
 @BOTH
 def test_take_off_and_landing_are_done_whatever_is_commanded(fidelity):
     world = World(("crazyflie2", "ardrone2"), [[0.0, 0.0, 0.3], [2.0, 0.0, 0.0]], fidelity=fidelity)
-    assert world.flight_states() == {0: "landed", 1: "landed"}
-    world.take_off([0, 1], 0.5)
+    assert world.flights.states() == {0: "landed", 1: "landed"}
+    world.flights.take_off([0, 1], 0.5)
     flown(world, 0.5, [0.5, 0.0, -0.5, 0.0])
-    assert world.flight_states() == {0: "taking off", 1: "taking off"}
+    assert world.flights.states() == {0: "taking off", 1: "taking off"}
     for _ in range(250):
         world.set_commands(EVERY, np.zeros((2, 4)))
         world.step()
     np.testing.assert_allclose(world.z, 0.5, atol=0.02)
     np.testing.assert_allclose(world.pose[:, :2], [[0.0, 0.0], [2.0, 0.0]], atol=1e-3)
-    world.land(EVERY)
+    world.flights.land(EVERY)
     flown(world, 0.3, [0.0, 0.0, 0.5, 0.0])
-    assert world.flight_states() == {0: "landing", 1: "landing"}
-    world.land(EVERY)  # told again, they still land
+    assert world.flights.states() == {0: "landing", 1: "landing"}
+    world.flights.land(EVERY)  # told again, they still land
     flown(world, 3.0, [0.5, 0.0, 0.5, 0.0])
-    assert not world.z.any() and world.flight_states() == {0: "landed", 1: "landed"}
-    world.take_off(0, 0.4)
+    assert not world.z.any() and world.flights.states() == {0: "landed", 1: "landed"}
+    world.flights.take_off(0, 0.4)
     for _ in range(320):  # told to take off, and nothing more, it hovers
         world.step()
     assert world.z[0] == pytest.approx(0.4, abs=0.02) and world.z[1] == 0.0
@@ -161,11 +161,11 @@ def test_take_off_and_landing_are_done_whatever_is_commanded(fidelity):
 def test_who_does_not_fly_is_named():
     world = World(("crazyflie2", "heron"), [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]], mirrored=[0])
     for row, said in ((1, "robot2 is a Clearpath Heron"), (0, "robot1 is a real one")):
-        for act in (world.take_off, world.land, world.cut_motors):
+        for act in (world.flights.take_off, world.flights.land, world.flights.cut_motors):
             with pytest.raises(WorldError, match=said):
                 act([row])
     with pytest.raises(WorldError, match="height -1"):
-        pair("kinematic").take_off([0], -1)
+        pair("kinematic").flights.take_off([0], -1)
 
 
 def test_rotors_at_their_limit_are_told_after_half_a_second(tmp_path):
@@ -174,7 +174,7 @@ def test_rotors_at_their_limit_are_told_after_half_a_second(tmp_path):
                                    "altitude": 1.0, "fidelity": "dynamic"})  # fmt: skip
     world = World.from_scenario(scenario)
     flown(world, 0.4)
-    assert not world.take_incidents()
+    assert not world.faults.take()
     flown(world, 2.0)
     assert told(world) == [("robot1", "saturated", False)]
 
@@ -207,9 +207,9 @@ def test_a_state_that_is_no_number_is_told_and_stops_that_robot_alone(
     np.testing.assert_allclose(world.pose[0], before[0], atol=0.01)
     flown(world, 1.5, forward)
     assert np.isfinite(world.pose).all() and world.pose[1, 0] > before[1, 0] + 0.1
-    assert not world.take_incidents()
+    assert not world.faults.take()
     if kind != "heron":
-        assert world.flight_states()[0] == "motors off" and world.z[1] > 0.9
+        assert world.flights.states()[0] == "motors off" and world.z[1] > 0.9
     world.close()
 
 
@@ -217,7 +217,7 @@ def test_commands_that_are_no_numbers_are_refused_and_counted():
     world = pair("dynamic")
     world.set_commands([0], np.array([[np.nan, 0.0, 0.0, 0.0]]))
     world.step()
-    assert world.refused.tolist() == [1, 0] and world.z[0] == pytest.approx(1.0, abs=1e-3)
+    assert world.commands.refused.tolist() == [1, 0] and world.z[0] == pytest.approx(1.0, abs=1e-3)
 
 
 # Runs and verdicts -----------------------------------------------------------------------------------
@@ -271,7 +271,7 @@ def test_two_that_fly_into_each_other_touch_and_are_told():
         ("crazyflie2",) * 2, [[0.0, 0.0, 0.0], [0.8, 0.0, 0.0]], z=[1.0, 1.0], fidelity="dynamic"
     )
     flown(world, 1.6, np.array([[0.5, 0.0, 0.0, 0.0], [-0.5, 0.0, 0.0, 0.0]]))
-    first = world.take_collisions()[0]
+    first = world.contacts.take()[0]
     assert (first.first, first.second) == ("robot1", "robot2")
     assert (first.x, first.y, first.z) == pytest.approx((0.4, 0.0, 1.01), abs=0.03)
     assert np.diff(world.pose[:, 0]) > 0.11  # bodies of 6 cm radius
@@ -284,7 +284,7 @@ def test_one_flown_onto_the_floor_rests_on_it():
     world = World(("crazyflie2",), [[0.0, 0.0, 0.0]], z=[0.5], fidelity="dynamic")
     flown(world, 1.5, [0.0, 0.0, -1.0, 0.0])
     assert world.z[0] == 0.0 and np.abs(world.twist).max() < 1e-6
-    assert not world.take_collisions()
+    assert not world.contacts.take()
     world.close()
 
 
@@ -295,7 +295,7 @@ def test_one_flown_into_a_wall_stops_there_and_over_it_does_not():
     kinds, places = ("crazyflie2",) * 2, [[0.3, 0.0, 0.0], [0.3, 1.0, 0.0]]
     world = World(kinds, places, [wall], z=[1.0, 2.3], fidelity="dynamic")
     flown(world, 2.0, [0.4, 0.0, 0.0, 0.0])
-    found = {(each.first, each.second) for each in world.take_collisions()}
+    found = {(each.first, each.second) for each in world.contacts.take()}
     assert found == {("robot1", "wall")}
     assert world.pose[0, 0] < 0.95 and world.pose[1, 0] > 0.95
     world.close()
@@ -304,14 +304,14 @@ def test_one_flown_into_a_wall_stops_there_and_over_it_does_not():
 def test_nobody_near_needs_no_solver():
     world = pair("dynamic")
     flown(world, 0.5, [0.0, 0.0, 0.1, 0.0])
-    (flight,) = world._motion._aloft.values()
+    (flight,) = world.motion._aloft.values()
     assert flight._touching._client is None
 
 
 def test_a_body_that_tumbles_freely_gains_no_energy():
     world = World(("crazyflie2",), [[0.0, 0.0, 0.0]], z=[60.0], fidelity="dynamic")
-    world.cut_motors([0], falls=True)
-    (part,) = world._motion._aloft.values()
+    world.flights.cut_motors([0], falls=True)
+    (part,) = world.motion._aloft.values()
     part._inner.flight.rates[0] = [40.0, 3.0, 60.0]
     part._inner.flight.rotors[:] = 0.0
     inertia = np.array([1.4e-5, 1.4e-5, 2.17e-5])

@@ -27,7 +27,8 @@ from mrs_simulator.scenario.team.odometry_errors import OdometryErrors
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 from mrs_simulator.world.incidents.faults import Faults
 from mrs_simulator.world.motion import fused_stepping, kinematic, stretches
-from mrs_simulator.world.world import PASSIVE, World
+from mrs_simulator.world.part import Part
+from mrs_simulator.world.world import World
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 ROUNDING = 1e-9  # [m, rad, m/s]
@@ -127,7 +128,7 @@ def kernel_of(compile_):
 def recorded(scenario, protocol=None):
     """Return samples (m, n, 5), collisions, and how often the world made a step of its own."""
     experiment, own = Experiment(scenario, protocol), []
-    motion = experiment.world._motion
+    motion = experiment.world.motion
     advance = motion.advance
     motion.advance = lambda command: own.append(1) or advance(command)
     rows = [np.column_stack(told[1:]) for told in experiment.samples()]
@@ -141,9 +142,9 @@ def compare(start, scenario, protocol=None):
     assert by_leap[0].shape == by_step[0].shape
     np.testing.assert_allclose(by_leap[0], by_step[0], rtol=0.0, atol=ROUNDING)
     assert len(by_leap[1]) == len(by_step[1])
-    assert by_leap[3].time == by_step[3].time and by_leap[3].commanded.all()
+    assert by_leap[3].time == by_step[3].time and by_leap[3].commands.commanded.all()
     np.testing.assert_allclose(by_leap[3].twist, by_step[3].twist, rtol=0.0, atol=ROUNDING)
-    np.testing.assert_array_equal(by_leap[3]._commands.received, by_step[3]._commands.received)
+    np.testing.assert_array_equal(by_leap[3].commands.received, by_step[3].commands.received)
     return by_step[2], by_leap[2]
 
 
@@ -291,13 +292,8 @@ def test_what_more_decides_on_goes_step_by_step(protocol, changes, compiled):
 def test_a_part_of_the_world_that_says_nothing_of_leaps_is_asked_at_each_step():
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
     assert world.can_leap(5)
-    for part, leaps in ((object(), False), (None, True), (False, True), (True, False)):
-        world.added = part
-        assert world.can_leap(5) == leaps
-    del world.added
-    for name in set(vars(world)) - set(PASSIVE):
-        part = getattr(world, name)
-        assert part in (None, False) or getattr(part, "can_leap", False), name
+    world.parts.append(Part())
+    assert not world.can_leap(5)
 
 
 LEAP, STEP = True, False
@@ -361,7 +357,7 @@ def test_robots_that_are_sensed_do_not_leap(sensors, compiled):
 
 def test_what_is_to_befall_robots_stops_leaps():
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
-    world._faults = Faults(world._motion, world._clock, [FIELDS["events"][0][0]])
+    world.parts = [Faults(world.motion, world.clock, [FIELDS["events"][0][0]])]
     assert not world.can_leap(5)
 
 

@@ -55,7 +55,7 @@ def test_it_is_where_it_was_put_and_obeys_no_command(world, fidelity):
 def test_a_simulated_robot_runs_into_it_and_does_not_push_it(world, fidelity):
     made = world([[0.0, 0.0, 0.0], [1.2, 0.0, np.pi]], fidelity=fidelity)
     drive(made, 0.5, 3.0)
-    assert made.take_collisions()[0][1:3] == ("robot1", "robot2")
+    assert made.contacts.take()[0][1:3] == ("robot1", "robot2")
     np.testing.assert_allclose(np.abs(made.pose[1]), [1.2, 0.0, np.pi], atol=1e-12)
     assert made.pose[0, 0] == pytest.approx(1.2 - APART, abs=EXACT[fidelity])
     assert abs(made.twist[0, 0]) < 0.05
@@ -78,7 +78,7 @@ def test_it_pushes_a_simulated_robot_away(world, fidelity):
         made.step()
     assert made.pose[1, 0] == pytest.approx(x)
     assert made.pose[0, 0] == pytest.approx(x - APART, abs=0.03)
-    assert [each[1:3] for each in made.take_collisions()] == [("robot1", "robot2")]
+    assert [each[1:3] for each in made.contacts.take()] == [("robot1", "robot2")]
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
@@ -93,7 +93,7 @@ def test_two_of_them_and_obstacles_are_told_and_nobody_moves(world, fidelity):
     for _ in range(5):
         made.step()
     np.testing.assert_allclose(made.pose[1:], where, atol=1e-12)
-    told = {each[1:3] for each in made.take_collisions()}
+    told = {each[1:3] for each in made.contacts.take()}
     assert told == {("robot2", "robot3"), ("robot2", "crate")}
 
 
@@ -135,8 +135,8 @@ def test_its_watchdog_and_its_odometry_are_its_own(world):
     made.place([1], [[4.0, 1.0, 0.5]])
     for _ in range(40):
         made.step()
-    assert made.timed_out.tolist() == [True, False]
-    assert made.estimate()[1].tolist() == made.pose[1].tolist()
+    assert made.commands.timed_out.tolist() == [True, False]
+    assert made.estimates.pose()[1].tolist() == made.pose[1].tolist()
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_the_watchdog_looks_as_often_as_it_is_told(world, period, stopped_after)
     for _ in range(2):
         made.step()
     made.set_commands([0], np.array([[0.5, 0.0]]))  # at 0.04 s: 0.6 s later lies between two looks
-    while not made.timed_out[0]:
+    while not made.commands.timed_out[0]:
         made.step()
     # It drove on until the look that found it silent.
     expected = 0.5 * (stopped_after - 0.04 if period else stopped_after)

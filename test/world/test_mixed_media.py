@@ -50,7 +50,7 @@ def test_each_moves_as_it_does_without_robots_of_other_media(mixed, medium):
     alone = driven(rows)
     for name in ("pose", "twist", "joints"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(mixed, name)[rows])
-    np.testing.assert_array_equal(alone.estimate(), mixed.estimate()[rows])
+    np.testing.assert_array_equal(alone.estimates.pose(), mixed.estimates.pose()[rows])
     if medium == "air":
         np.testing.assert_array_equal(alone.z, mixed.z[rows])
     alone.close()
@@ -58,11 +58,11 @@ def test_each_moves_as_it_does_without_robots_of_other_media(mixed, medium):
 
 def test_it_begins_anew():
     world = driven([0, 1, 2])
-    first = world.pose.copy(), world.z.copy(), world.estimate().copy()
+    first = world.pose.copy(), world.z.copy(), world.estimates.pose().copy()
     world.reset()
     np.testing.assert_array_equal(world.pose[:, :2], POSES[:3, :2])
     drive(world, 100)
-    for value, again in zip(first, (world.pose, world.z, world.estimate())):
+    for value, again in zip(first, (world.pose, world.z, world.estimates.pose())):
         np.testing.assert_allclose(again, value, atol=1e-3)  # the solver remembers its contacts
     world.close()
 
@@ -77,7 +77,7 @@ def test_those_on_wheels_are_firm_to_others():
     for _ in range(200):
         world.set_commands(EVERY, command)
         world.step()
-    told = {(each.first, each.second) for each in world.take_collisions()}
+    told = {(each.first, each.second) for each in world.contacts.take()}
     assert told == {("robot1", "robot2"), ("robot3", "robot4")}
     alone = World(("pioneer3dx", "robotino3"), [poses[1], poses[3]], fidelity="dynamic")
     for _ in range(200):
@@ -95,7 +95,7 @@ def test_a_robot_on_wheels_pushes_a_boat_and_meets_its_like_in_the_solver():
     for _ in range(200):
         world.set_commands([0, 2, 3], np.array([[0.4, 0.0]] * 3))
         world.step()
-    told = {(each.first, each.second) for each in world.take_collisions()}
+    told = {(each.first, each.second) for each in world.contacts.take()}
     assert told == {("robot1", "robot2"), ("robot3", "robot4")}
     assert world.pose[0, 0] > 1.3
     assert world.pose[1, 0] > 2.0

@@ -73,15 +73,17 @@ def test_a_team_is_moved_in_space(hoverer):  # noqa: F811
 def test_wheel_odometry_of_robots_without_wheels_is_what_they_know(hoverer):  # noqa: F811
     world = World((hoverer, "pioneer3dx"), [[1.0, 2.0, 1.0], [5.0, 0.0, 0.0]], z=[1.0, 0.0],
                   odometry_kind="wheel")  # fmt: skip
-    assert not world.odometry().any()
+    assert not world.estimates.odometry().any()
     for _ in range(50):
         world.set_commands(EVERY, np.array([[0.4, 0.1, 0.2, 0.3], [0.3, 0.0, 0.0, 0.0]]))
         world.step()
-    np.testing.assert_allclose(world.estimate()[0], world.pose[0], atol=1e-12)
-    assert np.abs(world.odometry()[0] - world.pose[0]).max() > 0.5
-    told = world.odometry_spatial()
-    np.testing.assert_allclose(headings(told.orientation[0]), world.odometry()[0, 2], atol=1e-9)
-    assert told.z[0] == world.z[0] == world.estimate_z()[0]
+    np.testing.assert_allclose(world.estimates.pose()[0], world.pose[0], atol=1e-12)
+    assert np.abs(world.estimates.odometry()[0] - world.pose[0]).max() > 0.5
+    told = world.estimates.spatial()
+    np.testing.assert_allclose(
+        headings(told.orientation[0]), world.estimates.odometry()[0, 2], atol=1e-9
+    )
+    assert told.z[0] == world.z[0] == world.estimates.z()[0]
 
 
 @pytest.mark.parametrize(
@@ -105,12 +107,12 @@ def test_robots_above_each_other_do_not_touch(hoverer):  # noqa: F811
     world = world_of(hoverer, here, [1.0, 1.2])
     for _ in range(20):
         world.step()
-    assert world.take_collisions() == [] and world.closest_distance() == pytest.approx(0.2)
+    assert world.contacts.take() == [] and world.motion.closest() == pytest.approx(0.2)
     # Bodies of 0.1 m: the upper one comes down upon the other, which gives way by half.
     for _ in range(40):
         world.set_commands(EVERY, np.array([[0.0] * 4, [0.0, 0.0, -0.2, 0.0]]))
         world.step()
-    (collision,) = world.take_collisions()
+    (collision,) = world.contacts.take()
     assert collision.z == pytest.approx(1.1, abs=0.01)
     assert world.z[1] - world.z[0] == pytest.approx(0.1, abs=1e-6)
     np.testing.assert_allclose(world.pose[:, :2], 0.0, atol=1e-12)
@@ -122,7 +124,7 @@ def test_robots_that_meet_across_part_across(hoverer):  # noqa: F811
     for _ in range(60):
         world.set_commands(EVERY, np.tile([0.3, 0.0, 0.0, 0.0], (2, 1)))
         world.step()
-    assert len(world.take_collisions()) == 1
+    assert len(world.contacts.take()) == 1
     assert world.pose[1, 0] - world.pose[0, 0] == pytest.approx(0.4, abs=1e-6)
     np.testing.assert_allclose(world.z, [1.0, 1.02], atol=1e-12)
 
@@ -136,9 +138,9 @@ def test_a_pioneer_carries_who_lands_on_it_and_nobody_sinks(hoverer):  # noqa: F
             EVERY, np.array([[0.0, 0.0, -0.3, 0.0], [0.0] * 4, [0.0, 0.0, -0.3, 0.0]])
         )
         world.step()
-    height = world.kinds[1].body.height
+    height = world.team.kinds[1].body.height
     np.testing.assert_allclose(world.z, [height, 0.0, 0.0], atol=1e-9)
-    (collision,) = world.take_collisions()  # a landing on the ground is none
+    (collision,) = world.contacts.take()  # a landing on the ground is none
     assert (collision.first, collision.second) == ("robot1", "robot2")
     assert world.spatial.twist[2, 0] == 0.0
 
@@ -150,7 +152,7 @@ def test_obstacles_are_flown_over_and_run_into(hoverer):  # noqa: F811
         world.set_commands(EVERY, np.tile([0.5, 0.0, 0.0, 0.0], (2, 1)))
         world.step()
     assert world.pose[0, 0] == pytest.approx(0.7, abs=1e-3) and world.pose[1, 0] > 1.2
-    assert {c.first for c in world.take_collisions()} == {"robot1"}
+    assert {c.first for c in world.contacts.take()} == {"robot1"}
 
 
 def test_silence_is_answered_as_the_drive_does(hoverer):  # noqa: F811
@@ -162,7 +164,7 @@ def test_silence_is_answered_as_the_drive_does(hoverer):  # noqa: F811
         heights.append(world.z[0])
     assert heights[50] == 0.5  # it hovers for a second
     assert 0.0 < heights[90] < 0.5 and heights[-1] == 0.0  # and comes down
-    assert world.twist[0, 0] == 0.0 and world.timed_out.tolist() == [True]
+    assert world.twist[0, 0] == 0.0 and world.commands.timed_out.tolist() == [True]
 
 
 def test_points_fly_without_forces(hoverer):  # noqa: F811
@@ -349,4 +351,4 @@ def test_a_team_on_the_ground_pays_nothing():
     team = Team(("pioneer3dx", "robotino3"))
     assert not team.is_spatial and not team.record_columns.spatial
     world = World(("pioneer3dx", "robotino3"), [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
-    assert world.z is None and world.spatial is None and world.estimate_z() is None
+    assert world.z is None and world.spatial is None and world.estimates.z() is None

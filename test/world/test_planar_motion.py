@@ -202,12 +202,12 @@ def test_an_obstacle_stops_a_robot_that_then_drives_off_again():
     world = drive(
         world_of("pioneer3dx", obstacles=[wall], odometry_kind="wheel"), [(0.4, 0.0)], 2.5
     )
-    assert [each[1:3] for each in world.take_collisions()] == [("robot1", "wall")]
+    assert [each[1:3] for each in world.contacts.take()] == [("robot1", "wall")]
     assert world.pose[0, 0] == pytest.approx(0.9 - 0.05 - PIONEER.body.front, abs=0.02)
     drive(world, [(-0.4, 0.0)], 3.0)
     # On the ground alone again, encoders have counted its wheels' slipping at the wall, and the way back.
-    assert not world._motion._bodies and world.pose[0, 0] < 0.3
-    assert world.odometry()[0, 0] > world.pose[0, 0] + 0.005
+    assert not world.motion._bodies and world.pose[0, 0] < 0.3
+    assert world.estimates.odometry()[0, 0] > world.pose[0, 0] + 0.005
     world.close()
 
 
@@ -224,7 +224,7 @@ def test_a_reset_world_begins_anew():
     world = world_of("pioneer3dx", "husky", apart=1.0, odometry_kind="wheel")
     once = drive(world, [(0.3, 0.1), (0.0, 0.3)], 1.5).pose.copy()
     world.reset()
-    assert not world.odometry().any()
+    assert not world.estimates.odometry().any()
     np.testing.assert_array_equal(drive(world, [(0.3, 0.1), (0.0, 0.3)], 1.5).pose, once)
     world.close()
 
@@ -233,7 +233,7 @@ def test_encoders_tell_how_far_robots_went():
     world = world_of("pioneer3dx", "robotino3", "f1tenth", odometry_kind="wheel")
     drive(world, [(0.3, 0.0, 0.3), (0.2, 0.1, 0.0), (0.5, 0.0, 0.2)], 2.0)
     moved = world.pose - [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [6.0, 0.0, 0.0]]
-    np.testing.assert_allclose(world.odometry(), moved, atol=0.02)
+    np.testing.assert_allclose(world.estimates.odometry(), moved, atol=0.02)
     world.close()
 
 
@@ -242,7 +242,7 @@ def test_a_mirrored_robot_stays_where_it_is_put_and_stops_others():
     world.place([1], [[1.2, 0.0, np.pi / 2]])
     drive(world, [(0.4, 0.0)] * 2, 3.5)
     np.testing.assert_array_equal(world.pose[1], [1.2, 0.0, np.pi / 2])
-    assert [each[1:3] for each in world.take_collisions()] == [("robot1", "robot2")]
+    assert [each[1:3] for each in world.contacts.take()] == [("robot1", "robot2")]
     assert 0.5 < world.pose[0, 0] < 1.0
     world.close()
 
@@ -254,7 +254,7 @@ def test_robots_on_wheels_of_a_team_with_a_boat_use_the_engine():
         fidelity="dynamic",
         engine="planar",
     )
-    assert isinstance(world._motion._wheeled._motion, PlanarMotion)
+    assert isinstance(world.motion._wheeled._motion, PlanarMotion)
     drive(world, [(0.0, 0.0), (0.3, 0.0)], 1.0)
     world.close()
     assert 0.1 < world.pose[1, 0] < 0.3
@@ -310,6 +310,6 @@ def test_an_obstacle_on_a_track_pushes_a_robot_that_stands():
     }
     world = World.from_scenario(scenario_from_dict({**content, "obstacles": [cart]}))
     drive(world, np.zeros((2, 2)), 3.5)
-    assert [each[1:3] for each in world.take_collisions()] == [("robot1", "cart")]
+    assert [each[1:3] for each in world.contacts.take()] == [("robot1", "cart")]
     assert world.pose[0, 0] < -0.1 and not world.pose[1, 0]
     world.close()

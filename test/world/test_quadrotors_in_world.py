@@ -78,7 +78,7 @@ def test_without_forces_it_flies_over_robots_on_the_ground():
     command[0, axes.index("linear.x")] = 0.5
     flown(world, command, 4.0)
     assert world.pose[0, 0] == pytest.approx(0.875, abs=1e-6)  # -1 + 0.5 (4 - 0.25)
-    assert not world.take_collisions()
+    assert not world.contacts.take()
 
 
 @BOTH
@@ -89,4 +89,4 @@ def test_two_that_meet_touch_and_stay_apart(fidelity):
     apart = world.pose[1] - world.pose[0]
     height = world.spatial.z[1] - world.spatial.z[0]
     assert np.hypot(*apart[:2]) > 0.11 or abs(height) > 0.02
-    assert len(world.take_collisions()) >= 1
+    assert len(world.contacts.take()) >= 1

@@ -37,9 +37,9 @@ def driven_hard(world, seed, steps=25):
             world.set_commands(EVERY, rng.uniform(-3.0, 3.0, (world.n, len(world.team.axes))))
         world.step()
         spatial = () if world.z is None else (world.z, world.spatial.orientation)
-        state = world.pose, world.twist, world.joints, world.odometry(), *spatial
+        state = world.pose, world.twist, world.joints, world.estimates.odometry(), *spatial
         shown.append(np.concatenate([np.ravel(each) for each in state]))
-    return np.array(shown), [each[1:3] for each in world.take_collisions()]
+    return np.array(shown), [each[1:3] for each in world.contacts.take()]
 
 
 @pytest.mark.parametrize("kinds, fidelity, engine", TEAMS)
@@ -61,4 +61,4 @@ def test_refused_commands_are_counted_over_resets():
     world = World(("pioneer3dx",), [[0.0, 0.0, 0.0]])
     world.set_commands(EVERY, np.array([[np.nan, 0.0]]))
     world.reset()
-    assert world.refused.tolist() == [1]
+    assert world.commands.refused.tolist() == [1]

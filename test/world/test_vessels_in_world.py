@@ -109,7 +109,7 @@ def test_boats_give_way_to_each_other_and_to_obstacles(fidelity):
     world = World(("heron",) * 2, [[0.0, 0.0, 0.0], [4.0, 0.2, np.pi]], fidelity=fidelity)
     pose = sailed(world, [[1.0, 0.0]] * 2, 8.0)
     assert pose[1, 0] - pose[0, 0] > 1.34
-    assert [(each.first, each.second) for each in world.take_collisions()][:1] == [
+    assert [(each.first, each.second) for each in world.contacts.take()][:1] == [
         ("robot1", "robot2")
     ]
     assert (np.abs(world.twist[:, 0]) < 0.3).all()
@@ -143,7 +143,7 @@ def test_the_log_does_not_see_the_current():
                       odometry_kind="wheel")  # fmt: skip
         sailed(world, [[1.0, 0.0]], 10.0)
         through = world.pose[0, :2] - [3.0, -1.0]
-        np.testing.assert_allclose(world.estimate()[0, :2], through, atol=0.1)
+        np.testing.assert_allclose(world.estimates.pose()[0, :2], through, atol=0.1)
 
 
 def test_limits_none_answers_at_once_without_forces_alone():

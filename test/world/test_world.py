@@ -56,7 +56,7 @@ def test_each_robot_is_stopped_by_its_own_watchdog():
     for _ in range(50):
         world.set_commands([1], np.array([[0.5, 0.0]]))
         world.step()
-    assert world.timed_out.tolist() == [True, False]
+    assert world.commands.timed_out.tolist() == [True, False]
     assert world.pose[0, 0] == pytest.approx(0.5 * 0.6)
     assert world.pose[1, 0] == pytest.approx(0.5)
 
@@ -66,7 +66,7 @@ def test_commands_that_are_not_finite_are_refused_and_counted(bad):
     world = World(ONE * 2, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]], limits=None)
     world.set_commands([0, 1], np.array([bad, [0.5, 0.0]]))
     world.step()
-    assert world.refused.tolist() == [1, 0]
+    assert world.commands.refused.tolist() == [1, 0]
     assert world.pose[0].tolist() == [0.0, 0.0, 0.0]
     assert world.pose[1, 0] > 0.0
 
@@ -74,20 +74,20 @@ def test_commands_that_are_not_finite_are_refused_and_counted(bad):
 def test_a_collision_is_told_once_and_blocks_the_way():
     world = World(ONE * 2, [[0.0, 0.0, 0.0], [1.0, 0.0, np.pi]], limits=None)
     drive(world, [0.5, 0.0], 2.0)
-    (collision,) = world.take_collisions()
+    (collision,) = world.contacts.take()
     # Fronts 0.21 m ahead of each centre: they meet 0.29 m from each start.
     assert collision.time == pytest.approx(0.58, abs=0.021)
     assert collision[1:3] == ("robot1", "robot2")
     assert (collision.x, collision.y) == pytest.approx((0.5, 0.0), abs=0.01)
-    assert world.closest_distance() == pytest.approx(0.42, abs=1e-6)
-    assert world.closest_approach <= world.closest_distance()
-    assert world.take_collisions() == []
+    assert world.motion.closest() == pytest.approx(0.42, abs=1e-6)
+    assert world.contacts.closest <= world.motion.closest()
+    assert world.contacts.take() == []
 
 
 def test_a_robot_does_not_enter_an_obstacle():
     world = World(ONE, [[0.0, 0.0, 0.0]], [Box("crate", 1.5, 0.0, 0.0, 1.0, 1.0, 0.5)], limits=None)
     drive(world, [0.5, 0.0], 4.0)
-    assert world.take_collisions()[0][1:3] == ("robot1", "crate")
+    assert world.contacts.take()[0][1:3] == ("robot1", "crate")
     assert world.pose[0, 0] <= 1.0 - PIONEER.body.front + 1e-9
 
 
@@ -120,7 +120,7 @@ def test_reset_puts_robots_back_at_rest_and_time_goes_on():
     world = drive(World(ONE, [[1.0, 2.0, 3.0]]), [0.5, 0.1], 1.0)
     world.reset()
     assert world.pose.tolist() == [[1.0, 2.0, 3.0]]
-    assert not world.twist.any() and not world.commanded.any()
+    assert not world.twist.any() and not world.commands.commanded.any()
     assert world.time == pytest.approx(1.0)
     world.step()
     assert world.pose.tolist() == [[1.0, 2.0, 3.0]]
@@ -129,14 +129,14 @@ def test_reset_puts_robots_back_at_rest_and_time_goes_on():
 def test_wheel_odometry_starts_at_zero_and_drifts():
     start = [[4.0, -1.0, 1.0], [8.0, 1.0, -2.0]]
     world = World(ONE * 2, start, odometry_kind="wheel", seed=3)
-    assert not world.odometry().any()
-    np.testing.assert_array_equal(world.odometry_origins(), start)
+    assert not world.estimates.odometry().any()
+    np.testing.assert_array_equal(world.estimates.origins(), start)
     drive(world, [0.5, 0.3], 10.0)
-    error = world.estimate() - world.pose
+    error = world.estimates.pose() - world.pose
     assert 1e-5 < np.abs(error[:, :2]).max() < 0.5
-    assert np.abs(world.odometry()[:, 0]).max() < 5.0
+    assert np.abs(world.estimates.odometry()[:, 0]).max() < 5.0
     again = drive(World(ONE * 2, start, odometry_kind="wheel", seed=3), [0.5, 0.3], 10.0)
-    np.testing.assert_array_equal(world.odometry(), again.odometry())
+    np.testing.assert_array_equal(world.estimates.odometry(), again.estimates.odometry())
 
 
 def test_point_masses_keep_their_heading():
@@ -149,7 +149,7 @@ def test_any_number_of_robots_drives(n):
     poses = make_layout("grid", n, spacing=1.5)
     world = drive(World(ONE * n, poses, limits=Limits(1.0, 1.0, np.inf, np.inf)), [0.2, 0.1], 0.2)
     np.testing.assert_allclose(world.pose[:, 2] - poses[:, 2], 0.02)
-    assert world.take_collisions() == []
+    assert world.contacts.take() == []
 
 
 @pytest.mark.parametrize("mirrored", [(), (1,)])
@@ -159,14 +159,14 @@ def test_arrays_lie_in_memory_column_by_column(mirrored):
     drive(world, [0.3, 0.1], 0.1)
     if mirrored:
         world.place(mirrored, [[9.0, 0.0, 0.0]])
-    for array in (world.pose, world.estimate(), world.command, world.twist):
+    for array in (world.pose, world.estimates.pose(), world.command, world.twist):
         assert array.flags.f_contiguous and not array.flags.c_contiguous
 
 
 def test_each_step_counts_with_numbers_of_pythons_own():
     # A numpy scalar takes ten times as long: together a tenth of a step of few robots.
     world = drive(World(ONE * 2, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]), [0.3, 0.1], 3.0)
-    commands, bodies = world._commands, world._motion._bodies
+    commands, bodies = world.commands, world.motion._bodies
     counted = commands._longest_silent, bodies.room, bodies._free
     assert commands._longest_silent > 0 and 0.0 < bodies.room < bodies._free
     assert [type(number) for number in counted] == [int, float, float]
@@ -183,28 +183,32 @@ def test_watchdogs_look_at_every_robot_in_time():
         heard[rows] = step
         world.step()
         # Silent for more than 5 steps, looked at every second one: known by the next look.
-        assert world.commanded[step - heard <= 4].all()
-        assert not world.commanded[step - heard >= 6].any()
-        assert not world.command[~world.commanded].any()
+        assert world.commands.commanded[step - heard <= 4].all()
+        assert not world.commands.commanded[step - heard >= 6].any()
+        assert not world.command[~world.commands.commanded].any()
 
 
 def test_every_robot_is_commanded_at_once_and_by_one_bad_row_no_other_is_lost():
     world = World(ONE * 3, make_layout("grid", 3, spacing=2.0))
     world.set_commands(EVERY, np.array([[0.1, 0.0], [np.nan, 0.0], [0.3, 0.0]]))
     assert world.command[:, 0].tolist() == [0.1, 0.0, 0.3]
-    assert world.refused.tolist() == [0, 1, 0] and world.commanded.tolist() == [True, False, True]
+    assert world.commands.refused.tolist() == [0, 1, 0] and world.commands.commanded.tolist() == [
+        True,
+        False,
+        True,
+    ]
 
 
 def test_a_run_after_a_reset_is_the_same_run():
     world = World(ONE * 2, [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], odometry_kind="wheel", seed=4)
-    first = drive(world, [0.4, 0.2], 2.0).odometry().copy()
+    first = drive(world, [0.4, 0.2], 2.0).estimates.odometry().copy()
     world.reset()
-    np.testing.assert_array_equal(drive(world, [0.4, 0.2], 2.0).odometry(), first)
+    np.testing.assert_array_equal(drive(world, [0.4, 0.2], 2.0).estimates.odometry(), first)
 
 
 def test_what_the_world_hands_out_cannot_be_changed():
     world = drive(World(ONE, [[0.0, 0.0, 0.0]]), [0.4, 0.2], 0.1)
-    for array in (world.pose, world.twist, world.command, world.joints, world.odometry()):
+    for array in (world.pose, world.twist, world.command, world.joints, world.estimates.odometry()):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
 
@@ -218,7 +222,7 @@ def test_odometry_noise_of_a_robot_in_a_mixed_team_is_its_own():
         for _ in range(100):
             world.set_commands(EVERY, np.broadcast_to([0.2, 0.0, 0.1], (count, 3)))
             world.step()
-        return world.odometry().copy()
+        return world.estimates.odometry().copy()
 
     np.testing.assert_array_equal(told(4)[:3], told(3))
     assert np.abs(told(4)[3] - told(4)[0]).max() > 1e-6  # nor is it another's
@@ -230,13 +234,13 @@ def test_each_kind_is_stopped_after_its_own_silence():
     when = [None, None]
     for _ in range(50):
         world.step()
-        for row in np.flatnonzero(world.timed_out):
+        for row in np.flatnonzero(world.commands.timed_out):
             when[row] = when[row] or world.time
     # Seen one step after the last in which it still drove.
-    np.testing.assert_allclose(when, world.timeouts + 0.02, atol=0.011)
-    assert world.timeouts[1] == 0.25
+    np.testing.assert_allclose(when, world.commands.timeouts + 0.02, atol=0.011)
+    assert world.commands.timeouts[1] == 0.25
     given = World(("pioneer3dx", "husky"), world.pose, cmd_vel_timeout=1.0)
-    assert given.timeouts.tolist() == [1.0, 1.0]
+    assert given.commands.timeouts.tolist() == [1.0, 1.0]
 
 
 def test_encoders_of_point_masses_are_refused_by_name():

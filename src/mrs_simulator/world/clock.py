@@ -9,6 +9,7 @@ class Clock:
         self.step_size = step_size
         self.steps = 0  # made so far
         self.begun = 0  # the step at which the run began, after a reset or a take-off
+        self.waits = False  # whether the run has not begun: robots still take off
 
     @property
     def time(self):

@@ -4,44 +4,43 @@ import numpy as np
 
 from mrs_simulator.core.kinematics import max_abs
 from mrs_simulator.scenario.team.mismatch import NO_MISMATCH, CommandMismatch
+from mrs_simulator.world.checks import WorldError
+from mrs_simulator.world.part import Part
 
 EVERY = slice(None)  # the rows of all robots
 FASTEST = 1e12  # [m/s, rad/s] of any command: far beyond it poses would not be numbers for long
 AT_REST = [0.0, 0.0, np.nan, np.nan]  # efforts of thrusters that a watchdog has stopped
 
 
-class Commands:
+class Commands(Part):
     """The commands in force of the robots of a ``team``; after its timeout each robot's is zero."""
 
-    def __init__(self, team, clock, timeout=None, steps_per_watch=1, mismatch=NO_MISMATCH):
-        """``timeout`` [s] of simulated time, by default that of each robot's kind, looked at every
-        ``steps_per_watch``; ``mismatch``: how the motion differs from the commands."""
-        self._team, self._clock, self._mismatch = team, clock, mismatch
+    def __init__(self, team, motion, clock, around, timeout=None, steps_per_watch=1,
+                 mismatch=NO_MISMATCH):  # fmt: skip
+        """``around``: the ``Surroundings``; ``timeout`` [s] of simulated time, by default that of each
+        robot's kind, looked at every ``steps_per_watch``; ``mismatch``: how the motion differs from the
+        commands."""
+        self._team, self._motion, self._clock = team, motion, clock
+        self._fidelity, self._mirrored = around.fidelity, around.mirrored
         self._steps_per_watch = steps_per_watch
         self.timeouts = team.timeouts if timeout is None else np.full(team.n, float(timeout))
         self.shortest_timeout = float(self.timeouts.min())
         self._patience = self.shortest_timeout / clock.step_size - 1.0  # [-] steps, at least
         # Drives with a behaviour of their own after the timeout, such as to land.
         self.silence_groups = [group for group in team.groups if hasattr(group.drive, "silent")]
-        self.refused = np.zeros(team.n, dtype=int)
-        self.begin()
-
-    def begin(self):
-        """Reset: all robots are at rest and have received no command."""
-        n = self._team.n
-        self.target = np.zeros((n, len(self._team.axes)), order="F")
+        n = team.n
+        self.refused = np.zeros(n, dtype=int)  # how many commands of each robot were refused
+        self.target = np.zeros((n, len(team.axes)), order="F")
         self.efforts = None  # (n, 4) of thrusters commanded past their controllers, nan: not so
-        self.commanded = np.zeros(n, dtype=bool)
+        self.commanded = np.zeros(n, dtype=bool)  # which robots obey a command
         self.received = np.full(n, -1)  # the step of the last accepted command, -1 for none
-        self._longest_silent = (
-            self._clock.steps
-        )  # no commanded robot received its last command before it
+        self._longest_silent = clock.steps  # no commanded robot received its last command before it
         self.mismatch = None
-        if self._mismatch != NO_MISMATCH:
-            fitting = self._mismatch.with_robots(n)
-            self.mismatch = CommandMismatch(fitting, self._team.axes, n, self._clock.step_size)
+        if mismatch != NO_MISMATCH:
+            fitting = mismatch.with_robots(n)
+            self.mismatch = CommandMismatch(fitting, team.axes, n, clock.step_size)
 
-    def rewind(self):
+    def reset(self):
         """Follow the clock back to 0."""
         self._longest_silent = 0
 
@@ -64,7 +63,23 @@ class Commands:
             self.efforts[rows] = np.nan
 
     def set_efforts(self, rows, efforts):
-        """Set ``efforts`` (m, 4) of thrusters of ``rows`` (m,); infinite ones are refused and counted."""
+        """Command the thrusters of vessels ``rows`` (m,) directly, past the vessels' controllers.
+
+        ``efforts`` (m, 4): commands of the left and the right thruster, force ahead [N] and torque [N m];
+        nan where the controllers act, by the command in force; infinite ones are refused and counted.
+        :meth:`set` ends it, and so does the watchdog, with thrusters at rest.  Raises ``WorldError`` for
+        other robots and without forces.
+        """
+        rows, efforts = np.asarray(rows, dtype=int), np.asarray(efforts, dtype=float)
+        for row in rows.tolist():
+            kind = self._team.kinds[row]
+            if self._fidelity != "dynamic" or kind.module.MEDIUM != "water":
+                raise WorldError(
+                    "thrusters of robot{}, a {}, in fidelity {}: wanted a vessel in fidelity "
+                    "dynamic".format(row + 1, kind.title, self._fidelity)
+                )
+        if self.efforts is None:
+            self.efforts = self._motion.efforts = np.full((self._team.n, 4), np.nan)
         fits = ~np.isinf(efforts).any(axis=1)
         np.add.at(self.refused, rows[~fits], 1)
         self.efforts[rows[fits]] = efforts[fits]
@@ -72,6 +87,7 @@ class Commands:
 
     def set_arm_rates(self, row, rates):
         """Let the arm of robot ``row`` turn at ``rates`` (k,) [rad/s], whatever its base does."""
+        rates = np.asarray(rates, dtype=float)
         if np.abs(rates).max() <= FASTEST:  # nor is nan
             self.target[row, -len(rates) :] = rates
 
@@ -91,20 +107,28 @@ class Commands:
         self.commanded[:] = True
 
     @property
-    def silent(self):
-        """Return the robots, (n,) bool, whose last command has timed out."""
-        return (self.received >= 0) & ~self.commanded
+    def timed_out(self):
+        """Return the robots, (n,) bool, whose last command has timed out.
+
+        Mirrored ones are never among them: they have watchdogs of their own.
+        """
+        late = (self.received >= 0) & ~self.commanded
+        late[self._mirrored] = False
+        return late
 
     @property
     def can_leap(self):
         """Return whether robots follow their commands exactly, and stop after their timeouts."""
         return not (self.mismatch or self.silence_groups) and self.efforts is None
 
-    def obeyed(self):
+    def before_step(self, command):
         """Return the commands in force, (n, a), as robots obey them under the ``mismatch``."""
+        self._watch()
+        if self.silence_groups:
+            self._stop_silent(self.timed_out)
         return self.mismatch.applied(self.target) if self.mismatch else self.target
 
-    def watch(self):
+    def _watch(self):
         """Stop robots whose last commands are older than their timeouts."""
         now = self._clock.steps
         if now - self._longest_silent <= self._patience or now % self._steps_per_watch:
@@ -120,7 +144,7 @@ class Commands:
                 self.efforts[driven] = AT_REST
         self._longest_silent = int(self.received[self.commanded].min(initial=self._clock.steps))
 
-    def stop_silent(self, late):
+    def _stop_silent(self, late):
         """Give robots ``late``, (n,) bool, their drives' commands after a timeout, such as to land."""
         for group in self.silence_groups:
             rows = np.arange(self._team.n)[group.rows]

@@ -57,8 +57,8 @@ def written(scenario, forms, estimates=""):
     steps_rate, frames = 1.0 / scenario.step, Frames()
     rate = scenario.odometry_rate or max(USUAL_ODOMETRY, scenario.control.rate)
     moves = 1.0 / (odometry_steps(world.team, rate, scenario.step).min() * scenario.step)
-    poses = world.odometry().tolist()
-    raised = lifts(world.odometry_spatial(), world.n)
+    poses = world.estimates.odometry().tolist()
+    raised = lifts(world.estimates.spatial(), world.n)
     moved = TFMessage(
         [
             transform(STAMP, frames.odom(row + 1), frames.base(row + 1), pose, lift)

@@ -106,7 +106,7 @@ class ArmTopics:
             else:
                 del self._paths[row]
                 self._outcomes[row] = ""
-            world.set_arm_rates(row, rates)
+            world.commands.set_arm_rates(row, rates)
 
     def _begin(self, row, message):
         """Let the arm of robot ``row`` follow ``message``; a trajectory without points stops it."""

@@ -44,13 +44,13 @@ class FlightServices:
         )
 
     def _take_off(self, row):
-        self._world.take_off([row], self._height)
+        self._world.flights.take_off([row], self._height)
         return "robot{} takes off to {:g} m".format(row + 1, self._height)
 
     def _land(self, row):
-        self._world.land([row])
+        self._world.flights.land([row])
         return "robot{} lands".format(row + 1)
 
     def _cut(self, row, falls):
-        self._world.cut_motors([row], falls)
+        self._world.flights.cut_motors([row], falls)
         return "robot{}: motors cut".format(row + 1)

@@ -208,7 +208,7 @@ class Stage:
 
     def _rise(self):
         """Let robots take off that begin on the ground; odometry is published from then on."""
-        while self.world.rising and not rospy.is_shutdown():
+        while self.world.flights.rising and not rospy.is_shutdown():
             self.requests.serve()
             if self.paused or self.pacer.wait() > 0.0:
                 self._idle_clock()
@@ -285,7 +285,7 @@ class Stage:
         trouble = doubled_text(doubled) if doubled else ""
         if trouble and not self.trouble:
             rospy.logerr("stage: robots stopped: %s", trouble)
-            self.world.stop(range(self.world.n))
+            self.world.commands.stop(range(self.world.n))
         self.trouble = trouble
 
     def _take_commands(self):
@@ -319,7 +319,7 @@ class Stage:
         self.topics.publish_incidents()
         self.sensors.tell(self.world)  # whoever waits for odometry has heard them then
         if self._step % self._steps_per_command == 0:
-            driven = self.world.commanded & self.world.command.any(axis=1)
+            driven = self.world.commands.commanded & self.world.command.any(axis=1)
             self.round_trips.end_period(self._now(), driven)
         due = self._schedule.due(self._step - self._scheduled)
         if len(due):
@@ -447,8 +447,8 @@ class Stage:
         # One step at rest gives the new poses a stamp of their own: the clock never stands or goes
         # back between two different states.
         self.world.step()
-        self.world.take_collisions()
-        self.world.take_incidents()
+        self.world.contacts.take()
+        self.world.faults.take()
         self.topics.publish_clock()
         self.sensors.begin(self.world)
         self.sensors.tell(self.world)
@@ -459,13 +459,13 @@ class Stage:
     def _say_what_changed(self):
         """Log who fell silent, whose watchdog has stopped them, and commands that were refused."""
         self._say_who_is_lost()
-        silent = set(np.flatnonzero(self.world.timed_out).tolist())
+        silent = set(np.flatnonzero(self.world.commands.timed_out).tolist())
         new = sorted(silent - self._silent)
         if new:
-            waited = float(self.world.timeouts[new].max())
+            waited = float(self.world.commands.timeouts[new].max())
             rospy.logwarn("stage: %s stopped: no command for %g s", named(new), waited)
         self._silent = silent
-        refused = np.flatnonzero(self.world.refused > self._refused).tolist()
+        refused = np.flatnonzero(self.world.commands.refused > self._refused).tolist()
         if refused:
             rospy.logwarn_throttle(
                 5.0,
@@ -473,7 +473,7 @@ class Stage:
                     named(refused)
                 ),
             )
-            self._refused = self.world.refused.copy()
+            self._refused = self.world.commands.refused.copy()
 
     def _say_who_is_lost(self):
         """Log the real robots that fell silent or jumped."""
@@ -495,7 +495,7 @@ class Stage:
         world = self.world
         self._say_what_changed()
         waiting = self.lockstep.waiting_for if self.lockstep and self._started else []
-        states = world.flight_states()
+        states = world.flights.states()
         facts = dict(
             fidelity=self.scenario.fidelity,
             stage=self.id,
@@ -508,7 +508,7 @@ class Stage:
             lockstep=self.lockstep is not None,
             waiting_for=[row + 1 for row in waiting],
             timed_out=[row + 1 for row in sorted(self._silent)],
-            refused=world.refused.tolist(),
+            refused=world.commands.refused.tolist(),
             unobeyed=self.unobeyed.counts.tolist(),
             real_silent=[row + 1 for row in self._real_silent],
             missed_periods=self.round_trips.missed,
@@ -516,7 +516,7 @@ class Stage:
             collisions=self.topics.collisions,
             incidents=self.topics.incidents,
             flight=[states.get(row, "") for row in range(world.n)] if states else [],
-            closest_approach=world.measure_closest_approach(),
+            closest_approach=world.contacts.measure(),
             slow_sensors=self.sensors.slow(self.pacer.speed, self.pacer.real_time_factor),
         )
         self._facts = facts

@@ -73,7 +73,7 @@ class WorldTopics:
         self._follow_true_poses()
         self._publish_static_transforms()
         world, self._sure_at = self._world, self._world.time
-        known = world.team, errors, world.pose, world.odometry()
+        known = world.team, errors, world.pose, world.estimates.odometry()
         self._sure = None if errors is None else OdometryCovariance(*known)
 
     def _follow_true_poses(self):
@@ -112,8 +112,8 @@ class WorldTopics:
     def publish_odometry(self, rows=None):
         """Publish the odometry of the robots in ``rows``, by default of all, and its transforms."""
         rows, stamp = range(self._world.n) if rows is None else rows.tolist(), self.stamp()
-        poses, twists = self._world.odometry(), self._world.twist
-        spatial = self._world.odometry_spatial()
+        poses, twists = self._world.estimates.odometry(), self._world.twist
+        spatial = self._world.estimates.spatial()
         self._follow_covariances()
         if len(rows) < self._world.n:
             poses, twists = poses[rows], twists[rows]
@@ -147,7 +147,7 @@ class WorldTopics:
         """Take in how far the robots have gone since the last odometry."""
         if self._sure is not None:
             world = self._world
-            self._sure.follow(world.pose, world.odometry(), world.time - self._sure_at)
+            self._sure.follow(world.pose, world.estimates.odometry(), world.time - self._sure_at)
             self._sure_at = world.time
 
     def _covariances(self, rows):
@@ -163,7 +163,7 @@ class WorldTopics:
             self._true_poses[row].publish(stamp, world.pose[row].tolist(), raised[row])
 
     def _publish_static_transforms(self):
-        origins = self._world.odometry_origins().tolist()
+        origins = self._world.estimates.origins().tolist()
         world, rows = self._frames.world, range(self._world.n)
         level = [None] * len(rows)
         frames = (lambda _: world), self._frames.odom
@@ -194,7 +194,7 @@ class WorldTopics:
 
     def publish_collisions(self):
         """Publish and log the collisions that began since the last call."""
-        for collision in self._world.take_collisions():
+        for collision in self._world.contacts.take():
             self.collisions += 1
             stamp = stamp_at(collision.time)
             message = collision_message(collision, stamp, self._frames.world)
@@ -208,7 +208,7 @@ class WorldTopics:
 
     def publish_incidents(self):
         """Publish and log incidents of robots since the last call."""
-        for incident in self._world.take_incidents():
+        for incident in self._world.faults.take():
             self.incidents += 1
             self._incident.publish(incident_message(incident, stamp_at(incident.time)))
             rospy.logwarn("stage: %s at %.3f s", incident.text, incident.time)

@@ -184,7 +184,7 @@ def team_state(world, stamp, frame, run):
         setattr(message, name, column)
     message.command_arm = _arms_of(world.command, team.axes)
     message.joint = world.joints.ravel().tolist() if team.has_joints else []
-    message.commanded = world.commanded.tolist()
+    message.commanded = world.commands.commanded.tolist()
     message.real = np.isin(np.arange(world.n), world.mirrored).tolist()
     if world.load is not None:
         message.load = [load_pose(world.load.state)]

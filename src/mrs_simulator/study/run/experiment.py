@@ -127,8 +127,8 @@ class Experiment:
                 yield self._sample()
             if step < steps:
                 world.step()
-                self.collisions.extend(world.take_collisions())
-                self.incidents.extend(world.take_incidents())
+                self.collisions.extend(world.contacts.take())
+                self.incidents.extend(world.faults.take())
 
     def _sample(self):
         """Return ``(time, pose, command)`` now."""
@@ -144,7 +144,7 @@ class Experiment:
             * self.scenario.step
         )
         readings = self.estimator.fresh(self.sensors.readings(self.world.time))
-        self.estimator.update(np.rint(1e9 * published), self.world.estimate(), readings)
+        self.estimator.update(np.rint(1e9 * published), self.world.estimates.pose(), readings)
 
     def _can_leap(self):
         """Return whether ``Leaps`` take the world from sample to sample."""
@@ -179,8 +179,8 @@ class Experiment:
                 step += done
                 if why in (NEAR, RAISED):
                     world.step()
-                    self.collisions.extend(world.take_collisions())
-                    self.incidents.extend(world.take_incidents())
+                    self.collisions.extend(world.contacts.take())
+                    self.incidents.extend(world.faults.take())
                     step += 1
                 if why and step % command_every == 0:
                     self._command_all()
@@ -245,7 +245,7 @@ class Experiment:
 
     def _known(self):
         """Return the odometry, (n, 3), and of robots that leave the ground their heights, (n, 4)."""
-        pose, z = self.world.estimate(), self.world.estimate_z()
+        pose, z = self.world.estimates.pose(), self.world.estimates.z()
         pose = pose if self.estimator is None else self.estimator.pose
         return pose if z is None else np.column_stack([pose, z])
 
@@ -331,7 +331,7 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     deadlock = experiment.control.safety_deadlock
     meta = {
         "real_time_factor": experiment.world.time / wall,
-        "closest_approach": experiment.world.closest_approach,
+        "closest_approach": experiment.world.contacts.closest,
         "warnings": experiment.warnings
         + recorder.warnings()
         + (sensors.warnings() if sensors is not None else []),

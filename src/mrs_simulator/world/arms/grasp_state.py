@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.scenario.incidents import ARM_END, FELL, LET_GO
 from mrs_simulator.world.arms.carrying import CarriedLoad, LoadError
 from mrs_simulator.world.checks import WorldError
+from mrs_simulator.world.part import Part
 
 
 def refuse_load(load, team, poses, hand_length):
@@ -22,30 +23,21 @@ def refuse_load(load, team, poses, hand_length):
         raise WorldError(str(error)) from None
 
 
-class GraspState:
+class GraspState(Part):
     """The grasps of the tools, and incidents of arms and load."""
 
     def __init__(self, team, motion, faults, hand_length, load):
-        """``load``: a ``scenario.team.load.Load`` that all carry, or None."""
+        """``load``: a ``scenario.team.load.Load`` of which all take hold, or None."""
         self._team, self._motion, self._faults = team, motion, faults
-        self._hand_length, self._given = hand_length, load
-        self.load = None  # as it is carried
-        self.begin()
-
-    def begin(self):
-        """Take hold of the load, anew."""
+        self._hand_length = hand_length
         self._ended = set()  # (row, joint) of those that have been at their ends
-        if self._given is None:
-            return
-        if self.load is not None:
-            self.load.remove()
-        carry = getattr(self._motion, "carry", CarriedLoad)
-        self.load = carry(self._given, self._tools())
+        carry = getattr(motion, "carry", CarriedLoad)
+        self.load = None if load is None else carry(load, self._tools())  # as it is carried
 
     def _tools(self):
         return self._team.tools(self._motion.pose, self._motion.joints(), self._hand_length)
 
-    def look(self):
+    def after_step(self):
         """Report the joints that have come to an end and the grasps that let go in this step."""
         ended = set(map(tuple, np.argwhere(self._motion.ended).tolist()))
         for row, joint in sorted(ended - self._ended):

@@ -5,28 +5,35 @@ import numpy as np
 from mrs_simulator.record.recording import Collision
 from mrs_simulator.scenario.scenario import MOST_ROBOTS
 from mrs_simulator.world.contact.contact_arrays import Touches
+from mrs_simulator.world.part import Part
 
 FORGET = 0.1  # [s] without contact after which touching again is a new collision
 NO_PAIR = np.iinfo(int).max
 FEW = 100  # [-] past contacts that may be kept in memory whatever their age
 
 
-class Contacts:
+class Contacts(Part):
     """Collisions of a team, as a ``motion`` meets them."""
 
     can_leap = True  # a leap ends before any bodies may touch
 
     def __init__(self, motion, clock):
         self._motion, self._clock = motion, clock
-        self.begin()
+        self.reset()
 
-    def begin(self):
+    def reset(self):
         """Forget all contacts, and the distances so far."""
         self._last = {}  # the step of the last contact of each pair of names
         # The same of pairs of rows, in order; the last one, which is none, is never over.
         self._pairs, self._steps = np.array([NO_PAIR]), np.array([0])
         self._new = []
         self.closest = self._motion.closest()  # [m] between two centres so far
+
+    def after_step(self):
+        """Note the contacts of this step."""
+        contacts = self._motion.contacts()
+        if contacts:
+            self.note(contacts)
 
     def note(self, contacts):
         """Note ``contacts`` of this step, ``(first, second, x, y)`` each, or ``Touches``."""

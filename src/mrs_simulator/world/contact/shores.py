@@ -5,6 +5,7 @@ import numpy as np
 from mrs_simulator.scenario.incidents import IN_WATER
 from mrs_simulator.scenario.surroundings.obstacles import clearance, is_flat
 from mrs_simulator.world.checks import WorldError
+from mrs_simulator.world.part import Part
 
 FAR_AWAY = 1e9  # [m] from any land
 
@@ -32,29 +33,26 @@ def refuse_wheels_in_water(team, poses, obstacles, mirrored=()):
         raise WorldError(text.format(row + 1, poses[row, :2].tolist(), team.kinds[row].title))
 
 
-class Shore:
+def has_shore(team, obstacles):
+    """Return whether a ``team`` among ``obstacles`` has robots on wheels that can drive off the land."""
+    return bool(off_land(team, np.full((team.n, 2), FAR_AWAY), obstacles).any())
+
+
+class Shore(Part):
     """Robots on wheels that drive off the land: they stop, obey nothing more, and are reported."""
 
-    can_leap = False
-
-    @classmethod
-    def of(cls, team, motion, faults, obstacles, mirrored):
-        """Return the ``Shore`` of a ``team`` among ``obstacles``; None without land, or without wheels."""
-        far = np.full((team.n, 2), FAR_AWAY)
-        needed = off_land(team, far, obstacles).any()
-        return cls(team, motion, faults, obstacles, mirrored) if needed else None
-
-    def __init__(self, team, motion, faults, obstacles, mirrored):
+    def __init__(self, team, motion, faults, around):
+        """``around``: the ``Surroundings``, with its obstacles."""
         self._team, self._motion, self._faults = team, motion, faults
-        self._land = [each for each in obstacles if is_flat(each)]
-        self._mirrored = mirrored
+        self._land = [each for each in around.obstacles if is_flat(each)]
+        self._mirrored = around.mirrored
         self._wet = np.zeros(team.n, dtype=bool)
 
-    def obeyed(self, command):
+    def before_step(self, command):
         """Return what robots obey instead of ``command`` (n, a)."""
         return np.where(self._wet[:, np.newaxis], 0.0, command) if self._wet.any() else command
 
-    def look(self):
+    def after_step(self):
         """Report the robots that have come into the water in this step."""
         wet = off_land(self._team, self._motion.pose[:, :2], self._land)
         wet[self._mirrored] = False

@@ -6,46 +6,49 @@ from mrs_simulator.core.spatial import rotated
 from mrs_simulator.scenario.incidents import OFF
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.world.checks import WorldError
-from mrs_simulator.world.flight.manoeuvres import Manoeuvres
+from mrs_simulator.world.flight.manoeuvres import HOVER_HEIGHT, Manoeuvres
+from mrs_simulator.world.part import Part
 
 DOWNWARDS = ("falling", "upside down")
 
 
-class Flights:
+class Flights(Part):
     """Take-offs, landings and motors of the robots that fly."""
 
-    def __init__(self, team, motion, clock, faults, mirrored, takeoff):
-        """``mirrored``: rows of robots that are not simulated; ``takeoff`` (n,) [m]: heights to which
-        robots rise before the run, None where they do not."""
-        self._team, self._motion, self._clock, self._faults = team, motion, clock, faults
-        self._mirrored, self.takeoff = set(mirrored.tolist()), takeoff
+    def __init__(self, team, motion, clock, around, commands, faults, takeoff):
+        """``around``: the ``Surroundings``; ``takeoff`` (n,) [m]: heights to which robots rise before the
+        run, None where they do not."""
+        self._team, self._motion, self._clock = team, motion, clock
+        self._commands, self._faults = commands, faults
+        self._mirrored, self.takeoff = set(around.mirrored.tolist()), takeoff
+        self._have_motors = around.fidelity != "point_mass"
         self._aloft = np.flatnonzero(team.airborne).tolist()
-        self.begin()
-
-    def begin(self):
-        """Reset: all robots obey their commands, except for a take-off before the run."""
-        self._manoeuvres = Manoeuvres(self._team)
-        self.rising = self.takeoff is not None  # whether all wait until those that fly are up
-        if self.rising:
-            rows = np.flatnonzero(self.takeoff > 0.0)
-            self._manoeuvres.take_off(rows, self.takeoff[rows])
+        if not self._aloft:
+            self.before_step = None
+        self._manoeuvres = Manoeuvres(team)
+        clock.waits = takeoff is not None
+        if clock.waits:
+            rows = np.flatnonzero(takeoff > 0.0)
+            self._manoeuvres.take_off(rows, takeoff[rows])
 
     @property
     def can_leap(self):
         """Return whether all robots obey their commands."""
-        return not self.busy
+        return not self._manoeuvres.busy
 
     @property
-    def busy(self):
-        """Return whether any robot does not obey its commands."""
-        return self._manoeuvres.busy
+    def rising(self):
+        """Return whether robots still take off before the run, while all others wait."""
+        return self._clock.waits
 
-    def obeyed(self, command):
+    def before_step(self, command):
         """Return what robots obey instead of ``command`` (n, a)."""
+        if not self._manoeuvres.busy:
+            return command
         z, climb = self._motion.z, self._climbing()
         obeyed = self._manoeuvres.applied(command, z, climb, self.rising)
         if self.rising and not self._manoeuvres.rising.any():
-            self.rising, self._clock.begun = False, self._clock.steps
+            self._clock.waits, self._clock.begun = False, self._clock.steps
         return obeyed
 
     def _climbing(self):
@@ -58,10 +61,12 @@ class Flights:
         """Return the row of the first robot that is still rising."""
         return int(np.flatnonzero(self._manoeuvres.rising)[0])
 
-    def states(self, command):
-        """Return what each robot that flies does under ``command`` (n, a), ``{row: text}``."""
+    def states(self):
+        """Return what each robot that flies does, ``{row: text}``: landed, taking off, hovering, flying,
+        landing, falling, motors off, upside down."""
         if not self._aloft:
             return {}
+        command = self._commands.target
         powered = getattr(self._motion, "powered", np.ones(self._team.n, dtype=bool))
         x, y = self._motion.spatial.orientation.T[:2]
         over = x * x + y * y > 0.5  # the body's axis points down
@@ -73,12 +78,15 @@ class Flights:
             for row in self._aloft
         }
 
-    def take_off(self, rows, height, command):
-        """Let robots ``rows``, which are under ``command``, rise to ``height`` [m]; return the rows."""
+    def take_off(self, rows, height=HOVER_HEIGHT):
+        """Let flying robots ``rows`` rise to ``height`` [m] and hover, whatever their commands.
+
+        Motors that were cut turn again.  ``WorldError`` names a robot that cannot.
+        """
         rows = self._flyers(rows, "take off")
         if not 0.0 < height <= FARTHEST:
             raise WorldError("height {} m: wanted above 0, to {:g} m".format(height, FARTHEST))
-        states = self.states(command)
+        states = self.states()
         for row in rows.tolist():
             lost = self._faults.lost_rotor(row)
             if lost or states[row] in DOWNWARDS:
@@ -88,26 +96,29 @@ class Flights:
             if states[row] == "motors off":
                 self._motion.power(row)
         self._manoeuvres.take_off(rows, height)
-        return rows
+        self._commands.forget(rows)  # they hover until they are commanded anew
 
     def land(self, rows):
-        """Let robots ``rows`` come down where they are."""
+        """Land flying robots ``rows`` where they are; they stay down until they take off.
+
+        A second call changes nothing.  ``WorldError`` names a robot that does not fly.
+        """
         self._manoeuvres.land(self._flyers(rows, "land"))
 
-    def power(self, rows, command):
-        """Switch the motors of ``rows``, which stand upright, on again."""
-        states = self.states(command)
+    def power(self, rows):
+        """Switch the motors of ``rows``, which stand upright on the ground, on again."""
+        states = self.states()
         for row in self._flyers(rows, "power").tolist():
             if states[row] == "motors off" and not self._faults.lost_rotor(row):
                 self._motion.power(row)
 
-    def cut_motors(self, rows, falls, have_motors):
-        """Cut the motors of ``rows``, in the air only if it is said that it ``falls``.
+    def cut_motors(self, rows, falls=False):
+        """Cut the motors of flying robots ``rows``; in the air only with ``falls``.
 
-        ``have_motors``: whether robots have any in this fidelity.
+        ``WorldError`` names a robot that would fall, or has no motors; then nothing is cut.
         """
         rows = self._flyers(rows, "cut")
-        if not have_motors:
+        if not self._have_motors:
             raise WorldError(
                 "fidelity point_mass: robots have no motors; wanted kinematic or dynamic"
             )

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from mrs_simulator.core.arrays import read_only
 from mrs_simulator.core.kinematics import compose, relative
 from mrs_simulator.core.spatial import turned
 from mrs_simulator.vehicles.odometry_rates import OdometrySchedule, odometry_steps
+from mrs_simulator.world.part import Part
 from mrs_simulator.world.wheel_odometry.odometry import WHEEL_MISMATCH, WHEEL_SLIP, WheelOdometry
 
 
@@ -23,38 +25,43 @@ def wheel_odometry(team, fidelity, seed, errors, step):
     )
 
 
-class Estimates:
+class Estimates(Part):
     """Odometry of the robots that a ``motion`` moves: true poses, or those reckoned from their wheels."""
 
-    def __init__(self, team, motion, clock, starts, mirrored, wheels, by_wheels, rate):
-        """``starts`` (n, 3): where robots begin; ``wheels``: their ``WheelOdometry``, None for none.
+    def __init__(self, team, motion, clock, around, starts, by_wheels, rate, errors):
+        """``around``: the ``Surroundings``; ``starts`` (n, 3): where robots begin.
 
-        ``by_wheels``: whether robots report that, and not their true poses; ``rate`` [Hz] as
-        ``World``'s ``odometry_rate``.
+        ``by_wheels``: whether robots report what they reckon from their wheels, and not their true poses;
+        ``rate`` [Hz] as ``World``'s ``odometry_rate``; ``errors``: ``OdometryErrors``, or None: built in.
         """
         self._team, self._motion, self._clock = team, motion, clock
-        self._starts, self._mirrored = starts, mirrored
-        self._wheels, self._by_wheels = wheels, by_wheels
+        self._starts, self._mirrored = starts, around.mirrored
+        self._wheels, self._by_wheels = None, by_wheels
+        if by_wheels or errors is not None:
+            given = team, around.fidelity, around.seed, errors, clock.step_size
+            self._wheels = wheel_odometry(*given)
+            self._wheels.begin_at(starts[:, 2])
         self._aloft = np.flatnonzero(team.airborne)
         self._schedule = None
         if rate is not None:
             self._schedule = OdometrySchedule(odometry_steps(team, rate, clock.step_size))
-        if wheels is not None:
-            wheels.begin_at(starts[:, 2])
+        if self.can_leap:
+            self.after_step = None
+        self.reset()
 
     @property
     def can_leap(self):
         """Return whether estimates are the true poses, at each step."""
         return not self._by_wheels and self._schedule is None
 
-    def begin(self):
+    def reset(self):
         """Let all robots report their poses."""
         if self._schedule is None:  # they always report the newest
             return
         self._reported = self._newest().copy()
         self._reported_z = None if self._motion.z is None else self._motion.z.copy()
 
-    def update(self):
+    def after_step(self):
         """Follow the motion by one step."""
         if self._by_wheels:
             self._count_wheels()
@@ -74,11 +81,14 @@ class Estimates:
             self._wheels.pose[self._aloft] = moved
 
     def odometry(self):
-        """Return the poses by odometry, (n, 3), each in its own frame."""
-        return self._wheels.pose if self._by_wheels else self._motion.pose
+        """Return the poses by odometry, (n, 3), each in its robot's odometry frame, read-only."""
+        return read_only(self._wheels.pose if self._by_wheels else self._motion.pose)
 
     def spatial(self):
-        """Return the ``Spatial`` that goes with :meth:`odometry`, None for a team on the ground."""
+        """Return the ``Spatial`` that goes with :meth:`odometry`, None for a team on the ground.
+
+        Heights are above the ground, whatever the odometry.
+        """
         spatial = self._motion.spatial
         if spatial is None or not self._by_wheels:
             return spatial
@@ -89,13 +99,14 @@ class Estimates:
         return self._starts if self._by_wheels else np.zeros((self._team.n, 3))
 
     def pose(self):
-        """Return the last reported poses in the common frame, (n, 3)."""
-        return self._newest() if self._schedule is None else self._reported
+        """Return the last reported poses in the common frame, (n, 3), read-only."""
+        return read_only(self._newest() if self._schedule is None else self._reported)
 
     def z(self):
-        """Return the heights (n,) [m] that go with :meth:`pose`, None for a team on the ground."""
-        z = self._motion.z
-        return z if self._schedule is None or z is None else self._reported_z
+        """Return the heights (n,) [m] that go with :meth:`pose`; None for a team on the ground."""
+        if self._motion.z is None:
+            return None
+        return read_only(self._motion.z if self._schedule is None else self._reported_z)
 
     def _newest(self):
         if not self._by_wheels:

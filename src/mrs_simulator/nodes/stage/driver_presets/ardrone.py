@@ -57,23 +57,23 @@ class Drivers(PresetDrivers):
         return opened
 
     def _take_off(self, row):
-        if self.world.flight_states()[row] != "landed":
+        if self.world.flights.states()[row] != "landed":
             rospy.logwarn("stage: robot%d does not take off: it is not landed and ready", row + 1)
             return
-        self.world.take_off([row], HEIGHT)
+        self.world.flights.take_off([row], HEIGHT)
 
     def _land(self, row):
-        self.world.land([row])
+        self.world.flights.land([row])
 
     def _reset(self, row):
         """Toggle the emergency state, in which the motors stand, in the air too."""
         if row in self._emergency:
             self._emergency.discard(row)
-            self.world.power([row])
+            self.world.flights.power([row])
             return
         self._emergency.add(row)
-        if self.world.flight_states()[row] != "motors off":
-            self.world.cut_motors([row], falls=True)
+        if self.world.flights.states()[row] != "motors off":
+            self.world.flights.cut_motors([row], falls=True)
 
     def taken(self, rows, twists):
         """Return the Twists (m, 6) of other robots; shares of these are kept."""
@@ -81,7 +81,7 @@ class Drivers(PresetDrivers):
         for index, row in enumerate(rows):
             if row in self._response:
                 if not np.isfinite(twists[index]).all():
-                    self.world.refused[row] += 1
+                    self.world.commands.refused[row] += 1
                 else:
                     self._told[row] = firmware.shares(twists[index]), self.world.time
                 twists[index] = 0.0
@@ -101,13 +101,13 @@ class Drivers(PresetDrivers):
         rows = [
             row
             for row, (_, since) in self._told.items()
-            if row < world.n and world.time - since <= world.timeouts[row]
+            if row < world.n and world.time - since <= world.commands.timeouts[row]
         ]
-        flying_now = world.flight_states()
+        flying_now = world.flights.states()
         rows = [row for row in rows if flying_now[row] in ("flying", "hovering")]
         for row, state in zip(rows, self.states(rows) if rows else ()):
             kind = world.team.kinds[row]
-            top = world.limits.of([row]).top[0]
+            top = world.team.limits.of([row]).top[0]
             axes = [world.team.axes.index(axis) for axis in kind.axes]
             given = self._told[row][0], state.velocity, state.heading
             self.give(row, firmware.command(*given, kind, top[axes], self._response[row]))
@@ -119,7 +119,7 @@ class Drivers(PresetDrivers):
         if not heard:
             return
         told = zip(heard, self.states(heard), lifts(self.world.spatial.of(heard), len(heard)))
-        states = self.world.flight_states()
+        states = self.world.flights.states()
         for row, state, lift in told:
             pose, twist = self.world.pose[row].tolist(), self.world.twist[row].tolist()
             base = "robot{}/base_link".format(row + 1)

@@ -142,7 +142,7 @@ class Drivers(PresetDrivers):
             else:
                 told = request.trajectoryId, request.timescale, request.reversed, request.relative
                 one.start(now, state, *told)
-            self.world.power([row])
+            self.world.flights.power([row])
 
     def _streamed(self, row, read):
         def told(message):
@@ -154,7 +154,7 @@ class Drivers(PresetDrivers):
 
     def _stream(self, row, setpoint):
         self._commanders[row].stream(self.world.time, setpoint)
-        self.world.power([row])
+        self.world.flights.power([row])
 
     def _attitude(self, row, message):
         told = message.linear.x, message.linear.y, message.angular.z, message.linear.z
@@ -164,8 +164,8 @@ class Drivers(PresetDrivers):
     def _stop(self, row):
         """Cut the motors, as the firmware does when commanded to stop, in the air too."""
         self._commanders[row].stop()
-        if self.world.flight_states()[row] != "motors off":
-            self.world.cut_motors([row], falls=True)
+        if self.world.flights.states()[row] != "motors off":
+            self.world.flights.cut_motors([row], falls=True)
 
     def _emergency(self, _):
         for row in self._commanders:

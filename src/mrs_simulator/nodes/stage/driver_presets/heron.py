@@ -46,7 +46,7 @@ class Drivers(PresetDrivers):
     def _efforts(self, row, efforts, rate=0.0):
         self.told.pop(row, None)
         self.give(row, [0.0, rate])
-        self.world.set_efforts([row], efforts[np.newaxis])
+        self.world.commands.set_efforts([row], efforts[np.newaxis])
 
     def _drive(self, row, message):
         if self.fits(row, message.left, message.right):
@@ -68,5 +68,5 @@ class Drivers(PresetDrivers):
     def go_on(self, row, told):
         """Let boat ``row`` turn to the course that it was ``told``, while that is fresh."""
         (yaw, speed, since), world = told, self.world
-        if world.time - since <= world.timeouts[row]:
+        if world.time - since <= world.commands.timeouts[row]:
             self.give(row, firmware.course(yaw, speed, float(world.pose[row, 2])))

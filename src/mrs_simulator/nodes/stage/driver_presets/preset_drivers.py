@@ -148,7 +148,7 @@ class PresetDrivers:
         """Return whether ``numbers`` are finite; else count a refusal of robot ``row``."""
         fit = all(map(math.isfinite, numbers))
         if not fit:
-            self.world.refused[row] += 1
+            self.world.commands.refused[row] += 1
         return fit
 
     def states(self, rows):

@@ -86,14 +86,14 @@ class Drivers:
     def command(self, rows, commands):
         """Give the world's robots ``rows`` (m,) the commands (m, 2) [m/s, rad/s]."""
         rows = np.asarray(rows, dtype=int)
-        self._world.refused[rows[~np.isfinite(commands).all(axis=1)]] += 1
-        commands = driver_commands(commands, self._world.limits.of(rows))
+        self._world.commands.refused[rows[~np.isfinite(commands).all(axis=1)]] += 1
+        commands = driver_commands(commands, self._world.team.limits.of(rows))
         commands[[row in self._motors and not self._motors[row].enabled for row in rows]] = 0.0
         self._world.set_commands(rows, commands)
 
     def _switch(self, row, on):
         if not on:
-            self._world.stop([row])
+            self._world.commands.stop([row])
         if row in self._motors:
             self._motors[row].show(on)
 

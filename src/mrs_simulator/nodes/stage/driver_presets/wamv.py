@@ -53,4 +53,4 @@ class Drivers(PresetDrivers):
         fresh = self.world.time - when <= TIMEOUT
         if fresh.any():
             efforts = drive(*np.where(fresh, commands, 0.0))
-            self.world.set_efforts([row], efforts[np.newaxis])
+            self.world.commands.set_efforts([row], efforts[np.newaxis])

@@ -16,7 +16,7 @@ _HOMES = {
     "array_law": "mrs_simulator.control.array_law",
     "make_twist": "mrs_simulator.control.twists",
     "Twist": "mrs_simulator.control.twist_message",
-    "Parameter": "mrs_simulator.core.parameters",
+    "Parameter": "mrs_simulator.core.fields",
     "run": "mrs_simulator.nodes.control.starting",
     "run_experiment": "mrs_simulator.study.run.experiment",
     "load_scenario": "mrs_simulator.scenario.scenario",

@@ -50,6 +50,7 @@ MOVED = {
     "core.maps": "scenario.surroundings.maps",
     "core.moving": "scenario.surroundings.moving_obstacles",
     "core.obstacles": "scenario.surroundings.obstacles",
+    "core.parameters": "core.fields",
     "core.reading": "scenario.reading",
     "core.recording": "record.recording",
     "core.scenario": "scenario.scenario",

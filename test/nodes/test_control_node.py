@@ -378,7 +378,7 @@ def test_the_warning_is_given(ros):
         (["--protocol", "formatoin"], "did you mean 'formation'"),
         (["--protocol", "nowhere.py:Law"], "nowhere.py"),
         (["--scenario", "nowhere.yaml"], "nowhere.yaml"),
-        (["_rate:=0"], "rate = 0: wanted a number of at least 0.1 and at most 1000"),
+        (["_rate:=0"], "rate = 0: wanted a number from 0.1 to 1000"),
         (["_odom_timeout:=soon"], "odom_timeout = 'soon'"),
     ],
 )

@@ -10,8 +10,8 @@ import rospy
 from memory import peak_of
 from std_msgs.msg import String
 
+from mrs_simulator.core.fields import shown, unknown_name
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.parameters import shown, unknown_name
 from mrs_simulator.msg import TeamState
 from mrs_simulator.nodes.real import preflight
 from mrs_simulator.protocols.marching.law import Marching

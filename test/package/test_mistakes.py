@@ -57,7 +57,7 @@ def protocol_of(tmp_path, text):
         ),
         (
             "class Law(PioneerControl):\n    PARAMETERS = (Parameter('k', 5.0, high=1.0),)\n",
-            r"Law.PARAMETERS\[0\]: the default does not fit: k = 5.0: wanted a number at most 1",
+            r"Law.PARAMETERS\[0\]: the default does not fit: k = 5.0: wanted a number of at most 1",
         ),
         (
             "class Law(PioneerControl):\n    PARAMETERS = (Parameter('k', [1]),)\n",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from protocol_fixtures import as_points, check, failed, shipped, verdict_of
 
+from mrs_simulator.core.fields import checked_values
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.protocols.shapes import equations as laws

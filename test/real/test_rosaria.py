@@ -317,8 +317,11 @@ def test_each_robot_has_its_own_top_speed(team):
 @pytest.mark.parametrize(
     "given, said",
     [
-        ("[0.1, 0.2, 0.3]", "v_max = [0.1, 0.2, 0.3]: wanted 2 numbers"),
-        ("[0.1, 0]", "v_max = [0.1, 0]: wanted 2 numbers above 0"),
+        (
+            "[0.1, 0.2, 0.3]",
+            "v_max = [0.1, 0.2, 0.3]: wanted a number above 0 [m/s], or 2 such numbers",
+        ),
+        ("[0.1, 0]", "v_max = [0.1, 0]: wanted a number above 0 [m/s], or 2 such"),
         ("0", "v_max = 0: wanted a number above 0"),
     ],
 )

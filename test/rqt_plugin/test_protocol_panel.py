@@ -11,7 +11,7 @@ from python_qt_binding.QtGui import QColor, QPalette, QWheelEvent
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication, QPushButton, QWidget
 
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.protocols.formation.equations import PARAMETERS
 from mrs_simulator.rqt_plugin.protocol.panel import ProtocolPanel
 from mrs_simulator.rqt_plugin.widgets.message_label import MessageLabel
@@ -237,7 +237,7 @@ def test_tooltips_tell_all_and_take_nothing_for_markup(panel):
     panel.set_parameters(OWN, {})
     tip = field(panel, "gain").toolTip()
     assert "of &lt;b&gt;all&lt;/b&gt;" in tip and "stable &amp; fast" in tip
-    assert "a number at least 0" in tip
+    assert "a number of at least 0" in tip
     assert "[steps]" in field(panel, "horizon").toolTip()
 
 

@@ -10,8 +10,8 @@ import pytest
 from mrs_simulator import PioneerControl, load_scenario
 from mrs_simulator.control.array_law import array_law
 from mrs_simulator.core import compiled_terms, compiling, edge_terms
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.protocols.formation.law import Formation
 from mrs_simulator.protocols.loading import load_protocol

@@ -1,7 +1,7 @@
 """What a protocol's class may define, and which names are ``PioneerControl``'s own."""
 
 from mrs_simulator.control.twists import ControlError
-from mrs_simulator.core.parameters import Parameter, shown
+from mrs_simulator.core.fields import Parameter, shown
 
 HOOKS = ("calculateControlLaw", "pointMassLaw", "neighbourLaw")
 DIMENSIONS = (2, 3)

@@ -33,9 +33,9 @@ from mrs_simulator.control.velocities import (
 )
 from mrs_simulator.core.claims import without_theorem
 from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.core.fields import checked_values
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import HAND_LENGTH, NO_LIMITS, max_abs, point_mass_from_unicycle
-from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.scenario.network.links import NO_FAULTS
 from mrs_simulator.scenario.scenario import DEFAULT_KIND
 from mrs_simulator.scenario.surroundings.environment import CALM

@@ -6,6 +6,7 @@
 
 import numpy as np
 
+from mrs_simulator.core.fields import shown
 from mrs_simulator.core.graph_presets import (
     BY_ORDER,
     both_ways,
@@ -15,7 +16,6 @@ from mrs_simulator.core.graph_presets import (
     refuse_many,
 )
 from mrs_simulator.core.neighbours import close_pairs, squared
-from mrs_simulator.core.parameters import shown
 
 PRESETS = tuple(BY_ORDER)  # decided by the number of robots alone
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 
 TWIST_AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 UNICYCLE_AXES = ("linear.x", "angular.z")  # components of a Twist that a unicycle follows: v, omega

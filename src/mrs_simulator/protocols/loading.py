@@ -15,7 +15,7 @@ import traceback
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.user_code import call
 from mrs_simulator.core.doc_links import named
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.protocols import HOMES, shipped
 
 _helpers = set()  # names of modules and packages that laws imported from beside them

@@ -11,9 +11,9 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance_over
-from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.core.writing import Blocks, write_text
 from mrs_simulator.record.number_rows import AT_ONCE, Lines

@@ -8,7 +8,7 @@ import stat
 
 import yaml
 
-from mrs_simulator.core.parameters import shown, unknown_name
+from mrs_simulator.core.fields import shown, unknown_name
 
 LARGEST_FILE = 4 * 1024 * 1024  # [bytes], far above any scenario; guards against a wrong file
 LONGEST_MESSAGE = 1000  # [characters]

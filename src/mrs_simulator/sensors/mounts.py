@@ -5,7 +5,7 @@ import math
 import re
 from typing import Any, NamedTuple, Tuple
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.sensors.noise import Noise, read_noise
 from mrs_simulator.sensors.types import TYPES

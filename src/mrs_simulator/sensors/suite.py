@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.step_rates import rate_note, steps_between
 from mrs_simulator.sensors.mounts import fitted_mounts
 from mrs_simulator.sensors.noise import Draws, Streams

@@ -4,7 +4,7 @@ import functools
 import os
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, load_yaml, shown
 from mrs_simulator.scenario.scenario import DEFAULT_KIND, KIND_FILES
 from mrs_simulator.vehicles.importing import imported, is_description, read_request

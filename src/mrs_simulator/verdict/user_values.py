@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.claims import QUESTIONS, Claim, Condition
-from mrs_simulator.core.parameters import MOST_BITS, shown
+from mrs_simulator.core.fields import MOST_BITS, shown
 from mrs_simulator.verdict.verdict_file import KEYS, LISTS
 
 DEEPEST = 20  # [-] lists and mappings within each other

@@ -1,7 +1,7 @@
 """Reads a verdict.json back, of any version, and says what is wrong with one that is none."""
 
 from mrs_simulator.core.claims import LAW, QUESTIONS, ROBOTS, THEOREM
-from mrs_simulator.core.parameters import shown
+from mrs_simulator.core.fields import shown
 from mrs_simulator.scenario.reading import read_json
 
 NUMBER = (int, float)

@@ -20,7 +20,7 @@ In the order in which they bind, loosest first::
 import math
 import re
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.temporal_logic.formula import (
     DOMAINS,
     UNBOUNDED,

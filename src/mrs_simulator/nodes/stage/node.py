@@ -9,7 +9,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.step_rates import steps_between
 from mrs_simulator.nodes.real.real_robots import real_rows
 from mrs_simulator.nodes.stage.arm_topics import ArmTopics

@@ -19,8 +19,8 @@ from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.control.twists import ControlError
 from mrs_simulator.core import grasps
 from mrs_simulator.core.claims import Claim, decay_rate
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import cos_sin, phase_of
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spatial import headings, rotated, turned_about_z
 from mrs_simulator.protocols.common import attracting, below, commands_by
 from mrs_simulator.protocols.consensus.law import powers

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrs_simulator.core.claims import LAW, RATE_FLOOR, Claim, Condition, converges_to, decreases
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import algebraic_connectivity, spectral_radius
 from mrs_simulator.protocols.common import AGREED, attracting, below, spanning_tree
 from mrs_simulator.protocols.consensus.equations import (

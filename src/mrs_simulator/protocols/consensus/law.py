@@ -13,7 +13,7 @@ from mrs_simulator.core.claims import (
     rate,
 )
 from mrs_simulator.core.edge_terms import difference_flow
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, sampled_rate
 from mrs_simulator.core.stability import Stability, share_left
 from mrs_simulator.protocols.common import (

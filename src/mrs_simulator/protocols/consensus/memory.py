@@ -6,7 +6,7 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, converges_to, disagreement
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import left_null_vector
 from mrs_simulator.core.stability import Stability, share_left
 from mrs_simulator.protocols.common import (

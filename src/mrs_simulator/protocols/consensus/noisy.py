@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, TooShort
 from mrs_simulator.core.edge_terms import gathered
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues
 from mrs_simulator.protocols.common import gain_conditions, spanning_tree
 from mrs_simulator.protocols.consensus.equations import consensus

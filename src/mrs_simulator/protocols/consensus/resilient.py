@@ -4,7 +4,7 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Condition, ends_at, extent, stays_below
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.protocols.common import AGREED, attracting, below
 from mrs_simulator.protocols.consensus.law import GAIN, never_grows
 from mrs_simulator.protocols.consensus.published import Resilient

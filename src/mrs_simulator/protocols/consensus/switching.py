@@ -11,8 +11,8 @@ from mrs_simulator.core.claims import (
     invariant,
 )
 from mrs_simulator.core.edge_faults import turn_steps, up_in
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import arcs_of
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import ZERO
 from mrs_simulator.protocols.common import (
     AGREED,

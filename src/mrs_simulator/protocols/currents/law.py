@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, distance_to, rate
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import left_null_vector
 from mrs_simulator.protocols.common import all_hold, below, held_track, spanning_tree
 from mrs_simulator.protocols.consensus.memory import Remembering

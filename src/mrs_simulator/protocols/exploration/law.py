@@ -4,8 +4,8 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition, TooShort
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.protocols.curves import Curve
 from mrs_simulator.protocols.exploration import equations as floors
 from mrs_simulator.sensors.mounts import fitted_mounts

@@ -6,9 +6,9 @@ import numpy as np
 
 from mrs_simulator.control.pioneer_control import PioneerControl
 from mrs_simulator.core.claims import Claim, Condition
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.neighbours import least_distance
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.protocols.common import attracting, level
 from mrs_simulator.protocols.flocking import equations as flocking_equations
 from mrs_simulator.protocols.flocking import published

@@ -18,9 +18,9 @@ from mrs_simulator.core.claims import (
     slope,
     stays_below,
 )
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import phase_of
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import sampled_rate
 from mrs_simulator.core.stability import Stability
 from mrs_simulator.protocols.common import attracting, commands_by, resting

@@ -15,8 +15,8 @@ from mrs_simulator.core.claims import (
     decay_rate,
     slope,
 )
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.kinematics import UNICYCLE_AXES, direction_of, wrap_angle
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.core.spectra import laplacian_eigenvalues, left_null_vector, stable_step
 from mrs_simulator.protocols.common import (
     all_hold,

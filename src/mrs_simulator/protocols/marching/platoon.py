@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, Condition, TooShort
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.protocols.common import attracting, below
 from mrs_simulator.protocols.consensus.law import GAIN
 from mrs_simulator.protocols.consensus.memory import TAU, Remembering

@@ -12,9 +12,9 @@ from mrs_simulator.core.claims import (
     rate,
     stays_below,
 )
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.graphs import Topology
 from mrs_simulator.core.kinematics import direction_of, wrap_angle
-from mrs_simulator.core.parameters import Parameter
 from mrs_simulator.protocols.common import attracting
 from mrs_simulator.protocols.sensing import equations as laws
 from mrs_simulator.scenario.surroundings.obstacles import clearance

@@ -21,7 +21,7 @@ from mrs_simulator.core.claims import (
     invariant,
     rate,
 )
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.core.spectra import (
     is_infinitesimally_bearing_rigid,
     is_infinitesimally_rigid,

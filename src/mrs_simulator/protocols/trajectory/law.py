@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from mrs_simulator.core.claims import Claim, decay_rate
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.protocols.common import attracting, below, commands_by
 from mrs_simulator.protocols.shapes.law import SHAPE, SIZE, Shaped
 from mrs_simulator.protocols.shapes.published import Marching, least_snap

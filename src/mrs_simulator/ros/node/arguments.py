@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 
-from mrs_simulator.core.parameters import shown
+from mrs_simulator.core.fields import shown
 from mrs_simulator.ros.node.launch_arguments import refuse_unknown_launch_arguments
 from mrs_simulator.ros.node.node_parameters import help_text
 from mrs_simulator.scenario.scenario import OVERRIDES, load_scenario

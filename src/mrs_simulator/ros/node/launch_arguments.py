@@ -4,7 +4,7 @@ import os
 import xml.etree.ElementTree as ElementTree
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.ros.node.deferred_output import roslaunch_words
 
 

@@ -6,7 +6,7 @@ import sys
 import rospy
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.ros.node.arguments import RUN_ARGUMENTS
 from mrs_simulator.ros.node.node_parameters import NAMES
 

@@ -7,7 +7,7 @@ stamp stays what the first messages showed.
 
 import math
 
-from mrs_simulator.core.parameters import shown
+from mrs_simulator.core.fields import shown
 from mrs_simulator.scenario.scenario import FARTHEST
 
 LEARNING = 5  # [-] first messages of a real robot, which may show any offset of its clock

@@ -8,8 +8,8 @@ import numpy as np
 import rospy
 
 from mrs_simulator.control.guards import Tracks
+from mrs_simulator.core.fields import shown
 from mrs_simulator.core.kinematics import yaw
-from mrs_simulator.core.parameters import shown
 from mrs_simulator.core.spatial import Spatial, upright
 from mrs_simulator.ros.message_forms.messages import (
     MessageError,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import rospy
 
-from mrs_simulator.core.parameters import shown
+from mrs_simulator.core.fields import shown
 from mrs_simulator.ros.node.node_parameters import NODES, REAL
 from mrs_simulator.rqt_plugin.run.study_state import USUAL_TOPIC
 from mrs_simulator.scenario.reading import Section, read_json, reason

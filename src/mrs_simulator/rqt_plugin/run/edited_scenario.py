@@ -4,8 +4,8 @@ import functools
 
 import numpy as np
 
+from mrs_simulator.core.fields import checked_values
 from mrs_simulator.core.graphs import Topology
-from mrs_simulator.core.parameters import checked_values
 from mrs_simulator.protocols import HOMES
 from mrs_simulator.rqt_plugin.run.error_message import ErrorMessage, reason
 from mrs_simulator.rqt_plugin.widgets.debounced_worker import DebouncedWorker

@@ -3,7 +3,7 @@
 from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QGroupBox, QHBoxLayout, QPushButton, QVBoxLayout
 
-from mrs_simulator.core.parameters import Parameter
+from mrs_simulator.core.fields import Parameter
 from mrs_simulator.rqt_plugin.protocol.parameter_form import ParameterForm
 from mrs_simulator.rqt_plugin.widgets.fields import NoWheelComboBox
 from mrs_simulator.rqt_plugin.widgets.guard import guarded

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from mrs_simulator.core.fields import Parameter, checked_values, unknown_name
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.parameters import Parameter, checked_values, unknown_name
 
 TRIES_PER_ROBOT = 2000  # [-] draws of a random position before it is said that none is free
 

@@ -6,7 +6,7 @@ Only who is meant is checked here; what a mount may hold is known to the room ``
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from mrs_simulator.core.doc_links import explained_by
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, Section, shown
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import wrap_angle
-from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.team.estimates import EKF
 from mrs_simulator.scenario.team.odometry_errors import step_deviations, true_squares

@@ -21,7 +21,7 @@ class Facts(NamedTuple):
     """What a law says of its scenario at the start; plain values throughout."""
 
     protocol: str  # name of the class
-    parameters: Tuple  # core.parameters.Parameter of each
+    parameters: Tuple  # core.fields.Parameter of each
     values: dict  # of the parameters
     topology: Topology
     warnings: dict  # theory's, texts by the parameter that causes them

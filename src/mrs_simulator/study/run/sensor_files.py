@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.writing import Blocks
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.sensors.suite import Suite, of_robot

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.core.parameters import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.importing.description import read_description
 from mrs_simulator.vehicles.importing.xml_reading import read_text

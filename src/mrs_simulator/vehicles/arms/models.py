@@ -5,7 +5,7 @@ import importlib.util
 import os
 from typing import NamedTuple, Tuple
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.vehicles.arms.chain import read_chain
 

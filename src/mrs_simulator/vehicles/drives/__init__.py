@@ -5,7 +5,7 @@
 
 import importlib
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 
 DRIVES = ("differential", "omnidirectional", "car", "vessel", "quadrotor")
 

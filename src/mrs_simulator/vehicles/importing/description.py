@@ -4,7 +4,7 @@ from typing import Any, Dict, NamedTuple, Tuple
 
 import numpy as np
 
-from mrs_simulator.core.parameters import unknown_name
+from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.scenario.reading import ScenarioError, shown
 from mrs_simulator.vehicles.importing.placing import transform_at
 from mrs_simulator.vehicles.importing.xml_reading import Tag, parse_xml

@@ -99,11 +99,12 @@ def real_time_factor(
 def recorded_ones(experiment, samples, stack):
     """Yield ``samples`` as they are written to a run.csv, until ``stack`` is left."""
     folder = stack.enter_context(tempfile.TemporaryDirectory())
-    numbers, columns = experiment.control.numbers, experiment.control.team.record_columns
+    numbers, scenario = experiment.control.numbers, experiment.scenario
+    layout = experiment.control.team.layout(lambda column: column.given(scenario))
     path = os.path.join(folder, "run.csv")
-    recorder = stack.enter_context(Recorder(path, numbers, columns=columns))
+    recorder = stack.enter_context(Recorder(path, numbers, layout=layout))
     for stamp, pose, command in samples:
-        recorder.sample(stamp, pose, command, experiment.points(pose), **experiment.more())
+        recorder.sample(stamp, experiment.state(pose, command))
         yield
 
 

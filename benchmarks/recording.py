@@ -20,6 +20,7 @@ from history import Report
 
 from mrs_simulator.record import number_rows
 from mrs_simulator.record.recording import Recorder, closest_approach, read_run_csv
+from mrs_simulator.state.state_table import StateTable
 
 ROBOTS = 1000
 SAMPLES = 200
@@ -44,7 +45,7 @@ def write(path, samples):
     cpu, wall = time.process_time(), time.perf_counter()
     with Recorder(path, range(1, ROBOTS + 1)) as recorder:
         for index in range(samples):
-            recorder.sample(0.02 * index, pose + 1e-3 * index, command)
+            recorder.sample(0.02 * index, StateTable(pose=pose + 1e-3 * index, command=command))
     return time.process_time() - cpu, time.perf_counter() - wall
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from mrs_simulator.record.recording import Recorder
 from mrs_simulator.scenario.scenario import FIDELITIES, load_scenario
+from mrs_simulator.state.layout import basic_layout
 from mrs_simulator.study.run.experiment import Experiment, LawFailed
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -78,11 +79,12 @@ def run_values(name, fidelity, directory, nudge=0.0, longest=np.inf):
         experiment = Experiment(scenario)
     except ValueError as error:
         return "refused: " + str(error).replace(SCENARIOS, "")
-    axes = experiment.control.team.axes
-    with Recorder(path, range(1, scenario.n + 1), scenario.hand_length, axes=axes) as recorder:
+    layout = basic_layout(experiment.control.team.axes)
+    numbers = range(1, scenario.n + 1)
+    with Recorder(path, numbers, scenario.hand_length, layout=layout) as recorder:
         try:
             for stamp, pose, command in experiment.samples():
-                recorder.sample(stamp, pose, command, experiment.points(pose))
+                recorder.sample(stamp, experiment.state(pose, command))
         except LawFailed as error:
             return "failed: {}".format(error)
         finally:

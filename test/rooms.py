@@ -5,6 +5,7 @@ import ast
 # Each room may import those before it, and no other.
 ROOMS = (
     "core",
+    "state",
     "scenario",
     "record",
     "vehicles",

@@ -218,8 +218,8 @@ def test_an_arm_follows_the_goals_of_an_action(ros, tmp_path):  # noqa: F811
 
 
 def test_a_history_keeps_the_joints_of_arms():
-    from mrs_simulator.record.run_columns import arm_axes
     from mrs_simulator.rqt_plugin.run.history import History, Snapshot
+    from mrs_simulator.state.columns import arm_axes
 
     history, axes = History(), ("linear.x", "angular.z", *arm_axes(3))
     joints = np.arange(8.0).reshape(2, 4)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mrs_simulator.nodes.record import estimates_source
-from mrs_simulator.nodes.record.run_sources import Sample
+from mrs_simulator.state.columns import ESTIMATE
+from mrs_simulator.state.state_table import StateTable
 
 
 @pytest.fixture
@@ -16,7 +17,7 @@ def source(monkeypatch):
     monkeypatch.setattr(estimates_source.rospy, "logerr_throttle", lambda *_: None)
     monkeypatch.setattr(estimates_source, "PATIENCE", -1.0)
     zeros = np.zeros((1, 3))
-    idle = Sample(1.0, zeros, zeros[:, :2], False, zeros[:, 0], zeros)
+    idle = StateTable(1.0, pose=zeros, command=zeros[:, :2], commanded=np.zeros(1, bool))
     stage = SimpleNamespace(
         PACED=False, next=lambda _: idle, begin=lambda: None, meta=dict, warnings=list
     )
@@ -25,7 +26,7 @@ def source(monkeypatch):
 
 def test_a_sample_without_estimates_is_left_out_once_the_run_has_begun(source):
     """Also one of robots that nobody commands any more: the file has a column for what is not there."""
-    assert source.next(0.0).estimate is None
+    assert not source.next(0.0).has(ESTIMATE)
     source.begin()
     assert source.next(0.0) is None
     assert source.warnings()[0].startswith("1 samples are left out")

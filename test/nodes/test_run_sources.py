@@ -11,6 +11,7 @@ from mrs_simulator.nodes.record import run_sources
 from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
 from mrs_simulator.scenario.scenario import load_scenario
 from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.state.columns import SPATIAL
 from mrs_simulator.vehicles import Team
 from mrs_simulator.vehicles.team_in_space import team_of
 
@@ -181,7 +182,7 @@ def test_real_robots_are_recorded_with_twists_and_heights(monkeypatch):
     sample = real(monkeypatch, ("crazyflie2", "robotino3")).next(1.0)
     assert sample.twist.tolist() == TWIST and sample.spatial.z.tolist() == [1.0, 2.0]
     sample = real(monkeypatch, ("robotino3", "robotino3")).next(1.0)
-    assert sample.twist.tolist() == TWIST and sample.spatial is None
+    assert sample.twist.tolist() == TWIST and not sample.has(SPATIAL)
 
 
 def test_a_jump_before_the_run_is_no_part_of_it_and_one_in_it_ends_it(monkeypatch):

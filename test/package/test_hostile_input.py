@@ -18,6 +18,7 @@ from mrs_simulator.protocols.marching.law import Marching
 from mrs_simulator.record.recording import Recorder, RunError
 from mrs_simulator.scenario.reading import ScenarioError, parse_yaml
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.results.report import main as report
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run.preflight import Check
@@ -181,7 +182,9 @@ def run_in(directory, robots=2, facts="{}"):
     path = str(directory / "run.csv")
     with Recorder(path, range(1, robots + 1)) as recorder:
         for k in range(5):
-            recorder.sample(0.1 * k, np.zeros((robots, 3)), np.zeros((robots, 2)))
+            recorder.sample(
+                0.1 * k, StateTable(pose=np.zeros((robots, 3)), command=np.zeros((robots, 2)))
+            )
     (directory / "run.json").write_text(facts)
     return path
 

@@ -35,6 +35,7 @@ APART = {
 # Outside packages that a room may not import.
 FORBIDDEN = {
     "core": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
+    "state": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "scenario": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "record": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},
     "vehicles": ROS | MESSAGES | QT | {"pybullet", "matplotlib"},

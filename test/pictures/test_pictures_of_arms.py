@@ -15,7 +15,8 @@ from mrs_simulator.pictures.camera import Camera
 from mrs_simulator.pictures.drawing import Polygons
 from mrs_simulator.pictures.robots import about_z
 from mrs_simulator.pictures.scene import Scene, drawn, framed
-from mrs_simulator.scenario.team.load import Load, LoadState
+from mrs_simulator.scenario.team.load import Load
+from mrs_simulator.state.columns import LoadState
 from mrs_simulator.vehicles import kind
 from mrs_simulator.vehicles.arms.models import MODELS
 from mrs_simulator.vehicles.arms.team import ArmedTeamInSpace

@@ -12,6 +12,7 @@ import pytest
 from mrs_simulator.core.kinematics import hand_points
 from mrs_simulator.record.recording import Recorder, read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.results.bag import read_bag
 from mrs_simulator.verdict.verdict import judge
 
@@ -36,7 +37,7 @@ def test_a_run_file_is_read_and_written_again_to_the_byte(tmp_path):
     assert len(run.collisions) == 1 and run.meta["ended"] == "complete"
     with Recorder(str(tmp_path / "run.csv"), run.robots, scenario.hand_length) as recorder:
         for stamp, pose, command, hand in zip(run.time, run.pose, run.command, run.hand):
-            recorder.sample(stamp, pose, command, hand)
+            recorder.sample(stamp, StateTable(pose=pose, command=command, hand=hand))
     with open(path("run.csv"), "rb") as old:
         assert (tmp_path / "run.csv").read_bytes() == old.read()
     # The sines of other processors and libraries differ in the last bit.

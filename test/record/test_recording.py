@@ -15,7 +15,6 @@ from mrs_simulator.protocols.formation import equations as formation
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record import recording
 from mrs_simulator.record.recording import (
-    COLUMNS,
     Collision,
     Recorder,
     Run,
@@ -25,12 +24,18 @@ from mrs_simulator.record.recording import (
     read_run_csv,
     write_facts,
 )
-from mrs_simulator.record.run_columns import Columns
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.state.columns import TWIST
+from mrs_simulator.state.layout import basic_layout, layout_in
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.results.report import judged
 from mrs_simulator.verdict import verdict
 
 PRINTED = [[9.95, -5.0, 0.0], [4.95, -2.0, 0.0], [1.95, 8.0, 0.0], [-5.05, 12.3, 0.0]]
+
+
+AXES = ("linear.x", "linear.y", "angular.z")
+COLUMNS = basic_layout().names
 
 
 def recorded(tmp_path, samples=3, n=2):
@@ -39,7 +44,7 @@ def recorded(tmp_path, samples=3, n=2):
     poses, commands = draw.normal(size=(samples, n, 3)), draw.normal(size=(samples, n, 2))
     with Recorder(path, range(1, n + 1), 0.05) as recorder:
         for index in range(samples):
-            recorder.sample(0.1 * index, poses[index], commands[index])
+            recorder.sample(0.1 * index, StateTable(pose=poses[index], command=commands[index]))
     return path, poses, commands
 
 
@@ -57,14 +62,17 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
 @pytest.mark.parametrize("kept", [0, 2, 3])
 def test_a_run_that_was_kept_is_the_one_that_is_read(tmp_path, kept):
     path, draw = str(tmp_path / "run.csv"), np.random.default_rng(0)
-    columns = Columns(AXES, twist=True, joints=1, kinds=("a,b", "c  d"))
-    with Recorder(path, (1, 5), columns=columns, kept=kept) as recorder:
+    layout = layout_in([*basic_layout(AXES).names, *TWIST.csv, "joint"])._replace(
+        kinds=("a,b", "c  d")
+    )
+    with Recorder(path, (1, 5), layout=layout, kept=kept) as recorder:
         for index in range(3):
             pose, command, twist = (draw.normal(size=(2, 3)) for _ in range(3))
-            recorder.sample(0.1 * index, pose, command, pose[:, :2], twist, pose[:, 0])
+            columns = {"pose": pose, "command": command, "twist": twist, "joints": pose[:, 0]}
+            recorder.sample(0.1 * index, StateTable(**columns, hand=pose[:, :2]))
     write_facts(path, [Collision(0.1, "robot1", "robot5", 0.0, 1.0)], {"deadlock": [(1, 0.2)]})
     kept_run, read = recorder.run(), read_run_csv(path)
-    for name, value in read._asdict().items():
+    for name, value in vars(read).items():
         if isinstance(value, np.ndarray):  # sums depend on how arrays lie in memory
             assert getattr(kept_run, name).strides == value.strides
             np.testing.assert_array_equal(getattr(kept_run, name), value)
@@ -77,23 +85,22 @@ def test_points_that_are_told_and_hand_points_may_take_turns(tmp_path):
     poses, points = draw.normal(size=(6, 2, 3)), draw.normal(size=(6, 2, 2))
     with Recorder(str(tmp_path / "run.csv"), (1, 2), 0.3, kept=6) as recorder:
         for k in range(6):
-            recorder.sample(0.1 * k, poses[k], points[k], points[k] if k in told else None)
+            state = StateTable(pose=poses[k], command=points[k])
+            recorder.sample(0.1 * k, state.replace(hand=points[k]) if k in told else state)
     for run in (recorder.run(), read_run_csv(str(tmp_path / "run.csv"))):
         for k in range(6):
             wanted = points[k] if k in told else hand_points(poses[k], 0.3)
             np.testing.assert_array_equal(run.hand[k], wanted)
 
 
-AXES = ("linear.x", "linear.y", "angular.z")
-
-
 def test_a_run_of_other_robots_keeps_all_axes_and_their_own_points(tmp_path):
     path = str(tmp_path / "run.csv")
     draw = np.random.default_rng(0)
     poses, commands, points = (draw.normal(size=(3, 2, width)) for width in (3, 3, 2))
-    with Recorder(path, (1, 2), 0.05, axes=AXES) as recorder:
+    with Recorder(path, (1, 2), 0.05, layout=basic_layout(AXES)) as recorder:
         for index in range(3):
-            recorder.sample(0.1 * index, poses[index], commands[index], points[index])
+            columns = {"pose": poses[index], "command": commands[index], "hand": points[index]}
+            recorder.sample(0.1 * index, StateTable(**columns))
     run = read_run_csv(path)
     assert run.axes == AXES
     np.testing.assert_array_equal(run.command, commands)

@@ -7,23 +7,32 @@ import pytest
 
 from mrs_simulator.core.spatial import Spatial, headings, turned_about_z, upright
 from mrs_simulator.record.recording import (
-    COLUMNS,
     Collision,
     Recorder,
     RunError,
     read_run_csv,
     write_facts,
 )
-from mrs_simulator.record.run_columns import Columns, columns_in
 from mrs_simulator.scenario.scenario import scenario_from_dict
+from mrs_simulator.state.layout import basic_layout, layout_in
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles import Team
 
 COMMANDS = ("linear.x", "linear.y", "angular.z")
 PLACE = ("time", "robot", "x", "y", "theta", "alpha_x", "alpha_y")
+COLUMNS = PLACE + ("v", "omega")
 TWIST = ("twist.linear.x", "twist.linear.y", "twist.angular.z")
-FLYING = Columns(("linear.x", "linear.z"), True, 1, True, ("crazy, fly", 'a "b"'))
+SPACE = ("z", "orientation.x", "orientation.y", "orientation.z", "orientation.w", "alpha_z")
+SPACE += ("twist.linear.z", "twist.angular.x", "twist.angular.y")
+KINDS = "crazy, fly", 'a "b"'
+FLYING = layout_in(PLACE + ("linear.x", "linear.z", *TWIST, "joint", *SPACE))._replace(kinds=KINDS)
+
+
+def scenario_of(kinds):
+    poses = [[2.0 * place, 0.0, 0.0] for place in range(len(kinds))]
+    return scenario_from_dict({"poses": poses, "kind": kinds})
 
 
 @pytest.mark.parametrize(
@@ -38,9 +47,9 @@ FLYING = Columns(("linear.x", "linear.z"), True, 1, True, ("crazy, fly", 'a "b"'
     ],
 )
 def test_a_team_has_the_columns_that_it_needs(kinds, names):
-    columns = Team(kinds).record_columns
-    assert columns.names == names and columns.kinds in ((), tuple(kinds))
-    assert columns_in(names).names == names
+    layout = Team(kinds).layout(lambda column: column.given(scenario_of(kinds)))
+    assert layout.names == names and layout.kinds in ((), tuple(kinds))
+    assert layout_in(names).names == names
 
 
 def test_the_columns_of_robots_that_leave_the_ground():
@@ -49,7 +58,7 @@ def test_the_columns_of_robots_that_leave_the_ground():
         *("z", "orientation.x", "orientation.y", "orientation.z", "orientation.w", "alpha_z"),
         *("twist.linear.z", "twist.angular.x", "twist.angular.y", "kind"),
     )
-    assert columns_in(FLYING.names)._replace(kinds=FLYING.kinds) == FLYING
+    assert layout_in(FLYING.names)._replace(kinds=FLYING.kinds) == FLYING
 
 
 def flight(path, samples=3):
@@ -57,12 +66,12 @@ def flight(path, samples=3):
     draw = np.random.default_rng(1)
     blocks = [draw.normal(size=(samples, 2, width)) for width in (3, 2, 2, 3, 1, 1, 4, 3, 1)]
     pose, command, points, twist, joints, z, orientation, rest, point_z = blocks
-    with Recorder(path, (1, 2), columns=FLYING) as recorder:
+    with Recorder(path, (1, 2), layout=FLYING) as recorder:
         for k in range(samples):
-            recorder.sample(
-                0.1 * k, pose[k], command[k], points[k], twist[k], joints[k, :, 0],
-                Spatial(z[k, :, 0], orientation[k], rest[k]), point_z[k, :, 0],
-            )  # fmt: skip
+            columns = {"pose": pose[k], "command": command[k], "hand": points[k], "twist": twist[k]}
+            columns["spatial"] = Spatial(z[k, :, 0], orientation[k], rest[k])
+            columns.update(joints=joints[k, :, 0], point_z=point_z[k, :, 0])
+            recorder.sample(0.1 * k, StateTable(**columns))
     return blocks
 
 
@@ -89,14 +98,15 @@ def test_all_columns_there_and_back_to_the_bit(tmp_path):
 
 def test_joints_of_arms_there_and_back_to_the_bit(tmp_path):
     path, joints = str(tmp_path / "run.csv"), np.random.default_rng(2).normal(size=(3, 2, 6))
-    columns = Columns(joints=6, kinds=("husky", "husky"))
-    zeros = np.zeros((2, 3)), np.zeros((2, 2))
-    with Recorder(path, (1, 2), columns=columns) as recorder:
+    layout = layout_in([*COLUMNS, "joint", *map("joint.{}".format, range(2, 7)), "kind"])
+    layout, zeros = layout._replace(kinds=("husky", "husky")), np.zeros((2, 3))
+    with Recorder(path, (1, 2), layout=layout) as recorder:
         for k in range(3):
-            recorder.sample(0.1 * k, *zeros, joints=joints[k])
-    assert columns.names[-8:] == ("omega", "joint", *map("joint.{}".format, range(2, 7)), "kind")
+            state = StateTable(pose=zeros, command=zeros[:, :2], joints=joints[k])
+            recorder.sample(0.1 * k, state)
+    assert layout.names[-8:] == ("omega", "joint", *map("joint.{}".format, range(2, 7)), "kind")
     np.testing.assert_array_equal(read_run_csv(path).joints, joints)
-    assert columns_in(("time", *columns.names[1:-2], "joint.7", "kind")) is None
+    assert layout_in(("time", *layout.names[1:-2], "joint.7", "kind")) is None
 
 
 def test_other_programs_read_names_with_commas_and_quotes(tmp_path):
@@ -109,9 +119,9 @@ def test_other_programs_read_names_with_commas_and_quotes(tmp_path):
 
 def test_a_kind_may_be_called_anything(tmp_path):
     path = str(tmp_path / "run.csv")
-    columns = Columns(kinds=("Mein Röbi", "two\nlines\t of it"))
-    with Recorder(path, (1, 2), columns=columns) as recorder:
-        recorder.sample(0.0, np.zeros((2, 3)), np.zeros((2, 2)))
+    layout = basic_layout()._replace(kinds=("Mein Röbi", "two\nlines\t of it"))
+    with Recorder(path, (1, 2), layout=layout) as recorder:
+        recorder.sample(0.0, StateTable(pose=np.zeros((2, 3)), command=np.zeros((2, 2))))
     assert read_run_csv(path).kinds == ("Mein Röbi", "two lines of it")
 
 
@@ -162,7 +172,7 @@ def test_kinds_that_do_not_fit_are_refused(tmp_path, lines, said):
     ],
 )
 def test_columns_that_nobody_writes_are_refused(names):
-    assert columns_in(names) is None
+    assert layout_in(names) is None
 
 
 def test_a_mixed_run_tells_kinds_twists_and_steering(tmp_path):

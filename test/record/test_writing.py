@@ -14,6 +14,7 @@ from mrs_simulator.core import writing
 from mrs_simulator.core.writing import Blocks, naming, write_text
 from mrs_simulator.record.recording import Recorder, read_run_csv
 from mrs_simulator.scenario.scenario import load_scenario
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.experiment import run_experiment
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -113,7 +114,9 @@ def recorded(path, samples, room_until, room_again):
             disk.room = os.path.getsize(path) + 30
         elif k == room_again:
             disk.room = 10**9
-        recorder.sample(0.1 * k, np.full((2, 3), float(k)), np.zeros((2, 2)))
+        recorder.sample(
+            0.1 * k, StateTable(pose=np.full((2, 3), float(k)), command=np.zeros((2, 2)))
+        )
     recorder.close()
     return recorder, told
 
@@ -196,9 +199,9 @@ def test_samples_are_written_after_the_period_and_at_the_end(tmp_path, monkeypat
     monkeypatch.setattr(writing, "FLUSH_PERIOD", period)
     path = str(tmp_path / "run.csv")
     with Recorder(path, [1, 2]) as recorder:
-        recorder.sample(0.0, np.zeros((2, 3)), np.zeros((2, 2)))  # the first is always due
-        for k in range(1, 4):
-            recorder.sample(0.1 * k, np.full((2, 3), float(k)), np.zeros((2, 2)))
+        for k in range(4):  # the first is always due
+            state = StateTable(pose=np.full((2, 3), float(k)), command=np.zeros((2, 2)))
+            recorder.sample(0.1 * k, state)
             with open(path) as file:
                 assert len(file.readlines()) == 3 + 2 * k * there
     np.testing.assert_array_equal(read_run_csv(path).pose[:, 1, 0], range(4))

@@ -10,6 +10,7 @@ import pytest
 
 from mrs_simulator import load_scenario, run_experiment
 from mrs_simulator.record.recording import Recorder
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw import figure_process, figures
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -17,6 +18,7 @@ PAPER = os.path.join(ROOT, "scenarios", "paper.yaml")
 PROGRAM = """
 import os, sys
 os.sched_getaffinity = lambda process: {0, 1}
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.run.command import main
 main(sys.argv[1:])
 """
@@ -45,7 +47,7 @@ def test_what_a_drawing_raises_is_raised_here(monkeypatch, tmp_path):
     recorder = Recorder(str(tmp_path / "run.csv"), (1, 2), kept=3, memory=drawing.memory)
     drawing.begin(recorder)
     for stamp in (0.0, 0.1, 0.2):  # seen there as well
-        recorder.sample(stamp, np.zeros((2, 3)), np.zeros((2, 2)))
+        recorder.sample(stamp, StateTable(pose=np.zeros((2, 3)), command=np.zeros((2, 2))))
     assert drawing.is_able
     recorder.close()
     drawing.figures(recorder.run(), str(tmp_path))
@@ -64,7 +66,7 @@ def test_a_process_that_cannot_draw_is_told_of(monkeypatch, tmp_path):
     drawing = figure_process.Drawing(("png",))
     memory = drawing.memory
     with Recorder(str(tmp_path / "run.csv"), (1,), kept=1, memory=memory) as recorder:
-        recorder.sample(0.0, np.zeros((1, 3)), np.zeros((1, 2)))
+        recorder.sample(0.0, StateTable(pose=np.zeros((1, 3)), command=np.zeros((1, 2))))
     drawing.begin(recorder)
     with pytest.raises(RuntimeError, match="ended before it had drawn"):
         drawing.figures(recorder.run(), str(tmp_path))

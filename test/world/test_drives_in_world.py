@@ -168,7 +168,7 @@ def run_of(name):
     scenario = load_scenario(os.path.join(SCENARIOS, name + ".yaml"))
     experiment = Experiment(scenario)
     samples = [
-        (stamp, pose, experiment.points(pose), command)
+        (stamp, pose, experiment.state(pose, command).hand, command)
         for stamp, pose, command in experiment.samples()
     ]
     time, pose, hand, command = map(np.array, zip(*samples))

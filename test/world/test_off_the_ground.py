@@ -16,6 +16,7 @@ from mrs_simulator.ros.message_forms.planar_messages import PlanarOdometry
 from mrs_simulator.scenario.reading import ScenarioError
 from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
 from mrs_simulator.scenario.surroundings.obstacles import Box
+from mrs_simulator.state.columns import Z
 from mrs_simulator.study.results.report import read_run
 from mrs_simulator.study.run.experiment import run_experiment
 from mrs_simulator.vehicles import Team
@@ -349,6 +350,6 @@ def test_over_ros_height_and_orientation_are_told_everywhere(ros, hoverer, tmp_p
 
 def test_a_team_on_the_ground_pays_nothing():
     team = Team(("pioneer3dx", "robotino3"))
-    assert not team.is_spatial and not team.record_columns.spatial
+    assert not team.is_spatial and not Z.of(team)
     world = World(("pioneer3dx", "robotino3"), [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
     assert world.z is None and world.spatial is None and world.estimates.z() is None

@@ -7,33 +7,26 @@ import mmap
 import os
 import sys
 from array import array
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mrs_simulator.core.fields import unknown_name
 from mrs_simulator.core.kinematics import DEFAULT_HAND_LENGTH, UNICYCLE_AXES, hand_points
 from mrs_simulator.core.neighbours import least_distance_over
-from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.core.writing import Blocks, write_text
+from mrs_simulator.record.kind_column import kind_fields, without_kinds
 from mrs_simulator.record.number_rows import AT_ONCE, Lines
 from mrs_simulator.record.run_changes import read_changes
-from mrs_simulator.record.run_columns import (
-    COLUMNS,
-    Columns,
-    columns_in,
-    kind_fields,
-    without_kinds,
-)
 from mrs_simulator.scenario.incidents import DESCRIPTIONS, Incident
 from mrs_simulator.scenario.reading import read_json, reason, refuse_special, shown
-from mrs_simulator.scenario.scenario import MOST_ROBOTS, Scenario
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.scenario.scenario import MOST_ROBOTS
+from mrs_simulator.state.columns import COLUMNS, GROUPS, HAND
+from mrs_simulator.state.layout import STAMPS, basic_layout, layout_in
+from mrs_simulator.state.state_table import StateTable
 
 BLOCK = 1 << 19  # [characters] of a file read at once: its numbers as text take ten times as much
 MOST_KEPT = 1 << 29  # [bytes] of numbers
-STAMPS = 2  # [-] columns before the numbers: time and robot
-POSE, HAND = slice(0, 3), slice(3, 5)  # the first numbers of a row
 LONGEST_CAUSE = 200  # [characters] of an error that is quoted
 FACTS = {  # what ``run.json`` may hold besides collisions
     "ended": str,
@@ -70,28 +63,55 @@ class Collision(NamedTuple):
         return (self.x, self.y, self.z) if self.z else (self.x, self.y)
 
 
-class Run(NamedTuple):
-    """A recorded run: m samples of n robots."""
+class Run(StateTable):
+    """A recorded run: m samples of n robots.
 
-    time: np.ndarray  # (m,) [s]
-    robots: np.ndarray  # (n,) robots' numbers
-    pose: np.ndarray  # (m, n, 3) [m, m, rad], common frame
-    hand: (
-        np.ndarray
-    )  # (m, n, d) [m], controlled points: hand points of unicycles; d = 2, or ``in_space``
-    command: np.ndarray  # (m, n, a) [m/s, rad/s], control input held after the sample
-    collisions: List[Collision] = []
-    scenario: Optional[Scenario] = None
-    meta: Dict[str, Any] = {}
-    axes: Tuple[str, ...] = UNICYCLE_AXES  # the columns of ``command``
-    kinds: Tuple[str, ...] = ()  # names of the robots' kinds; () where unknown
-    # Where they were recorded, else None:
-    twist: Optional[np.ndarray] = None  # (m, n, 3) vx, vy [m/s], omega [rad/s], robots' frames
-    joints: Optional[np.ndarray] = None  # (m, n) [rad] of the drives; (m, n, k) where robots have k
-    spatial: Optional[Spatial] = None  # (m, n, ...) of robots that leave the ground
-    point_z: Optional[np.ndarray] = None  # (m, n) [m], height of the controlled points
-    load: Optional[LoadState] = None  # (m, ...), what the robots carry
-    estimate: Optional[np.ndarray] = None  # (m, n, 3) [m, m, rad], poses that the control used
+    Columns that were not recorded are None.
+
+    time : (m,) [s].
+    robots : (n,), their numbers.
+    pose : (m, n, 3) [m, m, rad], common frame.
+    hand : (m, n, d) [m], controlled points: hand points of unicycles; d = 2, or :meth:`in_space`.
+    command : (m, n, a) [m/s, rad/s], control input held after the sample.
+    collisions : a list of ``Collision``.
+    scenario : the ``Scenario``, or None.
+    meta : what else ``run.json`` has, by the names in ``FACTS``.
+    axes : the columns of ``command``.
+    kinds : names of the robots' kinds; () where unknown.
+    twist : (m, n, 3) vx, vy [m/s], omega [rad/s], robots' frames.
+    joints : (m, n) [rad] of the drives; (m, n, k) where robots have k.
+    spatial : a ``Spatial`` (m, n, ...) of robots that leave the ground.
+    point_z : (m, n) [m], height of the controlled points.
+    load : a ``LoadState`` (m, ...), what the robots carry.
+    estimate : (m, n, 3) [m, m, rad], poses that the control used.
+    """
+
+    def __init__(
+        self,
+        time,
+        robots,
+        pose,
+        hand,
+        command,
+        collisions=(),
+        scenario=None,
+        meta=None,
+        axes=UNICYCLE_AXES,
+        kinds=(),
+        **columns,
+    ):
+        """``columns``: others by their names, or those of groups."""
+        columns = {"pose": pose, "hand": hand, "command": command, **columns}
+        super().__init__(time, robots, kinds, axes, **columns)
+        self.collisions, self.scenario = list(collisions), scenario
+        self.meta = {} if meta is None else meta
+
+    def __getattr__(self, name):
+        if name in COLUMNS or name in GROUPS and not self.has(GROUPS[name]):
+            return None
+        return super().__getattr__(name)
+
+    _replace = StateTable.replace
 
     @property
     def points(self):
@@ -103,7 +123,7 @@ class Run(NamedTuple):
         """Return this run with ``hand`` of ``dimension`` coordinates, 3 with heights of the points."""
         if self.hand.shape[2] >= dimension:
             return self
-        return self._replace(hand=self.points)
+        return self.replace(hand=self.points)
 
 
 class RunError(ValueError):
@@ -115,13 +135,13 @@ class RunError(ValueError):
 class Kept:
     """The numbers of a recorder's first samples, in memory that forked processes share."""
 
-    def __init__(self, robots, columns, samples, memory=None):
-        """Keep ``samples`` of ``robots`` in a file of ``columns``; none if they take over ``MOST_KEPT``.
+    def __init__(self, robots, layout, samples, memory=None):
+        """Keep ``samples`` of ``robots`` with ``layout``; none if they take over ``MOST_KEPT``.
 
         ``memory``: an ``mmap`` of ``MOST_KEPT`` to keep them in, by default one of their own.
         """
-        self.layout = list(robots), columns, samples
-        shape = columns.width - STAMPS, samples, len(self.layout[0])
+        self.given = list(robots), layout, samples
+        shape = layout.width, samples, len(self.given[0])
         size = 8 * math.prod(shape)
         if not 0 < size <= MOST_KEPT:
             self.table = np.empty((0, shape[2], shape[0]))
@@ -135,10 +155,10 @@ class Kept:
 
         ``facts``: its collisions and its ``meta``.
         """
-        robots, columns, _ = self.layout
-        kinds = tuple(" ".join(kind.split()) for kind in columns.kinds)
+        robots, layout, _ = self.given
+        kinds = tuple(" ".join(kind.split()) for kind in layout.kinds)
         table = self.table[: len(time)]
-        return _run_of(time, np.array(robots), table, columns, kinds, facts, scenario)
+        return _run_of(time, np.array(robots), table, layout, kinds, facts, scenario)
 
 
 class Recorder:
@@ -150,14 +170,13 @@ class Recorder:
         robots,
         hand_length=DEFAULT_HAND_LENGTH,
         warn=None,
-        axes=UNICYCLE_AXES,
-        columns=None,
+        layout=None,
         kept=0,
         memory=None,
     ):
         """Open ``path`` for the robots numbered ``robots``; directories are made.
 
-        ``columns``: the ``Columns`` of the file, by default those for commands with ``axes`` alone.
+        ``layout``: the ``Layout`` of the file, by default poses, points and commands of unicycles.
         ``kept``: of how many samples the numbers stay in memory, too, for :meth:`run`, if these are no
         more than ``MOST_KEPT``; ``memory``: where they are :class:`Kept`.
         ``run.json`` of an earlier run is removed.  ``warn`` is called with a text when the disk is full,
@@ -167,65 +186,40 @@ class Recorder:
         with contextlib.suppress(FileNotFoundError):
             os.remove(facts_path(path))
         self.path = path
-        self.columns = Columns(tuple(axes)) if columns is None else columns
+        layout = basic_layout() if layout is None else layout
+        self._places = layout.places()
+        self._hand = self._places.pop("hand")
         self._numbers, self._samples = list(robots), 0
-        shape = len(self._numbers), self.columns.width - STAMPS
-        self.kept = Kept(self._numbers, self.columns, kept, memory)
+        shape = len(self._numbers), layout.width
+        self.kept = Kept(self._numbers, layout, kept, memory)
         self._kept = self.kept.table
         self._times = np.empty(len(self._kept))
         # Waiting samples: text and hand points of several at once take half of the time.
         self._stamps, self._pointless = [], []  # the latter: whether to compute hand points
         self._waiting = np.empty((max(1, AT_ONCE // shape[0]), *shape))
-        ends = ["," + field for field in kind_fields(self.columns.kinds)]
+        ends = ["," + field for field in kind_fields(layout.kinds)]
         self._lines = Lines(self._numbers, ends or [""] * len(self._numbers))
         self._arms = np.full(shape[0], float(hand_length))  # [m]
-        self._file = Blocks(path, ",".join(self.columns.names) + "\n")
+        self._file = Blocks(path, ",".join(layout.names) + "\n")
         self._warn = warn or (lambda text: None)
         self._stamp = 0.0  # [s] of the newest sample
         self._trouble, self._warnings = "", []
 
-    def sample(
-        self,
-        stamp,
-        pose,
-        command,
-        points=None,
-        twist=None,
-        joints=None,
-        spatial=None,
-        point_z=None,
-        load=None,
-        estimate=None,
-    ):
-        """Write one sample: ``stamp`` [s], ``pose`` (n, 3), ``command`` (n, a).
+    def sample(self, stamp, state):
+        """Write one sample: the columns of the file at ``stamp`` [s] in ``state``, a ``StateTable``.
 
-        ``points`` (n, 2) [m]: the controlled ones, by default hand points.  ``twist`` (n, 3),
-        ``joints`` (n,) or (n, k), ``spatial`` (a ``Spatial``) and ``point_z`` (n,), by default
-        ``spatial.z``, ``load``, a ``LoadState``, and ``estimate`` (n, 3): needed where the file's columns
-        have them, else left out.  Numbers are written with the fewest digits that read back to the same.
+        Without ``hand`` in it the controlled points are hand points.  Numbers are written with the fewest
+        digits that read back to the same.
         """
         self._stamp, rows = float(stamp), self._waiting[len(self._stamps)]
-        rows[:, POSE] = pose
-        if points is not None:
-            rows[:, HAND] = points
-        blocks, columns = [command], self.columns
-        if columns.twist:
-            blocks.append(twist)
-        if columns.joints:
-            blocks.append(np.reshape(joints, (len(pose), -1)))
-        if columns.spatial:
-            height = spatial.z if point_z is None else point_z
-            blocks += [spatial.z[:, np.newaxis], spatial.orientation, height[:, np.newaxis]]
-            blocks.append(spatial.twist)
-        if columns.load:
-            placed = np.concatenate([load.place, load.orientation])
-            blocks += [load.force, np.broadcast_to(placed, (len(pose), len(placed)))]
-        if columns.estimate:
-            blocks.append(estimate)
-        rows[:, HAND.stop :] = command if len(blocks) == 1 else np.concatenate(blocks, axis=1)
+        for name, place in self._places.items():
+            rows[:, place] = getattr(state, name)
+        has_points = state.has(HAND)
+        if has_points:
+            rows[:, self._hand] = state.hand
         self._samples += 1
         self._stamps.append(self._stamp)
-        self._pointless.append(points is None)
+        self._pointless.append(not has_points)
         if self._file.is_due or len(self._stamps) == len(self._waiting):
             self._write_waiting()
 
@@ -233,8 +227,8 @@ class Recorder:
         """Keep the waiting samples, and write them to the file as text."""
         waiting = self._waiting[: len(self._stamps)]
         if any(self._pointless):
-            found = waiting[self._pointless, :, POSE]
-            waiting[self._pointless, :, HAND] = hand_points(found, self._arms)
+            found = waiting[self._pointless, :, self._places["pose"]]
+            waiting[self._pointless, :, self._hand] = hand_points(found, self._arms)
         begin = self._samples - len(waiting)
         room = slice(begin, min(self._samples, len(self._kept)))
         if begin < room.stop:
@@ -360,7 +354,7 @@ def read_run_csv(path, scenario=None):
     try:
         refuse_special(path)
         with open(path, encoding="utf-8") as file:
-            columns, table, kinds = _read_table(file, path)
+            layout, table, kinds = _read_table(file, path)
     except (OSError, UnicodeDecodeError) as error:
         raise RunError("{}: cannot be read: {}".format(path, reason(error))) from None
     robots, samples = _shape_of(table, path)
@@ -372,80 +366,48 @@ def read_run_csv(path, scenario=None):
     if kinds[: samples * n] != kinds[:n] * samples:
         raise RunError("{}: wanted one kind for each robot, the same at all times".format(path))
     time = table[:, 0, 0].copy()
-    columnwise = np.moveaxis(table[:, :, STAMPS:], -1, 0).copy()  # as a recorder keeps them
+    columnwise = np.moveaxis(table[:, :, len(STAMPS) :], -1, 0).copy()  # as a recorder keeps them
     table = np.moveaxis(columnwise, 0, -1)
-    return _run_of(time, robots.astype(int), table, columns, tuple(kinds[:n]), facts, scenario)
+    return _run_of(time, robots.astype(int), table, layout, tuple(kinds[:n]), facts, scenario)
 
 
-def _run_of(time, robots, table, columns, kinds, facts, scenario):
+def _run_of(time, robots, table, layout, kinds, facts, scenario):
     """Return the ``Run`` of ``table`` (m, n, numbers); ``facts``: its collisions and ``meta``."""
     collisions, meta = facts
-    run = Run(
-        time=time,
-        robots=robots,
-        pose=table[:, :, POSE],
-        hand=table[:, :, HAND],
-        command=table[:, :, _slices(columns)["command"]],
-        collisions=collisions,
-        scenario=scenario,
-        meta=meta,
-        axes=columns.axes,
-        kinds=kinds,
-    )
-    return run._replace(**_optional_fields(table, columns))
+    given = {"collisions": collisions, "scenario": scenario, "meta": meta, "kinds": kinds}
+    return Run(time, robots, axes=layout.axes, **given, **layout.columns_of(table))
 
 
-def _optional_fields(table, columns):
-    """Return the fields of optional columns of ``table`` (m, n, numbers), by name."""
-    at, result = _slices(columns), {}
-    if columns.twist:
-        result["twist"] = table[:, :, at["twist"]]
-    if columns.joints:
-        joints = table[:, :, at["joints"]]
-        result["joints"] = joints[:, :, 0] if columns.joints == 1 else joints
-    if columns.spatial:
-        block = table[:, :, at["spatial"]]
-        result["spatial"] = Spatial(block[:, :, 0], block[:, :, 1:5], block[:, :, 6:])
-        result["point_z"] = block[:, :, 5]
-    if columns.load:
-        block = table[:, :, at["load"]]
-        result["load"] = LoadState(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
-    if columns.estimate:
-        result["estimate"] = table[:, :, at["estimate"]]
-    return result
-
-
-def _slices(columns):
-    """Return where blocks of numbers are in a row without its time and robot, by name."""
-    begins = columns.slices().items()
-    return {name: slice(at.start - STAMPS, at.stop - STAMPS) for name, at in begins}
-
-
-def _columns_in(header, path):
-    """Return the ``Columns`` of a file whose first line is ``header``."""
-    columns = columns_in(header[:1000].rstrip("\n").split(","))
-    if columns is None:
+def _layout_in(header, path):
+    """Return the ``Layout`` of a file whose first line is ``header``."""
+    layout = layout_in(header[:1000].rstrip("\n").split(","))
+    if layout is None:
         raise RunError(
             "{}, line 1: {!r}, wanted the columns {}, or axes of a Twist instead of v and omega, and "
-            "what else a team needs".format(path, header[:100].rstrip("\n"), ",".join(COLUMNS))
+            "what else a team needs".format(
+                path, header[:100].rstrip("\n"), ",".join(basic_layout().names)
+            )
         )
-    return columns
+    return layout
 
 
 def _read_table(file, path):
-    """Return the ``Columns`` of ``file``, the numbers of all rows (m, width), and the rows' kinds.
+    """Return the ``Layout`` of ``file``, the numbers of all rows (m, 2 + width), and the rows' kinds.
 
     The file is read in blocks, to save memory.
     """
-    columns = _columns_in(file.readline(), path)
+    layout = _layout_in(file.readline(), path)
+    width = len(STAMPS) + layout.width
     numbers, kinds, begin = array("d"), [], 2
     for lines in iter(lambda: file.readlines(BLOCK), []):
         if not lines[-1].endswith("\n"):
             del lines[-1]  # half written by a killed run
         try:
-            found = _row_numbers(lines, columns)
+            found = _row_numbers(lines, width, layout.kinds)
         except ValueError:
-            bad = next(index for index, line in enumerate(lines) if not _is_row(line, columns))
+            bad = next(
+                index for index, line in enumerate(lines) if not _is_row(line, width, layout.kinds)
+            )
             # The disk that holds the last line may have failed.
             if bad < len(lines) - 1 or begin + bad == 2 or file.readline():
                 raise RunError(
@@ -453,28 +415,28 @@ def _read_table(file, path):
                         path,
                         begin + bad,
                         lines[bad].rstrip("\n")[:60],
-                        columns.width,
-                        " and a kind" if columns.kinds else "",
+                        width,
+                        " and a kind" if layout.kinds else "",
                     )
                 ) from None
-            found = _row_numbers(lines[:bad], columns)
+            found = _row_numbers(lines[:bad], width, layout.kinds)
         numbers.frombytes(found[0].tobytes())
         kinds += map(sys.intern, found[1])
         begin += len(lines)
-    return columns, np.frombuffer(numbers).reshape(-1, columns.width), kinds
+    return layout, np.frombuffer(numbers).reshape(-1, width), kinds
 
 
-def _row_numbers(lines, columns):
+def _row_numbers(lines, width, has_kinds):
     """Return the numbers in ``lines``, (width m,), and the kinds, if there are any.
 
     ``ValueError`` if a line is another row.
     """
     kinds = []
-    if columns.kinds and lines:
+    if has_kinds and lines:
         lines, kinds = without_kinds(lines)
     if not lines:
         return np.empty(0), kinds
-    if any(line.count(",") != columns.width - 1 for line in lines):
+    if any(line.count(",") != width - 1 for line in lines):
         raise ValueError
     numbers = np.fromiter(map(float, ",".join(lines).split(",")), float)
     if not np.isfinite(numbers).all():
@@ -482,9 +444,9 @@ def _row_numbers(lines, columns):
     return numbers, kinds
 
 
-def _is_row(line, columns):
+def _is_row(line, width, has_kinds):
     try:
-        _row_numbers([line], columns)
+        _row_numbers([line], width, has_kinds)
     except ValueError:
         return False
     return True
@@ -514,11 +476,4 @@ def closest_approach(pose, z=None):
 
 def part_of(run, rows):
     """Return the ``rows``, a slice, of ``run``."""
-    names = ("time", "pose", "hand", "command", "twist", "joints", "point_z", "estimate")
-    kept = {name: getattr(run, name) for name in names}
-    kept = {name: value[rows] for name, value in kept.items() if value is not None}
-    if run.spatial is not None:
-        kept["spatial"] = Spatial(*(part[rows] for part in run.spatial))
-    if run.load is not None:
-        kept["load"] = run.load.at(rows)
-    return run._replace(**kept)
+    return run.at(rows)

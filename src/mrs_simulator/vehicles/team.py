@@ -6,8 +6,10 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import TWIST_AXES, UNICYCLE_AXES, cos_sin, max_abs
-from mrs_simulator.record.run_columns import Columns
+from mrs_simulator.core.spatial import upright
 from mrs_simulator.scenario.team.robots import DEFAULT_KIND
+from mrs_simulator.state.columns import SPATIAL, Z
+from mrs_simulator.state.layout import Layout
 from mrs_simulator.vehicles.drives import drive_module
 from mrs_simulator.vehicles.kind import AxisLimit
 from mrs_simulator.vehicles.limits import AxisLimits, kind_limits, stacked
@@ -155,7 +157,6 @@ class Team:
         self.airborne = self._rows(lambda each: each.module.MEDIUM == "air", bool)
         self.afloat = self._rows(lambda each: each.module.MEDIUM == "water", bool)
         self.is_spatial = bool(self.airborne.any())
-        self.record_columns = self._record_columns()
         # Of all components of a Twist: where the axes are, and which a robot ignores, (n, 6) bool.
         self.components = _places([TWIST_AXES.index(axis) for axis in self.axes])
         self.ignored_axes = np.ones((self.n, len(TWIST_AXES)), dtype=bool)
@@ -264,16 +265,26 @@ class Team:
                 g.put(result, g.drive.landing(len(g.kinds), g.numbers))
         return result
 
-    def _record_columns(self):
-        """Return the ``Columns`` that a recording of these robots needs."""
+    def layout(self, is_there):
+        """Return the ``Layout`` of a recording of these robots.
+
+        ``is_there(column)``: whether there is a ``Column``, as a scenario or a state has it.
+        """
         names = tuple(each.name for each in self.kinds)
-        return Columns(
-            axes=self.axes,
-            twist=not self.is_of_unicycles,
-            joints=int(self.has_joints),
-            spatial=self.is_spatial,
-            kinds=names if set(names) != {DEFAULT_KIND} else (),
-        )
+        return Layout.of_team(self, is_there, names if set(names) != {DEFAULT_KIND} else ())
+
+    def recorded(self, state, l):
+        """Return ``state``, at one time, with the controlled points that a recording has.
+
+        With arms it has columns of space in any case.
+        """
+        hand = self.point(state.pose, state.joints, l)[:, :2]
+        if not self.has_arms:
+            return state.replace(hand=hand, point_z=state.z if state.has(Z) else None)
+        if not state.has(SPATIAL):
+            state = state.replace(spatial=upright(state.pose[:, 2]))
+        height = self.tools(state.pose, state.joints, l)[:, 2]
+        return state.replace(hand=hand, point_z=state.z + height)
 
     def by_group(self, of_group, fill=0.0):
         """Return values (n, a), group after group, of which ``of_group(group)`` is each group's part.

@@ -61,25 +61,25 @@ class EstimatesSource:
         self._source.begin()
 
     def next(self, seconds):
-        """Return the next ``Sample`` with its estimates; None after ``seconds`` [s] without any."""
+        """Return the next ``StateTable`` with its estimates; None after ``seconds`` [s] without any."""
         if self._held is None:
             self._held, self._since = self._source.next(seconds), time.monotonic()
         sample = self._held
         if sample is None:
             return None
-        estimate, is_final = self._at(sample.stamp, seconds)
+        estimate, is_final = self._at(sample.time, seconds)
         waited = time.monotonic() - self._since > PATIENCE
-        wanted = sample.commanded or self._begun
+        wanted = sample.commanded.any() or self._begun
         if not (is_final or waited or not wanted and estimate is None):
             return None
         self._held = None
         if estimate is None and wanted:
             self._lost += 1
             text = "record: no estimates of {:.3f} s: the sample is left out"
-            rospy.logerr_throttle(REPORT, text.format(sample.stamp))
+            rospy.logerr_throttle(REPORT, text.format(sample.time))
             return None
         pose = sample.pose if estimate is None or not self._truth_unknown else estimate
-        return sample._replace(pose=pose, estimate=estimate)
+        return sample.replace(pose=pose, estimate=estimate)
 
     def _at(self, stamp, seconds):
         """Return the estimates that held at ``stamp`` [s] or None, and whether later ones are there.

@@ -11,7 +11,6 @@ import numpy as np
 import rospy
 
 from mrs_simulator.control.user_code import call
-from mrs_simulator.core.spatial import upright
 from mrs_simulator.nodes.control.guards import slower
 from mrs_simulator.nodes.record.run_sources import make_source
 from mrs_simulator.nodes.record.sensor_source import SensorSource
@@ -34,6 +33,7 @@ from mrs_simulator.ros.node.lifecycle import run, start_node
 from mrs_simulator.ros.node.node_parameters import SILENCE
 from mrs_simulator.ros.node.parameters import read
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
+from mrs_simulator.state.columns import LOAD
 from mrs_simulator.study.programs import refusing_bad_input
 from mrs_simulator.study.results.report import begin_run, write_report, write_scenario
 from mrs_simulator.study.run.ran import what_ran
@@ -61,9 +61,8 @@ class RunRecorder:
         self.scenario, self.out = scenario, out
         self.control = make_control(scenario)  # for its claims
         self.silence = read(SILENCE)
-        more = {"load": scenario.load is not None, "estimate": scenario.estimates is not None}
-        columns = self.control.team.record_columns._replace(**more)
-        self._file = begin_run(scenario, out, tell=_tell, columns=columns)
+        layout = self.control.team.layout(lambda column: column.given(scenario))
+        self._file = begin_run(scenario, out, tell=_tell, layout=layout)
         self.sensors = SensorSource(scenario, out, rospy.loginfo) if scenario.record else None
         if self.sensors:
             self.sensors.wait()  # a stage may begin as soon as its state has subscribers
@@ -144,11 +143,11 @@ class RunRecorder:
 
     def _take(self, sample):
         if self._start is None:
-            if not sample.commanded or self._is_driven_otherwise():
+            if not sample.commanded.any() or self._is_driven_otherwise():
                 return
             self._begin(sample)
         # Stamps carry whole nanoseconds: what is finer is the rounding of their difference.
-        self.elapsed = round(sample.stamp - self._start, 9)
+        self.elapsed = round(sample.time - self._start, 9)
         if not self._is_due():
             return
         if len(sample.pose) != self.scenario.n:
@@ -157,18 +156,11 @@ class RunRecorder:
                 "record: {} robots, wanted {}".format(len(sample.pose), self.scenario.n),
             )
             return
-        if self.scenario.load is not None and sample.load is None:
+        if self.scenario.load is not None and not sample.has(LOAD):
             rospy.logerr_throttle(5.0, "record: the stage has no load, wanted the scenario's")
             return
         team, l = self.control.team, self._obeyed.hand_length(self.control.l)
-        points = team.point(sample.pose, sample.joints, l)[:, :2]
-        more = sample.twist, sample.joints, sample.spatial
-        if team.has_arms:
-            height = team.tools(sample.pose, sample.joints, l)[:, 2]
-            spatial = upright(sample.pose[:, 2]) if sample.spatial is None else sample.spatial
-            more = (*more[:2], spatial, spatial.z + height, sample.load)
-        file, more_columns = self._file, {"estimate": sample.estimate}
-        file.sample(self.elapsed, sample.pose, sample.command, points, *more, **more_columns)
+        self._file.sample(self.elapsed, team.recorded(sample, l))
         self.samples += 1
         self._moved = self._moved or bool(np.any(sample.command))
 
@@ -184,10 +176,10 @@ class RunRecorder:
         return True
 
     def _begin(self, sample):
-        self._start, self._wall_start = sample.stamp, time.monotonic()
+        self._start, self._wall_start = sample.time, time.monotonic()
         self.source.begin()
         if self.sensors:
-            self.sensors.begin(sample.stamp)
+            self.sensors.begin(sample.time)
         begun = sample.pose[:, :2]
         if len(begun) == self.scenario.n:
             away = np.max(np.abs(begun - self.scenario.poses[:, :2]))

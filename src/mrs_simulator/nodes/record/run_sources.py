@@ -4,13 +4,11 @@ import math
 import queue
 import threading
 import time
-from typing import NamedTuple, Optional
 
 import numpy as np
 import rospy
 
 from mrs_simulator.core.kinematics import TWIST_AXES
-from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.nodes.control.command_gate import command_topics
 from mrs_simulator.nodes.control.common_frame import make_common_frame
 from mrs_simulator.nodes.record.estimates_source import EstimatesSource
@@ -27,28 +25,13 @@ from mrs_simulator.ros.message_forms.messages import (
     read_state,
 )
 from mrs_simulator.ros.message_forms.planar_messages import QuickTwist
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.state.columns import joint_count
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.vehicles.team import on_axes
 from mrs_simulator.vehicles.team_in_space import team_of
 from mrs_simulator.verdict.possible import jump
 
 REPORT = 5.0  # [s] of wall time between two reports of what is refused
-
-
-class Sample(NamedTuple):
-    """What all robots do at one time."""
-
-    stamp: float  # [s]
-    pose: np.ndarray  # (n, 3) [m, m, rad], common frame
-    command: np.ndarray  # (n, a) [m/s, rad/s], in force from the stamp on
-    commanded: bool  # whether any robot is
-    joints: np.ndarray  # (n,) [rad]; of real robots those to which the commands so far have led
-    twist: np.ndarray  # (n, 3) [m/s, m/s, rad/s], robots' frames
-    spatial: Optional[Spatial] = None  # of robots that leave the ground
-    load: Optional[LoadState] = None  # what robots carry together
-    estimate: Optional[np.ndarray] = (
-        None  # (n, 3) [m, m, rad], the poses that the control estimated
-    )
 
 
 def make_source(scenario):
@@ -84,7 +67,7 @@ class StageSource:
         ]
 
     def next(self, seconds):
-        """Return the next ``Sample``; None after ``seconds`` of wall time without any."""
+        """Return the next ``StateTable``; None after ``seconds`` of wall time without any."""
         try:
             return self._sample(read_state(self._queue.get(timeout=seconds)))
         except queue.Empty:
@@ -94,7 +77,7 @@ class StageSource:
             return None
 
     def _sample(self, state):
-        """Return the ``Sample`` in ``state``, None where the run is broken; ``MessageError``."""
+        """Return the ``StateTable`` in ``state``, None where the run is broken; ``MessageError``."""
         _refuse_infinite(state)
         part = (*state.part, len(state.pose))
         self._broken = self._broken or self._break(state, part)
@@ -107,14 +90,22 @@ class StageSource:
             self._refuse_other_arms(state)
         elif state.axes != self._team.axes:
             command = on_axes(command, state.axes, self._team.axes)
-        commanded = bool(state.commanded.any())
-        more = joints, state.twist, state.spatial, state.load
-        return Sample(state.stamp, state.pose, command, commanded, *more)
+        return StateTable(
+            state.stamp,
+            axes=self._team.axes,
+            pose=state.pose,
+            command=command,
+            commanded=state.commanded,
+            joints=joints,
+            twist=state.twist,
+            spatial=state.spatial,
+            load=state.load,
+        )
 
     def _refuse_other_arms(self, state):
         """Raise ``MessageError`` unless ``state`` has the team's axes and joints."""
         found = state.axes, state.all_joints.shape[1]
-        wanted = self._team.axes, max(1, self._team.record_columns.joints)
+        wanted = self._team.axes, max(1, joint_count(self._team))
         if found != wanted:
             text = "axes {} and {} joints of each robot, wanted {} and {}"
             names = [", ".join(axes) for axes, _ in (found, wanted)]
@@ -243,7 +234,7 @@ class RobotsSource:
         ]
 
     def next(self, seconds):
-        """Return the ``Sample`` that is due; None after ``seconds`` of wall time or if one is silent."""
+        """Return the ``StateTable`` that is due; None after ``seconds`` [s] or if a robot is silent."""
         wait = self._due - time.monotonic()
         if wait > 0.0:
             time.sleep(min(wait, seconds))
@@ -258,9 +249,17 @@ class RobotsSource:
         with self._lock:
             command, joints = self._in_force(), self._followed()
         # Zeros are also what a node says that has not begun or is stopped.
-        commanded, frame = bool(command.any()), self.frame
-        spatial = frame.spatial() if self._team.is_spatial else None
-        return Sample(now, frame.pose(), command, commanded, joints, frame.twists(), spatial)
+        frame = self.frame
+        return StateTable(
+            now,
+            axes=self._team.axes,
+            pose=frame.pose(),
+            command=command,
+            commanded=command.any(axis=1),
+            joints=joints,
+            twist=frame.twists(),
+            spatial=frame.spatial() if self._team.is_spatial else None,
+        )
 
     def _in_force(self):
         """Return the commands (n, a) that the robots follow now."""

@@ -30,10 +30,9 @@ from mrs_simulator.msg import (
 )
 from mrs_simulator.record.recording import Collision as RunCollision
 from mrs_simulator.record.run_changes import CONTROLLER_KEYS
-from mrs_simulator.record.run_columns import ARM, arm_axes
 from mrs_simulator.scenario.incidents import DESCRIPTIONS
 from mrs_simulator.scenario.incidents import Incident as RunIncident
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.state.columns import ARM, LoadState, arm_axes
 
 __all__ = ["Camera", "Collision", "ControlScenario", "ControlStatus", "Incident"]
 __all__ += ["RangeBearing", "StageStatus", "TeamCommand", "TeamOdometry", "TeamState"]

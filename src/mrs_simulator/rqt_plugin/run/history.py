@@ -10,7 +10,8 @@ from mrs_simulator.core.kinematics import UNICYCLE_AXES
 from mrs_simulator.core.spatial import Spatial
 from mrs_simulator.record.run_changes import ControllerRecord
 from mrs_simulator.rqt_plugin.run.estimate_log import EstimateLog
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.state.columns import LoadState
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.verdict.estimation import SAME
 
 MOST_VALUES = 3000000  # [-] numbers held of one run; beyond, every other sample is dropped
@@ -242,3 +243,10 @@ class History:
             return None
         block = self._table[: self._filled, :, self._load_columns]
         return LoadState(block[:, 0, 3:6], block[:, 0, 6:], block[:, :, :3])
+
+    @property
+    def state(self):
+        """Return the ``StateTable`` of all samples."""
+        names = ("pose", "twist", "command", "joints", "spatial", "load", "estimate")
+        columns = {name: getattr(self, name) for name in names}
+        return StateTable(self.time, self.numbers, axes=self.axes, **columns)

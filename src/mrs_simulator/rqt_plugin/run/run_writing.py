@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from mrs_simulator.core.spatial import upright
 from mrs_simulator.record.recording import write_facts
 from mrs_simulator.study.results.report import begin_run
 from mrs_simulator.vehicles.team import on_axes
@@ -27,34 +26,25 @@ def estimated(run):
 
 def write_run(run, scenario, directory, meta, report):
     """Write the ``History`` ``run`` of ``scenario`` to ``directory``; return the path of ``run.csv``."""
-    when, heights, axes, load = run.time, run.spatial, run.axes, run.load
+    when, heights = run.time, run.spatial
     truth = run.estimate if meta.get("truth_unknown") else run.pose
     scenario = _for_robots(scenario, run.numbers)
     scenario = scenario._replace(duration=max(float(when[-1] - when[0]), 1e-3), poses=truth[0])
     if heights is not None:
         scenario = scenario._replace(altitude=heights.z[0])
     team = team_of(scenario)
-    columns = team.record_columns
-    kept = columns.spatial and (heights is not None or team.has_arms)
-    estimated = run.estimate is not None
-    columns = columns._replace(spatial=kept, load=load is not None, estimate=estimated)
-    hundredth = max(1, len(when) // 100)
-    with begin_run(scenario, directory, run.numbers, columns=columns) as file:
-        samples = zip(when - when[0], truth, run.command, run.joints, run.twist)
-        for row, (stamp, poses, given, inner, speeds) in enumerate(samples):
+    l, hundredth = scenario.hand_length, max(1, len(when) // 100)
+    states = run.state.replace(time=when - when[0], pose=truth)
+    if run.axes != team.axes:
+        commands = [on_axes(each, run.axes, team.axes) for each in run.command]
+        states = states.replace(axes=team.axes, command=np.array(commands))
+    layout = team.layout(team.recorded(states.at(0), l).has)
+    with begin_run(scenario, directory, run.numbers, layout=layout) as file:
+        for row in range(len(when)):
             if row % hundredth == 0:
                 report(row / len(when))
-            points = team.point(poses, inner, scenario.hand_length)
-            given = given if axes == team.axes else on_axes(given, axes, team.axes)
-            more = speeds, inner, None if heights is None else heights.of(row)
-            if team.has_arms:
-                tools = team.tools(poses, inner, scenario.hand_length)
-                flat = upright(poses[:, 2]) if more[2] is None else more[2]
-                more = speeds, inner, flat, flat.z + tools[:, 2]
-            if load is not None:
-                more += (load.at(row),)
-            more_columns = {"estimate": run.estimate[row]} if estimated else {}
-            file.sample(round(float(stamp), 9), poses, given, points, *more, **more_columns)
+            state = team.recorded(states.at(row), l)
+            file.sample(round(float(state.time), 9), state)
     collisions = [c._replace(time=c.time - when[0]) for c in run.collisions if c.time >= when[0]]
     write_facts(file.path, collisions, meta)
     return file.path

@@ -1,6 +1,6 @@
 """A load: a box that several robots carry together, each at its own grasp."""
 
-from typing import Any, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -45,18 +45,6 @@ class Load(NamedTuple):
         plain = {"mass": self.mass, "size": list(self.size), "stiffness": self.stiffness}
         plain["grasps"] = [list(grasp) for grasp in self.grasps]
         return plain if np.isinf(self.grip) else dict(plain, grip=self.grip)
-
-
-class LoadState(NamedTuple):
-    """A load at one time, or at each of m: (m, ...)."""
-
-    place: Any  # (3,) [m] of its centre, common frame
-    orientation: Any  # (4,) unit quaternion x, y, z, w
-    force: Any  # (n, 3) [N] that each robot exerts on it, common frame
-
-    def at(self, rows):
-        """Return the ``LoadState`` of the samples ``rows``."""
-        return LoadState(*(each[rows] for each in self))
 
 
 @explained_by("docs/manipulators.md#carrying-together")

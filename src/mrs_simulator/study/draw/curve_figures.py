@@ -5,7 +5,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from mrs_simulator.core.kinematics import UNICYCLE_AXES
-from mrs_simulator.record.run_columns import ARM
+from mrs_simulator.state.columns import ARM
 from mrs_simulator.study.draw.canvas import styled
 from mrs_simulator.study.draw.figure_parts import (
     MANY_ROBOTS,

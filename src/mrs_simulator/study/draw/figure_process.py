@@ -55,7 +55,7 @@ class Drawing:
     def figures(self, run, *options):
         """Begin to draw ``study.figures.figures(run, *options)``, of the recorder's run."""
         dimension = run.hand.shape[2]
-        description = self._recorder.kept.layout, run.time, run.collisions, run.scenario, dimension
+        description = self._recorder.kept.given, run.time, run.collisions, run.scenario, dimension
         self._is_drawing = True
         for pipe in self._pipes:
             _send(pipe, ("run", description, options))
@@ -127,8 +127,8 @@ def _drawings(memory):
     given = []
 
     def begin(description, options):
-        layout, time, collisions, scenario, dimension = description
-        run = Kept(*layout, memory).run(time, scenario, (collisions, {}))
+        given_kept, time, collisions, scenario, dimension = description
+        run = Kept(*given_kept, memory).run(time, scenario, (collisions, {}))
         given[:] = (run.in_space(dimension), *options)
 
     def draw(row):

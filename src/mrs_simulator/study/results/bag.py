@@ -32,7 +32,7 @@ from mrs_simulator.scenario.scenario import (
     scenario_from_yaml,
 )
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.state.columns import LoadState
 from mrs_simulator.study.run.ran import what_ran
 from mrs_simulator.vehicles.arms.team import ArmedTeam, has_arms
 from mrs_simulator.vehicles.portable import team_from_message

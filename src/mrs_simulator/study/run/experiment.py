@@ -14,7 +14,6 @@ from mrs_simulator.control.user_code import call, raised
 from mrs_simulator.core import compiling
 from mrs_simulator.core.doc_links import named, with_page
 from mrs_simulator.core.kinematics import max_abs
-from mrs_simulator.core.spatial import upright
 from mrs_simulator.protocols.loading import choose_protocol
 from mrs_simulator.protocols.making import make_control
 from mrs_simulator.record.controller_log import failure
@@ -22,6 +21,7 @@ from mrs_simulator.record.recording import write_facts
 from mrs_simulator.scenario.scenario import FARTHEST
 from mrs_simulator.sensors.pose_filter.estimation import Estimator
 from mrs_simulator.sensors.suite import Suite
+from mrs_simulator.state.state_table import StateTable
 from mrs_simulator.study.draw.figure_process import drawing
 from mrs_simulator.study.results.report import RUN_FILE, begin_run, write_report
 from mrs_simulator.study.run.sensor_files import SensorRecorder, lines_of, recorded_sensors
@@ -59,7 +59,7 @@ class Experiment:
         """Make control, sensors and estimator of the world's robots."""
         scenario = self.scenario
         self.control = make_control(scenario, protocol)
-        self._has_hands = self.control.team.is_of_unicycles  # hand points, which a recorder finds
+        self._has_hands = self.control.team.is_of_unicycles
         self.sensors = Suite.of_scenario(scenario, *self.world.senses)
         self.estimator = Estimator.of_scenario(scenario, self.world.team)
         asked = scenario.estimates.asked if scenario.estimates else ()
@@ -208,32 +208,17 @@ class Experiment:
     def _command_all(self):
         self.world.set_commands(EVERY, self._command(self._known()))
 
-    def points(self, pose):
-        """Return the controlled points (n, 2) [m] of robots now at ``pose``; None for hand points."""
-        if self._has_hands:
-            return None
-        return self.world.team.point(pose, self.world.joints, self.control.l)[:, :2]
-
-    @property
-    def columns(self):
-        """Return the ``Columns`` that a recording of this needs."""
-        columns = self.control.team.record_columns
-        return columns if self.estimator is None else columns._replace(estimate=True)
-
-    def more(self):
-        """Return what else a recording of these robots needs now, by argument of ``Recorder.sample``."""
-        world, columns = self.world, self.control.team.record_columns
-        extra = {"twist": world.twist} if columns.twist else {}
+    def state(self, pose, command):
+        """Return the ``StateTable`` to record of robots now at ``pose`` (n, 3) under ``command`` (n, a)."""
+        world = self.world
+        state = StateTable(world.time, pose=pose, command=command)
         if self.estimator is not None:
-            extra["estimate"] = self.estimator.pose
-        if world.team.has_arms:
-            points = world.team.tools(world.pose, world.joints, self.control.l)
-            spatial = upright(world.pose[:, 2]) if world.spatial is None else world.spatial
-            extra["spatial"], extra["point_z"] = spatial, spatial.z + points[:, 2]
-            extra["load"] = world.load.state if world.load else None
-        elif columns.spatial:
-            extra["spatial"] = world.spatial
-        return dict(extra, joints=world.joints) if columns.joints else extra
+            state.estimate = self.estimator.pose
+        if self._has_hands:  # hand points, which the recorder finds
+            return state
+        space, load = world.spatial, world.load.state if world.load else None
+        state = state.replace(twist=world.twist, joints=world.joints, spatial=space, load=load)
+        return world.team.recorded(state, self.control.l)
 
     def _check_near(self, world):
         places = world.pose[:, :2]
@@ -300,25 +285,22 @@ def perform(scenario, out, protocol=None, progress=False, apart=None):
     experiment = Experiment(scenario, protocol)
     scenario = experiment.scenario
     started, ended = time.monotonic(), "complete"
-    columns = experiment.columns._replace(load=scenario.load is not None)
-    kept = {"columns": columns, "kept": _samples_of(scenario), "memory": apart and apart.memory}
+    layout = experiment.control.team.layout(lambda column: column.given(scenario))
+    kept = {"layout": layout, "kept": _samples_of(scenario), "memory": apart and apart.memory}
     with begin_run(scenario, out, tell=_tell, **kept) as recorder:
         sensors = experiment.record_sensors(out, _tell)
         if apart is not None:
             apart.begin(recorder)
         try:
             for stamp, pose, command in _with_progress(experiment.samples(), scenario, progress):
-                more = experiment.more()
-                recorder.sample(stamp, pose, command, experiment.points(pose), **more)
+                recorder.sample(stamp, experiment.state(pose, command))
         except KeyboardInterrupt:
             ended = "interrupted"
         except LawFailed as error:
             ended = str(error)
             world = experiment.world
             if world.time == 0.0:  # where the robots stand is known all the same
-                points = experiment.points(world.pose)
-                more = experiment.more()
-                recorder.sample(world.time, world.pose, world.command, points, **more)
+                recorder.sample(world.time, experiment.state(world.pose, world.command))
             cause = error.__cause__
             if isinstance(cause, ControlError):  # of which no line of the law tells more
                 _tell(with_page(cause))

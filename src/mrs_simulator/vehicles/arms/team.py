@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mrs_simulator.core.kinematics import cos_sin
-from mrs_simulator.record.run_columns import Columns, arm_axes
+from mrs_simulator.state.columns import arm_axes
 from mrs_simulator.vehicles.arms.chain import frames, jacobian
 from mrs_simulator.vehicles.arms.inverse_kinematics import tool_inputs
 from mrs_simulator.vehicles.arms.mounted import check_home
@@ -60,7 +60,6 @@ class ArmedTeam(Team):
         )
         self.has_joints, self.limits_joints = True, False
         self._keep_arms()
-        self.record_columns = self._record_columns()
 
     def _keep_arms(self):
         """Set the arms' joint limits and greatest speeds, (n, k), and which robots have which joints."""
@@ -86,12 +85,6 @@ class ArmedTeam(Team):
             [[own[each][axis].top if axis in own[each] else 0.0 for axis in PLANAR]
              for each in self.kinds]
         )  # fmt: skip
-
-    def _record_columns(self):
-        columns = super()._record_columns()
-        if not hasattr(self, "arms"):
-            return columns
-        return Columns(self.axes, True, 1 + self.arm_joints, True, columns.kinds)
 
     def split(self, command):
         """Return the bases' part (..., n, a) of ``command`` (..., n, a + k), and the arms', (..., n, k)."""

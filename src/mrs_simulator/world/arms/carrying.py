@@ -9,7 +9,7 @@ How far the weight bends the springs is left out, and so are the forces of accel
 import numpy as np
 
 from mrs_simulator.core import grasps
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.state.columns import LoadState
 
 REACH = 0.1  # [m] from its grasp, at which a robot may take hold
 

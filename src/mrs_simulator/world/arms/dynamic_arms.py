@@ -12,7 +12,7 @@ import numpy as np
 import pybullet
 
 from mrs_simulator.core import grasps
-from mrs_simulator.scenario.team.load import LoadState
+from mrs_simulator.state.columns import LoadState
 from mrs_simulator.vehicles.arms.assembling import PREFIX, assembled
 from mrs_simulator.world.arms.armed import AT_END, ArmedMotion
 from mrs_simulator.world.arms.carrying import CarriedLoad

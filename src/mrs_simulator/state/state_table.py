@@ -1,0 +1,89 @@
+"""The state of a team: its columns, as arrays of one robot per row."""
+
+import copy
+
+import numpy as np
+
+from mrs_simulator.core.fields import unknown_name
+from mrs_simulator.core.kinematics import UNICYCLE_AXES
+from mrs_simulator.state.columns import COLUMNS, GROUPS
+
+
+class StateTable:
+    """Columns of n robots at one time, (n, ...), or at each of m times, (m, n, ...).
+
+    ``state.pose`` and ``state[POSE]`` are the same array.  A column that these robots do not have is
+    absent.  A ``Group`` is read as its named tuple, ``state.spatial``, and given as one.
+    """
+
+    def __init__(self, time=None, robots=(), kinds=(), axes=UNICYCLE_AXES, **columns):
+        """``time`` [s]; ``robots``: their numbers; ``kinds``: their names, () where unknown.
+
+        ``axes``: those of commands; ``columns``: arrays by the names of columns, named tuples by those of
+        groups; None for one that is absent.
+        """
+        self.time, self.robots, self.kinds, self.axes = time, robots, kinds, axes
+        self._put(columns)
+
+    def _put(self, columns):
+        own = self.__dict__
+        for name, value in columns.items():
+            if name in GROUPS:
+                group = GROUPS[name].columns
+                self._put(dict(zip(group, (None,) * len(group) if value is None else value)))
+            elif name not in COLUMNS and name not in own:
+                raise TypeError(unknown_name("a state", name, [*COLUMNS, *GROUPS]))
+            elif value is None and name in COLUMNS:
+                own.pop(name, None)
+            else:
+                own[name] = value
+
+    def has(self, column):
+        """Return whether there is this ``Column`` or ``Group``."""
+        return all(name in self.__dict__ for name in getattr(column, "columns", (column.name,)))
+
+    def __getitem__(self, column):
+        return getattr(self, column.name)
+
+    def __getattr__(self, name):  # of what is no attribute
+        if name in GROUPS and self.has(GROUPS[name]):
+            group = GROUPS[name]
+            return group.kind(*(getattr(self, each) for each in group.columns))
+        raise AttributeError("{}: a state without it, with {}".format(name, ", ".join(vars(self))))
+
+    def replace(self, **changes):
+        """Return a state with other values of these attributes or columns; None takes a column away."""
+        result = copy.copy(self)
+        result._put(changes)
+        return result
+
+    def at(self, rows):
+        """Return the samples ``rows`` of a state at m times: an index, a slice or a mask."""
+        own = vars(self)
+        return self.replace(**{name: own[name][rows] for name in SAMPLED & own.keys()})
+
+    def copy(self):
+        """Return a state with its own arrays."""
+        own = vars(self)
+        return self.replace(**{name: np.copy(own[name]) for name in COLUMNS.keys() & own.keys()})
+
+    @property
+    def heights(self):
+        """Return the heights (..., n) [m] above the ground."""
+        return self.__dict__.get("z", np.zeros(self.pose.shape[:-1]))
+
+
+SAMPLED = {"time", *COLUMNS}
+
+
+def stacked(states):
+    """Return the state at m times of a list of ``states`` of one team, with the columns that all have."""
+    own = [vars(state) for state in states]
+    return states[0].replace(
+        **{
+            name: np.array([each[name] for each in own])
+            if all(name in each for each in own)
+            else None
+            for name in SAMPLED & own[0].keys()
+        }
+    )

@@ -14,6 +14,8 @@ COMMANDS = {
     "report": ("study.results.report", "main", "make figures and verdict of a recorded run again"),
     "view": ("study.draw.view", "main", "play a run, or save it as an animation"),
     "check_protocol": ("study.check.check_protocol", "main", "would a wrong law fail its verdict?"),
+    "break": ("study.search.break_command", "main", "search the run that breaks a requirement"),
+    "assure": ("study.search.assure_command", "main", "show that runs at random keep requirements"),
     "requirements": ("verdict.requirements.listing", "main", "list the signals of requirements"),
     "lossy_edges": (
         "study.analyses.lossy_edges",

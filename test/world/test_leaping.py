@@ -18,6 +18,7 @@ from mrs_simulator.protocols.loading import load_protocol
 from mrs_simulator.scenario.incidents import Event
 from mrs_simulator.scenario.requirements import Requirement
 from mrs_simulator.scenario.scenario import Control, Scenario, scenario_from_dict
+from mrs_simulator.scenario.search import Range, Search
 from mrs_simulator.scenario.surroundings.environment import Environment
 from mrs_simulator.scenario.surroundings.moving_obstacles import Track
 from mrs_simulator.scenario.surroundings.obstacles import Cylinder
@@ -332,6 +333,7 @@ FIELDS = {
     "record": ((), LEAP),
     "engine": ("planar", LEAP),  # of motion with forces
     "requirements": ((Requirement("apart", "always(distance > 0.1)"),), STEP),
+    "search": (Search(ranges=(Range("seed", 0, 9, True),)), LEAP),  # of many runs
 }
 
 

@@ -26,6 +26,7 @@ from mrs_simulator.scenario.reading import (
     shown,
 )
 from mrs_simulator.scenario.requirements import Requirement, read_requirements
+from mrs_simulator.scenario.search import NO_SEARCH, Search, read_search
 from mrs_simulator.scenario.surroundings.environment import CALM, Environment, read_environment
 from mrs_simulator.scenario.surroundings.maps import Map, read_map
 from mrs_simulator.scenario.surroundings.obstacle_reading import obstacle_to_plain, read_obstacles
@@ -97,6 +98,7 @@ class Scenario(NamedTuple):
     record: Tuple[str, ...] = ()  # names of sensors whose readings are recorded
     engine: str = ENGINES[0]  # what moves robots on wheels with forces
     requirements: Tuple[Requirement, ...] = ()  # formulas that runs are to keep
+    search: Search = NO_SEARCH  # what may vary between the runs of a search
 
     @property
     def n(self):
@@ -275,6 +277,8 @@ class Scenario(NamedTuple):
             result["events"] = [event.to_plain() for event in self.events]
         if self.requirements:
             result["requirements"] = dict(self.requirements)
+        if self.search != NO_SEARCH:
+            result["search"] = self.search.to_plain()
         if self.own_kinds:
             result["kinds"] = dict(self.own_kinds)
         if self.links != NO_FAULTS:
@@ -296,8 +300,12 @@ def title_of(n, protocol):
 
 def load_scenario(path):
     """Return the ``Scenario`` in the YAML file at ``path``; ``ScenarioError`` if it is not one."""
-    path = str(path)
-    scenario = scenario_from_dict(load_yaml(path), path)
+    return scenario_of_file(load_yaml(str(path)), str(path))
+
+
+def scenario_of_file(content, path, where=None):
+    """Return the ``Scenario`` in the mapping ``content`` as if it stood in the file at ``path``."""
+    scenario = scenario_from_dict(content, where or path)
     directory = os.path.dirname(os.path.abspath(path))
     kinds, own = located_kinds(scenario.kinds, scenario.own_kinds, directory)
     located = scenario.map and scenario.map.located(directory)
@@ -350,6 +358,7 @@ def scenario_from_dict(content, where="scenario"):
         load=read_load(top, len(poses)),
         engine=top.text("engine", ENGINES[0], ENGINES),
         requirements=read_requirements(top),
+        search=read_search(top),
     )
     top.done()
     if scenario.engine != ENGINES[0] and scenario.fidelity != "dynamic":

@@ -31,6 +31,7 @@ from mrs_simulator.core.temporal_logic.syntax import FormulaError, unknown_signa
 from mrs_simulator.core.temporal_logic.units import UNITS
 from mrs_simulator.core.temporal_logic.windows import Windows, range_maximum, until_end
 
+GRADED = 20  # [-] of which one is among the smallest margins
 MOST_AT_ONCE = 1 << 20  # [-] numbers of one array over robots, pairs or edges
 
 
@@ -73,7 +74,10 @@ class Decided(NamedTuple):
     It is in the unit of the formula's signals; those of formulas over several units are numbers, each
     comparison's margin divided by its constant.  ``predicate``: the text of the comparison that decides,
     ``margin`` [``unit``] what it has to spare at ``time`` [s], ``member`` whose it is, such as "robot3", or
-    "".  ``decided_at`` [s]: from when on the truth is certain.  While it is open, these are None.
+    "".  ``decided_at`` [s]: from when on the truth is certain.  While it is open, and of a formula about
+    each of none, these are None.  ``grade`` [``unit``]: the mean of the smallest margins, one sample in
+    ``GRADED``, of that comparison and member, which still falls where the least of all does not;
+    ``scale``: its constant, by which formulas may be compared with each other.
     """
 
     low: float
@@ -84,6 +88,8 @@ class Decided(NamedTuple):
     time: Any = None
     member: str = ""
     decided_at: Any = None
+    grade: Any = None
+    scale: float = 1.0
 
     @property
     def holds(self):
@@ -104,17 +110,19 @@ def evaluate(formula, text, time, signals):
     bound = _Evaluation(text, np.asarray(time, dtype=float), signals, scaled)
     low, high = bound.of(formula).at(0)
     found = Decided(low, high)
-    if found.holds is None:
+    if found.holds is None or math.isinf(low if found.holds else high):  # of no member at all
         return found
     predicate, row, member = bound.reason(formula, 0, "low" if found.holds else "high")
-    margin, label = bound.margin(predicate, row, member)
+    margins, label = bound.margins(predicate, member)
     return found._replace(
         predicate=predicate.text,
-        margin=margin,
+        margin=float(margins[row]),
         unit=units[predicate],
         time=float(bound.time[row]),
         member=label,
         decided_at=_decided_at(bound, formula, found.holds),
+        scale=1.0 if scaled else _scale(predicate),
+        grade=float(np.sort(margins)[: 1 + len(margins) // GRADED].mean()),
     )
 
 
@@ -376,10 +384,10 @@ class _Evaluation:
             return self.reason(formula.right, first + at, side)
         return self.reason(formula.left, row + int(np.argmin(left[row : first + at])), side)
 
-    def margin(self, predicate, row, member):
-        """Return what the ``predicate`` has to spare at a sample [its unit], and whose it is."""
+    def margins(self, predicate, member):
+        """Return what the ``predicate`` has to spare [its unit] at each sample, and whose it is."""
         values = self._margins(predicate, member, scaled=False)
-        return float(values[row]), "" if member is None else self.label(predicate, member)
+        return values, "" if member is None else self.label(predicate, member)
 
     def label(self, predicate, member):
         """Return the name of the ``member`` of the domain of ``predicate``."""

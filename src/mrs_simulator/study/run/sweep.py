@@ -146,7 +146,7 @@ def _scenario_with(content, path, values, given, tell=None):
     """
     changed, all_values = copy.deepcopy(content), {**given, **values}
     for key, value in values.items():
-        _put(changed, key, value)
+        put_key(changed, key, value)
     if all_values.get("fidelity", "dynamic") != "dynamic" and "engine" not in all_values:
         changed.pop("engine", None)
     where = "{} with {}".format(path, ", ".join("{}={}".format(*p) for p in all_values.items()))
@@ -234,11 +234,12 @@ def _shared(path, given):
         other = load_scenario(path).with_protocol(located_protocol(given[PROTOCOL])).to_dict()
         content.update(title=other["title"], control=other["control"])
     for key in set(given) - {PROTOCOL}:
-        _put(content, key, given[key])
+        put_key(content, key, given[key])
     return content
 
 
-def _put(content, key, value):
+def put_key(content, key, value):
+    """Set what the mapping ``content`` has under the path ``key``, such as ``control.parameters.k``."""
     *parts, last = key.split(".")
     for part in parts:
         content = _entry(content, part, key)

@@ -13,7 +13,7 @@ from mrs_simulator.verdict.user_values import plain
 
 KEYS = (
     *("name", "formula", "met", "low", "high", "predicate", "margin", "unit", "time", "member"),
-    *("decided_at", "period", "note"),
+    *("decided_at", "grade", "scale", "period", "note"),
 )
 WORDS = {True: "met", False: "BROKEN", None: "open"}
 
@@ -37,7 +37,8 @@ def evaluated(control, run):
     ``name``, ``formula``; ``met``, None where the run leaves it open; ``low`` and ``high``, the bounds
     of its robustness, None where infinite; ``predicate``: the comparison that decided, ``margin``
     [``unit``] what it had to spare at ``time`` [s], ``member`` whose it was; ``decided_at`` [s];
-    ``period`` [s], the longest between two samples; ``note``: why it was not evaluated, or "".
+    ``grade`` [``unit``]: the mean of its smallest margins; ``scale`` [``unit``]: its constant; ``period``
+    [s], the longest between two samples; ``note``: why it was not evaluated, or "".
     """
     scenario = run.scenario
     period = float(np.diff(run.time).max()) if len(run.time) > 1 else 0.0
@@ -60,6 +61,8 @@ def _result(requirement, control, run, period):
         traceback.print_exc()
         return {**result, "note": named(error)}
     result.update((key, value) for key, value in found._asdict().items() if key in KEYS)
+    if found.holds is not None and found.margin is None:
+        result["note"] = "there is none of which it speaks"
     return plain({**result, "met": found.holds}, "requirement")
 
 

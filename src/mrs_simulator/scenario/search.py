@@ -1,0 +1,121 @@
+"""What may vary between the runs of a search, the key ``search`` of a scenario, and within what.
+
+::
+
+    search:
+      poses: {within: [-5, -5, 5, 5], apart: 0.9}       # [m]; headings anywhere unless given
+      mismatch.delay: [0, 0.4]                          # any key's path: from, to
+      topology: {choices: [path, cycle]}
+      robots: [2, 7]                                    # whole numbers, as of seed
+"""
+
+import math
+from typing import Any, NamedTuple, Optional, Tuple
+
+from mrs_simulator.core.doc_links import explained_by
+from mrs_simulator.scenario.reading import ScenarioError, Section, number, number_list, shown
+
+POSES, ROBOTS, SEED = "poses", "robots", "seed"
+MOST_RANGES = 100
+
+
+class PoseRange(NamedTuple):
+    """Poses in the box ``within``, their centres at least ``apart`` [m], headings in ``headings`` [rad]."""
+
+    within: Tuple[float, float, float, float]  # x_min, y_min, x_max, y_max [m]
+    apart: float = 0.0
+    headings: Tuple[float, float] = (-math.pi, math.pi)
+
+
+class Range(NamedTuple):
+    """Numbers from ``low`` to ``high`` of the ``key``, or its ``choices``; ``whole``: whole numbers."""
+
+    key: str
+    low: float = 0.0
+    high: float = 0.0
+    whole: bool = False
+    choices: Tuple[Any, ...] = ()
+
+
+class Search(NamedTuple):
+    """All that may vary."""
+
+    ranges: Tuple[Range, ...] = ()
+    poses: Optional[PoseRange] = None
+
+    @property
+    def robots(self):
+        """Return the ``Range`` of the number of robots, None where it does not vary."""
+        return next((each for each in self.ranges if each.key == ROBOTS), None)
+
+    def to_plain(self):
+        """Return the mapping that a scenario holds."""
+        result = {}
+        if self.poses is not None:
+            own = self.poses._asdict().items()
+            result[POSES] = {key: list(v) if isinstance(v, tuple) else v for key, v in own}
+        for each in self.ranges:
+            span = [int(each.low), int(each.high)] if each.whole else [each.low, each.high]
+            result[each.key] = {"choices": list(each.choices)} if each.choices else span
+        return result
+
+
+NO_SEARCH = Search()
+
+
+@explained_by("docs/search.md")
+def read_search(top):
+    """Return the ``Search`` under the key ``search``."""
+    return search_from(top.take("search", {}), top.at("search"))
+
+
+def search_from(given, where):
+    """Return the ``Search`` in the mapping ``given``; ``where`` names it in errors."""
+    if not isinstance(given, dict) or len(given) > MOST_RANGES:
+        raise ScenarioError("{}: {}, wanted a mapping of ranges by key".format(where, shown(given)))
+    poses = _poses(given[POSES], "{}.{}".format(where, POSES)) if POSES in given else None
+    ranges = [
+        _range(key, value, "{}.{}".format(where, key))
+        for key, value in given.items()
+        if key != POSES
+    ]
+    found = Search(tuple(ranges), poses)
+    if found.robots is not None and poses is None:
+        text = "{}.robots: wanted poses beside it: where other numbers of robots may begin"
+        raise ScenarioError(text.format(where))
+    return found
+
+
+def _poses(given, where):
+    section = Section(given, where)
+    box = number_list(section.take("within"), 4, section.at("within"))
+    if not (box[0] < box[2] and box[1] < box[3]):
+        text = "{}: {}, wanted x_min, y_min, x_max, y_max"
+        raise ScenarioError(text.format(section.at("within"), shown(list(box))))
+    headings = section.take("headings", [-math.pi, math.pi])
+    headings = number_list(headings, 2, section.at("headings"))
+    result = PoseRange(tuple(box), section.number("apart", 0.0, low=0.0), tuple(headings))
+    section.done()
+    return result
+
+
+def _range(key, given, where):
+    if not isinstance(key, str) or not key or key == "search":
+        raise ScenarioError("{}: {}, wanted the path of a key".format(where, shown(key)))
+    if isinstance(given, dict):
+        section = Section(given, where)
+        choices = section.take("choices")
+        if not isinstance(choices, list) or len(choices) < 2:
+            text = "{}: {}, wanted a list of at least two values"
+            raise ScenarioError(text.format(section.at("choices"), shown(choices)))
+        section.done()
+        return Range(key, choices=tuple(choices))
+    if not isinstance(given, list) or len(given) != 2:
+        text = "{}: {}, wanted [from, to] or {{choices: [...]}}"
+        raise ScenarioError(text.format(where, shown(given)))
+    low, high = (number(each, where) for each in given)
+    whole = key in (ROBOTS, SEED) or key.endswith(".seed")
+    if not low < high or (whole and (low != round(low) or high != round(high) or low < 0)):
+        text = "{}: {}, wanted {} numbers, the second the larger"
+        raise ScenarioError(text.format(where, shown(given), "two whole" if whole else "two"))
+    return Range(key, low, high, whole)

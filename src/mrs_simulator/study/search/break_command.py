@@ -1,0 +1,161 @@
+"""The program ``break``: search the run that breaks a scenario's requirements, and shrink it."""
+
+import argparse
+import json
+import os
+import sys
+
+from mrs_simulator.core.doc_links import with_page
+from mrs_simulator.core.program import program
+from mrs_simulator.core.writing import printing, write_text
+from mrs_simulator.protocols.loading import ProtocolError
+from mrs_simulator.scenario.reading import ScenarioError, load_yaml, parse_yaml
+from mrs_simulator.scenario.scenario import scenario_of_file
+from mrs_simulator.scenario.search import search_from
+from mrs_simulator.scenario.shipped import scenario_path
+from mrs_simulator.study.draw.style import add_look, look_of
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.run.workers import SweepError
+from mrs_simulator.study.search.breaking import Search
+from mrs_simulator.study.search.space import Space, varied_scenario
+from mrs_simulator.verdict.requirements.results import line_of
+
+SCENARIO, REPORT, RUN = "counterexample.yaml", "search.json", "run"
+BAD_INPUT = 2  # exit codes
+BROKEN, HELD = 1, 0
+
+
+@printing
+def main(argv=None):
+    """Search as the command line says; exit with 1 where a run breaks a requirement, else with 0."""
+    arguments = _arguments(argv)
+    try:
+        sys.exit(break_scenario(arguments))
+    except (ScenarioError, ProtocolError, SweepError, OSError) as error:
+        print("break: {}".format(with_page(error)), file=sys.stderr)
+        sys.exit(BAD_INPUT)
+
+
+def _arguments(argv):
+    parser = argparse.ArgumentParser(prog=program("break"), description=__doc__.split(": ")[1])
+    add_search(parser)
+    parser.add_argument("--runs", type=int, default=500, metavar="N", help="to make at most (500)")
+    parser.add_argument(
+        "--optimiser", choices=("cma", "random"), help="cma where the package cma is installed"
+    )
+    parser.add_argument("--no-shrink", action="store_true", help="keep the run as it was found")
+    add_look(parser)
+    return parser.parse_args(argv)
+
+
+def add_search(parser):
+    """Add the arguments of all searches."""
+    parser.add_argument("scenario", help="YAML file, or the name of a shipped one")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory for the results")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the search (0)")
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes")
+    parser.add_argument("--scheduler", default="", help="address of a Dask scheduler")
+    text = "what may vary, beside the scenario's search: mismatch.delay=[0, 0.4]"
+    parser.add_argument("--vary", action="append", default=[], metavar="KEY=RANGE", help=text)
+
+
+def opened(arguments):
+    """Return the ``Search`` that the ``arguments`` of :func:`add_search` ask for."""
+    path = os.path.abspath(scenario_path(arguments.scenario))
+    content = load_yaml(path)
+    scenario = scenario_of_file(content, path)
+    varied = {**content.get("search", {}), **dict(map(_varied, arguments.vary))}
+    space = Space(search_from(varied, path + ": search"), scenario.n)
+    options = arguments.jobs, arguments.scheduler, _tell
+    return Search(content, path, space, *options)
+
+
+def _varied(text):
+    key, _, value = text.partition("=")
+    return key.strip(), parse_yaml(value, "--vary {}".format(key))
+
+
+def optimiser_of(wanted):
+    """Return the optimiser that is ``wanted``, by default the best that is installed."""
+    if wanted == "random":
+        return wanted
+    try:
+        import cma  # noqa: F401
+    except ImportError:
+        if wanted == "cma":
+            raise SweepError("--optimiser cma: wanted the Python package cma") from None
+        _tell("the Python package cma is not installed: runs are drawn at random")
+        return "random"
+    return "cma"
+
+
+def break_scenario(arguments):
+    """Search and write what was found; return the exit code."""
+    search = opened(arguments)
+    optimiser = optimiser_of(arguments.optimiser)
+    os.makedirs(arguments.out, exist_ok=True)
+    search.nominal()
+    found = search.find(arguments.runs, arguments.seed, optimiser)
+    searched = search.runs
+    report = {
+        "scenario": search.path,
+        "search": search.space.search.to_plain(),
+        "optimiser": optimiser,
+        "seed": arguments.seed,
+        "runs": searched,
+        "refused": search.errors,
+        "found": found is not None,
+    }
+    if found is None:
+        _write(report, arguments.out)
+        print("not found: none of {} runs breaks a requirement. That is no proof.".format(searched))
+        return HELD
+    if not arguments.no_shrink:
+        _tell("found after {} runs; it is shrunk".format(found.runs))
+        found = search.shrunk(found)
+    report.update(
+        variation=found.variation,
+        worst=found.trial.worst,
+        thresholds=found.thresholds,
+        runs_of_shrinking=search.runs - searched,
+    )
+    _write(report, arguments.out)
+    scenario = _write_scenario(search, found, arguments.out)
+    look, formats = look_of(arguments)
+    run_experiment(scenario, os.path.join(arguments.out, RUN), formats=formats, look=look)
+    print("\n".join(story_of(found, report, arguments.out)))
+    return BROKEN
+
+
+def _write(report, out):
+    write_text(os.path.join(out, REPORT), json.dumps(report, indent=2) + "\n")
+
+
+def _write_scenario(search, found, out):
+    """Write the counterexample as a scenario of its own; return it."""
+    title = "Counterexample: {}".format(search.content.get("title", os.path.basename(search.path)))
+    scenario = varied_scenario(search.content, search.path, found.variation, title, found.duration)
+    write_text(os.path.join(out, SCENARIO), scenario.to_yaml())
+    return scenario
+
+
+def story_of(found, report, out):
+    """Return in lines what breaks, where the threshold lies, and how many runs it took."""
+    worst = found.trial.worst
+    said = line_of(worst) if "formula" in worst else "{}: {}".format(worst["name"], worst["note"])
+    text = "found after {} runs, shrunk by {} more"
+    lines = [text.format(found.runs, report["runs_of_shrinking"]), "  " + said]
+    for key, value in found.variation.items():
+        lines.append("  {}: {}".format(key, value))
+    for key, holds, breaks in found.thresholds:
+        lines.append("  {} holds at {:.5g} and breaks at {:.5g}".format(key, holds, breaks))
+    lines.append("  run it again: mrs-simulator experiment {}".format(os.path.join(out, SCENARIO)))
+    return lines
+
+
+def _tell(text):
+    print("search: " + text, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+"""The search for a run that breaks a requirement, and what is left of it when all else is taken away."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.search import POSES, ROBOTS
+from mrs_simulator.study.run.workers import on_cluster, on_cores
+from mrs_simulator.study.search.trials import Trial, try_variation
+
+SPARE = 1e-3  # [-] by more than which a shrunk run has to break what the found one breaks
+RANDOM_SHARE = 0.1  # of the runs are drawn at random before the optimiser begins
+SPREAD = 0.3  # [-] of the cube, the optimiser's first standard deviation
+NEAR_PENALTY = 10.0  # [1/m] of robots that begin too near, which are not run
+THRESHOLD = 1e-3  # [-] of what is bisected, to which the threshold is found
+MOST_BISECTIONS = 20
+FEWEST_ROBOTS = 2
+
+
+class Found(NamedTuple):
+    """A variation that breaks something, its ``trial``, and after how many ``runs``."""
+
+    variation: Any
+    trial: Trial
+    runs: int
+    thresholds: Any = ()  # of (key, value that holds, value that breaks)
+    duration: Any = None  # [s] that is enough
+
+
+class Search:
+    """Runs of one scenario's content, counted."""
+
+    def __init__(self, content, path, space, jobs=None, scheduler="", tell=None):
+        """``tell(text)`` is called with progress; ``jobs`` and ``scheduler`` as of sweeps."""
+        self.content, self.path, self.space = content, path, space
+        self._jobs, self._scheduler = jobs, scheduler
+        self._tell = tell or (lambda text: None)
+        self.runs, self.errors = 0, {}
+
+    def nominal(self):
+        """Return the ``Trial`` of the scenario as it is; ``ScenarioError`` where that is none."""
+        trial = self.tried([{}])[0]
+        if math.isinf(trial.value):
+            raise ScenarioError(trial.error)
+        return trial
+
+    def tried(self, variations, until=None):
+        """Return the ``Trial`` of each of ``variations``, in parallel."""
+        tasks = [(self.content, self.path, each, until) for each in variations]
+        if self._scheduler:
+            done = on_cluster(try_variation, tasks, self._scheduler)
+        else:
+            done = on_cores(try_variation, tasks, self._jobs)
+        trials = [None] * len(tasks)
+        for row, trial in done:
+            dead = isinstance(trial, dict)  # as ``workers.failed`` says it
+            trials[row] = Trial(math.inf, error=trial["ended"]) if dead else trial
+        self.runs += len(tasks)
+        for trial in trials:
+            if trial.error:
+                self.errors[trial.error] = self.errors.get(trial.error, 0) + 1
+        return trials
+
+    # Searching ----------------------------------------------------------------------------------
+
+    def find(self, runs, seed, optimiser):
+        """Return the first ``Found`` within so many ``runs``, None if there is none.
+
+        ``optimiser``: "cma" or "random"; repeatable by ``seed``.
+        """
+        random = np.random.default_rng(seed)
+        share = runs if optimiser == "random" else max(10, int(RANDOM_SHARE * runs))
+        best, point, found = math.inf, None, None
+        while self.runs < runs and found is None:
+            if self.runs < share or point is None:
+                batch = min(20, runs - self.runs)
+                points = [self.space.draw(random) for _ in range(batch)]
+                found, best, point = self._look(points, best, point)
+            else:
+                found, best, point = self._climb(runs, random, best, point)
+                share = self.runs + 20  # a restart begins from other draws, too
+                point = None if found is None else point
+        return found
+
+    def _look(self, points, best, place):
+        """Try ``points``; return what was found, the least value and where it was."""
+        variations = [self.space.variation(each) for each in points]
+        trials = self.tried(variations)
+        for point, variation, trial in zip(points, variations, trials):
+            if trial.objective < best:
+                best, place = trial.objective, point
+                self._tell("{} runs, least margin {:.4g}".format(self.runs, best))
+            if trial.is_broken:
+                return Found(variation, trial, self.runs), best, place
+        return None, best, place
+
+    def _climb(self, runs, random, best, place):
+        """Follow the margins downwards by CMA-ES from ``place`` until it breaks or goes no farther."""
+        import cma  # optional
+
+        options = {"bounds": [0.0, 1.0], "verbose": -9, "seed": int(random.integers(1, 2**31))}
+        options["maxfevals"] = max(1, runs - self.runs)
+        strategy = cma.CMAEvolutionStrategy(np.clip(place, 0.01, 0.99), SPREAD, options)
+        while not strategy.stop() and self.runs < runs:
+            points = strategy.ask()
+            near = [self.space.too_near(self.space.variation(each)) for each in points]
+            free = [point for point, off in zip(points, near) if off == 0.0]
+            before = best
+            variations = [self.space.variation(each) for each in free]
+            trials = self.tried(variations) if free else []
+            for point, variation, trial in zip(free, variations, trials):
+                if trial.objective < best:
+                    best, place = trial.objective, point
+                if trial.is_broken:
+                    self._tell("{} runs, broken".format(self.runs))
+                    return Found(variation, trial, self.runs), best, place
+            if best < before:
+                self._tell("{} runs, least margin {:.4g}".format(self.runs, best))
+            values = iter(trials)
+            worst = max(
+                [each.objective for each in trials if math.isfinite(each.value)], default=1.0
+            )
+            told = [worst + NEAR_PENALTY * off if off else next(values).objective for off in near]
+            strategy.tell(
+                points, [value if math.isfinite(value) else worst + 1.0 for value in told]
+            )
+        return None, best, place
+
+    # Shrinking ----------------------------------------------------------------------------------
+
+    def shrunk(self, found):
+        """Return ``found`` with fewer robots, fewer variations, rounder numbers and a shorter run.
+
+        Each step is kept only if the run still breaks the same by more than ``SPARE``.
+        """
+        name = found.trial.worst["name"]
+        variation = self._fewer_robots(found.variation, name)
+        variation = self._fewer_keys(variation, name)
+        variation = self._rounder(variation, name)
+        duration = self._shorter(variation, name)
+        thresholds = [self._threshold(variation, key) for key in self._numbers(variation)]
+        trial = self.tried([variation], duration)[0]
+        kept = trial if trial.is_broken else found.trial
+        return found._replace(
+            variation=variation,
+            trial=kept,
+            thresholds=tuple(each for each in thresholds if each),
+            duration=duration,
+        )
+
+    def _breaks(self, variation, name, until=None):
+        if self.space.too_near(variation) > 0.0:
+            return False
+        trial = self.tried([variation], until)[0]
+        return trial.value < -SPARE and trial.worst["name"] == name
+
+    def _fewer_robots(self, variation, name):
+        robots, again = self.space.search.robots, True
+        while robots and again and len(variation[POSES]) > max(FEWEST_ROBOTS, robots.low):
+            again = False
+            for row in range(len(variation[POSES])):
+                poses = variation[POSES][:row] + variation[POSES][row + 1 :]
+                less = {**variation, POSES: poses, ROBOTS: len(poses)}
+                if self._breaks(less, name):
+                    variation, again = less, True
+                    break
+        return variation
+
+    def _fewer_keys(self, variation, name):
+        for key in [key for key in variation if key not in (POSES, ROBOTS)]:
+            less = {other: value for other, value in variation.items() if other != key}
+            if self._breaks(less, name):
+                variation = less
+        return variation
+
+    def _rounder(self, variation, name):
+        for key in variation:
+            for digits in range(4):
+                rounder = {**variation, key: _rounded(variation[key], digits)}
+                if rounder[key] == variation[key]:
+                    break
+                if self._is_within(rounder, key) and self._breaks(rounder, name):
+                    variation = rounder
+                    break
+        return variation
+
+    def _is_within(self, variation, key):
+        """Return whether the rounded number under ``key`` still lies within its range."""
+        spans = {each.key: each for each in self.space.search.ranges if not each.choices}
+        return key not in spans or spans[key].low <= variation[key] <= spans[key].high
+
+    def _shorter(self, variation, name):
+        """Return the shortest duration [s] of a second's digits with which it still breaks, or None."""
+        trial = self.tried([variation])[0]
+        decided = trial.worst and trial.worst.get("decided_at")
+        if decided is None:
+            return None
+        duration = float(self.content.get("duration", 60.0))
+        for wanted in (
+            math.ceil(decided),
+            math.ceil(decided) + 1.0,
+            math.ceil(1.1 * decided + 1.0),
+        ):
+            if 0.0 < wanted < duration and self._breaks(variation, name, float(wanted)):
+                return float(wanted)
+        return None
+
+    def _numbers(self, variation):
+        return [
+            each.key
+            for each in self.space.search.ranges
+            if not each.choices and not each.whole and each.key in variation
+        ]
+
+    def _threshold(self, variation, key):
+        """Return ``(key, value that holds, value that breaks)``, None where no end of the range holds."""
+        span = next(each for each in self.space.search.ranges if each.key == key)
+        breaks = variation[key]
+        holds = [
+            end
+            for end in (span.low, span.high)
+            if end != breaks and not self.tried([{**variation, key: end}])[0].is_broken
+        ]
+        if not holds:
+            return None
+        held = min(holds, key=lambda end: abs(end - breaks))
+        for _ in range(MOST_BISECTIONS):
+            if abs(breaks - held) <= THRESHOLD * max(abs(breaks), abs(held)):
+                break
+            middle = 0.5 * (held + breaks)
+            if self.tried([{**variation, key: middle}])[0].is_broken:
+                breaks = middle
+            else:
+                held = middle
+        return key, held, breaks
+
+
+def _rounded(value, digits):
+    if isinstance(value, list):
+        return [_rounded(each, digits) for each in value]
+    if isinstance(value, bool) or not isinstance(value, float):
+        return value
+    return round(value, digits) + 0.0

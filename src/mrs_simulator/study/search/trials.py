@@ -1,0 +1,113 @@
+"""One run of a search, in memory, and how near it came to breaking what it is to keep."""
+
+import math
+from typing import Any, NamedTuple
+
+from mrs_simulator.core.doc_links import named
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import scenario_of_file
+from mrs_simulator.study.run.experiment import Experiment, LawFailed
+from mrs_simulator.study.run.simulating import simulate
+from mrs_simulator.study.search.space import content_with
+
+LAW = "law"  # the name under which a law that raises breaks a run
+SLOPE = 0.5  # [-] weight of the mean of the smallest margins
+NEUTRAL = 1.0  # [-] what a run that leaves all open has to spare
+
+
+class Trial(NamedTuple):
+    """What became of one variation.
+
+    ``value``: the least that a requirement has to spare, divided by its constant, negative where one is
+    broken; infinite for a variation that is no scenario, ``error`` then says why.  ``worst``: the
+    requirement of that value, as ``results.evaluated`` tells it; ``slope``: by how much the mean of its
+    smallest margins is above, scaled like ``value``.
+    """
+
+    value: float
+    worst: Any = None
+    error: str = ""
+    slope: float = 0.0
+
+    @property
+    def objective(self):
+        """Return what a search makes small: ``value``, and what still falls where that does not."""
+        return self.value + SLOPE * self.slope
+
+    @property
+    def is_broken(self):
+        """Return whether something was broken."""
+        return self.value < 0.0
+
+
+def try_variation(content, path, variation, until=None):
+    """Return the ``Trial`` of the scenario's ``content`` with a ``variation``.
+
+    ``path``: the scenario's file; ``until`` [s]: a shorter duration.
+    """
+    try:
+        changed = content_with(content, variation)
+        if until is not None:
+            changed["duration"] = until
+        return _trial(scenario_of_file(changed, path, "{} varied".format(path)))
+    except (ScenarioError, ValueError, OSError) as error:
+        return Trial(math.inf, error=named(error))
+
+
+def _trial(scenario):
+    if not scenario.requirements:
+        return _of_claims(scenario)
+    experiment, failed = Experiment(scenario), None
+    try:
+        for _ in experiment.samples():
+            pass
+    except LawFailed as error:
+        failed = str(error)
+    finally:
+        experiment.world.close()
+    trial = of_results(experiment.trace.results())
+    if failed is None or trial.is_broken:
+        return trial
+    worst = {"name": LAW, "note": failed, "decided_at": experiment.world.time}
+    return Trial(-NEUTRAL, worst)
+
+
+def of_results(results):
+    """Return the ``Trial`` whose requirements became ``results``."""
+    worst = min(results, key=_spare)
+    slope = 0.0
+    if worst["grade"] is not None:
+        slope = (worst["grade"] - worst["margin"]) / worst["scale"]
+    return Trial(_spare(worst), worst, slope=slope)
+
+
+def _spare(result):
+    """Return the robustness of a requirement over its scale; of an open one what is known."""
+    known = result["low"] if result["met"] else result["high"]
+    known = None if known is None else known / (result["scale"] or 1.0)
+    if result["met"] is not None:
+        return NEUTRAL if known is None else known
+    return NEUTRAL if known is None else max(known, 0.0)
+
+
+def _of_claims(scenario):
+    """Return the ``Trial`` of the protocol's own claims: what they have to spare of their tolerances."""
+    study = simulate(scenario)
+    judged = [each for each in study.verdict["checks"] if each["passed"] is not None]
+    worst = Trial(NEUTRAL)
+    for each in judged:
+        value = _share(each)
+        if value < worst.value:
+            worst = Trial(value, {"name": each["name"], "note": each["note"], "decided_at": None})
+    return worst
+
+
+def _share(check):
+    """Return the share of its tolerance that a ``check`` has to spare, negative where it failed."""
+    difference, tolerance = check["difference"], check["tolerance"]
+    share = NEUTRAL
+    if difference is not None and tolerance:
+        share = 1.0 - abs(difference) / tolerance
+    if check["passed"]:
+        return max(share, 1e-9)
+    return min(share, -1e-9) if share < NEUTRAL else -NEUTRAL

@@ -1,0 +1,178 @@
+import json
+import os
+
+import numpy as np
+import pytest
+
+from mrs_simulator.scenario.reading import ScenarioError
+from mrs_simulator.scenario.scenario import load_scenario, scenario_from_dict
+from mrs_simulator.scenario.search import search_from
+from mrs_simulator.study.run.experiment import run_experiment
+from mrs_simulator.study.search.assure_command import main as assure
+from mrs_simulator.study.search.break_command import main as break_
+from mrs_simulator.study.search.space import Space, content_with
+from mrs_simulator.study.search.trials import try_variation
+
+# Points with held commands agree for gains below 2/(lambda_max Tc): 10 /s for two, 20/3 for three in a row.
+SCENARIO = """
+poses: [[0, 0, 0], [3, 0, 0], [1, 2, 0]]
+fidelity: point_mass
+limits: none
+control: {protocol: consensus, rate: 10, saturation: none, parameters: {gain: 1.0}}
+topology: {edges: [[1, 2], [2, 3]], directed: false}
+duration: 20
+step: 0.1
+requirements:
+  agree: eventually[0, 19] always(distance < 1 m)
+search:
+  poses: {within: [-3, -3, 3, 3], apart: 1}
+  robots: [2, 3]
+  control.parameters.gain: [0.2, 12]
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    result = tmp_path / "scenario.yaml"
+    result.write_text(SCENARIO)
+    return str(result)
+
+
+def run(command, *arguments):
+    with pytest.raises(SystemExit) as caught:
+        command([*map(str, arguments), "--jobs", "1"])
+    return caught.value.code
+
+
+@pytest.mark.parametrize("optimiser", ["random", "cma"])
+def test_the_threshold_of_held_commands_is_found_without_being_told(
+    path, tmp_path, capsys, optimiser
+):
+    out = tmp_path / "out"
+    options = "--runs", 60, "--seed", 2, "--optimiser", optimiser, "--formats", ""
+    code = run(break_, path, "--out", out, *options)
+    assert code == 1
+    said = capsys.readouterr().out
+    report = json.loads((out / "search.json").read_text())
+    ((key, holds, breaks),) = report["thresholds"]
+    robots = report["variation"]["robots"]
+    theory = {2: 10.0, 3: 20.0 / 3.0}[robots]
+    assert key == "control.parameters.gain"
+    assert holds < breaks and holds == pytest.approx(theory, rel=0.02)
+    assert "found after" in said and "holds at" in said
+    again = run_experiment(
+        load_scenario(str(out / "counterexample.yaml")), str(tmp_path / "again"), formats=()
+    )
+    kept = json.loads((out / "run" / "verdict.json").read_text())
+    assert again["outcome"] == kept["outcome"] == "failed"
+    first, second = (d / "run.csv" for d in (out / "run", tmp_path / "again"))
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_nothing_found_is_no_proof(path, tmp_path, capsys):
+    out = tmp_path / "out"
+    options = "--vary", "control.parameters.gain=[0.5, 2]", "--optimiser", "random"
+    assert run(break_, path, "--out", out, "--runs", 12, *options) == 0
+    assert "no proof" in capsys.readouterr().out
+    report = json.loads((out / "search.json").read_text())
+    assert report["found"] is False and report["runs"] >= 12
+    assert not os.path.exists(str(out / "counterexample.yaml"))
+
+
+def test_the_same_seed_finds_the_same(path, tmp_path):
+    for name in ("a", "b"):
+        run(
+            break_,
+            path,
+            "--out",
+            tmp_path / name,
+            "--runs",
+            40,
+            "--seed",
+            5,
+            "--optimiser",
+            "random",
+        )
+    assert (tmp_path / "a" / "search.json").read_bytes() == (
+        tmp_path / "b" / "search.json"
+    ).read_bytes()
+
+
+def test_enough_clean_runs_show_a_share_and_one_failure_does_not(path, tmp_path, capsys):
+    options = "--vary", "control.parameters.gain=[0.5, 2]", "--at-least", 0.9
+    assert run(assure, path, "--out", tmp_path / "out", *options) == 0
+    assert (
+        "at least 90 % of the runs drawn from this search keep it: 29 of 29"
+        in capsys.readouterr().out
+    )
+    assert run(assure, path, "--out", tmp_path / "out", "--at-least", 0.9) == 1
+    assert "not shown" in capsys.readouterr().out
+    failed = load_scenario(str(tmp_path / "out" / "failed.yaml"))
+    assert failed.control.parameters["gain"] > 20.0 / 3.0 * 0.98
+
+
+def test_evidence_goes_on_after_failures(path, tmp_path):
+    options = "--vary", "control.parameters.gain=[0.2, 12]", "--runs", 60, "--at-least", 0.3
+    assert run(assure, path, "--out", tmp_path / "out", *options) == 0
+    report = json.loads((tmp_path / "out" / "assurance.json").read_text())
+    assert report["good"] < report["runs"] <= 60 and report["lower_bound"] >= 0.3
+
+
+def test_draws_keep_robots_apart_and_within():
+    search = search_from(
+        {"poses": {"within": [0, 0, 4, 4], "apart": 1.5}, "robots": [2, 4]}, "search"
+    )
+    space, random = Space(search, 3), np.random.default_rng(0)
+    for _ in range(50):
+        variation = space.variation(space.draw(random))
+        places = np.array(variation["poses"])[:, :2]
+        assert len(places) == variation["robots"] in (2, 3, 4)
+        assert space.too_near(variation) == 0.0
+        assert (places >= 0.0).all() and (places <= 4.0).all()
+    crowded = search_from({"poses": {"within": [0, 0, 1, 1], "apart": 2.0}}, "search")
+    with pytest.raises(ScenarioError, match="no room for 3 robots 2 m apart"):
+        Space(crowded, 3).draw(random)
+
+
+@pytest.mark.parametrize(
+    "search, message",
+    [
+        ({"poses": {"within": [1, 0, 0, 1]}}, "wanted x_min, y_min, x_max, y_max"),
+        ({"control.rate": 3}, "wanted \\[from, to\\] or"),
+        ({"control.rate": [3, 1]}, "wanted two numbers, the second the larger"),
+        ({"seed": [0.5, 3]}, "wanted two whole numbers"),
+        ({"robots": [2, 5]}, "wanted poses beside it"),
+        ({"topology": {"choices": ["path"]}}, "a list of at least two values"),
+        ({"poses": {"within": [0, 0, 1, 1], "aprt": 2}}, "did you mean 'apart'"),
+        ([1], "wanted a mapping of ranges by key"),
+    ],
+)
+def test_wrong_searches_are_refused(search, message):
+    with pytest.raises(ScenarioError, match=message):
+        scenario_from_dict({"poses": [[0, 0, 0]], "search": search})
+
+
+def test_a_search_is_kept_by_its_scenario(path):
+    scenario = load_scenario(path)
+    assert scenario_from_dict(scenario.to_dict()).search == scenario.search
+    assert scenario.search.robots.high == 3
+
+
+def test_variations_change_what_they_name_and_nothing_else(path):
+    content = {"robots": 3, "topology": {"edges": [[1, 2], [2, 3]]}, "search": {}, "title": "t"}
+    changed = content_with(content, {"poses": [[0, 0, 0], [1, 0, 0]], "mismatch.delay": 0.1})
+    assert changed["robots"] == 2 and changed["topology"]["edges"] == [[1, 2]]
+    assert changed["mismatch"] == {"delay": 0.1} and "search" not in changed
+    assert content["robots"] == 3
+
+
+def test_a_law_that_raises_breaks_the_run_and_no_scenario_is_told_apart(path):
+    content = {
+        "poses": [[0, 0, 0]],
+        "requirements": {"slow": "always speed < 1 m/s"},
+        "duration": 0.2,
+    }
+    refused = try_variation(content, path, {"control.rate": -1.0})
+    assert np.isinf(refused.value) and "control" in refused.error
+    kept = try_variation(content, path, {})
+    assert not kept.is_broken and kept.value == pytest.approx(1.0)

@@ -236,6 +236,18 @@ def test_the_recorder_keeps_what_it_has_when_the_stage_dies(ros, tmp_path):
     assert len(read_run_csv(str(table)).time) > 10
 
 
+def test_the_recorder_takes_what_the_stage_simulates(ros, tmp_path):
+    paper = load_scenario(os.path.join(ROOT, "scenarios", "paper.yaml"))
+    other = tmp_path / "other.yaml"
+    other.write_text(paper.overridden(fidelity="point_mass").to_yaml())
+    ros.node("stage", "--scenario", other, "_wait_for_recorders:=1", "_speed:=0")
+    ros.node("pioneer_control", "--scenario", other)
+    record = ros.node("record", "--duration", "1", "--out", tmp_path / "run")
+    ros.judged(record, tmp_path / "run")
+    kept = load_scenario(str(tmp_path / "run" / "scenario.yaml"))
+    assert (kept.fidelity, kept.duration) == ("point_mass", 1.0)
+
+
 @pytest.mark.parametrize("when, code", [(1.0, 1), (0.0, 1)])
 def test_a_law_that_fails_fails_its_run(ros, tmp_path, when, code):
     (tmp_path / "law.py").write_text(FAILS.format(when))

@@ -19,6 +19,7 @@ from mrs_simulator.ros.message_forms.messages import (
     control_scenario,
     read_control_scenario,
 )
+from mrs_simulator.scenario.requirements import Requirement
 from mrs_simulator.scenario.scenario import ScenarioError
 from mrs_simulator.study.results.report import control_of
 from mrs_simulator.study.run.experiment import perform
@@ -78,6 +79,7 @@ def test_the_message_carries_it_and_refuses_anything_else():
 
 def test_a_scenario_takes_what_stage_and_controller_have_otherwise():
     edited = shipped("paper_four", title="Four robots")
+    edited = edited._replace(requirements=(Requirement("apart", "always(distance > 1 m)"),))
     stage = portable(shipped("paper_four", fidelity="dynamic").with_robots(6))[0]
     ran, unknown = what_ran(
         edited, stage, controller_settings(with_gain(shipped("consensus"), 0.7))
@@ -85,7 +87,7 @@ def test_a_scenario_takes_what_stage_and_controller_have_otherwise():
     assert (ran.n, ran.fidelity, ran.control.protocol, unknown) == (6, "dynamic", "consensus", "")
     assert ran.control.parameters["gain"] == 0.7
     assert ran.title == "6 robots, consensus"
-    assert ran.duration == edited.duration
+    assert (ran.duration, ran.requirements) == (edited.duration, edited.requirements)
 
 
 def test_a_scenario_that_ran_as_it_stands_stays_as_it_is():

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import rospy
+from std_msgs.msg import String
 
 from mrs_simulator.control.user_code import call
 from mrs_simulator.nodes.control.guards import slower
@@ -32,6 +33,7 @@ from mrs_simulator.ros.node.diagnostics import OK, WARN, Diagnostics, Health, Ra
 from mrs_simulator.ros.node.lifecycle import run, start_node
 from mrs_simulator.ros.node.node_parameters import SILENCE
 from mrs_simulator.ros.node.parameters import read
+from mrs_simulator.scenario.scenario import scenario_from_yaml
 from mrs_simulator.scenario.surroundings.moving_obstacles import scene_facts, scene_time
 from mrs_simulator.state.columns import LOAD
 from mrs_simulator.study.programs import refusing_bad_input
@@ -77,6 +79,8 @@ class RunRecorder:
         self.samples, self._rates = 0, Rates()  # that were written
         self._diagnostics = Diagnostics(self._health)
         self._obeyed = ControllerRecord()
+        self._staged = None  # the scenario, as YAML, of the stage in which the run began
+        self._stage_scenario = rospy.Subscriber("stage/scenario", String, self._on_staged)
         self._status, self._controller_scenario = (
             rospy.Subscriber(name, kind, handler, tcp_nodelay=True)
             for name, kind, handler in (
@@ -90,6 +94,10 @@ class RunRecorder:
             self._obeyed.note(*read_control_scenario(message))
         except MessageError as error:
             rospy.logerr("record: pioneer_control/scenario: %s", error)
+
+    def _on_staged(self, message):
+        if self._start is None or self._staged is None:
+            self._staged = message.data
 
     def _on_status(self, message):
         try:
@@ -217,14 +225,16 @@ class RunRecorder:
         return write_report(run, self.out, control=self.control)
 
     def _take_what_ran(self, meta):
-        """Take up what the controller obeyed, in place of the scenario given; return warnings."""
+        """Take up what stage and controller ran in place of the scenario given; return warnings."""
         obeyed, changes = self._obeyed.during(self._start, self._start + self.elapsed)
         before = self.scenario
         try:
-            ran, unknown = what_ran(before, obeyed=obeyed)
+            staged = self._staged and scenario_from_yaml(self._staged, "stage/scenario")
+            ran, unknown = what_ran(before, staged, obeyed)
             changed_by(ran, changes)
         except ValueError as error:
-            return ["pioneer_control/scenario is left out: {}".format(error)]
+            text = "stage/scenario and pioneer_control/scenario are left out: {}"
+            return [text.format(error)]
         meta.update({"changes": to_plain(changes)} if changes else {})
         meta.update({"unknown_law": unknown} if unknown else {})
         if ran is not before:

@@ -13,7 +13,10 @@ from mrs_simulator.record.run_changes import (
 from mrs_simulator.scenario.scenario import Scenario, title_of
 from mrs_simulator.vehicles.portable import portable, team_from_message
 
-NOT_OF_STAGE = (*CONTROLLER_KEYS, "title", "duration", "speed", "record_rate", "record")
+NOT_OF_STAGE = (
+    *CONTROLLER_KEYS,
+    *("title", "duration", "speed", "record_rate", "record", "requirements", "search"),
+)
 KINDS = ("model", "kinds")  # neither means anything without the other
 
 
